@@ -1,0 +1,65 @@
+"""``sstl effects``: the catalogue of effects that a simulator may leave out."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from sstl_cli.cli.options import Json
+from sstl_cli.cli.render import Screen
+
+effects_app = typer.Typer(
+    help="List and explain the effects of the catalogue.", no_args_is_help=True, rich_markup_mode=None,
+    epilog="Example: sstl effects show pulley_friction",
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand group."""
+    app.add_typer(effects_app, name="effects")
+
+
+def _document(effect: Any) -> dict[str, Any]:
+    return {
+        "id": effect.id, "title": effect.title, "stage": effect.stage, "equation": effect.equation,
+        "source": effect.source, "excitation": effect.excitation, "channel": effect.channel, "needs": list(effect.needs),
+        "systems": list(effect.systems), "fitted": effect.fitted, "look_alikes": list(effect.look_alikes),
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "neutral": p.neutral, "low": p.low, "high": p.high, "meaning": p.meaning}
+            for p in effect.parameters
+        ],
+    }
+
+
+@effects_app.command("list", epilog="Example: sstl effects list --json")
+def list_effects(as_json: Json = False) -> None:
+    """List all effects."""
+    from sstl_cli.physics.effects import catalogue
+
+    screen = Screen(as_json)
+    rows = [(e.id, e.stage, e.title) for e in catalogue().values()]
+    screen.table(f"{len(rows)} effects", ("id", "stage", "title"), rows)
+    screen.finish({"schema": "sstl.effects/1", "effects": [_document(e) for e in catalogue().values()]})
+
+
+@effects_app.command("show", epilog="Example: sstl effects show pulley_friction")
+def show_effect(
+    effect_id: Annotated[str, typer.Argument(metavar="ID", help="Id of the effect.")], as_json: Json = False
+) -> None:
+    """Show one effect: equation, source, parameters, and what it takes to see it."""
+    from sstl_cli.physics.effects import get
+
+    screen = Screen(as_json)
+    effect = get(effect_id)
+    screen.line(f"{effect.id}: {effect.title} ({effect.stage})")
+    screen.line(f"  {effect.equation}")
+    screen.line(f"  source: {effect.source}")
+    screen.line(f"  shows with: {effect.excitation}")
+    if effect.needs:
+        screen.line(f"  needs the channel: {', '.join(effect.needs)}")
+    if effect.look_alikes:
+        screen.line(f"  may be mistaken for: {', '.join(effect.look_alikes)}")
+    rows = [(p.name, p.unit, p.neutral, p.low, p.high, p.meaning) for p in effect.parameters]
+    screen.table("", ("parameter", "unit", "neutral", "low", "high", "meaning"), rows)
+    screen.finish({"schema": "sstl.effect/1", **_document(effect)})

@@ -1,0 +1,108 @@
+"""The one renderer: tables and sentences for people on stdout, or one JSON document."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, NoReturn, TypeVar
+
+import typer
+
+from sstl_cli.core.errors import printable
+
+T = TypeVar("T")
+SHOW_PROGRESS_AFTER_S = 2.0
+
+
+class Screen:
+    """What one command shows: results on stdout, narration and progress on stderr."""
+
+    def __init__(self, as_json: bool = False) -> None:
+        self.as_json = as_json
+
+    def note(self, text: str) -> None:
+        """Print narration on stderr."""
+        print(printable(text), file=sys.stderr)
+
+    def line(self, text: str = "") -> None:
+        """Print a line of the result (not with --json)."""
+        if not self.as_json:
+            print(printable(text))
+
+    def table(self, title: str, header: Sequence[str], rows: Iterable[Sequence[object]], notes: str = "") -> None:
+        """Print a table that fits 80 columns where it can; numbers to the right (not with --json)."""
+        if self.as_json:
+            return
+        from rich import box
+        from rich.console import Console
+        from rich.table import Table
+        from rich.text import Text
+
+        rows = [list(r) for r in rows]
+        table = Table(title=Text(title), box=box.SIMPLE_HEAD, pad_edge=False, title_justify="left", title_style="bold")
+        for i, name in enumerate(header):
+            numeric = all(isinstance(r[i], (int, float)) or r[i] is None for r in rows) if rows else False
+            table.add_column(Text(name), justify="right" if numeric else "left", overflow="fold")
+        for row in rows:
+            table.add_row(*(Text(printable(cell(v))) for v in row))
+        Console(soft_wrap=False, highlight=False).print(table)
+        if notes:
+            self.line(notes)
+
+    def finish(self, document: dict[str, Any], code: int = 0) -> NoReturn:
+        """Print the JSON document if asked for, and end with the exit code."""
+        if self.as_json:
+            from sstl_cli.core.files import dumps
+
+            print(dumps(document))
+        raise typer.Exit(code)
+
+    @contextmanager
+    def progress(self, label: str, total: float | None = None) -> Iterator[Callable[[float], None]]:
+        """Yield ``advance(amount)``; a bar appears on stderr once the work takes over two seconds."""
+        started = time.monotonic()
+        bar: list[Any] = []
+        done = 0.0
+
+        def advance(amount: float) -> None:
+            nonlocal done
+            done += amount
+            if not bar and sys.stderr.isatty() and time.monotonic() - started > SHOW_PROGRESS_AFTER_S:
+                bar.append(_bar(label, total))
+            if bar:
+                bar[0].update(0, completed=done)
+
+        try:
+            yield advance
+        finally:
+            if bar:
+                bar[0].stop()
+
+
+def track(screen: Screen, label: str, items: Sequence[T]) -> Iterator[T]:
+    """Yield items while a progress bar follows."""
+    with screen.progress(label, len(items)) as advance:
+        for item in items:
+            yield item
+            advance(1)
+
+
+def cell(value: object) -> str:
+    """Return a table cell: four significant digits for floats, a dash for null."""
+    if value is None or value != value:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return str(value)
+
+
+def _bar(label: str, total: float | None) -> Any:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    bar = Progress(console=Console(stderr=True), transient=True)
+    bar.add_task(label, total=total)
+    bar.start()
+    return bar

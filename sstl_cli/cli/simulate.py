@@ -1,0 +1,68 @@
+"""``sstl simulate``: recordings of a scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed, command_line
+from sstl_cli.cli.render import Screen
+
+EPILOG = "Example: sstl simulate --scenario default --effect pulley_friction:m_p=0.1,m_r=0.1 --seed 1 --out log.parquet"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("simulate", epilog=EPILOG)(simulate)
+
+
+def simulate(
+    out: Out,
+    scenario: Annotated[str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")] = "default",
+    simulator: Annotated[
+        Literal["transmission", "rig"] | None, typer.Option(help="Fast model or elastic rig (default: as in the scenario).")
+    ] = None,
+    effect: Annotated[
+        list[str] | None, typer.Option(metavar="ID[:param=value,...]", help="Effect to add (repeatable).")
+    ] = None,
+    noise_n: Annotated[float | None, typer.Option(min=0, max=5, help="White noise of each tension sensor in N.")] = None,
+    seed: Seed = 0,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Simulate the recordings that a scenario describes and write them as a log."""
+    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.provenance import Provenance, inputs_of
+    from sstl_cli.core.runs import write_runs
+    from sstl_cli.physics.effects import parse
+    from sstl_cli.physics.scenario import load
+    from sstl_cli.steps import simulate as step
+
+    screen = Screen(as_json)
+    require_writable(out, force)
+    loaded = load(scenario)
+    if simulator:
+        loaded = loaded.model_copy(update={"simulator": simulator})
+    if noise_n is not None:
+        loaded = loaded.model_copy(update={"noise": loaded.noise.model_copy(update={"white_n": noise_n})})
+    effects = dict(parse(text) for text in effect or [])
+    total = len(step.plan(loaded, seed))
+    files = [Path(scenario)] if Path(scenario).is_file() else []
+    provenance = Provenance(command_line(), seed, inputs_of(files))
+    with screen.progress("simulating", total) as advance:
+
+        def counted():  # type: ignore[no-untyped-def]
+            for run in step.run(loaded, effects, seed):
+                yield run
+                advance(1)
+
+        samples = write_runs(out, counted(), provenance, force)
+    screen.line(f"{total} runs, {samples} samples -> {out}")
+    document = {
+        "schema": "sstl.simulate/1", "out": str(out), "runs": total, "samples": samples, "simulator": loaded.simulator,
+        "effects": effects, "seed": seed,
+    }
+    screen.finish(document)

@@ -1,0 +1,1 @@
+"""Tables, files, configuration, units, random numbers and errors: what every layer stands on."""

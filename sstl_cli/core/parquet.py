@@ -1,0 +1,172 @@
+"""Parquet with a schema: read in blocks, write atomically, say plainly what is wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.core.files import atomic
+from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.tables import Column, Schema
+
+ROWS_PER_BLOCK = 262_144
+
+
+class TableWriter:
+    """Write a table block by block; the file appears whole when the block ends without error."""
+
+    def __init__(
+        self, path: Path, schema: Schema, provenance: Provenance, force: bool = False, extra: list[Column] | None = None
+    ) -> None:
+        fields = list(schema.arrow())
+        fields += [pa.field(c.name, c.type, c.nullable, {"unit": c.unit, "meaning": c.meaning}) for c in extra or []]
+        self.schema = pa.schema(fields, metadata=provenance.metadata(schema.id, schema.version))
+        self._stack = ExitStack()
+        self._path, self._force = Path(path), force
+
+    def __enter__(self) -> TableWriter:
+        temporary = self._stack.enter_context(atomic(self._path, self._force))
+        floats = [f.name for f in self.schema if pa.types.is_floating(f.type)]
+        labels = [f.name for f in self.schema if not pa.types.is_floating(f.type)]
+        self._writer = self._stack.enter_context(
+            # measured tensions hardly repeat: a dictionary only costs time and space there
+            pq.ParquetWriter(
+                temporary, self.schema, compression="zstd", compression_level=1, use_dictionary=labels,
+                use_byte_stream_split=floats, write_statistics=labels or False,
+            )
+        )
+        return self
+
+    def write(self, table: pa.Table) -> None:
+        """Append a table whose columns are those of the schema."""
+        table = pa.Table.from_arrays([table.column(n).cast(self.schema.field(n).type) for n in self.schema.names],
+                                     schema=self.schema)
+        self._writer.write_table(table, row_group_size=ROWS_PER_BLOCK)
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._stack.__exit__(kind, error, trace)
+
+
+class TableReader:
+    """A Parquet table checked against a schema and read in blocks."""
+
+    def __init__(self, path: Path, file: pq.ParquetFile, schema: Schema) -> None:
+        self.path, self.file, self.schema = path, file, schema
+        self.metadata: dict[str, object] = metadata_of(file)
+
+    @property
+    def rows(self) -> int:
+        return int(self.file.metadata.num_rows)
+
+    def blocks(self) -> Iterator[pa.Table]:
+        """Yield tables with the schema's columns in the schema's types (missing nullable ones as null)."""
+        try:
+            for batch in self.file.iter_batches(ROWS_PER_BLOCK):
+                yield conform(pa.Table.from_batches([batch]), self.schema, str(self.path))
+        except (pa.ArrowException, OSError) as error:
+            raise SstlError(f"is damaged ({str(error)[:120]})", where=str(self.path), code="E133") from None
+
+    def table(self) -> pa.Table:
+        """Return the whole table."""
+        blocks = list(self.blocks())
+        return pa.concat_tables(blocks) if blocks else self.schema.arrow().empty_table()
+
+
+def open_table(path: Path, schema: Schema) -> TableReader:
+    """Open a Parquet file that holds ``schema``; SstlError names what does not fit."""
+    file = _open(Path(path))
+    found = metadata_of(file)
+    if found and (found.get("schema") not in (schema.id, None)):
+        raise SstlError(f"holds {found['schema']!r}, not {schema.id!r}", where=str(path), code="E131")
+    if found and found.get("schema") == schema.id and found.get("schema_version") != schema.version:
+        raise SstlError(
+            f"has {schema.id} version {found.get('schema_version')}, this program reads version {schema.version}",
+            where=str(path), fix="make the file again with this version of sstl", code="E132",
+        )
+    check_columns(file.schema_arrow.names, schema, str(path))
+    return TableReader(Path(path), file, schema)
+
+
+def schema_id_of(path: Path) -> str | None:
+    """Return the schema id stored in a Parquet file, or None if it carries none."""
+    value = metadata_of(_open(Path(path))).get("schema")
+    return str(value) if value is not None else None
+
+
+def metadata_of(file: pq.ParquetFile) -> dict[str, object]:
+    """Return the document stored under the table metadata key ``sstl`` (empty if there is none)."""
+    raw = (file.schema_arrow.metadata or {}).get(b"sstl")
+    if raw is None:
+        return {}
+    try:
+        document = json.loads(raw)
+    except ValueError:
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def check_columns(names: list[str], schema: Schema, where: str) -> None:
+    """Raise SstlError naming every missing required column and the nearest one present."""
+    missing = [c for c in schema.required if c not in names]
+    if missing:
+        spare = [n for n in names if n not in schema.names]
+        hints = "; ".join(f"'{m}'" + (f" ({nearest(m, spare)})" if spare else "") for m in missing)
+        raise SstlError(f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134")
+
+
+def conform(table: pa.Table, schema: Schema, where: str) -> pa.Table:
+    """Return the table with the schema's columns and types; extra columns are kept behind them."""
+    check_columns(table.column_names, schema, where)
+    arrays, fields = [], []
+    for column in schema.columns:
+        if column.name in table.column_names:
+            values = table.column(column.name)
+            try:
+                values = values.cast(column.type)
+            except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
+                raise SstlError(
+                    f"column '{column.name}' holds {values.type}, not {column.type}", where=where,
+                    fix=f"write it as {column.type}" + (f" in {column.unit}" if column.unit else ""), code="E135",
+                ) from None
+            if values.null_count and not column.nullable:
+                raise SstlError(
+                    f"column '{column.name}' has {values.null_count} empty values", where=where,
+                    fix="drop or repair these samples (sstl check lists them)", code="E136",
+                )
+        else:
+            values = pa.chunked_array([pa.nulls(table.num_rows, column.type)])
+        arrays.append(values)
+        fields.append(pa.field(column.name, column.type, column.nullable, {"unit": column.unit}))
+    for name in table.column_names:
+        if name not in schema.names:
+            arrays.append(table.column(name))
+            fields.append(table.schema.field(name))
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def write_table(path: Path, table: pa.Table, schema: Schema, provenance: Provenance, force: bool = False,
+                extra: list[Column] | None = None) -> None:
+    """Write a whole table atomically."""
+    with TableWriter(path, schema, provenance, force, extra) as writer:
+        writer.write(table)
+
+
+def _open(path: Path) -> pq.ParquetFile:
+    if not path.exists():
+        raise SstlError("file not found", where=str(path), code="E130")
+    if path.is_dir():
+        raise SstlError("is a folder, not a file", where=str(path), code="E130")
+    try:
+        return pq.ParquetFile(path)
+    except (pa.ArrowException, OSError) as error:
+        raise SstlError(
+            f"is not a readable Parquet file ({str(error)[:100]})", where=str(path),
+            fix="use sstl import for other formats", code="E130",
+        ) from None

@@ -1,0 +1,44 @@
+"""Where a file came from: version, command line, seed and the SHA-256 of every input."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from sstl_cli import __version__
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What made a file; it holds nothing that changes between identical calls (no date, no host)."""
+
+    command: str
+    seed: int | None = None
+    inputs: dict[str, str] = field(default_factory=dict)
+    extra: dict[str, object] = field(default_factory=dict)
+
+    def metadata(self, schema_id: str, schema_version: int) -> dict[str, str]:
+        """Return the table metadata stored under the key ``sstl``."""
+        body = {
+            "schema": schema_id,
+            "schema_version": schema_version,
+            "package_version": __version__,
+            **asdict(self),
+        }
+        return {"sstl": json.dumps(body, sort_keys=True)}
+
+
+def sha256(path: Path | str) -> str:
+    """Return the SHA-256 of a file as hexadecimal text, reading it in blocks."""
+    digest = hashlib.sha256()
+    with open(path, "rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def inputs_of(paths: list[Path]) -> dict[str, str]:
+    """Return ``{file name: sha256}``; names only, so that a moved folder gives the same bytes."""
+    return {Path(p).name: sha256(p) for p in sorted(paths, key=lambda p: (Path(p).name, str(p)))}

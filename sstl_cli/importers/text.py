@@ -1,0 +1,184 @@
+"""CSV, TSV and whitespace text, with or without header, streamed in blocks of bounded size."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pc
+
+from sstl_cli.core.errors import SstlError, printable
+from sstl_cli.importers.base import Block, Channel, Layout, Notes
+from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, cut, layout_of
+
+ID = "text"
+TITLE = "CSV, TSV or whitespace text"
+EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
+RANK = 90
+BLOCK_BYTES = 4 << 20
+_TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Return whether the head is text: no zero byte, hardly any control character."""
+    if not head or b"\0" in head:
+        return head[:2] in (b"\xff\xfe", b"\xfe\xff") and path.suffix.lower() in EXTENSIONS
+    control = sum(head.count(bytes([c])) for c in range(32) if c not in (9, 10, 12, 13))
+    return control <= len(head) // 1000 and any(48 <= c <= 57 for c in head)
+
+
+def channels(path: Path, layout: Layout) -> list[Channel]:
+    """Return the columns of the text: names from its header, else ``col1`` to ``colN``."""
+    found = layout_of(path, layout)
+    return [Channel(n, None, u, text=t) for n, u, t in zip(found.names, found.units, found.text, strict=True)]
+
+
+def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
+    """Yield blocks of the named columns.
+
+    Raises
+    ------
+    SstlError
+        With the line number, for text in a number column, a line of another width, or one too long.
+    """
+    found = layout_of(path, layout)
+    wanted = list(dict.fromkeys([*numbers, *labels]))
+    types = {n: pa.float64() for n in numbers} | {n: pa.string() for n in labels if n not in numbers}
+    delimiter = "\t" if found.delimiter == SPACES else found.delimiter
+    # a lone quote can only be damage where every wanted cell is a number
+    parse = pc.ParseOptions(delimiter=delimiter, ignore_empty_lines=True, quote_char='"' if found.delimiter != SPACES else False)
+    convert = pc.ConvertOptions(
+        column_types=types, include_columns=wanted, null_values=list(MISSING), strings_can_be_null=True,
+        decimal_point=found.decimal, check_utf8=False,
+    )
+    with open(path, "rb") as file:
+        file.seek(found.first_byte)
+        line = found.first_line
+        for raw, last in _pieces(file, found, path, line):
+            position = file.tell()
+            lines = raw.count(b"\n")
+            body = _normal(raw, found)
+            if last:
+                body = _whole_lines(body, found, notes)
+            if body.strip():
+                table = _parse(body, found, parse, convert, path, line, raw)
+                block = {n: _numbers(table.column(n)) for n in numbers}
+                block |= {n: _strings(table.column(n)) for n in labels if n not in numbers}
+                yield Block(block, position)  # type: ignore[arg-type]
+            line += lines
+
+
+def _pieces(file: IO[bytes], found: TextLayout, path: Path, line: int) -> Iterator[tuple[bytes, bool]]:
+    """Yield byte blocks that end at a line end (all line ends become a line feed), and whether it is the last."""
+    rest = b""
+    end = found.line_end
+    while True:
+        data = file.read(BLOCK_BYTES)
+        rest = rest + data
+        if not data:
+            if rest:
+                yield rest.replace(end, b"\n"), True
+            return
+        at = rest.rfind(end)
+        if at < 0:
+            if len(rest) > MAX_LINE_BYTES:
+                raise SstlError(f"line {line}: {_TOO_LONG}", where=str(path), fix="the file is damaged", code="E320")
+            continue
+        piece = rest[: at + len(end)].replace(end, b"\n")
+        rest = rest[at + len(end) :]
+        if len(rest) > MAX_LINE_BYTES:
+            raise SstlError(
+                f"line {line + piece.count(b'\n')}: {_TOO_LONG}", where=str(path), fix="the file is damaged", code="E320"
+            )
+        line += piece.count(b"\n")
+        yield piece, False
+
+
+def _normal(body: bytes, found: TextLayout) -> bytes:
+    """Return the block without comment lines and, for whitespace text, with one tab between columns."""
+    if found.comment and found.comment.encode() in body:
+        body = re.sub(rb"(?m)^[ \t]*" + re.escape(found.comment.encode()) + rb".*$", b"", body)
+    if found.delimiter == SPACES:
+        body = body.replace(b"\t", b" ")
+        while b"  " in body:
+            body = body.replace(b"  ", b" ")
+        body = body.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ").replace(b" ", b"\t")
+    return body
+
+
+def _whole_lines(body: bytes, found: TextLayout, notes: Notes) -> bytes:
+    """Set aside a last line that was cut off in the middle (no line end and too few columns)."""
+    if body.endswith(b"\n"):
+        return body
+    at = body.rfind(b"\n") + 1
+    cells = cut(body[at:].decode("latin-1"), "\t" if found.delimiter == SPACES else found.delimiter)
+    if body[at:].strip() and len(cells) < len(found.names):
+        notes.aside("last line cut off in the middle", 1)
+        return body[:at]
+    return body
+
+
+def _parse(
+    body: bytes, found: TextLayout, parse: pc.ParseOptions, convert: pc.ConvertOptions, path: Path, line: int, raw: bytes
+) -> pa.Table:
+    options = pc.ReadOptions(column_names=list(found.names), use_threads=False, block_size=max(len(body) + 1, 1024))
+    try:
+        return pc.read_csv(pa.py_buffer(body), options, parse, convert)
+    except (pa.ArrowException, UnicodeDecodeError) as error:
+        _explain(body, found, convert, path, line)
+        raise SstlError(
+            f"cannot be read near line {line} ({' '.join(str(error).split())[:100]})", where=str(path),
+            fix="correct or remove the line", code="E326",
+        ) from None
+
+
+def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: Path, line: int) -> None:
+    """Raise the error with the line and the column that the fast parser stumbled over."""
+    delimiter = "\t" if found.delimiter == SPACES else found.delimiter
+    width = len(found.names)
+    checked = [
+        (i, n) for i, n in enumerate(found.names)
+        if n in convert.include_columns and pa.types.is_floating(convert.column_types[n])
+    ]
+    for offset, raw in enumerate(body.split(b"\n")):
+        text = raw.decode("utf-8", "replace")
+        if not text.strip():
+            continue
+        cells = cut(text, delimiter)
+        where = f"{path}, line {line + offset}"
+        if len(cells) != width and '"' not in text:
+            raise SstlError(
+                f"has {len(cells)} columns, the lines before have {width}", where=where,
+                fix="correct or remove the line, or raise skip_rows", code="E327",
+            )
+        for i, name in checked:
+            if i < len(cells) and not _readable(cells[i], found.decimal):
+                raise SstlError(
+                    f"column '{name}' holds {printable(cells[i][:40])!r}, not a number", where=where,
+                    fix="correct the value, or leave it empty for 'not measured'", code="E328",
+                )
+
+
+def _readable(cell: str, decimal: str) -> bool:
+    if cell in MISSING:
+        return True
+    if "_" in cell or (decimal == "," and "." in cell):
+        return False
+    try:
+        float(cell.replace(decimal, "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(column: pa.ChunkedArray) -> np.ndarray:
+    return np.asarray(column.to_numpy(), np.float64)
+
+
+def _strings(column: pa.ChunkedArray) -> pa.Array:
+    column = column.combine_chunks()
+    return pa.concat_arrays(column.chunks) if isinstance(column, pa.ChunkedArray) else column

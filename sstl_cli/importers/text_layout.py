@@ -1,0 +1,216 @@
+"""How a text log is laid out: delimiter, decimal sign, header, units and where the data begin."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.units import is_unit
+from sstl_cli.importers.base import MAX_CHANNELS, Layout
+
+MAX_LINE_BYTES = 1 << 20
+SAMPLE_LINES = 40
+MAX_HEADER_LINES = 2_000
+SPACES = "space"
+_NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitespace": SPACES, " ": SPACES, "\\t": "\t"}
+_COMMENTS = ("#", "%", "//")
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
+_COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
+MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null", "NULL", "None", "1.#QNAN", "-1.#IND", "nan(ind)")
+_MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
+_UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
+
+
+@dataclass(frozen=True)
+class TextLayout:
+    """Delimiter (one character, or ``space``), names, units and first data line of a text log."""
+
+    delimiter: str
+    decimal: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    first_byte: int
+    first_line: int
+    comment: str
+    named: bool
+    line_end: bytes
+    text: tuple[bool, ...]
+
+
+def layout_of(path: Path, wanted: Layout) -> TextLayout:
+    """Return the layout of a text log from its first lines; ``wanted`` overrides what is found.
+
+    Raises
+    ------
+    SstlError
+        If the file is binary or UTF-16, a line is longer than 1 MiB, or no line holds a number.
+    """
+    lines, line_end, start = _first_lines(path, wanted.skip_rows)
+    position, number = start, 0
+    skipped = wanted.skip_rows
+    for line in lines[:skipped]:
+        position += len(line) + len(line_end)
+    number = skipped
+    rest = lines[skipped:]
+    labview = [i for i, line in enumerate(rest[:MAX_HEADER_LINES]) if line.startswith(b"***End_of_Header***")]
+    if labview:
+        position += sum(len(line) + len(line_end) for line in rest[: labview[-1] + 1])
+        number += labview[-1] + 1
+        rest = rest[labview[-1] + 1 :]
+    comment = wanted.comment or ""
+    texts: list[str] = []
+    head: list[str] = []
+    delimiter, decimal = "", wanted.decimal or ""
+    sample = [_decode(x) for x in rest]
+    data = [x for x in sample if x.strip() and not x.lstrip().startswith(comment or _COMMENTS)][-SAMPLE_LINES:]
+    data = data[:-1] if len(data) > 2 and len(rest) > 1 and rest[-1] else data
+    if not data:
+        raise SstlError("holds no line of data", where=str(path), fix="check skip_rows and the file", code="E323")
+    delimiter = _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
+    decimal = decimal or ("," if delimiter != "," and _decimal_comma(data, delimiter) else ".")
+    width = 0
+    for i, line in enumerate(sample):
+        stripped = line.strip()
+        marked = next((c for c in ((comment,) if comment else _COMMENTS) if stripped.startswith(c)), "")
+        if marked:
+            comment = marked
+            head.append(stripped.lstrip("#%/ \t"))
+        elif stripped:
+            cells = cut(line, delimiter)
+            if wanted.header is not True and any(_is_number(c) for c in cells):
+                width = len(cells)
+                texts = cells
+                rest_at = i
+                break
+            if wanted.header is False:
+                raise SstlError(
+                    f"line {number + i + 1} holds no number", where=str(path), fix="raise skip_rows, or leave header out",
+                    code="E323",
+                )
+            head.append(line)
+            if wanted.header is True:
+                following = [x for x in sample[i + 1 :] if x.strip()]
+                if not following:
+                    raise SstlError("holds a header and no data", where=str(path), fix="check the file", code="E323")
+                texts = cut(following[0], delimiter)
+                width, rest_at = len(texts), i + 1
+                break
+    else:
+        raise SstlError("holds no number in its first lines", where=str(path), fix="raise skip_rows", code="E323")
+    for line in rest[:rest_at]:
+        position += len(line) + len(line_end)
+    if width > MAX_CHANNELS:
+        raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
+    names, units, named = _names(head, width, delimiter, path)
+    text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in texts)
+    return TextLayout(
+        delimiter, decimal, names, units, position, number + rest_at + 1, comment, named, line_end, text
+    )
+
+
+def cut(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without the blanks and quotes around them."""
+    cells = line.split() if delimiter == SPACES else line.split(delimiter)
+    return [c.strip().strip('"').strip() for c in cells]
+
+
+def unit_in(name: str) -> str:
+    """Return the unit written in a column name, as in ``Force [N]`` or ``time_ms`` (empty if none)."""
+    found = _UNIT_IN_NAME.match(name)
+    if not found:
+        return ""
+    unit = found.group(2)
+    if is_unit(unit):
+        return unit
+    # canonical column names end in lower-case units
+    return {"n": "N", "v": "V", "pa": "Pa", "mn": "mN", "kn": "kN"}.get(unit, "") if "_" in name else ""
+
+
+def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
+    """Return the first lines in bounded memory, the line end, and the length of a byte-order mark."""
+    limit = 2 * MAX_LINE_BYTES
+    with open(path, "rb") as file:
+        head = file.read(limit)
+        if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            raise SstlError("is UTF-16 text", where=str(path), fix="save it as UTF-8", code="E321")
+        if b"\0" in head[:65536]:
+            raise SstlError("holds binary data, not text", where=str(path), fix="name its --format", code="E322")
+        start = 3 if head.startswith(b"\xef\xbb\xbf") else 0
+        line_end = b"\r\n" if b"\r\n" in head else b"\n" if b"\n" in head else b"\r" if b"\r" in head else b"\n"
+        while head.count(line_end) < skip + SAMPLE_LINES and len(head) < 16 * limit:
+            more = file.read(limit)
+            if not more:
+                break
+            head += more
+    lines = head[start:].split(line_end)
+    longest = max(range(len(lines)), key=lambda i: len(lines[i]))
+    if len(lines[longest]) > MAX_LINE_BYTES:
+        raise SstlError(
+            f"line {longest + 1} is longer than {MAX_LINE_BYTES >> 20} MiB", where=str(path),
+            fix="this is not a text log with one sample a line", code="E320",
+        )
+    if skip and skip >= len([x for x in lines if x.strip()]):
+        raise SstlError(
+            f"has only {len(lines)} lines, {skip} are skipped", where=str(path), fix="lower skip_rows", code="E323"
+        )
+    return lines[: skip + MAX_HEADER_LINES + SAMPLE_LINES], line_end, start
+
+
+def _decode(line: bytes) -> str:
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _is_number(cell: str) -> bool:
+    return bool(_NUMBER.match(cell.strip()))
+
+
+def _delimiter(lines: list[str]) -> str:
+    """Return the delimiter that cuts the sample into the most columns of equal number."""
+    best, best_score = ",", -1.0
+    for candidate in ("\t", ";", ",", SPACES):
+        widths = [len(cut(line, candidate)) for line in lines]
+        common = max(set(widths), key=lambda w: (widths.count(w), w))
+        if common < 2 and candidate != ",":
+            continue
+        cells = [c for line in lines for c in cut(line, candidate)]
+        numeric = sum(_is_number(c) or c.lower() in _MISSING for c in cells) / max(len(cells), 1)
+        score = widths.count(common) / len(widths) * (0.2 + numeric) + (0.01 if common > 1 else 0)
+        if score > best_score + 1e-9:
+            best, best_score = candidate, score
+    return best
+
+
+def _decimal_comma(lines: list[str], delimiter: str) -> bool:
+    cells = [c for line in lines for c in cut(line, delimiter)]
+    return any(_COMMA_NUMBER.match(c) for c in cells) and not any("." in c and _is_number(c) for c in cells)
+
+
+def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return column names and units from the lines above the data."""
+    plain = tuple(f"col{i + 1}" for i in range(width))
+    rows = [cut(line, delimiter) for line in head]
+    fitting = [r for r in rows if len(r) == width or (len(r) == width - 1 and width > 2)]
+    if not fitting:
+        if rows and delimiter != SPACES and len(rows[-1]) > 1:
+            raise SstlError(
+                f"header names {len(rows[-1])} columns, the data have {width}", where=str(path),
+                fix="correct the header, or skip it with skip_rows", code="E325",
+            )
+        return plain, ("",) * width, False
+    units = [""] * width
+    names = fitting[-1]
+    if len(fitting) > 1 and all(is_unit(c.strip("[]()")) or c in ("", "-", "1") for c in names) and any(names):
+        units = [c.strip("[]()") if is_unit(c.strip("[]()")) else "" for c in names] + [""] * (width - len(names))
+        names = fitting[-2]
+    seen: dict[str, int] = {}
+    out = []
+    for i, name in enumerate([*names, *[""] * (width - len(names))]):
+        name = name or plain[i]
+        seen[name] = seen.get(name, 0) + 1
+        out.append(name if seen[name] == 1 else f"{name}.{seen[name]}")
+    return tuple(out), tuple(u or unit_in(n) for u, n in zip(units, out, strict=True)), True

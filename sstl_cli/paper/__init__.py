@@ -1,0 +1,1 @@
+"""The paper's published tables as data, and the comparison with them."""

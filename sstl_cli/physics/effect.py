@@ -1,0 +1,207 @@
+"""What an effect declares: its equation, parameters, excitation and the code of its stage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.errors import SstlError, nearest
+
+Array = NDArray[np.float64]
+Values = Mapping[str, float]
+
+FRICTION_LAW, TRANSITION, INSTRUMENT = "friction law", "transition", "instrument"
+STAGES = (FRICTION_LAW, TRANSITION, INSTRUMENT)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect.
+
+    ``neutral`` switches it off; a ``shape`` parameter matters only while the others are not neutral.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    low: float
+    high: float
+    meaning: str
+    shape: bool = False
+    start: float | None = None
+    system: str | None = None
+
+
+@dataclass
+class Law:
+    """The friction law of one pass, and of the pulley between two passes, built up by effects.
+
+    ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N.
+    """
+
+    scale_pull: float = 1.0
+    scale_release: float = 1.0
+    factors: list[Callable[[Array], Array]] = field(default_factory=list)
+    constant_n: float = 0.0
+    pulley_pull: float = 0.0
+    pulley_release: float = 0.0
+    pulley_n: float = 0.0
+    friction_scale: list[Callable[[Drive], Array]] = field(default_factory=list)
+
+
+@dataclass
+class Transition:
+    """How the output moves between the envelopes, built up by effects; the defaults are a pure play."""
+
+    spread: float = 0.0
+    spread_shape: float = 0.5
+    lag_s: float = 0.0
+    diffusion_s: float = 0.0
+    static_ratio: float = 1.0
+    static_rate_n_s: float = 1.0
+    aging: float = 0.0
+    aging_s: float = 1.0
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """Tube and tendon as built (not fitted): lengths in mm, stiffness in N and N/mm."""
+
+    length_mm: float = 2000.0
+    ea_n: float = 8000.0
+    load_n_per_mm: float = 2.0
+    arc_fraction: float = 0.25
+    bend_centres: Mapping[str, float] = field(default_factory=lambda: {"NP": 0.2, "CP": 0.5, "ND": 0.8})
+
+    @property
+    def tendon_mm_per_n(self) -> float:
+        """Compliance of one pass of tendon."""
+        return self.length_mm / self.ea_n
+
+    @property
+    def load_mm_per_n(self) -> float:
+        """Compliance of the load spring."""
+        return 1.0 / self.load_n_per_mm
+
+    def straight(self, location: str | None) -> tuple[float, float]:
+        """Return the share of the length before and behind the bend."""
+        centre = self.bend_centres.get(location or "CP", 0.5)
+        before = min(max(centre - self.arc_fraction / 2, 0.0), 1.0 - self.arc_fraction)
+        return before, 1.0 - self.arc_fraction - before
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What drives one run: equally spaced time (s), true input tension (N) and its derivatives."""
+
+    system: str
+    location: str | None
+    dt_s: float
+    time_s: Array
+    tension_n: Array
+    rate_n_s: Array
+    path_n: Array
+    mechanics: Mechanics
+
+    @property
+    def passes(self) -> int:
+        return 2 if self.system == "sstl" else 1
+
+
+# An instrument hook takes (signal, other tension, drive-like context, parameter values).
+Hook = Callable[[Array, Array, "Sampling", Values], Array]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """What a sensor hook may know of the run: channel pair, sampling period (s) and time from 0 to 1."""
+
+    system: str
+    dt_s: float
+    fraction: Array
+    rng: np.random.Generator | None = None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One unmodelled effect, declared once for simulation, diagnosis, documentation and tests.
+
+    At neutral parameter values every hook is exactly the identity, so that models nest.
+    ``output`` maps a true to a measured output; ``input`` a true to a measured input and
+    ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside.
+    """
+
+    id: str
+    title: str
+    stage: str
+    equation: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    excitation: str
+    order: int = 50
+    channel: str = "out"
+    needs: tuple[str, ...] = ()
+    systems: tuple[str, ...] = ("act", "sstl")
+    fitted: bool = True
+    look_alikes: tuple[str, ...] = ()
+    law: Callable[[Law, Values], None] | None = None
+    transition: Callable[[Transition, Values, Drive], None] | None = None
+    output: Hook | None = None
+    input: Hook | None = None
+    input_inverse: Hook | None = None
+    position: Callable[[Position, Values], None] | None = None
+    loop: Callable[[Array, float, Values], Array] | None = None
+
+    def parameter(self, name: str) -> Parameter:
+        """Return a parameter by name; SstlError with the nearest name if there is none."""
+        for p in self.parameters:
+            if p.name == name:
+                return p
+        hint = nearest(name, [p.name for p in self.parameters])
+        raise SstlError(f"effect {self.id} has no parameter '{name}' ({hint})", code="E701")
+
+    def neutral(self) -> dict[str, float]:
+        """Return the values at which the effect is exactly absent."""
+        return {p.name: p.neutral for p in self.parameters}
+
+    def complete(self, values: Values) -> dict[str, float]:
+        """Return all parameter values, neutral where not given; SstlError outside the bounds."""
+        full = self.neutral()
+        for name, value in values.items():
+            p = self.parameter(name)
+            if not p.low <= value <= p.high:
+                raise SstlError(
+                    f"{self.id}: {name} = {value:g} {p.unit} is outside {p.low:g}..{p.high:g} {p.unit}", code="E702"
+                )
+            full[name] = float(value)
+        return full
+
+    def active(self, values: Values) -> bool:
+        """Whether any parameter that is not a mere shape differs from neutral."""
+        return any(values.get(p.name, p.neutral) != p.neutral for p in self.parameters if not p.shape)
+
+
+@dataclass
+class Position:
+    """Model of the proximal position built up by effects (compliances in mm/N, lengths in mm)."""
+
+    length_mm: float = 2000.0
+    tendon_mm_per_n: float = 0.0
+    sheath_mm_per_n: float = 0.0
+    creep_fraction: float = 0.0
+    creep_s: float = 10.0
+    cubic_per_mm2: float = 0.0
+    play_mm: float = 0.0
+    gap_mm: float = 0.0
+
+
+def sliding_mm_per_n(drive: Drive) -> float:
+    """Return the mean sliding distance along the line per newton at the input (mm/N).
+
+    In propagation the load spring moves with the output and every point with the stretch behind it.
+    """
+    mechanics = drive.mechanics
+    return 0.6 * mechanics.load_mm_per_n + 0.4 * mechanics.tendon_mm_per_n * drive.passes

@@ -1,0 +1,44 @@
+"""Sensors whose characteristic is curved or has play."""
+
+from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
+from sstl_cli.physics.filters import play
+
+FULL_SCALE_N = 50.0
+
+
+def _curved(tension: Array, a: float) -> Array:
+    return tension + a * tension * (1.0 - tension / FULL_SCALE_N)
+
+
+def _output(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
+    return play(_curved(tension, v["a_out"]), v["h_n"])
+
+
+def _input(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
+    return _curved(tension, v["a_in"])
+
+
+def _input_inverse(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
+    # a is at most 2 %: one correction step leaves less than 1e-6 of the span
+    first = tension - v["a_in"] * tension * (1.0 - tension / FULL_SCALE_N)
+    return tension - v["a_in"] * first * (1.0 - first / FULL_SCALE_N)
+
+
+EFFECT = Effect(
+    id="sensor_nonlinearity",
+    title="Curved or sticky sensor characteristic",
+    stage=INSTRUMENT,
+    equation="T_meas = T + a T (1 - T / 50 N), play +-h",
+    source="Catalogue entry [T]",
+    parameters=(
+        Parameter("a_in", "1", 0.0, -0.02, 0.02, "curvature of the input sensor"),
+        Parameter("a_out", "1", 0.0, -0.02, 0.02, "curvature of the output sensor"),
+        Parameter("h_n", "N", 0.0, 0.0, 0.1, "half-width of the play of the output sensor"),
+    ),
+    excitation="A wide span of tension; dead weights settle it.",
+    order=52,
+    look_alikes=("gain_error", "zero_offset", "load_dependent_friction"),
+    output=_output,
+    input=_input,
+    input_inverse=_input_inverse,
+)

@@ -1,0 +1,78 @@
+"""Small sequential operators on one signal, compiled: lag, delay, play."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def first_order(signal: Array, dt_s: float, tau_s: float, inverse_slew: float = 0.0) -> Array:
+    """Return the response of a first-order lag with an optional slew limit, started at rest.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Equally spaced samples.
+    dt_s, tau_s : float
+        Sampling period and time constant in s; ``tau_s = 0`` is the identity.
+    inverse_slew : float
+        One over the largest rate (s per unit); 0 is no limit.
+    """
+    if tau_s <= 0.0 and inverse_slew <= 0.0:
+        return signal
+    gain = 1.0 - math.exp(-dt_s / tau_s) if tau_s > 0.0 else 1.0
+    limit = dt_s / inverse_slew if inverse_slew > 0.0 else math.inf
+    return _lag(np.ascontiguousarray(signal), gain, limit)
+
+
+def delayed(signal: Array, samples: float) -> Array:
+    """Return the signal late by a fractional number of samples; the first value is held."""
+    if samples == 0.0:
+        return signal
+    return _delay(np.ascontiguousarray(signal), samples)
+
+
+def play(signal: Array, half_width: float) -> Array:
+    """Return the signal behind a symmetric play (backlash) of the given half-width."""
+    if half_width <= 0.0:
+        return signal
+    return _play(np.ascontiguousarray(signal), half_width)
+
+
+@njit(cache=True)
+def _lag(signal: Array, gain: float, limit: float) -> Array:
+    out = np.empty_like(signal)
+    y = signal[0]
+    for k in range(signal.size):
+        step = gain * (signal[k] - y)
+        y += min(max(step, -limit), limit)
+        out[k] = y
+    return out
+
+
+@njit(cache=True)
+def _delay(signal: Array, samples: float) -> Array:
+    out = np.empty_like(signal)
+    whole = math.floor(samples)
+    part = samples - whole
+    last = signal.size - 1
+    for k in range(signal.size):
+        a = min(max(k - whole, 0), last)
+        b = min(max(k - whole - 1, 0), last)
+        out[k] = (1.0 - part) * signal[a] + part * signal[b]
+    return out
+
+
+@njit(cache=True)
+def _play(signal: Array, half_width: float) -> Array:
+    out = np.empty_like(signal)
+    y = signal[0]
+    for k in range(signal.size):
+        y = min(max(y, signal[k] - half_width), signal[k] + half_width)
+        out[k] = y
+    return out

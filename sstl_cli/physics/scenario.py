@@ -1,0 +1,156 @@
+"""A rig and what it records, described in one TOML file: mechanics, sensors, configurations, trajectories."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from sstl_cli.core.config import Model, parse, read_toml
+from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.effects import get
+
+System = Literal["act", "sstl"]
+Positive = Annotated[float, Field(gt=0)]
+NOMINAL_THETA = 0.53
+
+
+class RigSection(Model):
+    """Tube and tendon: lengths in mm, stiffness in N and N/mm."""
+
+    length_mm: Annotated[float, Field(ge=10, le=20_000)] = 2000.0
+    ea_n: Annotated[float, Field(ge=100, le=1e6)] = 8000.0
+    load_n_per_mm: Annotated[float, Field(gt=0, le=1000)] = 2.0
+    arc_fraction: Annotated[float, Field(gt=0, le=1)] = 0.25
+    bend_centres: dict[str, Annotated[float, Field(ge=0, le=1)]] = {"NP": 0.2, "CP": 0.5, "ND": 0.8}
+    nodes: Annotated[int, Field(ge=5, le=200)] = 30
+
+    @model_validator(mode="after")
+    def _bend_inside_the_tube(self) -> RigSection:
+        for name, centre in self.bend_centres.items():
+            if centre - self.arc_fraction / 2 < -1e-9 or centre + self.arc_fraction / 2 > 1 + 1e-9:
+                raise ValueError(
+                    f"the bend of {name} (centre {centre:g}, arc {self.arc_fraction:g} of the length) leaves the tube"
+                )
+        return self
+
+    def mechanics(self) -> Mechanics:
+        """Return the mechanics that both simulators share."""
+        return Mechanics(self.length_mm, self.ea_n, self.load_n_per_mm, self.arc_fraction, self.bend_centres)
+
+
+class NoiseSection(Model):
+    """Noise of each tension sensor: white and coloured standard deviations (N), correlation time (s)."""
+
+    white_n: Annotated[float, Field(ge=0, le=5)] = 0.02
+    coloured_n: Annotated[float, Field(ge=0, le=5)] = 0.0
+    correlation_s: Positive = 0.3
+
+
+class Lines(Model):
+    """Propagation lines given directly instead of theta: slopes and biases (N) of one system."""
+
+    gamma_p: Positive
+    beta_p: float
+    gamma_r: Positive
+    beta_r: float
+
+
+class Configuration(Model):
+    """One bend: theta (rad) per pass, or the propagation lines of each system."""
+
+    id: str
+    location: str | None = None
+    lead_mm: float | None = None
+    theta: Annotated[float, Field(ge=0, le=5)] | None = None
+    act: Lines | None = None
+    sstl: Lines | None = None
+
+    @model_validator(mode="after")
+    def _one_description(self) -> Configuration:
+        if self.theta is None and self.act is None and self.sstl is None:
+            raise ValueError("give theta, or the lines of act and/or sstl")
+        return self
+
+
+class Trajectory(Model):
+    """One movement of the input; tensions in N, times in s."""
+
+    kind: Literal["trapezoid", "sinusoid", "random", "ramp_hold", "minor_loops", "chirp"]
+    label: str | None = None
+    systems: tuple[System, ...] = ("act", "sstl")
+    duration_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    low_n: Annotated[float, Field(ge=0, le=1000)] | None = None
+    high_n: Annotated[float, Field(gt=0, le=1000)] | None = None
+    frequency_hz: Positive | None = None
+    top_frequency_hz: Positive | None = None
+    speed: Positive = 1.0
+    cycles: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    hold_s: Annotated[float, Field(ge=0)] | None = None
+    drive: Literal["tension", "position"] | None = None
+    record_reference: bool = False
+    record_position: bool = False
+
+    @property
+    def name(self) -> str:
+        return self.label or self.kind
+
+
+class Scenario(Model):
+    """A rig, its sensors, its configurations, what is recorded, and the effects it contains."""
+
+    schema_id: Literal["sstl.scenario/1"] = Field("sstl.scenario/1", alias="schema")
+    simulator: Literal["transmission", "rig"] = "transmission"
+    sampling_hz: Annotated[float, Field(gt=0, le=1e5)] = 500.0
+    generator: Literal["paper-cp40", "paper-150"] | None = None
+    rig: RigSection = RigSection()
+    noise: NoiseSection = NoiseSection()
+    configurations: tuple[Configuration, ...] = ()
+    trajectories: tuple[Trajectory, ...] = ()
+    effects: dict[str, dict[str, float]] = {}
+
+    @model_validator(mode="after")
+    def _known_effects(self) -> Scenario:
+        for effect_id, values in self.effects.items():
+            get(effect_id).complete(values)
+        ids = [c.id for c in self.configurations]
+        if len(set(ids)) != len(ids):
+            raise ValueError("two configurations have the same id")
+        return self
+
+    def theta_of(self, config_id: str | None) -> float:
+        """Return the nominal theta of a configuration (rad), 0.53 where the file gives none."""
+        for c in self.configurations:
+            if c.id == config_id and c.theta is not None:
+                return c.theta
+        known = [c.theta for c in self.configurations if c.theta is not None]
+        return sum(known) / len(known) if known else NOMINAL_THETA
+
+
+def builtin_names() -> list[str]:
+    """Return the names of the scenarios that come with the package."""
+    folder = resources.files("sstl_cli.physics") / "scenarios"
+    return sorted(p.name.removesuffix(".toml") for p in folder.iterdir() if p.name.endswith(".toml"))
+
+
+def load(name_or_path: str) -> Scenario:
+    """Return a scenario from a TOML file, or one that comes with the package by its name.
+
+    Raises
+    ------
+    SstlError
+        If there is no such file or name, or a value does not fit; the line names the key.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml" or path.exists():
+        return parse(Scenario, read_toml(path), str(path))
+    if name_or_path not in builtin_names():
+        raise SstlError(
+            f"no scenario '{name_or_path}' ({nearest(name_or_path, builtin_names())})",
+            fix="give a TOML file or a built-in name", code="E710",
+        )
+    with resources.as_file(resources.files("sstl_cli.physics") / "scenarios" / f"{name_or_path}.toml") as file:
+        return parse(Scenario, read_toml(file), name_or_path)

@@ -1,0 +1,6 @@
+"""The fast model: the play operator with friction-law, transition and instrument stages."""
+
+from sstl_cli.physics.transmission.model import Active, activate, measure, predict, predict_position
+from sstl_cli.physics.transmission.play import play_operator
+
+__all__ = ["Active", "activate", "measure", "play_operator", "predict", "predict_position"]

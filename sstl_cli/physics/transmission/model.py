@@ -1,0 +1,186 @@
+"""From an input tension to a predicted record: law, envelopes, transition, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Position, Sampling, Transition, Values
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.transmission.envelope import envelope
+from sstl_cli.physics.transmission.play import bounded_play, cascade, play_operator
+
+Array = NDArray[np.float64]
+PLAYS = 8
+STAGES = 4
+ONE = np.ones(1)
+
+
+@dataclass(frozen=True)
+class Active:
+    """Effects with their values, ready to simulate; built once and used for every run."""
+
+    items: tuple[tuple[Effect, Values], ...]
+
+    def of_hook(self, name: str) -> list[tuple[Effect, Values]]:
+        """Return the effects that have the hook, in the order in which a signal meets them."""
+        return [(e, v) for e, v in self.items if getattr(e, name) is not None]
+
+
+def activate(effects: Mapping[str, Values]) -> Active:
+    """Return the effects that are not neutral, checked against their bounds and in sensor order."""
+    items = []
+    for effect_id, values in effects.items():
+        effect = get(effect_id)
+        full = effect.complete(values)
+        if effect.active(full):
+            items.append((effect, full))
+    return Active(tuple(sorted(items, key=lambda item: (item[0].order, item[0].id))))
+
+
+def drive_of(
+    system: str, location: str | None, dt_s: float, tension_n: Array, mechanics: Mechanics, rate_n_s: Array | None = None
+) -> Drive:
+    """Return the drive of a run from its true input tension (N), equally spaced by ``dt_s``."""
+    rate = np.gradient(tension_n, dt_s) if rate_n_s is None and len(tension_n) > 1 else rate_n_s
+    path = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(tension_n)))))
+    time = np.arange(len(tension_n)) * dt_s
+    return Drive(system, location, dt_s, time, tension_n, np.zeros_like(tension_n) if rate is None else rate, path, mechanics)
+
+
+def predict(drive: Drive, theta: float, active: Active, start_n: float = float("nan")) -> Array:
+    """Return the true output tension (N, shape (n,)) for a true input tension.
+
+    Parameters
+    ----------
+    theta : float
+        mu Phi of one pass (rad).
+    start_n : float
+        Output tension before the first sample; NaN starts midway between the propagation lines.
+    """
+    law = Law()
+    for effect, values in active.of_hook("law"):
+        effect.law(law, values)  # type: ignore[misc]
+    transition = Transition()
+    for effect, values in active.of_hook("transition"):
+        effect.transition(transition, values, drive)  # type: ignore[misc]
+    plain = transition == Transition()
+    if plain and law == Law():
+        n = drive.passes
+        return play_operator(drive.tension_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, start_n)
+    scale = ONE
+    for friction in law.friction_scale:
+        scale = scale * friction(drive)
+    low, high = float(scale.min()), float(scale.max())
+    top = float(drive.tension_n.max(initial=1.0))
+    lines = envelope(law, theta, drive.system, drive.location, drive.mechanics, top, (low, high))
+    tables = (lines.pull, lines.release, lines.tension_step_n, scale, lines.scale0, lines.scale_step)
+    if plain:
+        return bounded_play(drive.tension_n, *tables, start_n)
+    return cascade(
+        drive.tension_n, *tables, start_n, _shares(transition), _gains(transition, drive), drive.dt_s,
+        transition.static_ratio, transition.static_rate_n_s, transition.aging, transition.aging_s, drive.rate_n_s,
+    )
+
+
+def _shares(transition: Transition) -> Array:
+    """Return the relative widths of the plays of presliding: equal quantiles about 1, none below 0."""
+    if transition.spread <= 0.0:
+        return ONE
+    quantiles = (np.arange(PLAYS) + 0.5) / PLAYS * 2.0 - 1.0
+    width = transition.spread * (1.0 + transition.spread_shape)
+    shares = 1.0 + width * quantiles
+    if shares[0] < 0.0:
+        shares = np.maximum(shares, 0.0)
+        shares /= shares.mean()
+    return shares
+
+
+def _gains(transition: Transition, drive: Drive) -> Array:
+    """Return how far each stage of drag moves to its bound within one sample."""
+    if transition.lag_s <= 0.0 and transition.diffusion_s <= 0.0:
+        return ONE
+    stages = STAGES * drive.passes
+    behind = (stages - 1.0 - np.arange(stages)) / stages * drive.passes
+    tau = (transition.lag_s + transition.diffusion_s * behind) / STAGES
+    return 1.0 - np.exp(-drive.dt_s / np.maximum(tau, 1e-9))
+
+
+def measure(
+    system: str, dt_s: float, true_in: Array, true_out: Array, active: Active, rng: np.random.Generator | None = None
+) -> tuple[Array, Array]:
+    """Return what the two sensors and the recorder make of the true tensions (N, shape (n,) each)."""
+    run = Sampling(system, dt_s, np.linspace(0.0, 1.0, len(true_in)), rng)
+    seen_in, seen_out = true_in, true_out
+    for effect, values in active.items:
+        before_in, before_out = seen_in, seen_out
+        if effect.input is not None:
+            seen_in = effect.input(before_in, before_out, run, values)
+        if effect.output is not None:
+            seen_out = effect.output(before_out, before_in, run, values)
+    return seen_in, seen_out
+
+
+def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active) -> Array:
+    """Return the output as the sensor shows it, given the measured input tension."""
+    run = Sampling(system, dt_s, np.linspace(0.0, 1.0, len(true_out)))
+    for effect, values in active.of_hook("output"):
+        true_out = effect.output(true_out, measured_in, run, values)  # type: ignore[misc]
+    return true_out
+
+
+def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active) -> Array:
+    """Return the true input tension behind a measured one, undoing the input sensor."""
+    run = Sampling(system, dt_s, np.linspace(0.0, 1.0, len(measured_in)))
+    for effect, values in reversed(active.of_hook("input_inverse")):
+        measured_in = effect.input_inverse(measured_in, measured_out, run, values)  # type: ignore[misc]
+    return measured_in
+
+
+def predict_position(drive: Drive, theta: float, active: Active, tension_out: Array) -> Array:
+    """Return the proximal position (mm, shape (n,)) that belongs to an input and an output tension.
+
+    The load spring moves with the output; an elastic tendon adds the stretch of the mean tension
+    along the line, found by a play at the middle of each of eight equal parts.
+    """
+    mechanics = drive.mechanics
+    position = Position(length_mm=mechanics.length_mm)
+    for effect, values in active.of_hook("position"):
+        effect.position(position, values)  # type: ignore[misc]
+    x = _spring(tension_out, mechanics.load_n_per_mm, position.cubic_per_mm2)
+    if position.play_mm > 0.0:
+        x = x + position.play_mm * np.sign(np.gradient(tension_out))
+    if position.tendon_mm_per_n > 0.0 or position.creep_fraction > 0.0:
+        inner = replace(drive, system="act")
+        parts = [
+            play_operator(inner.tension_n, np.exp(-a), 0.0, np.exp(a), 0.0, np.nan)
+            for a in (np.arange(8) + 0.5) / 8 * drive.passes * theta
+        ]
+        stretch = np.mean(parts, axis=0) * (position.tendon_mm_per_n or mechanics.tendon_mm_per_n) * drive.passes
+        x = x + (stretch if position.tendon_mm_per_n > 0.0 else 0.0)
+        if position.creep_fraction > 0.0:
+            from sstl_cli.physics.filters import first_order
+
+            x = x + position.creep_fraction * first_order(stretch, drive.dt_s, position.creep_s)
+    if position.sheath_mm_per_n > 0.0:
+        x = x + position.sheath_mm_per_n * drive.tension_n
+    if position.gap_mm > 0.0:
+        x = x - position.gap_mm * (drive.tension_n <= SLACK_N)
+    return x
+
+
+SLACK_N = 0.05
+
+
+def _spring(tension: Array, k1: float, cubic: float) -> Array:
+    """Return x of T = k1 (x + cubic x^3) by Newton's rule (monotone, converges from above)."""
+    linear = tension / k1
+    if cubic <= 0.0:
+        return linear
+    x = linear.copy()
+    for _ in range(20):
+        x -= (x + cubic * x**3 - linear) / (1.0 + 3.0 * cubic * x**2)
+    return x

@@ -1,0 +1,1 @@
+"""One file per verb: tables in, a frozen result out; no disk, no terminal."""

@@ -1,0 +1,144 @@
+"""Simulate the recordings of a scenario with the fast model or the rig, run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import stream
+from sstl_cli.core.runs import Run
+from sstl_cli.paper.generator import generate
+from sstl_cli.physics.effect import Values
+from sstl_cli.physics.noise import NoiseModel, sensor_noise
+from sstl_cli.physics.scenario import Configuration, Lines, Scenario, Trajectory
+from sstl_cli.physics.trajectories import probe, tension_path, times
+from sstl_cli.physics.transmission import activate, measure, play_operator, predict, predict_position
+from sstl_cli.physics.transmission.model import Active, drive_of
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One run to be recorded."""
+
+    run_id: str
+    configuration: Configuration
+    trajectory: Trajectory
+    system: str
+
+
+def plan(scenario: Scenario, seed: int) -> list[Plan]:
+    """Return the runs of a scenario in the order in which they are recorded."""
+    configurations = list(scenario.configurations)
+    if scenario.generator:
+        configurations += generate(scenario.generator, stream(seed, "configurations"))
+    if not configurations:
+        raise SstlError("scenario has no configuration", fix="add a [[configurations]] block", code="E713")
+    if not scenario.trajectories:
+        raise SstlError("scenario has no trajectory", fix="add a [[trajectories]] block", code="E714")
+    plans = [
+        Plan(f"{c.id}-{i}-{t.kind}-{system}", c, t, system)
+        for c in configurations
+        for i, t in enumerate(scenario.trajectories)
+        for system in t.systems
+        if c.theta is not None or getattr(c, system) is not None
+    ]
+    if not plans:
+        raise SstlError("no configuration describes a recorded system", fix="give theta, act or sstl", code="E715")
+    return plans
+
+
+def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterator[Run]:
+    """Yield the simulated runs of a scenario (time in s, tensions in N, position in mm).
+
+    Raises
+    ------
+    SstlError
+        If an effect needs a channel or a theta that the scenario does not record or give.
+    """
+    effects = {**scenario.effects, **effects}
+    active = activate(effects)
+    plans = plan(scenario, seed)
+    for effect, _ in active.items:
+        for p in plans:
+            missing = [n for n in effect.needs if not _records(p.trajectory, n)]
+            if missing:
+                raise SstlError(
+                    f"effect {effect.id} shows only in {missing[0]}, which trajectory '{p.trajectory.name}' does not record",
+                    fix="set record_position or record_reference in the scenario", code="E716",
+                )
+            if p.configuration.theta is None:
+                raise SstlError(
+                    f"effects need theta, but configuration {p.configuration.id} gives propagation lines",
+                    fix="give theta in the scenario", code="E717",
+                )
+    if scenario.simulator == "rig":
+        from sstl_cli.steps.simulate_rig import record
+
+        for p in plans:
+            yield record(scenario, p, effects, seed)
+        return
+    for p in plans:
+        yield _record(scenario, p, active, seed)
+
+
+def _records(trajectory: Trajectory, channel: str) -> bool:
+    return trajectory.record_position if channel == "position_in_mm" else trajectory.record_reference
+
+
+def input_path(scenario: Scenario, p: Plan, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sampling times (s) and the input tension (N) of a planned run."""
+    time = times(p.trajectory, scenario.sampling_hz)
+    mechanics = scenario.rig.mechanics()
+    if (p.trajectory.drive or "position") == "position" and p.trajectory.kind == "trapezoid":
+        args = (mechanics.tendon_mm_per_n, mechanics.load_mm_per_n)
+        return time, probe(p.trajectory, p.system, time, _lines(p.configuration, p.system), *args)
+    # the same movement for every configuration, as a lab would command it
+    return time, tension_path(p.trajectory, p.system, time, stream(seed, "path", p.trajectory.name, p.system))
+
+
+def labels(p: Plan) -> dict[str, object]:
+    """Return the labels that a planned run carries in the log."""
+    c = p.configuration
+    return {
+        "run_id": p.run_id, "config_id": c.id, "system": p.system, "location": c.location, "lead_mm": c.lead_mm,
+        "trajectory": p.trajectory.name,
+    }
+
+
+def _lines(c: Configuration, system: str) -> Lines:
+    given: Lines | None = getattr(c, system)
+    if given is not None:
+        return given
+    n = 2 if system == "sstl" else 1
+    theta = c.theta if c.theta is not None else 0.0
+    return Lines(gamma_p=float(np.exp(-n * theta)), beta_p=0.0, gamma_r=float(np.exp(n * theta)), beta_r=0.0)
+
+
+def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
+    time, command = input_path(scenario, p, seed)
+    dt = 1.0 / scenario.sampling_hz
+    tension = command
+    for effect, values in active.of_hook("loop"):
+        tension = effect.loop(command, dt, values)  # type: ignore[misc]
+    drive = drive_of(p.system, p.configuration.location, dt, tension, scenario.rig.mechanics())
+    given: Lines | None = getattr(p.configuration, p.system)
+    if given is not None:
+        out = play_operator(tension, given.gamma_p, given.beta_p, given.gamma_r, given.beta_r, np.nan)
+    else:
+        out = predict(drive, float(p.configuration.theta or 0.0), active)
+    position = predict_position(drive, float(p.configuration.theta or 0.0), active, out)
+    noise = NoiseModel(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
+    rng = stream(seed, "noise", p.run_id)
+    noisy_in = tension + sensor_noise(noise, len(time), dt, rng)
+    noisy_out = out + sensor_noise(noise, len(time), dt, rng)
+    # noise is added before the recorder rounds, clips or drops samples
+    seen_in, seen_out = measure(p.system, dt, noisy_in, noisy_out, active, stream(seed, "faults", p.run_id))
+    return Run(
+        time_s=time, tension_in_n=seen_in, tension_out_n=seen_out,
+        position_in_mm=position if p.trajectory.record_position else None,
+        tension_ref_n=command if p.trajectory.record_reference else None,
+        **labels(p),  # type: ignore[arg-type]
+    )
