@@ -12,22 +12,72 @@ POUND_KG = 0.45359237
 
 # unit -> (dimension, factor to N, s, mm, rad, Pa, V or 1)
 UNITS: dict[str, tuple[str, float]] = {
-    "N": ("force", 1.0), "mN": ("force", 1e-3), "uN": ("force", 1e-6), "kN": ("force", 1e3),
-    "kgf": ("force", STANDARD_GRAVITY), "gf": ("force", STANDARD_GRAVITY * 1e-3),
-    "lbf": ("force", STANDARD_GRAVITY * POUND_KG), "ozf": ("force", STANDARD_GRAVITY * POUND_KG / 16),
-    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6), "ns": ("time", 1e-9), "min": ("time", 60.0),
+    "N": ("force", 1.0),
+    "mN": ("force", 1e-3),
+    "uN": ("force", 1e-6),
+    "kN": ("force", 1e3),
+    "kgf": ("force", STANDARD_GRAVITY),
+    "gf": ("force", STANDARD_GRAVITY * 1e-3),
+    "lbf": ("force", STANDARD_GRAVITY * POUND_KG),
+    "ozf": ("force", STANDARD_GRAVITY * POUND_KG / 16),
+    "s": ("time", 1.0),
+    "ms": ("time", 1e-3),
+    "us": ("time", 1e-6),
+    "ns": ("time", 1e-9),
+    "min": ("time", 60.0),
     "h": ("time", 3600.0),
-    "mm": ("length", 1.0), "m": ("length", 1e3), "cm": ("length", 10.0), "um": ("length", 1e-3), "in": ("length", 25.4),
-    "rad": ("angle", 1.0), "deg": ("angle", math.pi / 180), "rev": ("angle", 2 * math.pi),
-    "Pa": ("pressure", 1.0), "kPa": ("pressure", 1e3), "MPa": ("pressure", 1e6), "bar": ("pressure", 1e5),
-    "mbar": ("pressure", 1e2), "psi": ("pressure", STANDARD_GRAVITY * POUND_KG / 0.0254**2),
-    "V": ("voltage", 1.0), "mV": ("voltage", 1e-3), "uV": ("voltage", 1e-6), "counts": ("count", 1.0),
+    "mm": ("length", 1.0),
+    "m": ("length", 1e3),
+    "cm": ("length", 10.0),
+    "um": ("length", 1e-3),
+    "in": ("length", 25.4),
+    "rad": ("angle", 1.0),
+    "deg": ("angle", math.pi / 180),
+    "rev": ("angle", 2 * math.pi),
+    "Pa": ("pressure", 1.0),
+    "kPa": ("pressure", 1e3),
+    "MPa": ("pressure", 1e6),
+    "bar": ("pressure", 1e5),
+    "mbar": ("pressure", 1e2),
+    "psi": ("pressure", STANDARD_GRAVITY * POUND_KG / 0.0254**2),
+    "V": ("voltage", 1.0),
+    "mV": ("voltage", 1e-3),
+    "uV": ("voltage", 1e-6),
+    "counts": ("count", 1.0),
 }
 _ALIASES = {
-    "µs": "us", "μs": "us", "µm": "um", "μm": "um", "µN": "uN", "μN": "uN", "µV": "uV", "μV": "uV", "sec": "s",
-    "second": "s", "seconds": "s", "msec": "ms", "usec": "us", "°": "deg", "degree": "deg", "degrees": "deg", "inch": "in",
-    "newton": "N", "newtons": "N", "kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf", "oz": "ozf", "volt": "V",
-    "volts": "V", "radian": "rad", "radians": "rad", "minute": "min", "minutes": "min", "cnt": "counts", "ticks": "counts",
+    "µs": "us",
+    "μs": "us",
+    "µm": "um",
+    "μm": "um",
+    "µN": "uN",
+    "μN": "uN",
+    "µV": "uV",
+    "μV": "uV",
+    "sec": "s",
+    "second": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "usec": "us",
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "inch": "in",
+    "newton": "N",
+    "newtons": "N",
+    "kg": "kgf",
+    "g": "gf",
+    "lb": "lbf",
+    "lbs": "lbf",
+    "oz": "ozf",
+    "volt": "V",
+    "volts": "V",
+    "radian": "rad",
+    "radians": "rad",
+    "minute": "min",
+    "minutes": "min",
+    "cnt": "counts",
+    "ticks": "counts",
 }
 BASE = {"force": "N", "time": "s", "length": "mm", "angle": "rad", "pressure": "Pa", "voltage": "V", "count": "1"}
 
@@ -68,8 +118,15 @@ def is_unit(name: str) -> bool:
 
 
 def conversion(
-    unit: str, target: str, *, gain: float | None = None, radius_mm: float | None = None, area_mm2: float | None = None,
-    offset: float = 0.0, sign: int = 1, where: str = "",
+    unit: str,
+    target: str,
+    *,
+    gain: float | None = None,
+    radius_mm: float | None = None,
+    area_mm2: float | None = None,
+    offset: float = 0.0,
+    sign: int = 1,
+    where: str = "",
 ) -> Linear:
     """Return how a raw reading in ``unit`` becomes the base unit of ``target``.
 
@@ -94,7 +151,9 @@ def conversion(
     if gain is not None and dimension in ("voltage", "count"):
         return Linear(sign * gain * (factor if dimension == "voltage" else 1.0), offset)
     if gain is not None:
-        raise SstlError(f"a gain belongs to V or counts, not to {unit}", where=where, fix="leave the gain out", code="E302")
+        raise SstlError(
+            f"a gain belongs to V or counts, not to {unit}", where=where, fix="leave the gain out", code="E302"
+        )
     if dimension == target:
         return Linear(sign * factor, offset)
     if dimension == "angle" and target == "length":
@@ -109,10 +168,15 @@ def conversion(
         return Linear(sign * factor * area_mm2 * 1e-6, offset)
     if dimension in ("voltage", "count"):
         raise SstlError(
-            f"{unit} needs a gain ({BASE[target]} per {unit}) to become {BASE[target]}", where=where, fix="give gain",
+            f"{unit} needs a gain ({BASE[target]} per {unit}) to become {BASE[target]}",
+            where=where,
+            fix="give gain",
             code="E302",
         )
     known = ", ".join(u for u, (d, _) in UNITS.items() if d == target)
     raise SstlError(
-        f"{unit} is a {dimension}, not a {target}", where=where, fix=f"use one of {known}, or correct the column", code="E302"
+        f"{unit} is a {dimension}, not a {target}",
+        where=where,
+        fix=f"use one of {known}, or correct the column",
+        code="E302",
     )

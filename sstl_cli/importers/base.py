@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import pyarrow as pa
@@ -25,7 +25,7 @@ MIN_EXPANDED_BYTES = 64 << 20
 MAX_LOADED_BYTES = 2 << 30
 MAX_CHANNELS = 10_000
 
-Values = np.ndarray | pa.Array
+Values: TypeAlias = np.ndarray | pa.Array
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,7 @@ class Format(Protocol):
         """Return the recorded signals in the order of the file."""
         ...
 
-    def read(
-        self, path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes
-    ) -> Iterator[Block]:
+    def read(self, path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
         """Yield blocks of the named channels: numbers as float64, labels as strings."""
         ...
 
@@ -128,8 +126,10 @@ def detect(path: Path, wanted: str | None = None) -> Format:
     expected = [f for f in known.values() if suffix in f.EXTENSIONS and f.ID != "text"]
     if expected:
         raise SstlError(
-            f"is named like {expected[0].TITLE} but does not begin like one", where=str(path),
-            fix="the file is damaged or misnamed; --format names another format", code="E304",
+            f"is named like {expected[0].TITLE} but does not begin like one",
+            where=str(path),
+            fix="the file is damaged or misnamed; --format names another format",
+            code="E304",
         )
     raise SstlError(
         "is in no known format", where=str(path), fix=f"give --format, one of {', '.join(known)}", code="E305"
@@ -170,7 +170,10 @@ def guarded(path: Path, title: str) -> Iterator[None]:
     except Exception as error:
         detail = " ".join(f"{type(error).__name__}: {error}".split())[:110]
         raise SstlError(
-            f"is truncated, damaged, or not {title} ({detail})", where=str(path), fix="record or copy it again", code="E310"
+            f"is truncated, damaged, or not {title} ({detail})",
+            where=str(path),
+            fix="record or copy it again",
+            code="E310",
         ) from error
 
 
@@ -191,13 +194,17 @@ def check_declared(path: Path, declared: int, what: str, file_bytes: int | None 
     size = path.stat().st_size if file_bytes is None else file_bytes
     if declared < 0 or declared > max(MIN_EXPANDED_BYTES, MAX_EXPANSION * size):
         raise SstlError(
-            f"{what} declares {declared:.3g} bytes in a file of {size} bytes", where=str(path),
-            fix=f"damaged or hostile: at most {MAX_EXPANSION} times the file size is read", code="E312",
+            f"{what} declares {declared:.3g} bytes in a file of {size} bytes",
+            where=str(path),
+            fix=f"damaged or hostile: at most {MAX_EXPANSION} times the file size is read",
+            code="E312",
         )
     if whole and declared > MAX_LOADED_BYTES:
         raise SstlError(
-            f"{what} holds {declared / 2**30:.1f} GiB, which this format cannot read in slices", where=str(path),
-            fix=f"split it below {MAX_LOADED_BYTES >> 30} GiB, or give it as text, Parquet or HDF5", code="E313",
+            f"{what} holds {declared / 2**30:.1f} GiB, which this format cannot read in slices",
+            where=str(path),
+            fix=f"split it below {MAX_LOADED_BYTES >> 30} GiB, or give it as text, Parquet or HDF5",
+            code="E313",
         )
 
 
@@ -207,8 +214,10 @@ def need(path: Path, module: str, extra: str) -> Any:
         return importlib.import_module(module)
     except ImportError:
         raise SstlError(
-            f"this format needs the library '{module.split('.')[0]}'", where=str(path),
-            fix=f"pip install 'sstl-cli[{extra}]'", code="E308",
+            f"this format needs the library '{module.split('.')[0]}'",
+            where=str(path),
+            fix=f"pip install 'sstl-cli[{extra}]'",
+            code="E308",
         ) from None
 
 
@@ -228,8 +237,10 @@ def same_length(path: Path, lengths: dict[str, int]) -> int:
         if length not in (longest, 1):
             first = next(n for n, v in lengths.items() if v == longest)
             raise SstlError(
-                f"channel '{name}' has {length} values, '{first}' has {longest}", where=str(path),
-                fix="give each its own time channel (time = ...) in the mapping", code="E314",
+                f"channel '{name}' has {length} values, '{first}' has {longest}",
+                where=str(path),
+                fix="give each its own time channel (time = ...) in the mapping",
+                code="E314",
             )
     return longest
 
@@ -247,3 +258,33 @@ def text_array(values: Any) -> pa.Array:
         else:
             out.append(str(value))
     return pa.array(out, pa.string())
+
+
+def members(path: Path) -> list[Path]:
+    """Return the files that make up an input: itself, or the regular files of a bag folder.
+
+    Raises
+    ------
+    SstlError
+        If a folder holds no storage file, or a link that leads out of it.
+    """
+    if not path.is_dir():
+        return [path]
+    found = sorted(p for p in path.iterdir() if p.suffix.lower() in (".db3", ".mcap", ".yaml"))
+    storage = [p for p in found if p.suffix.lower() != ".yaml"]
+    if not storage:
+        raise SstlError(
+            "is a folder without .db3 or .mcap files",
+            where=str(path),
+            fix="give recordings, or a ROS 2 bag folder",
+            code="E306",
+        )
+    for member in found:
+        if member.is_symlink() or not member.is_file():
+            raise SstlError(
+                f"'{member.name}' is a link or no regular file",
+                where=str(path),
+                fix="copy the file into the bag",
+                code="E315",
+            )
+    return found

@@ -50,10 +50,16 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     types = {n: pa.float64() for n in numbers} | {n: pa.string() for n in labels if n not in numbers}
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     # a lone quote can only be damage where every wanted cell is a number
-    parse = pc.ParseOptions(delimiter=delimiter, ignore_empty_lines=True, quote_char='"' if found.delimiter != SPACES else False)
+    parse = pc.ParseOptions(
+        delimiter=delimiter, ignore_empty_lines=True, quote_char='"' if found.delimiter != SPACES else False
+    )
     convert = pc.ConvertOptions(
-        column_types=types, include_columns=wanted, null_values=list(MISSING), strings_can_be_null=True,
-        decimal_point=found.decimal, check_utf8=False,
+        column_types=types,
+        include_columns=wanted,
+        null_values=list(MISSING),
+        strings_can_be_null=True,
+        decimal_point=found.decimal,
+        check_utf8=False,
     )
     with open(path, "rb") as file:
         file.seek(found.first_byte)
@@ -91,9 +97,8 @@ def _pieces(file: IO[bytes], found: TextLayout, path: Path, line: int) -> Iterat
         piece = rest[: at + len(end)].replace(end, b"\n")
         rest = rest[at + len(end) :]
         if len(rest) > MAX_LINE_BYTES:
-            raise SstlError(
-                f"line {line + piece.count(b'\n')}: {_TOO_LONG}", where=str(path), fix="the file is damaged", code="E320"
-            )
+            at_line = line + piece.count(b"\n")
+            raise SstlError(f"line {at_line}: {_TOO_LONG}", where=str(path), fix="the file is damaged", code="E320")
         line += piece.count(b"\n")
         yield piece, False
 
@@ -123,7 +128,13 @@ def _whole_lines(body: bytes, found: TextLayout, notes: Notes) -> bytes:
 
 
 def _parse(
-    body: bytes, found: TextLayout, parse: pc.ParseOptions, convert: pc.ConvertOptions, path: Path, line: int, raw: bytes
+    body: bytes,
+    found: TextLayout,
+    parse: pc.ParseOptions,
+    convert: pc.ConvertOptions,
+    path: Path,
+    line: int,
+    raw: bytes,
 ) -> pa.Table:
     options = pc.ReadOptions(column_names=list(found.names), use_threads=False, block_size=max(len(body) + 1, 1024))
     try:
@@ -131,8 +142,10 @@ def _parse(
     except (pa.ArrowException, UnicodeDecodeError) as error:
         _explain(body, found, convert, path, line)
         raise SstlError(
-            f"cannot be read near line {line} ({' '.join(str(error).split())[:100]})", where=str(path),
-            fix="correct or remove the line", code="E326",
+            f"cannot be read near line {line} ({' '.join(str(error).split())[:100]})",
+            where=str(path),
+            fix="correct or remove the line",
+            code="E326",
         ) from None
 
 
@@ -141,7 +154,8 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     width = len(found.names)
     checked = [
-        (i, n) for i, n in enumerate(found.names)
+        (i, n)
+        for i, n in enumerate(found.names)
         if n in convert.include_columns and pa.types.is_floating(convert.column_types[n])
     ]
     for offset, raw in enumerate(body.split(b"\n")):
@@ -152,14 +166,18 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
         where = f"{path}, line {line + offset}"
         if len(cells) != width and '"' not in text:
             raise SstlError(
-                f"has {len(cells)} columns, the lines before have {width}", where=where,
-                fix="correct or remove the line, or raise skip_rows", code="E327",
+                f"has {len(cells)} columns, the lines before have {width}",
+                where=where,
+                fix="correct or remove the line, or raise skip_rows",
+                code="E327",
             )
         for i, name in checked:
             if i < len(cells) and not _readable(cells[i], found.decimal):
                 raise SstlError(
-                    f"column '{name}' holds {printable(cells[i][:40])!r}, not a number", where=where,
-                    fix="correct the value, or leave it empty for 'not measured'", code="E328",
+                    f"column '{name}' holds {printable(cells[i][:40])!r}, not a number",
+                    where=where,
+                    fix="correct the value, or leave it empty for 'not measured'",
+                    code="E328",
                 )
 
 

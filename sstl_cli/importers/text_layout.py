@@ -18,7 +18,23 @@ _NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitesp
 _COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
 _COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
-MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null", "NULL", "None", "1.#QNAN", "-1.#IND", "nan(ind)")
+MISSING = (
+    "",
+    "NA",
+    "N/A",
+    "#N/A",
+    "NaN",
+    "nan",
+    "NAN",
+    "-nan",
+    "-NaN",
+    "null",
+    "NULL",
+    "None",
+    "1.#QNAN",
+    "-1.#IND",
+    "nan(ind)",
+)
 _MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 
@@ -50,8 +66,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
     position, number = start, 0
     skipped = wanted.skip_rows
-    for line in lines[:skipped]:
-        position += len(line) + len(line_end)
+    position += sum(len(line) + len(line_end) for line in lines[:skipped])
     number = skipped
     rest = lines[skipped:]
     labview = [i for i, line in enumerate(rest[:MAX_HEADER_LINES]) if line.startswith(b"***End_of_Header***")]
@@ -86,7 +101,9 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
                 break
             if wanted.header is False:
                 raise SstlError(
-                    f"line {number + i + 1} holds no number", where=str(path), fix="raise skip_rows, or leave header out",
+                    f"line {number + i + 1} holds no number",
+                    where=str(path),
+                    fix="raise skip_rows, or leave header out",
                     code="E323",
                 )
             head.append(line)
@@ -99,15 +116,12 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
                 break
     else:
         raise SstlError("holds no number in its first lines", where=str(path), fix="raise skip_rows", code="E323")
-    for line in rest[:rest_at]:
-        position += len(line) + len(line_end)
+    position += sum(len(line) + len(line_end) for line in rest[:rest_at])
     if width > MAX_CHANNELS:
         raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
     names, units, named = _names(head, width, delimiter, path)
     text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in texts)
-    return TextLayout(
-        delimiter, decimal, names, units, position, number + rest_at + 1, comment, named, line_end, text
-    )
+    return TextLayout(delimiter, decimal, names, units, position, number + rest_at + 1, comment, named, line_end, text)
 
 
 def cut(line: str, delimiter: str) -> list[str]:
@@ -148,8 +162,10 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
     longest = max(range(len(lines)), key=lambda i: len(lines[i]))
     if len(lines[longest]) > MAX_LINE_BYTES:
         raise SstlError(
-            f"line {longest + 1} is longer than {MAX_LINE_BYTES >> 20} MiB", where=str(path),
-            fix="this is not a text log with one sample a line", code="E320",
+            f"line {longest + 1} is longer than {MAX_LINE_BYTES >> 20} MiB",
+            where=str(path),
+            fix="this is not a text log with one sample a line",
+            code="E320",
         )
     if skip and skip >= len([x for x in lines if x.strip()]):
         raise SstlError(
@@ -198,8 +214,10 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
     if not fitting:
         if rows and delimiter != SPACES and len(rows[-1]) > 1:
             raise SstlError(
-                f"header names {len(rows[-1])} columns, the data have {width}", where=str(path),
-                fix="correct the header, or skip it with skip_rows", code="E325",
+                f"header names {len(rows[-1])} columns, the data have {width}",
+                where=str(path),
+                fix="correct the header, or skip it with skip_rows",
+                code="E325",
             )
         return plain, ("",) * width, False
     units = [""] * width

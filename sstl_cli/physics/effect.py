@@ -56,14 +56,15 @@ class Law:
 class Transition:
     """How the output moves between the envelopes, built up by effects; the defaults are a pure play."""
 
+    breakaway_mm: float = 0.0
     spread: float = 0.0
-    spread_shape: float = 0.5
-    lag_s: float = 0.0
-    diffusion_s: float = 0.0
+    drag_n_s_mm: float = 0.0
     static_ratio: float = 1.0
-    static_rate_n_s: float = 1.0
+    static_mm_s: float = 1.0
     aging: float = 0.0
     aging_s: float = 1.0
+    stribeck_ratio: float = 1.0
+    stribeck_mm_s: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Mechanics:
 
     length_mm: float = 2000.0
     ea_n: float = 8000.0
-    load_n_per_mm: float = 2.0
+    load_n_per_mm: float = 8.0
     arc_fraction: float = 0.25
     bend_centres: Mapping[str, float] = field(default_factory=lambda: {"NP": 0.2, "CP": 0.5, "ND": 0.8})
 
@@ -95,7 +96,10 @@ class Mechanics:
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives one run: equally spaced time (s), true input tension (N) and its derivatives."""
+    """What drives one run: equally spaced time (s), true input tension (N) and its derivatives.
+
+    ``knots`` are the samples at which an elastic line is marched: a coarser grid and all turning points.
+    """
 
     system: str
     location: str | None
@@ -105,6 +109,7 @@ class Drive:
     rate_n_s: Array
     path_n: Array
     mechanics: Mechanics
+    knots: NDArray[np.int64]
 
     @property
     def passes(self) -> int:
@@ -197,11 +202,3 @@ class Position:
     play_mm: float = 0.0
     gap_mm: float = 0.0
 
-
-def sliding_mm_per_n(drive: Drive) -> float:
-    """Return the mean sliding distance along the line per newton at the input (mm/N).
-
-    In propagation the load spring moves with the output and every point with the stretch behind it.
-    """
-    mechanics = drive.mechanics
-    return 0.6 * mechanics.load_mm_per_n + 0.4 * mechanics.tendon_mm_per_n * drive.passes

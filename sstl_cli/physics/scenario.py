@@ -23,7 +23,7 @@ class RigSection(Model):
 
     length_mm: Annotated[float, Field(ge=10, le=20_000)] = 2000.0
     ea_n: Annotated[float, Field(ge=100, le=1e6)] = 8000.0
-    load_n_per_mm: Annotated[float, Field(gt=0, le=1000)] = 2.0
+    load_n_per_mm: Annotated[float, Field(gt=0, le=1000)] = 8.0
     arc_fraction: Annotated[float, Field(gt=0, le=1)] = 0.25
     bend_centres: dict[str, Annotated[float, Field(ge=0, le=1)]] = {"NP": 0.2, "CP": 0.5, "ND": 0.8}
     nodes: Annotated[int, Field(ge=5, le=200)] = 30

@@ -2,21 +2,16 @@
 
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values
 
-def _transition(transition: Transition, v: Values, drive: Drive) -> None:
-    # break-away distance over the travel that turns the friction round along the whole pass
-    travel_mm = drive.mechanics.tendon_mm_per_n * TURN_ROUND_N * drive.passes
-    transition.spread += v["breakaway_mm"] / travel_mm
-    transition.spread_shape = v["spread"]
+def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
+    transition.breakaway_mm += v["breakaway_mm"]
+    transition.spread = v["spread"]
 
-
-# tension change at the input that turns the friction of a pass round, at mid-range tension
-TURN_ROUND_N = 10.0
 
 EFFECT = Effect(
     id="presliding",
     title="Presliding before break-away",
     stage=TRANSITION,
-    equation="out = sum_j w_j clip(out_j, in + c_j (pull(in) - in), in + c_j (release(in) - in)), mean of c_j = 1",
+    equation="dF = F_limit / z_b du, |F| <= F_limit, at every node of an elastic line",
     source="Generalised Maxwell slip / Prandtl-Ishlinskii; catalogue entry [L]",
     parameters=(
         Parameter("breakaway_mm", "mm", 0.0, 0.0, 1.5, "mean break-away distance"),

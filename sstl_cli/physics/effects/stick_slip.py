@@ -1,17 +1,17 @@
 """Static friction above kinetic friction in a springy line: a sawtooth at low speed."""
 
-from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values, sliding_mm_per_n
+from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values
 
-def _transition(transition: Transition, v: Values, drive: Drive) -> None:
+def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
     transition.static_ratio *= v["ratio"]
-    transition.static_rate_n_s = v["v_c_mm_s"] / sliding_mm_per_n(drive)
+    transition.static_mm_s = v["v_c_mm_s"]
 
 
 EFFECT = Effect(
     id="stick_slip",
     title="Stick-slip",
     stage=TRANSITION,
-    equation="stick until out leaves the envelope of ratio * mu, then jump to that of mu; ratio fades with speed",
+    equation="mu_s = ratio mu at rest; the excess renews over v_c dt and wears off with slip",
     source="Static over kinetic friction with series compliance; catalogue entry [L, T]",
     parameters=(
         Parameter("ratio", "1", 1.0, 1.0, 1.5, "static over kinetic friction"),

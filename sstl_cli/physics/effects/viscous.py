@@ -2,11 +2,8 @@
 
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values
 
-def _transition(transition: Transition, v: Values, drive: Drive) -> None:
-    mechanics = drive.mechanics
-    # overstress over a pass = c_L v: moving the load spring gives a lag, stretching the tendon diffusion
-    transition.lag_s += v["c_l_n_s_per_mm"] * mechanics.load_mm_per_n
-    transition.diffusion_s += v["c_l_n_s_per_mm"] * mechanics.tendon_mm_per_n
+def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
+    transition.drag_n_s_mm += v["c_l_n_s_per_mm"]
 
 
 EFFECT = Effect(

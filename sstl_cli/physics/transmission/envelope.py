@@ -52,7 +52,8 @@ def envelope(
     nodes = 2 if linear else NODES
     grid = np.linspace(0.0, max(top_n, 1.0), nodes)
     low, high = scales
-    factors = np.linspace(low, high, SCALE_NODES) if high > low else np.array([low])
+    # below this spread the rows would coincide to rounding
+    factors = np.linspace(low, high, SCALE_NODES) if high - low > 1e-6 else np.array([low])
     before, behind = mechanics.straight(location)
     tables = []
     for zeta, side in ((1.0, law.scale_pull), (-1.0, law.scale_release)):

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Position, Sampling, Transition, Values
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.transmission.envelope import envelope
-from sstl_cli.physics.transmission.play import bounded_play, cascade, play_operator
+from sstl_cli.physics.transmission.line import elastic_line
+from sstl_cli.physics.transmission.play import bounded_play, play_operator
 
 Array = NDArray[np.float64]
-PLAYS = 8
-STAGES = 4
+MARCH_S = 0.01
 ONE = np.ones(1)
 
 
@@ -48,7 +48,9 @@ def drive_of(
     rate = np.gradient(tension_n, dt_s) if rate_n_s is None and len(tension_n) > 1 else rate_n_s
     path = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(tension_n)))))
     time = np.arange(len(tension_n)) * dt_s
-    return Drive(system, location, dt_s, time, tension_n, np.zeros_like(tension_n) if rate is None else rate, path, mechanics)
+    return Drive(
+        system, location, dt_s, time, tension_n, np.zeros_like(tension_n) if rate is None else rate, path, mechanics, knots(tension_n, dt_s)
+    )
 
 
 def predict(drive: Drive, theta: float, active: Active, start_n: float = float("nan")) -> Array:
@@ -67,46 +69,36 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
     transition = Transition()
     for effect, values in active.of_hook("transition"):
         effect.transition(transition, values, drive)  # type: ignore[misc]
-    plain = transition == Transition()
-    if plain and law == Law():
+    if transition == Transition() and law == Law():
         n = drive.passes
         return play_operator(drive.tension_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, start_n)
     scale = ONE
     for friction in law.friction_scale:
         scale = scale * friction(drive)
+    if transition != Transition():
+        start = 0.5 * float(drive.tension_n[0]) if np.isnan(start_n) else start_n
+        return elastic_line(drive, theta, law, transition, scale, start)
     low, high = float(scale.min()), float(scale.max())
     top = float(drive.tension_n.max(initial=1.0))
     lines = envelope(law, theta, drive.system, drive.location, drive.mechanics, top, (low, high))
-    tables = (lines.pull, lines.release, lines.tension_step_n, scale, lines.scale0, lines.scale_step)
-    if plain:
-        return bounded_play(drive.tension_n, *tables, start_n)
-    return cascade(
-        drive.tension_n, *tables, start_n, _shares(transition), _gains(transition, drive), drive.dt_s,
-        transition.static_ratio, transition.static_rate_n_s, transition.aging, transition.aging_s, drive.rate_n_s,
+    return bounded_play(
+        drive.tension_n, lines.pull, lines.release, lines.tension_step_n, scale, lines.scale0, lines.scale_step, start_n
     )
 
 
-def _shares(transition: Transition) -> Array:
-    """Return the relative widths of the plays of presliding: equal quantiles about 1, none below 0."""
-    if transition.spread <= 0.0:
-        return ONE
-    quantiles = (np.arange(PLAYS) + 0.5) / PLAYS * 2.0 - 1.0
-    width = transition.spread * (1.0 + transition.spread_shape)
-    shares = 1.0 + width * quantiles
-    if shares[0] < 0.0:
-        shares = np.maximum(shares, 0.0)
-        shares /= shares.mean()
-    return shares
-
-
-def _gains(transition: Transition, drive: Drive) -> Array:
-    """Return how far each stage of drag moves to its bound within one sample."""
-    if transition.lag_s <= 0.0 and transition.diffusion_s <= 0.0:
-        return ONE
-    stages = STAGES * drive.passes
-    behind = (stages - 1.0 - np.arange(stages)) / stages * drive.passes
-    tau = (transition.lag_s + transition.diffusion_s * behind) / STAGES
-    return 1.0 - np.exp(-drive.dt_s / np.maximum(tau, 1e-9))
+def knots(tension_n: Array, dt_s: float) -> NDArray[np.int64]:
+    """Return a coarser grid of samples that keeps the extremes of every block."""
+    factor = max(1, round(MARCH_S / dt_s))
+    n = len(tension_n)
+    if factor == 1 or n < 2 * factor:
+        return np.arange(n)
+    blocks = tension_n[: n // factor * factor].reshape(-1, factor)
+    offset = np.arange(len(blocks)) * factor
+    inner = np.concatenate((offset + blocks.argmax(axis=1), offset + blocks.argmin(axis=1)))
+    turning = inner[(inner > 0) & (inner < n - 1)]
+    left, here, right = tension_n[turning - 1], tension_n[turning], tension_n[turning + 1]
+    turning = turning[(here - left) * (right - here) <= 0.0]
+    return np.unique(np.concatenate((offset, turning, [n - 1])))
 
 
 def measure(

@@ -1,0 +1,220 @@
+"""``sstl check``: everything that is wrong with a table, not only the first thing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from sstl_cli.cli.options import Config, Json
+from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    from sstl_cli.steps.check import Finding, Piece
+
+EPILOG = "Example: sstl check log.parquet theta.parquet"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("check", epilog=EPILOG)(check)
+
+
+def check(
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs or other tables of sstl (Parquet).")],
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Check tables: schema, units, sampling, gaps, time order, NaN, saturation, quantisation, flat or frozen channels.
+
+    Every failure is listed. Exit code 1 if there is any; remarks alone are fine.
+    """
+    screen = Screen(as_json)
+    entries: list[dict[str, Any]] = []
+    for path in logs:
+        entries += [{"file": str(path), **e} for e in _check_file(path, screen)]
+    failures = [e for e in entries if e["level"] == "failure"]
+    rows = [
+        (e["level"], Path(e["file"]).name, e["run_id"] or "", e["column"] or "", f"{e['what']}: {e['detail']}", e["fix"])
+        for e in sorted(entries, key=lambda e: e["level"])
+    ]
+    if rows:
+        screen.table("", ("level", "file", "run", "column", "what", "do"), rows)
+    remarks = len(entries) - len(failures)
+    screen.line(f"{len(logs)} files: {len(failures)} failures, {remarks} remarks")
+    document = {
+        "schema": "sstl.check/1", "ok": not failures, "failures": len(failures), "remarks": remarks, "findings": entries,
+        "files": [str(p) for p in logs],
+    }
+    screen.finish(document, 1 if failures else 0)
+
+
+def _entry(finding: Finding, run_id: str | None = None) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {"run_id": run_id, **asdict(finding)}
+
+
+def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.parquet import open_table, schema_id_of
+    from sstl_cli.core.tables import LOG, SCHEMAS, Schema
+    from sstl_cli.steps.check import FAILURE, REMARK, Finding, Piece
+    from sstl_cli.steps import check as step
+
+    try:
+        name = schema_id_of(path)
+        schema = SCHEMAS.get(name or LOG.id)
+        if schema is None:
+            yield _entry(Finding(FAILURE, "unknown table", "", 1, repr(name), "give a table made by sstl"))
+            return
+        # no columns demanded here: each missing one becomes a finding of its own
+        reader = open_table(path, Schema(schema.id, schema.version, ()))
+    except SstlError as error:
+        yield _entry(Finding(FAILURE, "unreadable", "", 1, error.what, error.fix))
+        return
+    if name is None:
+        yield _entry(Finding(REMARK, "no provenance", "", 1, "no schema in the file; read as a log", "none needed"))
+    yield from map(_entry, _schema_findings(reader.file.schema_arrow, schema))
+    if reader.rows == 0:
+        yield _entry(Finding(FAILURE, "no rows", "", 0, "the table is empty", "record or import again"))
+        return
+    numeric = [c.name for c in schema.columns if _is_float(reader.file.schema_arrow, c.name)]
+    try:
+        if schema is not LOG:
+            required = [n for n in schema.required if n in numeric]
+            yield from _check_table(reader, numeric, required)
+            return
+        seen: set[str] = set()
+        optional = tuple(n for n in numeric if n not in schema.required)
+        with screen.progress("checking", reader.rows) as advance:
+            for piece in _pieces(reader, numeric):
+                findings = step.run(piece, optional)
+                if piece.run_id in seen:
+                    findings.append(Finding(FAILURE, "run in two pieces", "run_id", 1, "not contiguous", "sort by run_id"))
+                seen.add(piece.run_id or "")
+                yield from (_entry(f, piece.run_id) for f in findings)
+                advance(len(next(iter(piece.columns.values()), ())))
+    except SstlError as error:
+        yield _entry(Finding(FAILURE, "unreadable", "", 1, error.what, error.fix))
+
+
+def _is_float(arrow: Any, name: str) -> bool:
+    import pyarrow as pa
+
+    return name in arrow.names and (
+        pa.types.is_floating(arrow.field(name).type) or pa.types.is_integer(arrow.field(name).type)
+    )
+
+
+def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
+    """Yield missing columns, columns of a wrong type, and units that are absent or not ours."""
+    import pyarrow as pa
+
+    from sstl_cli.core.errors import nearest
+    from sstl_cli.steps.check import FAILURE, REMARK, Finding
+
+    spare = [n for n in arrow.names if n not in schema.names]
+    for column in schema.columns:
+        if column.name not in arrow.names:
+            if not column.nullable:
+                hint = nearest(column.name, spare) if spare else "rename it or import with a mapping"
+                yield Finding(FAILURE, "missing column", column.name, 1, "not in the file", hint)
+            continue
+        field = arrow.field(column.name)
+        text = (pa.types.is_string, pa.types.is_large_string, pa.types.is_dictionary, pa.types.is_null)
+        number = (pa.types.is_floating, pa.types.is_integer, pa.types.is_null)
+        fits = any(test(field.type) for test in (text if column.type == pa.string() else number))
+        if not fits:
+            yield Finding(FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}")
+        unit = (field.metadata or {}).get(b"unit")
+        if unit is None and column.unit:
+            yield Finding(REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right")
+        elif unit is not None and unit.decode(errors="replace") != column.unit:
+            detail = f"{unit.decode(errors='replace')!r}, not {column.unit!r}"
+            yield Finding(FAILURE, "wrong unit", column.name, 1, detail, "convert it with sstl import")
+
+
+def _blocks(reader: Any) -> Iterator[Any]:
+    import pyarrow as pa
+
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.parquet import ROWS_PER_BLOCK
+
+    try:
+        for batch in reader.file.iter_batches(ROWS_PER_BLOCK):
+            yield pa.Table.from_batches([batch])
+    except (pa.ArrowException, OSError) as error:
+        raise SstlError(f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230") from None
+
+
+def _check_table(reader: Any, numeric: list[str], required: list[str]) -> Iterator[dict[str, Any]]:
+    from sstl_cli.core.tables import THETA
+    from sstl_cli.steps import check as step
+    from sstl_cli.steps.check import FAILURE, REMARK, Finding
+
+    ids: dict[str, int] = {}
+    for block in _blocks(reader):
+        nulls = {n: block.column(n).null_count for n in block.column_names}
+        columns = {n: _numbers(block.column(n)) for n in numeric}
+        yield from map(_entry, step.table(columns, nulls, required))
+        if "status" in block.column_names and reader.metadata.get("schema") == THETA.id:
+            for run_id, status in zip(block.column("run_id").to_pylist(), block.column("status").to_pylist(), strict=True):
+                ids[str(run_id)] = ids.get(str(run_id), 0) + 1
+                if status != "ok":
+                    yield _entry(Finding(REMARK, "set aside", "status", 1, str(status), "none needed"), run_id)
+    for run_id, count in ids.items():
+        if count > 1:
+            yield _entry(Finding(FAILURE, "run comes twice", "run_id", count, f"{count} rows", "keep one row a run"), run_id)
+
+
+def _numbers(column: Any) -> Any:
+    import pyarrow as pa
+
+    return column.cast(pa.float64()).to_numpy(zero_copy_only=False) if not pa.types.is_null(column.type) else column.to_numpy()
+
+
+def _pieces(reader: Any, numeric: list[str]) -> Iterator[Piece]:
+    """Yield contiguous stretches of one run_id; memory is bounded by the longest."""
+    import numpy as np
+    import pyarrow as pa
+
+    pending: Any = None
+    for block in _blocks(reader):
+        starts = [0]
+        if "run_id" in block.column_names:
+            ids = block.column("run_id").cast(pa.string()).combine_chunks()
+            codes = ids.dictionary_encode()
+            codes = codes.combine_chunks() if isinstance(codes, pa.ChunkedArray) else codes
+            changed = np.flatnonzero(np.diff(codes.indices.fill_null(-1).to_numpy(zero_copy_only=False)))
+            starts += (changed + 1).tolist()
+        for a, b in zip(starts, [*starts[1:], block.num_rows], strict=True):
+            piece = block.slice(a, b - a)
+            if pending is not None and _run_of(pending) == _run_of(piece):
+                pending = pa.concat_tables([pending, piece])
+                continue
+            if pending is not None:
+                yield _piece(pending, numeric)
+            pending = piece
+    if pending is not None:
+        yield _piece(pending, numeric)
+
+
+def _run_of(table: Any) -> Any:
+    return table.column("run_id")[0].as_py() if "run_id" in table.column_names else None
+
+
+def _piece(table: Any, numeric: list[str]) -> Piece:
+    from sstl_cli.steps.check import Piece
+
+    labels = [n for n in ("config_id", "system", "location", "trajectory") if n in table.column_names]
+    signals = [n for n in numeric if n != "lead_mm"]
+    run_id = _run_of(table)
+    return Piece(
+        None if run_id is None else str(run_id),
+        {n: _numbers(table.column(n)) for n in signals},
+        {n: table.column(n).unique().to_pylist() for n in labels},
+        {n: table.column(n).null_count for n in signals},
+    )

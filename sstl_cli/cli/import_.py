@@ -1,0 +1,160 @@
+"""``sstl import``: recordings of any known format into the log table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sstl_cli.cli.options import Config, Force, Json, command_line
+from sstl_cli.cli.render import Screen
+
+EPILOG = """Examples:
+
+  sstl import run1.csv run2.csv --out log.parquet
+
+  sstl import rec.txt -o log.parquet --map "time_s=col1:ms,tension_in_n=col5-col6:N,tension_out_n=col7:lbf,system=act"
+
+  sstl import bend_*.mat --mapping rig.toml --out log.parquet --on-gap fill
+
+  sstl import --guess recording.tdms > rig.toml
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand to the program."""
+    app.command(
+        "import",
+        epilog=EPILOG,
+        help=(
+            "Import recordings (CSV, TSV, text, Parquet, MAT, HDF5, NPZ, TDMS, MCAP, ROS bags) into a log table. "
+            "Canonical columns need no mapping; exit code 3 says that samples were set aside."
+        ),
+    )(import_)
+
+
+def import_(
+    files: Annotated[list[Path], typer.Argument(help="Recordings.", show_default=False)],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Log table to write (Parquet).")] = None,
+    mapping: Annotated[Path | None, typer.Option("--mapping", metavar="FILE.toml", help="Mapping file.")] = None,
+    map_: Annotated[str | None, typer.Option("--map", help="Mapping in short: target=source[:unit],...")] = None,
+    format_: Annotated[str | None, typer.Option("--format", help="Format id, instead of detection.")] = None,
+    on_gap: Annotated[str | None, typer.Option("--on-gap", help="split, fill or fail (default split).")] = None,
+    manifest: Annotated[Path | None, typer.Option("--manifest", help="CSV with labels by file name.")] = None,
+    merge: Annotated[
+        str | None,
+        typer.Option("--merge", help="append (files follow in time) or channels (files hold different channels)."),
+    ] = None,
+    guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping, with reasons and a preview loop.")] = False,
+    json_: Json = False,
+    force: Force = False,
+    config: Config = None,
+) -> None:
+    """Import recordings into a log table."""
+    from sstl_cli.core.errors import UsageError
+
+    screen = Screen(json_)
+    if mapping is not None and map_ is None and mapping.suffix.lower() != ".toml":
+        raise UsageError(f"--mapping takes a TOML file, found '{mapping}'", fix="use --map for text", code="E346")
+    if guess:
+        _guess(screen, files, format_, out, force)
+    if out is None:
+        raise UsageError("--out is missing", fix="give --out log.parquet", code="E346")
+    _import(screen, files, out, mapping, map_, format_, on_gap, manifest, merge, force)
+
+
+def _import(
+    screen: Screen,
+    files: list[Path],
+    out: Path,
+    mapping: Path | None,
+    map_: str | None,
+    format_: str | None,
+    on_gap: str | None,
+    manifest: Path | None,
+    merge: str | None,
+    force: bool,
+) -> None:
+    from sstl_cli.core.errors import EXIT_SET_ASIDE
+    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.provenance import Provenance, inputs_of
+    from sstl_cli.core.runs import write_runs
+    from sstl_cli.importers.base import head_of, members
+    from sstl_cli.importers.mapping import Mapping, inline_mapping, read_mapping, with_policy
+    from sstl_cli.importers.sources import read_manifest
+    from sstl_cli.steps.import_ import provenance_extra, run
+
+    chosen = read_mapping(mapping) if mapping is not None else Mapping()
+    if map_ is not None:
+        chosen = inline_mapping(map_, chosen)
+    chosen = with_policy(chosen, on_gap=on_gap, merge=merge)
+    require_writable(out, force)
+    for path in files:
+        head_of(path)
+    table = manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
+    labels = read_manifest(table) if table is not None else {}
+    parts = [m for path in files for m in members(path)]
+    provenance = Provenance(
+        command=command_line(),
+        inputs=inputs_of([*parts, *filter(None, (mapping, table))]),
+        extra=provenance_extra(chosen),
+    )
+    with screen.progress("import, bytes", float(sum(p.stat().st_size for p in parts))) as advance:
+        result = run(files, chosen, wanted=format_, manifest=labels, advance=advance)
+        write_runs(out, result.runs, provenance, force)
+    document = {"schema": "sstl.import/1", "out": str(out), **result.document()}
+    if "not_a_tension" in provenance.extra:
+        document["not_a_tension"] = provenance.extra["not_a_tension"]
+    _show(screen, document, [r.sentence() for r in result.clocks])
+    screen.finish(document, EXIT_SET_ASIDE if result.counts.set_aside else 0)
+
+
+def _beside(mapping: Path | None, name: str) -> Path:
+    return mapping.parent / name if mapping is not None else Path(name)
+
+
+def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
+    rows = [[r["file"], r["format"], r["runs"], r["samples"]] for r in document["recordings"]]
+    screen.table(f"{document['out']}: {document['runs']} runs", ["file", "format", "runs", "samples"], rows)
+    found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
+    if found:
+        screen.line(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
+    for reason, n in document["set_aside_by"].items():
+        screen.note(f"set aside: {n} samples, {reason}")
+    if document["set_aside"]:
+        screen.note(
+            f"set aside in all: {document['set_aside']} samples, {document['set_aside_pct']:.2f} % of those read"
+        )
+    for unit in document.get("not_a_tension", {}).values():
+        screen.note(
+            f"tension_out_n holds an output in {unit}, not a tension: its slope and offset are not in N/N and N"
+        )
+    for text in [*clocks, *document["remarks"]]:
+        screen.note(text)
+
+
+def _guess(screen: Screen, files: list[Path], format_: str | None, out: Path | None, force: bool) -> None:
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.core.files import write_text
+    from sstl_cli.importers.guess import guess
+
+    if len(files) != 1:
+        raise UsageError("--guess takes one file", fix="give the most typical recording", code="E346")
+    found = guess(files[0], format_)
+    if out is not None:
+        write_text(out, found.toml, force)
+    for line in found.toml.splitlines():
+        screen.line(line)
+    for line in [*found.reasons, *found.preview]:
+        screen.note(line)
+    screen.finish(
+        {
+            "schema": "sstl.import-guess/1",
+            "file": str(files[0]),
+            "format": found.format,
+            "mapping": found.toml,
+            "reasons": found.reasons,
+            "preview": found.preview,
+        }
+    )

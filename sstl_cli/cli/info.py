@@ -1,0 +1,186 @@
+"""``sstl info``: what a file holds, run by run, and where it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from sstl_cli.cli.options import Config, Json
+from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    from sstl_cli.steps.info import RunSummary
+
+EPILOG = "Example: sstl info log.parquet"
+SHOWN = 60
+LOOP_POINTS = 3000
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("info", epilog=EPILOG)(info)
+
+
+def info(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Tables of sstl (Parquet).")],
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Summarise tables: runs, samples, rates, ranges, provenance, and a small picture of the first loop."""
+    screen = Screen(as_json)
+    documents = [_describe(path, screen) for path in files]
+    screen.finish({"schema": "sstl.info/1", "files": documents})
+
+
+def _describe(path: Path, screen: Screen) -> dict[str, Any]:
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.parquet import open_table, schema_id_of
+    from sstl_cli.core.tables import LOG, SCHEMAS
+
+    name = schema_id_of(path)
+    schema = SCHEMAS.get(name or LOG.id)
+    if schema is None:
+        raise SstlError(f"holds {name!r}, which this program does not know", where=str(path), fix="give a table of sstl", code="E240")
+    reader = open_table(path, schema)
+    origin = reader.metadata
+    screen.line(f"{path.name}: {schema.id} version {schema.version}, {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB")
+    if origin:
+        screen.line(f"  made by: {origin.get('command')}")
+        screen.line(f"  sstl {origin.get('package_version')}, seed {origin.get('seed')}")
+        inputs = origin.get("inputs")
+        for source, digest in inputs.items() if isinstance(inputs, dict) else ():
+            screen.line(f"  from {source} (sha256 {str(digest)[:12]})")
+    else:
+        screen.line("  no provenance in the file")
+    document = {
+        "file": str(path), "schema": schema.id, "version": schema.version, "rows": reader.rows, "provenance": origin or None,
+        "columns": reader.file.schema_arrow.names,
+    }
+    if schema is LOG:
+        return {**document, "runs": _log(reader, screen)}
+    return {**document, "ranges": _other(reader, screen)}
+
+
+def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
+    from dataclasses import asdict
+
+    from sstl_cli.steps import info as step
+
+    runs = step.run([s for table in _tables(reader) for s in _summaries(table)])
+    rows = [
+        (
+            r.run_id, r.config_id, r.system, r.samples, r.end_s - r.start_s, r.rate_hz,
+            f"{r.in_min_n:.4g}..{r.in_max_n:.4g}", f"{r.out_min_n:.4g}..{r.out_max_n:.4g}",
+        )
+        for r in runs[:SHOWN]
+    ]
+    header = ("run", "config", "system", "samples", "s", "Hz", "T_in N", "T_out N")
+    screen.table(f"{len(runs)} runs", header, rows, f"and {len(runs) - SHOWN} more" if len(runs) > SHOWN else "")
+    if not screen.as_json and runs:
+        for line in _loop(reader, runs[0]):
+            screen.line(line)
+    return [{**asdict(r), "duration_s": r.end_s - r.start_s, "rate_hz": r.rate_hz} for r in runs]
+
+
+COLUMNS = ("run_id", "config_id", "system", "location", "time_s", "tension_in_n", "tension_out_n")
+
+
+def _tables(reader: Any) -> Iterator[Any]:
+    import pyarrow as pa
+
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
+    from sstl_cli.core.tables import LOG, Schema
+
+    # only what is shown is read; empty values are for sstl check to judge
+    wanted = Schema(LOG.id, LOG.version, tuple(_relaxed(c) for c in LOG.columns if c.name in COLUMNS))
+    present = [n for n in COLUMNS if n in reader.file.schema_arrow.names]
+    try:
+        for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=present):
+            yield conform(pa.Table.from_batches([batch]), wanted, str(reader.path))
+    except (pa.ArrowException, OSError) as error:
+        raise SstlError(f"is damaged ({str(error)[:120]})", where=str(reader.path), fix="make the file again", code="E241") from None
+
+
+def _relaxed(column: Any) -> Any:
+    from dataclasses import replace
+
+    return replace(column, nullable=True)
+
+
+def _summaries(table: Any) -> list[RunSummary]:
+    from sstl_cli.steps.info import RunSummary
+
+    measures = ("time_s", "tension_in_n", "tension_out_n")
+    wanted = [(m, f) for m in measures for f in ("min", "max")]
+    labels = [("system", "first"), ("config_id", "first"), ("location", "first")]
+    grouped = table.group_by("run_id", use_threads=False).aggregate([("run_id", "count"), *labels, *wanted])
+    rows = grouped.to_pylist()
+    nan = float("nan")
+
+    def number(row: dict[str, Any], name: str) -> float:
+        return nan if row[name] is None else row[name]
+
+    return [
+        RunSummary(
+            str(r["run_id"]), r["system_first"], r["config_id_first"], r["location_first"], r["run_id_count"],
+            *(number(r, f"{m}_{f}") for m, f in wanted),
+        )
+        for r in rows
+    ]
+
+
+def _loop(reader: Any, first: RunSummary) -> list[str]:
+    """Return the drawing of the first run's loop, read from as many row groups as it needs."""
+    import pyarrow.compute as pc
+
+    from sstl_cli.steps.info import draw_loop
+
+    stride = max(1, first.samples // LOOP_POINTS)
+    x: list[float] = []
+    y: list[float] = []
+    left = first.samples
+    for table in _tables(reader):
+        mine = table.filter(pc.equal(table.column("run_id"), first.run_id))
+        left -= len(mine)
+        x += mine.column("tension_in_n").to_pylist()[::stride]
+        y += mine.column("tension_out_n").to_pylist()[::stride]
+        if left <= 0:
+            break
+    drawn = draw_loop(x, y)
+    if not drawn:
+        return []
+    lines = [f"loop of {first.run_id}: T_out over T_in"]
+    for i, row in enumerate(drawn):
+        label = f"{first.out_max_n:8.3g} N " if i == 0 else f"{first.out_min_n:8.3g} N " if i == len(drawn) - 1 else " " * 11
+        lines.append(label + row)
+    low, high = f"{first.in_min_n:.3g} N", f"{first.in_max_n:.3g} N"
+    return [*lines, " " * 11 + low + high.rjust(len(drawn[0]) - len(low))]
+
+
+def _other(reader: Any, screen: Screen) -> dict[str, Any]:
+    """Return count, minimum, mean and maximum of each number column, and counts of each label."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    table = reader.table()
+    ranges: dict[str, Any] = {}
+    rows = []
+    for name in table.column_names:
+        column = table.column(name)
+        if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
+            ends = pc.min_max(column).as_py()
+            ranges[name] = {"nulls": column.null_count, "min": ends["min"], "mean": pc.mean(column).as_py(), "max": ends["max"]}
+            unit = (reader.schema.arrow().field(name).metadata or {}).get(b"unit", b"").decode() if name in reader.schema.names else ""
+            rows.append((name, unit, column.null_count, ends["min"], ranges[name]["mean"], ends["max"]))
+        else:
+            counts = pc.value_counts(column).to_pylist()
+            ranges[name] = {"nulls": column.null_count, "distinct": len(counts)}
+            if name in ("status", "phase", "method", "variant", "window"):
+                ranges[name]["counts"] = {str(c["values"]): c["counts"] for c in counts}
+                screen.line(f"  {name}: " + ", ".join(f"{c['values']} {c['counts']}" for c in counts[:8]))
+    screen.table("", ("column", "unit", "nulls", "min", "mean", "max"), rows)
+    return ranges

@@ -1,0 +1,128 @@
+"""``sstl segment``: Theta of every run of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed, command_line
+from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    from sstl_cli.core.runs import Run
+    from sstl_cli.steps.segment import Segmented
+
+EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
+SHOWN = 40
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("segment", epilog=EPILOG)(segment)
+
+
+def segment(
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs (Parquet).")],
+    out: Out,
+    phases: Annotated[Path | None, typer.Option(help="Also write the phase PB, PP, RB or RP of every sample.")] = None,
+    cutoff_hz: Annotated[float | None, typer.Option(help="Cut-off of the low-pass (default: from rate and motion).")] = None,
+    prominence_n: Annotated[
+        float | None, typer.Option(help="Turn of the input that counts as a reversal (default: from noise and range).")
+    ] = None,
+    delta_bl_n: Annotated[
+        float | None, typer.Option(help="Backlash threshold on the output (default: from noise and range).")
+    ] = None,
+    ransac_threshold_n: Annotated[
+        float | None, typer.Option(help="Largest distance of an inlier (default: from the residuals).")
+    ] = None,
+    ransac_trials: Annotated[int, typer.Option(help="Pairs of points tried per direction.")] = 64,
+    seed: Seed = 0,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Segment hysteresis loops and identify the propagation lines of every run, with standard errors."""
+    from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError, UsageError
+    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.parquet import TableWriter, open_table, write_table
+    from sstl_cli.core.provenance import Provenance, inputs_of
+    from sstl_cli.core.tables import LOG, PHASES, THETA
+    from sstl_cli.identification import SegmentOptions
+    from sstl_cli.steps import segment as step
+
+    screen = Screen(as_json)
+    options = SegmentOptions(cutoff_hz, prominence_n, delta_bl_n, ransac_threshold_n, ransac_trials, seed)
+    for path in [out] + ([phases] if phases else []):
+        require_writable(path, force)
+    if phases and phases.resolve() == out.resolve():
+        raise UsageError("names the same file as --out", where="--phases", code="E213")
+    total = sum(open_table(path, LOG).rows for path in logs)
+    provenance = Provenance(command_line(), seed, inputs_of(logs))
+    rows: list[dict[str, object]] = []
+    writer = TableWriter(phases, PHASES, provenance, force) if phases else nullcontext()
+    with writer as file, screen.progress("segmenting", total) as advance:
+        for found in step.run(_runs(logs), options):
+            rows.append(found.row())
+            if file is not None:
+                file.write(_phase_table(found))
+            advance(len(found.run))
+        if not rows:
+            raise SstlError("holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221")
+        # inside the block: should this fail, neither file appears
+        write_table(out, _theta_table(rows), THETA, provenance, force)
+    aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
+    _show(screen, rows)
+    screen.line(f"{len(rows)} runs, {total} samples -> {out}")
+    if aside:
+        screen.note(f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):")
+        for entry in aside[:SHOWN]:
+            screen.note(f"  {entry['run_id']}: {entry['status']}")
+        if len(aside) > SHOWN:
+            screen.note(f"  and {len(aside) - SHOWN} more")
+    document = {
+        "schema": "sstl.segment/1", "out": str(out), "phases": str(phases) if phases else None, "runs": len(rows),
+        "samples": total, "set_aside": len(aside), "set_aside_runs": aside, "theta": rows, "seed": seed,
+    }
+    screen.finish(document, EXIT_SET_ASIDE if aside else 0)
+
+
+def _runs(logs: list[Path]) -> Iterator[Run]:
+    from sstl_cli.core.runs import read_runs
+
+    for path in logs:
+        yield from read_runs(path)
+
+
+def _phase_table(found: Segmented) -> Any:
+    import pyarrow as pa
+
+    from sstl_cli.core.tables import PHASES
+    from sstl_cli.identification import PHASE_NAMES
+
+    n = len(found.run)
+    phase = pa.DictionaryArray.from_arrays(pa.array(found.segmentation.phases), pa.array(PHASE_NAMES)).cast(pa.string())
+    arrays = [pa.repeat(pa.scalar(found.run.run_id), n), pa.array(found.run.time_s), phase]
+    return pa.Table.from_arrays(arrays, schema=PHASES.arrow())
+
+
+def _theta_table(rows: list[dict[str, object]]) -> Any:
+    import pyarrow as pa
+
+    from sstl_cli.core.tables import THETA
+
+    return pa.Table.from_pylist(rows, schema=THETA.arrow())
+
+
+def _show(screen: Screen, rows: list[dict[str, Any]]) -> None:
+    names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
+    shown = [[r["run_id"], *(r[n] for n in names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]] for r in rows[:SHOWN]]
+    more = f"and {len(rows) - SHOWN} more rows in the file" if len(rows) > SHOWN else ""
+    screen.table("Theta: slopes, biases in N, standard errors of the slopes", ("run", *names, "se_p %", "se_r %", "loops"), shown, more)
+
+
+def _percent(row: dict[str, Any], name: str) -> float | None:
+    return None if row[name] is None else 100.0 * row[name + "_se"] / row[name]

@@ -1,0 +1,64 @@
+"""A reference from a file: columns time_s and tension_ref_n of a CSV or Parquet table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.control.references import Reference, from_samples
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.parquet import schema_id_of
+
+COLUMNS = ("time_s", "tension_ref_n")
+
+
+def read(path: Path, dt_s: float) -> Reference:
+    """Return the reference in a file at the controller's period; of several runs, the first.
+
+    Raises
+    ------
+    SstlError
+        If the file cannot be read, misses a column, or holds values that are not numbers.
+    """
+    table = _csv(path) if path.suffix.lower() in (".csv", ".txt", ".tsv") else _parquet(path)
+    time, tension = table
+    back = np.flatnonzero(np.diff(time) < 0)
+    if len(back):
+        time, tension = time[: back[0] + 1], tension[: back[0] + 1]
+    return from_samples(path.stem, time, tension, dt_s)
+
+
+def _csv(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    import pandas as pd
+
+    try:
+        frame = pd.read_csv(path, sep="\t" if path.suffix.lower() == ".tsv" else ",")
+    except (ValueError, OSError) as error:
+        raise SstlError(f"cannot be read as CSV ({str(error)[:100]})", where=str(path), code="E407") from None
+    _require(list(frame.columns), path)
+    try:
+        time, tension = (frame[c].to_numpy(dtype=float) for c in COLUMNS)
+    except (ValueError, TypeError):
+        raise SstlError("holds text where numbers belong", where=str(path), code="E407") from None
+    return time, tension
+
+
+def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    import pyarrow.parquet as pq
+
+    schema_id_of(path)
+    _require(pq.read_schema(path).names, path)
+    table = pq.read_table(path, columns=list(COLUMNS))
+    try:
+        time, tension = (table.column(c).cast("float64").to_numpy() for c in COLUMNS)
+    except ValueError:
+        raise SstlError("holds text where numbers belong", where=str(path), code="E407") from None
+    return time, tension
+
+
+def _require(names: list[str], path: Path) -> None:
+    missing = [c for c in COLUMNS if c not in names]
+    if missing:
+        raise SstlError(f"misses column {', '.join(missing)}", where=str(path), fix="rename it", code="E407")

@@ -1,0 +1,186 @@
+"""From fitted candidates to a verdict: identified, ambiguous, unknown or none, with probabilities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.heldout import Folds, block_scores, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.search import Search
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Thresholds of the decision; set on rig-made development cases, never on a blind set."""
+
+    # a gap counts when its removal is worth this many nats, this many standard errors, ...
+    gain_nats: float = 25.0
+    gain_z: float = 2.5
+    # ... and this share of the sensor noise (RMS against RMS)
+    gap_over_noise: float = 0.12
+    # models closer than this (nats per discounted sample) explain the data equally well
+    margin_nats: float = 20.0
+    margin_z: float = 2.0
+    # a further effect must carry this share of the explained gap, and more than noise
+    partner_share: float = 0.04
+    # the winner must explain this share of the reducible squared error
+    explained: float = 0.80
+    # what is left beyond the noise may be this multiple of the noise (RMS)
+    leftover_over_noise: float = 0.6
+    # scale of log-score differences into probabilities, from the calibration library
+    temperature: float = 12.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One model that was compared: its fit, held-out score and what it explains."""
+
+    fit: Fit
+    score: float
+    blocks: Array
+    rms_n: float
+    white: Array
+    raw: Array
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return self.fit.ids
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The verdict with everything that led to it."""
+
+    status: str
+    winner: Candidate | None
+    group: tuple[tuple[str, ...], ...]
+    confidence: float
+    why: str
+    base: Candidate
+    candidates: tuple[Candidate, ...]
+    probability: dict[tuple[str, ...], float]
+    folds: Folds
+    noise_n: float
+    explained: float
+
+
+def assess(search: Search, f: Fit, folds: Folds, index: NDArray[np.int64]) -> Candidate:
+    """Return a fit with its held-out block scores; the charge for its parameters is half a log-sample each."""
+    raw, white = held_out_residual(search.sim, search.whiten, f, folds)
+    scores = block_scores(white, index)
+    w = search.sim.weight
+    rms = float(np.sqrt(np.sum(w * raw**2) / max(w.sum(), 1.0)))
+    charge = 0.5 * len(f.free) * float(np.log(max(w.sum(), 2.0)))
+    return Candidate(f, float(scores.sum()) - charge, scores, rms, white, raw)
+
+
+def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
+    """Return the verdict on a finished search.
+
+    Parameters
+    ----------
+    noise_n : float
+        RMS of the sensor noise at the analysis rate (N), measured where the output is held.
+    """
+    folds, index = make_folds(search.sim), blocks(search.sim)
+    base = assess(search, search.base, folds, index)
+    found = [assess(search, f, folds, index) for f in search.fits.values()]
+    found.sort(key=lambda c: (-c.score, c.ids))
+    singles = [c for c in found if len(c.ids) == 1]
+    winner = _grow(singles, found, base, rules, noise_n) if singles else None
+    if winner is None or not _matters(winner, base, rules, noise_n):
+        share = _explained(winner, base, noise_n) if winner else 0.0
+        leftover = _leftover(base.rms_n, noise_n)
+        if leftover > max(rules.leftover_over_noise, 1.0) * noise_n:
+            why = f"{leftover:.3g} N beyond the noise is left, and no candidate explains it"
+            return _decision("unknown", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
+        why = "no candidate improves the held-out error by more than noise can"
+        return _decision("none", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
+    share = _explained(winner, base, noise_n)
+    left = _leftover(winner.rms_n, noise_n)
+    if share < rules.explained or left > max(rules.leftover_over_noise * noise_n, 0.25 * _leftover(base.rms_n, noise_n)):
+        why = (
+            f"the best candidate, {' + '.join(winner.ids)}, explains {100 * share:.0f} % of the reducible error and leaves "
+            f"{left:.3g} N beyond the noise"
+        )
+        return _decision("unknown", winner, (), 1.0, why, base, found, folds, noise_n, share, rules)
+    rivals = tuple(c.ids for c in found if len(c.ids) == len(winner.ids) and c is not winner and _ties(c, winner, rules))
+    group = (winner.ids, *rivals)
+    status = "identified" if not rivals else "ambiguous"
+    why = (
+        f"adding {' + '.join(winner.ids)} explains {100 * share:.0f} % of the reducible held-out error"
+        + (f"; {', '.join(' + '.join(r) for r in rivals)} explain it as well" if rivals else "")
+    )
+    return _decision(status, winner, group, 0.0, why, base, found, folds, noise_n, share, rules)
+
+
+def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rules: Rules, noise_n: float) -> Candidate:
+    """Return the best model, grown effect by effect while each further one carries its share of the gap."""
+    winner = singles[0]
+    size = 2
+    while True:
+        larger = [c for c in found if len(c.ids) == size]
+        if not larger:
+            return winner
+        best = larger[0]
+        parts = [c for c in found if len(c.ids) == size - 1 and set(c.ids) < set(best.ids)]
+        rival = max(parts, key=lambda c: c.score, default=winner)
+        rival = max((rival, winner), key=lambda c: c.score)
+        gap = base.rms_n**2 - best.rms_n**2
+        added = rival.rms_n**2 - best.rms_n**2
+        diff = best.blocks - rival.blocks
+        z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
+        worth = (
+            best.score - rival.score > rules.gain_nats
+            and z > rules.gain_z
+            and added > rules.partner_share * gap
+            and added > (rules.gap_over_noise * noise_n) ** 2
+        )
+        if not worth:
+            return winner
+        winner = best
+        size += 1
+
+
+def _matters(c: Candidate, base: Candidate, rules: Rules, noise_n: float) -> bool:
+    diff = c.blocks - base.blocks
+    z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
+    removed = base.rms_n**2 - c.rms_n**2
+    return (
+        c.score - base.score > rules.gain_nats and z > rules.gain_z and removed > (rules.gap_over_noise * noise_n) ** 2
+    )
+
+
+def _ties(c: Candidate, winner: Candidate, rules: Rules) -> bool:
+    diff = winner.blocks - c.blocks
+    z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
+    return winner.score - c.score < rules.margin_nats or z < rules.margin_z
+
+
+def _leftover(rms_n: float, noise_n: float) -> float:
+    return float(np.sqrt(max(rms_n**2 - noise_n**2, 0.0)))
+
+
+def _explained(c: Candidate, base: Candidate, noise_n: float) -> float:
+    reducible = base.rms_n**2 - min(noise_n, base.rms_n) ** 2
+    return float(np.clip((base.rms_n**2 - c.rms_n**2) / reducible, 0.0, 1.0)) if reducible > 0 else 0.0
+
+
+def _decision(
+    status: str, winner: Candidate | None, group: tuple[tuple[str, ...], ...], confidence: float, why: str, base: Candidate,
+    found: list[Candidate], folds: Folds, noise_n: float, explained: float, rules: Rules,
+) -> Decision:
+    scores = np.array([base.score, *(c.score for c in found)])
+    weight = np.exp((scores - scores.max()) / rules.temperature)
+    weight /= weight.sum()
+    probability = {c.ids: float(p) for c, p in zip([base, *found], weight, strict=True)}
+    if status in ("identified", "ambiguous") and winner is not None:
+        confidence = min(1.0, sum(probability[g] for g in group) if status == "ambiguous" else probability[winner.ids])
+    return Decision(
+        status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained
+    )

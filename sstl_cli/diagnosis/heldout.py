@@ -1,0 +1,108 @@
+"""Held-out scores: whole configurations or trajectory kinds are left out, parameters come from the rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.records import Problem
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.whitening import Whitener
+
+Array = NDArray[np.float64]
+MAX_FOLDS = 6
+BLOCK_S = 5.0
+
+
+@dataclass(frozen=True)
+class Folds:
+    """Which fold each sample belongs to, what was held out, and whether that is new excitation."""
+
+    of_sample: NDArray[np.int64]
+    count: int
+    kind: str
+    honest: bool
+
+
+def make_folds(sim: Simulator) -> Folds:
+    """Return folds of other trajectories where there are several, else configurations, runs or halves.
+
+    Holding out repeats of one excitation protects against nothing, so it is said (``honest`` False).
+    """
+    p: Problem = sim.problem
+    trajectories = sorted({r.trajectory for r in p.records})
+    if len(trajectories) > 1:
+        label = [trajectories.index(r.trajectory) for r in p.records]
+        kind, honest = "trajectory", True
+    elif len(p.configs) > 1:
+        label = [r.config for r in p.records]
+        kind, honest = "configuration", True
+    elif len(p.records) > 1:
+        label = list(range(len(p.records)))
+        kind, honest = "run", False
+    else:
+        half = (np.arange(len(sim.y)) * 4 // len(sim.y)).astype(np.int64)
+        return Folds(half, 4, "part of the only run", False)
+    fold = np.array(label, np.int64) % MAX_FOLDS
+    return Folds(fold[sim.run], int(fold.max()) + 1, kind, honest)
+
+
+def held_out_residual(sim: Simulator, whiten: Whitener, f: Fit, folds: Folds) -> tuple[Array, Array]:
+    """Return residuals (N) and whitened residuals with each fold predicted from the others.
+
+    Parameters move by one Gauss-Newton step from the fit of all data to that of the training part; the
+    theta of a configuration that is held out as a whole is fitted to it, for base and candidates alike.
+    """
+    jw, rw = whiten(f.jacobian), whiten(f.residual)
+    raw, white = f.residual.copy(), rw.copy()
+    configs = len(f.theta)
+    low = np.array([x.parameter.low for x in f.free])
+    high = np.array([x.parameter.high for x in f.free])
+    for fold in range(folds.count):
+        out = folds.of_sample == fold
+        if not out.any():
+            continue
+        train = ~out
+        a, b = _equations(sim, jw, rw, train, configs)
+        seen = np.diag(a)[:configs] > 1e-9
+        index = np.concatenate((np.flatnonzero(seen), np.arange(configs, len(b))))
+        step = np.zeros(len(b))
+        inner = a[np.ix_(index, index)]
+        step[index] = np.linalg.lstsq(inner + 1e-9 * np.diag(np.diag(inner) + 1e-12), b[index], rcond=1e-10)[0]
+        step[configs:] = np.clip(f.values + step[configs:], low, high) - f.values
+        shift = jw[out, 1:] @ step[configs:]
+        for c in np.flatnonzero(~seen):
+            rows = np.flatnonzero(out)[sim.config[out] == c]
+            if len(rows):
+                column = jw[rows, 0]
+                local = rw[rows] - jw[rows, 1:] @ step[configs:]
+                step[c] = float(column @ local) / max(float(column @ column), 1e-12)
+        white[out] = rw[out] - shift - jw[out, 0] * step[:configs][sim.config[out]]
+        raw[out] = f.residual[out] - f.jacobian[out, 1:] @ step[configs:] - f.jacobian[out, 0] * step[:configs][sim.config[out]]
+    return raw, white
+
+
+def _equations(sim: Simulator, jw: Array, rw: Array, rows: NDArray[np.bool_], configs: int) -> tuple[Array, Array]:
+    from sstl_cli.diagnosis.fit import normal_equations
+
+    masked = jw * rows[:, None]
+    return normal_equations(sim, masked, rw)
+
+
+def blocks(sim: Simulator) -> NDArray[np.int64]:
+    """Return the index of the time block (about 5 s, within one run) of each sample."""
+    index = np.empty(len(sim.y), np.int64)
+    offset = 0
+    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
+        length = max(1, round(BLOCK_S / (r.dt_s * r.factor)))
+        index[s] = offset + np.arange(len(r)) // length
+        offset = int(index[s][-1]) + 1
+    return index
+
+
+def block_scores(white: Array, index: NDArray[np.int64]) -> Array:
+    """Return the log score (nats, up to a constant) of each block."""
+    return np.asarray(-0.5 * np.bincount(index, white**2))

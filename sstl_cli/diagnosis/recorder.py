@@ -1,0 +1,115 @@
+"""Faults of the recorder, found on raw samples before anything else: frozen, spikes, clipped, quantised.
+
+The order matters: frozen stretches hide spikes, and both fake a repeated maximum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SPIKE_SIGMA = 8.0
+SPIKE_RUN = 2
+FROZEN_RUN = 5
+CLIPPED_RUN = 5
+MAX_LEVELS = 4000
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What the recorder did to one channel of one run; masks have shape (n,)."""
+
+    spike: Mask
+    frozen: Mask
+    clipped: Mask
+    clip_level_n: float
+    step_n: float
+    noise_n: float
+
+    @property
+    def bad(self) -> Mask:
+        """Samples that say nothing of the tension."""
+        return self.spike | self.frozen
+
+
+def scan(signal: Array) -> Faults:
+    """Return the recorder faults of one channel (N, shape (n,)).
+
+    White noise is estimated from second differences, robustly, so that slopes and corners do not count.
+    """
+    n = len(signal)
+    none = np.zeros(n, bool)
+    if n < 16:
+        return Faults(none, none, none, float("inf"), 0.0, 0.0)
+    step = _step(signal)
+    second = np.diff(signal, 2)
+    noise = 1.4826 * float(np.median(np.abs(second - np.median(second)))) / np.sqrt(6.0)
+    clipped, level = _clipped(signal, noise)
+    frozen = _frozen(signal, noise, step) & ~clipped
+    spike = _spikes(signal, max(noise, 0.5 * step, 1e-6), frozen | clipped)
+    return Faults(spike, frozen, clipped, level, step, noise)
+
+
+def _runs(flag: Mask) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flag.view(np.int8), [0]))))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
+    """Flag samples that leave both neighbours' line by far and come back within two samples."""
+    spike = np.zeros(len(signal), bool)
+    padded = np.pad(signal, 3, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 7)
+    middle = np.median(windows, axis=1)
+    # a steep ramp or corner moves the median by less than the travel inside the window
+    travel = np.percentile(windows, 75, axis=1) - np.percentile(windows, 25, axis=1)
+    far = np.abs(signal - middle) > SPIKE_SIGMA * noise + 1.5 * travel
+    for a, b in _runs(far & ~known):
+        if b - a <= SPIKE_RUN:
+            spike[a:b] = True
+    return spike
+
+
+def _frozen(signal: Array, noise: float, step: float) -> Mask:
+    """Flag runs of exactly equal samples that noise above the quantisation step cannot make."""
+    frozen = np.zeros(len(signal), bool)
+    if noise <= 0.0 or step > noise:
+        return frozen
+    # with noise of s steps, the chance of repeating a level is about step / (3.5 noise)
+    repeat = min(0.5, step / (3.5 * noise)) if step > 0 else 1e-6
+    need = FROZEN_RUN
+    while repeat ** (need - 1) * len(signal) > 1e-3 and need < 1000:
+        need += 1
+    for a, b in _runs(np.concatenate(([False], np.diff(signal) == 0.0))):
+        if b - a + 1 >= need:
+            frozen[a:b] = True
+    return frozen
+
+
+def _clipped(signal: Array, noise: float) -> tuple[Mask, float]:
+    """Flag samples at an exactly repeated maximum, and return its level (infinity if there is none)."""
+    top = float(signal.max())
+    flat = signal >= top - 1e-12 * max(1.0, abs(top))
+    longest = max((b - a for a, b in _runs(flat)), default=0)
+    step_levels = signal[signal > top - 6.0 * max(noise, 1e-9)]
+    crowded = flat.sum() >= 0.5 * len(step_levels) if len(step_levels) else False
+    if longest >= CLIPPED_RUN and flat.sum() >= 2 * CLIPPED_RUN and crowded and flat.mean() < 0.9:
+        return flat, top
+    return np.zeros(len(signal), bool), float("inf")
+
+
+def _step(signal: Array) -> float:
+    """Return the quantisation step (N), or 0 where levels are not discrete."""
+    levels = np.unique(signal)
+    if len(levels) < 3 or len(levels) > MAX_LEVELS or len(levels) > 0.5 * len(signal):
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(np.median(gaps[gaps <= 1.5 * np.min(gaps)]))
+    whole = gaps / step
+    # a real converter: every gap a whole number of steps
+    return step if np.all(np.abs(whole - np.round(whole)) < 0.05 * np.maximum(whole, 1.0)) else 0.0

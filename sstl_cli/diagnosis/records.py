@@ -1,0 +1,204 @@
+"""Recorded runs made ready for fitting: checked, masked, averaged to the analysis rate, smoothed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.recorder import Faults, scan
+from sstl_cli.diagnosis.smoothing import block_mean, corner_preserving
+from sstl_cli.physics.transmission import play_operator
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SIMULATION_HZ = 500.0
+ANALYSIS_HZ = 50.0
+SMOOTH_S = (0.3, 0.2, 0.12, 0.06, 0.03)
+SMOOTH_EXCESS = 1.06
+RATE_S = 0.25
+MIN_SAMPLES = 100
+MIN_SPAN_SIGMA = 20.0
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run made ready; tensions in N.
+
+    Simulation runs at the rate of ``u`` (smoothed measured input), ``y_smooth`` and ``rate``, shape
+    (n * factor,); residuals live at the analysis rate of ``y`` (measured output) and ``weight`` (0
+    where the record says nothing), shape (n,). ``raw`` is the run on its own grid.
+    """
+
+    run_id: str
+    system: str
+    config: int
+    location: str | None
+    trajectory: str
+    dt_s: float
+    factor: int
+    time_s: Array
+    u: Array
+    y: Array
+    y_smooth: Array
+    rate: Array
+    weight: Array
+    start_n: float
+    raw: Run
+    faults_in: Faults
+    faults_out: Faults
+    raw_weight: Array
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All records of a diagnosis, with the configurations that share a theta and the runs set aside."""
+
+    records: tuple[Record, ...]
+    configs: tuple[str, ...]
+    set_aside: dict[str, str]
+    analysis_hz: float
+
+    @property
+    def systems(self) -> tuple[str, ...]:
+        return tuple(sorted({r.system for r in self.records}))
+
+    @property
+    def samples(self) -> int:
+        return sum(len(r) for r in self.records)
+
+
+def prepare(runs: Sequence[Run]) -> Problem:
+    """Return the problem that a set of runs poses.
+
+    Raises
+    ------
+    SstlError
+        If no run can be used; the line gives the reasons.
+    """
+    aside: dict[str, str] = {}
+    usable: list[tuple[Run, Faults, Faults]] = []
+    for run in sorted(runs, key=lambda r: r.run_id):
+        reason, checked = _usable(run)
+        if checked is None:
+            aside[run.run_id] = reason
+        else:
+            usable.append(checked)
+    if not usable:
+        reasons = sorted(set(aside.values()))
+        raise SstlError("no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901")
+    # runs without a configuration share no theta with any other
+    keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
+    configs = tuple(sorted(set(keys)))
+    records = tuple(_record(*item, configs.index(key)) for item, key in zip(usable, keys, strict=True))
+    return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records))
+
+
+def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
+    finite = np.isfinite(run.tension_in_n) & np.isfinite(run.tension_out_n) & np.isfinite(run.time_s)
+    if finite.sum() < MIN_SAMPLES:
+        return f"fewer than {MIN_SAMPLES} samples", None
+    time = run.time_s[finite]
+    if np.any(np.diff(time) <= 0):
+        return "time is not strictly increasing", None
+    run = _on_grid(run, finite)
+    faults_in, faults_out = scan(run.tension_in_n), scan(run.tension_out_n)
+    good = ~(faults_in.bad | faults_out.bad)
+    if good.sum() < MIN_SAMPLES:
+        return "nearly all samples are recorder faults", None
+    span = np.ptp(run.tension_in_n[~faults_in.bad])
+    if span < max(MIN_SPAN_SIGMA * faults_in.noise_n, 0.2):
+        return "the input hardly moves", None
+    return "", (run, faults_in, faults_out)
+
+
+def _on_grid(run: Run, finite: Mask) -> Run:
+    """Return the run on an equally spaced grid (as recorded where it already is)."""
+    time = run.time_s[finite]
+    dt = float(np.median(np.diff(time)))
+    gaps = np.diff(time)
+    if finite.all() and np.all(np.abs(gaps - dt) < 0.01 * dt):
+        return run
+    grid = np.arange(time[0], time[-1] + 0.5 * dt, dt)
+    extra = {
+        name: np.interp(grid, time, value[finite])
+        for name in ("tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+        if (value := getattr(run, name)) is not None
+    }
+    # long gaps are bridged by a line that nobody measured: no weight there
+    distance = np.min(np.abs(grid[:, None] - time[np.searchsorted(time, grid).clip(1, len(time) - 1)[:, None] + np.array([-1, 0])]), axis=1)
+    return replace(run, time_s=grid, extra={"gap": (distance > 2.0 * dt).astype(float)}, **extra)
+
+
+def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
+    thin = max(1, round(1.0 / (run.dt_s * SIMULATION_HZ)))
+    dt = run.dt_s * thin
+    factor = max(1, int(1.0 / (dt * ANALYSIS_HZ) + 0.5))
+    n = len(run) // (thin * factor) * factor
+    gap = run.extra.get("gap", np.zeros(len(run)))
+    good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
+    fine_in = block_mean(_bridge(run.tension_in_n, ~faults_in.bad), thin)[:n]
+    fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
+    half = _half_width(fine_in, dt)
+    u = corner_preserving(fine_in, half)
+    rate = np.gradient(corner_preserving(u, half), dt)
+    raw_weight = good.astype(float)
+    if faults_in.clipped.any():
+        hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
+        unknown = np.repeat(_unknown_after(u, hidden, run.passes), thin)
+        raw_weight[: len(unknown)][unknown] = 0.0
+    raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
+    weight = (block_mean(raw_weight, thin * factor)[: n // factor] > 0.5).astype(float)
+    y = block_mean(fine_out, factor)
+    time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
+    return Record(
+        run.run_id, run.system, config, run.location, run.trajectory or "", dt, factor, time, u, y,
+        corner_preserving(fine_out, half), rate, weight, float(np.median(y[:3])), run, faults_in, faults_out, raw_weight,
+    )
+
+
+def _half_width(signal: Array, dt: float) -> int:
+    """Return the widest smoothing whose residual is still only noise, as half-width in samples."""
+    second = np.diff(signal, 2)
+    noise = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0)
+    for window in SMOOTH_S:
+        half = round(window / dt / 2)
+        if half < 1:
+            break
+        residual = signal - corner_preserving(signal, half)
+        # the largest tenth shows a rounded corner before the mean does
+        if np.sqrt(np.mean(residual**2)) <= SMOOTH_EXCESS * noise and np.percentile(np.abs(residual), 99.9) < 5.0 * noise:
+            return half
+    return 0
+
+
+def _bridge(signal: Array, good: Mask) -> Array:
+    if good.all():
+        return signal
+    at = np.arange(len(signal))
+    return np.interp(at, at[good], signal[good])
+
+
+def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:
+    """Return where the output still depends on an input that was clipped: until two starts agree."""
+    theta = 0.5 * passes
+    flags = unknown.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate((unknown.astype(int), [0]))) == -1)
+    for end in edges:
+        tail = u[end + 1 :]
+        if len(tail) == 0:
+            continue
+        gp, gr = np.exp(-theta), np.exp(theta)
+        spread = play_operator(tail, gp, 0.0, gr, 0.0, 4.0 * u[end]) - play_operator(tail, gp, 0.0, gr, 0.0, gp * u[end])
+        differs = np.abs(spread) > 1e-3 * max(u[end], 1.0)
+        last = int(np.argmin(differs)) if not differs.all() else len(tail)
+        flags[end + 1 : end + 1 + last] = True
+    return flags

@@ -1,0 +1,228 @@
+"""Lines and honest standard errors under correlated noise.
+
+Residuals of recorded tensions are white noise plus slow, correlated noise, so that the textbook error of
+a least-squares line is far too small. The line stays the least-squares one (a slow misfit of a real loop
+must not turn it); its covariance is X+ Omega X+' with Omega white noise plus an exponential
+autocorrelation. White share and correlation time are averaged over a grid with the weights of their
+restricted likelihood [1]_, pooled over both directions, so that short runs, which hardly show the
+correlation, get wider errors.
+
+.. [1] D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+CORRELATION_S = np.array([0.03, 0.06, 0.12, 0.18, 0.25, 0.33, 0.45, 0.65, 1.0, 2.0])
+SLOW_SHARE = np.array([0.01, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 1.0])
+WHITE_BEFOREHAND = 0.8
+# a line whose slope the noise of the input flattens by more than this is not reported
+LARGEST_CORRECTION = 0.15
+SLOWEST_NOISE_S = 0.5
+
+
+@dataclass(frozen=True)
+class Line:
+    """A propagation line with the standard errors of slope and bias (N)."""
+
+    gamma: float
+    beta: float
+    gamma_se: float
+    beta_se: float
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _whitened(t: Array, x: Array, y: Array, tau: float, share: float, white: float) -> Array:
+    """Return the log-determinant and the cross products of (1, x, y) after whitening by a Kalman filter.
+
+    ``share`` is the variance of the slow part, ``white`` that of the rest.
+    """
+    out = np.zeros(7)
+    p, a0, a1, a2 = share, 0.0, 0.0, 0.0
+    step, rho = -1.0, 0.0
+    s, inverse, log_s = 1.0, 1.0, 0.0
+    logdet = 0.0
+    for k in range(t.size):
+        settled = False
+        if k == 0:
+            rho = 0.0
+        else:
+            dt = t[k] - t[k - 1]
+            if abs(dt - step) > 1e-6 * dt:
+                step = dt
+                rho = math.exp(-dt / tau) if tau > 0.0 else 0.0
+            else:
+                settled = True
+        prior = rho * rho * p + share * (1.0 - rho * rho)
+        if not (settled and abs(prior + white - s) < 1e-13):
+            s = prior + white
+            inverse = 1.0 / s
+            log_s = math.log(s)
+        gain = prior * inverse
+        p = prior - gain * prior
+        a0 *= rho
+        a1 *= rho
+        a2 *= rho
+        e0, e1, e2 = 1.0 - a0, x[k] - a1, y[k] - a2
+        a0 += gain * e0
+        a1 += gain * e1
+        a2 += gain * e2
+        logdet += log_s
+        out[1] += e0 * e0 * inverse
+        out[2] += e0 * e1 * inverse
+        out[3] += e1 * e1 * inverse
+        out[4] += e0 * e2 * inverse
+        out[5] += e1 * e2 * inverse
+        out[6] += e2 * e2 * inverse
+    out[0] = logdet
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _grid(t: Array, x: Array, y: Array, taus: Array, slow: Array, white: Array) -> Array:
+    """Return cross products for white noise (row 0) and every correlation time and share."""
+    times, shares = slow.shape
+    out = np.empty((1 + times * shares, 7))
+    out[0] = _whitened(t, x, y, 0.0, 0.0, 1.0)
+    for i in range(times):
+        for j in range(shares):
+            out[1 + i * shares + j] = _whitened(t, x, y, taus[i], slow[i, j], white[i, j])
+    return out
+
+
+def _parts(length: int, dt_s: float) -> tuple[Array, Array]:
+    """Return slow and white variances of block means per correlation time and share.
+
+    Means of ``length`` samples of an exponentially correlated noise keep its correlation from block to
+    block, but have less variance than that suggests: the white part takes the (negative) difference.
+    """
+    r = np.exp(-dt_s / CORRELATION_S)
+    lag = np.arange(1, length)
+    amplitude = ((1.0 - r**length) / (length * (1.0 - r))) ** 2 * r ** (1.0 - length)
+    variance = (length + 2.0 * (r[:, None] ** lag) @ (length - lag)) / length**2
+    # blocks far longer than the correlation are white
+    amplitude = np.where(length * dt_s > 8.0 * CORRELATION_S, 0.0, amplitude)
+    share = SLOW_SHARE[None, :]
+    return share * amplitude[:, None], 1.0 - share + share * (variance - amplitude)[:, None]
+
+
+def fit_lines(points: list[tuple[Array, Array, Array, int]], dt_s: float, sd_in: float, sd_out: float) -> list[Line | None]:
+    """Return the line of each direction, or None where the points do not define one.
+
+    Parameters
+    ----------
+    points : list of (time, input, output, length)
+        Inlier block means of each direction in time order (s, N, N), and the samples in a block; fewer
+        than 4 blocks give None.
+    dt_s : float
+        Sampling period in s.
+    sd_in, sd_out : float
+        White noise of a sample of input and output (N).
+    """
+    parts = [_solve(*p, dt_s) if len(p[0]) >= 4 else None for p in points]
+    known = [p for p in parts if p is not None]
+    if not known:
+        return [None] * len(points)
+    score = np.sum([p.score for p in known], axis=0)
+    weight = np.exp(score - np.max(score))
+    weight *= _prior()
+    weight /= weight.sum()
+    return [None if p is None else p.average(weight, sd_in, sd_out, dt_s) for p in parts]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _correlated(t: Array, x: Array, taus: Array) -> Array:
+    """Return the quadratic forms of (1, 1), (1, x), (x, x) with the correlation matrix of each time."""
+    out = np.zeros((taus.size, 3))
+    for i in range(taus.size):
+        s0, s1, step, rho = 0.0, 0.0, -1.0, 0.0
+        c00, c01, c11 = 0.0, 0.0, 0.0
+        for k in range(t.size):
+            if k > 0:
+                dt = t[k] - t[k - 1]
+                if abs(dt - step) > 1e-6 * dt:
+                    step = dt
+                    rho = math.exp(-dt / taus[i])
+                s0 = rho * (s0 + 1.0)
+                s1 = rho * (s1 + x[k - 1])
+            c00 += 1.0 + 2.0 * s0
+            c01 += x[k] + s1 + x[k] * s0
+            c11 += x[k] * (x[k] + 2.0 * s1)
+        out[i] = c00, c01, c11
+    return out
+
+
+def _prior() -> Array:
+    """Return the weights before seeing residuals: white unless shown otherwise, then uniform in rate 1 / tau."""
+    times = np.repeat(np.gradient(-1.0 / CORRELATION_S), len(SLOW_SHARE))
+    return np.concatenate(([WHITE_BEFOREHAND], (1.0 - WHITE_BEFOREHAND) * times / times.sum()))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Least squares of one direction, and per grid point its variances and restricted likelihood."""
+
+    n: int
+    centre: float
+    level: float
+    gamma: float
+    sxx: float
+    variance: Array
+    var_level: Array
+    cov: Array
+    var_gamma: Array
+    score: Array
+
+    def average(self, weight: Array, sd_in: float, sd_out: float, dt_s: float) -> Line | None:
+        """Return the line with standard errors averaged over the grid."""
+        # errors in the input flatten the slope: its noise is its share of the residual, as large as white noise
+        # of the sensors lets expect, but no more than a correlation of half a second can hide from fast differences
+        noise = float(weight @ self.variance) * sd_in**2 / max((self.gamma * sd_in) ** 2 + sd_out**2, 1e-300)
+        noise = min(noise, 1.5 * sd_in**2 / -math.expm1(-dt_s / SLOWEST_NOISE_S))
+        shift = self.n * noise / self.sxx
+        if shift > LARGEST_CORRECTION:
+            return None
+        slope = self.gamma / (1.0 - shift)
+        c = self.centre
+        sd_slope = math.sqrt(float(weight @ self.var_gamma))
+        var_beta = np.maximum(self.var_level - 2.0 * c * self.cov + c * c * self.var_gamma, 0.0)
+        sd_bias = math.sqrt(float(weight @ var_beta))
+        if not (math.isfinite(sd_slope) and math.isfinite(sd_bias)):
+            return None
+        # two-sided 95 % limits are drawn at 1.96 standard errors: widen by Student's t over the normal
+        wider = 1.0 + (1.96**2 + 1.0) / (4.0 * max(self.n - 2, 1))
+        return Line(slope, self.level - slope * c, wider * sd_slope, wider * sd_bias)
+
+
+def _solve(t: Array, x: Array, y: Array, length: int, dt_s: float) -> _Fit | None:
+    centre, level = float(np.mean(x)), float(np.mean(y))
+    u, v = x - centre, y - level
+    sxx = float(u @ u)
+    if sxx <= 0.0:
+        return None
+    n = len(x)
+    gamma = float(u @ v) / sxx
+    # the residual instead of y: same likelihood, no loss of digits
+    slow, rest = _parts(length, dt_s)
+    m = _grid(t, u, v - gamma * u, CORRELATION_S, slow, rest)
+    det = m[:, 1] * m[:, 3] - m[:, 2] ** 2
+    if not np.all(det > 0.0):
+        return None
+    g = (m[:, 1] * m[:, 5] - m[:, 2] * m[:, 4]) / det
+    b = (m[:, 3] * m[:, 4] - m[:, 2] * m[:, 5]) / det
+    # a noise-free record leaves rounding errors only
+    tiny = 1e-24 * max(float(np.ptp(y)) ** 2, 1e-30)
+    variance = np.maximum(m[:, 6] - g * m[:, 5] - b * m[:, 4], tiny) / (n - 2)
+    score = -0.5 * (m[:, 0] + np.log(det) + (n - 2) * np.log(variance))
+    white = np.array([n, 0.0, sxx])
+    forms = rest[:, :, None] * white + slow[:, :, None] * _correlated(t, u, CORRELATION_S)[:, None, :]
+    forms = variance[:, None] * np.vstack([white, forms.reshape(-1, 3)])
+    scale = np.array([n**2, n * sxx, sxx**2])
+    return _Fit(n, centre, level, gamma, sxx, variance, *(forms / scale).T, score)

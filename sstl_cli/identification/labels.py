@@ -1,0 +1,216 @@
+"""The four phases of a loop: reversals of the input, backlash by threshold, propagation after it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sstl_cli.identification import filtering
+
+Array = NDArray[np.float64]
+Codes = NDArray[np.uint8]
+PHASE_NAMES = ("PB", "PP", "RB", "RP")
+# shares of the range below which thresholds do not go: while slow noise is unknown, and once a fit has shown it
+FIRST_FLOOR, FLOOR = 0.02, 0.005
+
+
+def label_phases(
+    time_s: Array, tension_in_n: Array, tension_out_n: Array, cutoff_hz: float | None = None,
+    prominence_n: float | None = None, delta_bl_n: float | None = None,
+) -> Codes:
+    """Return the phase of every sample of a continuous recording as a code into ``PHASE_NAMES``.
+
+    Parameters
+    ----------
+    time_s, tension_in_n, tension_out_n : ndarray, shape (n,)
+        Time in s and tensions in N; a non-finite tension is bridged by its neighbours.
+    cutoff_hz, prominence_n, delta_bl_n : float, optional
+        As in :class:`SegmentOptions`.
+
+    Returns
+    -------
+    ndarray of uint8, shape (n,)
+        0 PB, 1 PP, 2 RB, 3 RP; a hold keeps the phase it began in.
+    """
+    n = len(time_s)
+    if n < 4:
+        return np.zeros(n, np.uint8)
+    x, y = _finite(tension_in_n), _finite(tension_out_n)
+    dt = filtering.sampling(time_s)
+    sd_in, sd_out = filtering.noise_sd(x), filtering.noise_sd(y)
+    x, y = filtering.despiked(x, 10.0 * sd_in + 1e-12), filtering.despiked(y, 10.0 * sd_out + 1e-12)
+    cutoff = cutoff_hz or filtering.default_cutoff(x, dt, sd_in)
+    xf, yf = filtering.low_pass(x, y, cutoff, dt)
+    left_in, left_out = filtering.filtered_sd(sd_in, cutoff, dt), filtering.filtered_sd(sd_out, cutoff, dt)
+    prominence = prominence_n or default_prominence(xf, left_in)
+    delta = delta_bl_n or default_delta(yf, left_out)
+    points, direction = turning_points(xf, prominence, default_tie(xf, left_in, prominence))
+    codes, _, _ = split(xf, yf, points, direction, Rules(delta, left_in, prominence, cutoff, dt, xf).array(), NO_LINES)
+    return codes
+
+
+def default_prominence(xf: Array, sd: float, floor: float = FIRST_FLOOR) -> float:
+    """Return a prominence (N) that noise of standard deviation ``sd`` does not reach."""
+    return max(10.0 * sd, floor * float(np.ptp(xf)), 1e-12)
+
+
+def default_tie(xf: Array, sd: float, prominence: float) -> float:
+    """Return how far (N) a sample may lie from the extreme and still belong to the turn; covers the filter's overshoot."""
+    return min(max(3.0 * sd, 0.0025 * float(np.ptp(xf))), 0.5 * prominence)
+
+
+def default_delta(yf: Array, sd: float, floor: float = FIRST_FLOOR) -> float:
+    """Return a backlash threshold (N) that noise of standard deviation ``sd`` does not reach."""
+    return max(8.0 * sd, floor * float(np.ptp(yf)), 1e-12)
+
+
+class Rules:
+    """Thresholds of the split in samples and N, packed for the compiled kernel."""
+
+    def __init__(self, delta: float, sd_in: float, prominence: float, cutoff_hz: float, dt_s: float, xf: Array) -> None:
+        self.delta = delta
+        # the filter smears a corner over about a third of the cut-off's period
+        self.guard = math.ceil(0.3 / (cutoff_hz * dt_s) - 1e-6) if cutoff_hz * dt_s < 0.45 else 0
+        self.retreat = 0.5 * prominence
+        self.hold_band = max(4.0 * sd_in, 1e-4 * float(np.ptp(xf)))
+        rate = float(np.quantile(np.abs(np.diff(xf[:: max(1, len(xf) // 2048)])), 0.95)) / max(1, len(xf) // 2048)
+        crossing = 2.0 * self.hold_band / rate if rate > 0 else float(len(xf))
+        self.hold = max(3.0, math.ceil(5.0 * crossing), math.ceil(0.2 / dt_s - 1e-6) if dt_s < 0.05 else 3.0)
+        self.margin = (0.0, 0.0)
+
+    def array(self) -> Array:
+        """Return (delta, guard, retreat, hold band, hold length, margin of pull, margin of release)."""
+        return np.array([self.delta, self.guard, self.retreat, self.hold_band, self.hold, *self.margin])
+
+
+NO_LINES = np.full(4, np.nan)
+
+
+@njit(cache=True, nogil=True)
+def turning_points(xf: Array, prominence: float, tie: float) -> tuple[NDArray[np.int64], int]:
+    """Return indices that bound the monotonic segments and the direction of the first (+1 pull, -1 release, 0 none).
+
+    A reversal stands at the last sample within ``tie`` of the extreme, so that a hold belongs to the
+    segment that led to it.
+    """
+    points = np.empty(xf.size + 2, np.int64)
+    points[0] = 0
+    count = 1
+    first = 0
+    direction = 0
+    high, low = xf[0], xf[0]
+    at_high, at_low = 0, 0
+    for k in range(xf.size):
+        v = xf[k]
+        if direction >= 0:
+            high = max(high, v)
+            if v >= high - tie:
+                at_high = k
+        if direction <= 0:
+            low = min(low, v)
+            if v <= low + tie:
+                at_low = k
+        if direction >= 0 and v < high - prominence:
+            if direction == 0:
+                first = -1
+            points[count] = at_high
+            count += 1
+            direction = -1
+            low, at_low = v, k
+        elif direction <= 0 and v > low + prominence:
+            if direction == 0:
+                first = 1
+            points[count] = at_low
+            count += 1
+            direction = 1
+            high, at_high = v, k
+    # what came before the first reversal is less than the prominence: it joins the first segment
+    if count > 1:
+        for i in range(count - 1):
+            points[i] = points[i + 1]
+        count -= 1
+    points[count] = xf.size - 1
+    return points[: count + 1].copy(), first
+
+
+@njit(cache=True, nogil=True)
+def split(
+    xf: Array, yf: Array, points: NDArray[np.int64], first: int, rules: Array, lines: Array
+) -> tuple[Codes, NDArray[np.int8], NDArray[np.int64]]:
+    """Return phase codes, which samples may enter a line, and segments that propagate per direction.
+
+    ``lines`` holds (Gp, bp, Gr, br) where known: then a sample must also lie beyond the point where its
+    line leaves the held output, by the margin.
+    """
+    n = xf.size
+    codes = np.zeros(n, np.uint8)
+    use = np.zeros(n, np.int8)
+    reached = np.zeros(2, np.int64)
+    if first == 0:
+        return codes, use, reached
+    delta, guard, retreat, band, hold = rules[0], int(rules[1]), rules[2], rules[3], rules[4]
+    sign = first
+    for s in range(points.size - 1):
+        a, b = points[s], points[s + 1]
+        backlash = 0 if sign > 0 else 2
+        begin = 0 if s == 0 else a
+        for k in range(begin, b + 1):
+            codes[k] = backlash
+        # the output leaves its value at the reversal
+        extreme = sign * yf[a]
+        left = -1
+        total, number = 0.0, 0
+        for k in range(a, b + 1):
+            v = sign * yf[k]
+            extreme = min(extreme, v)
+            if v - extreme > delta:
+                left = k
+                break
+            total += yf[k]
+            number += 1
+        if left >= 0:
+            start = left
+            while start > a and sign * yf[start - 1] - extreme > 0.3 * delta:
+                start -= 1
+            for k in range(start, b + 1):
+                codes[k] = backlash + 1
+            d = 0 if sign > 0 else 1
+            reached[d] += 1
+            level = 0.0
+            if start > a:
+                for k in range(a, start):
+                    level += yf[k]
+                level /= start - a
+            else:
+                level = yf[a]
+            slope, bias, margin = lines[2 * d], lines[2 * d + 1], rules[5 + d]
+            front = sign * xf[a]
+            anchor = left
+            for k in range(left, b + 1 - guard // 2):
+                v = sign * xf[k]
+                front = max(front, v)
+                if abs(xf[k] - xf[anchor]) > band or k == b - guard // 2:
+                    if k - anchor >= hold:
+                        for i in range(anchor, k):
+                            use[i] = 0
+                    anchor = k
+                if k < left + guard or v < front - retreat:
+                    continue
+                if not math.isnan(slope) and sign * (slope * xf[k] + bias - level) < margin:
+                    continue
+                use[k] = sign
+        sign = -sign
+    return codes, use, reached
+
+
+def _finite(values: Array) -> Array:
+    bad = ~np.isfinite(values)
+    if not bad.any():
+        return np.ascontiguousarray(values, dtype=np.float64)
+    good = np.flatnonzero(~bad)
+    if good.size == 0:
+        return np.zeros(len(values))
+    return np.interp(np.arange(len(values)), good, values[good])

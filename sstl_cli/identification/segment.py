@@ -1,0 +1,239 @@
+"""Theta of one run: filter, segment, fit a robust line per direction, and say what could not be identified."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.errors import UsageError
+from sstl_cli.core.rng import stream
+from sstl_cli.core.runs import Run
+from sstl_cli.core.tables import PARAMETERS
+from sstl_cli.identification import filtering, labels, lines
+from sstl_cli.identification.covariance import Line, fit_lines
+from sstl_cli.identification.options import SegmentOptions
+
+Array = NDArray[np.float64]
+Codes = NDArray[np.uint8]
+MIN_SAMPLES = 16
+MIN_BLOCKS = 6
+MIN_INLIERS = 0.5
+# a slope known no better than this is not reported
+MAX_RELATIVE_SE = 0.5
+# residuals beyond this share of the range are misfit, not noise, and must not raise the thresholds
+SLOWEST = 0.005
+DIRECTIONS = ("pull", "release")
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """What one run shows of its propagation lines.
+
+    ``theta`` and ``theta_se`` map gamma_p, beta_p (N), gamma_r, beta_r (N) to a value or None;
+    ``status`` is ``ok`` or says why a value is None. ``rmse_p_n`` and ``rmse_r_n`` are those of the
+    inlier block means. ``phases`` has the shape (n,) of the run, codes into ``PHASE_NAMES``.
+    ``noise_sd_n`` and ``noise_in_sd_n`` are the white noise of output and input.
+    """
+
+    run_id: str
+    theta: dict[str, float | None]
+    theta_se: dict[str, float | None]
+    inlier_p: float | None
+    inlier_r: float | None
+    rmse_p_n: float | None
+    rmse_r_n: float | None
+    loops: int
+    status: str
+    phases: Codes
+    noise_sd_n: float | None = None
+    noise_in_sd_n: float | None = None
+    cutoff_hz: float | None = None
+    prominence_n: float | None = None
+    delta_bl_n: float | None = None
+    filtered_in_n: Array | None = None
+    filtered_out_n: Array | None = None
+
+    @property
+    def ok(self) -> bool:
+        return self.status == "ok"
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Robust line of one direction and its inlier blocks."""
+
+    slope: float
+    bias: float
+    share: float
+    points: tuple[Array, Array, Array]
+    length: int = 1
+    reason: str = ""
+
+    @property
+    def spread(self) -> float:
+        """Residual standard deviation (N) of the inlier blocks."""
+        _, x, y = self.points
+        return float(np.std(y - self.slope * x - self.bias)) if len(x) else math.nan
+
+
+EMPTY = (np.empty(0), np.empty(0), np.empty(0))
+
+
+def segment_run(run: Run, options: SegmentOptions | None = None) -> Segmentation:
+    """Return phases and Theta of one run; what cannot be identified is None with its reason.
+
+    Raises
+    ------
+    UsageError
+        If a cut-off lies above half the sampling rate.
+    """
+    options = options or SegmentOptions()
+    refusal = _refusal(run)
+    if refusal:
+        return _nothing(run, refusal)
+    return _Session(run, options).result()
+
+
+def _refusal(run: Run) -> str:
+    n = len(run)
+    if n < MIN_SAMPLES:
+        return f"too few samples ({n})"
+    for name in ("time_s", "tension_in_n", "tension_out_n"):
+        values = getattr(run, name)
+        # one sum finds any NaN or infinity faster than a mask does
+        if not math.isfinite(float(np.sum(values))):
+            bad = int(np.count_nonzero(~np.isfinite(values)))
+            if bad:
+                return f"{bad} not-a-number values in {name}"
+            return f"{name} is too large"
+    if not np.all(run.time_s[1:] > run.time_s[:-1]):
+        return "time repeats or runs backwards"
+    for name in ("tension_in_n", "tension_out_n"):
+        if float(np.ptp(getattr(run, name))) == 0.0:
+            return f"{name} is constant"
+    return ""
+
+
+def _nothing(run: Run, status: str, phases: Codes | None = None, loops: int = 0) -> Segmentation:
+    null: dict[str, float | None] = dict.fromkeys(PARAMETERS)
+    codes = np.zeros(len(run), np.uint8) if phases is None else phases
+    return Segmentation(run.run_id, null, dict(null), None, None, None, None, loops, status, codes)
+
+
+class _Session:
+    """Intermediate values of one run."""
+
+    def __init__(self, run: Run, options: SegmentOptions) -> None:
+        self.run, self.options = run, options
+        # a common offset of time must change nothing, not even the last digit
+        self.time = run.time_s - run.time_s[0]
+        self.dt = filtering.sampling(self.time)
+        x, y = np.ascontiguousarray(run.tension_in_n), np.ascontiguousarray(run.tension_out_n)
+        self.sd_in, self.sd_out = filtering.noise_sd(x), filtering.noise_sd(y)
+        self.x = filtering.despiked(x, 10.0 * self.sd_in + 1e-9 * float(np.ptp(x)))
+        self.y = filtering.despiked(y, 10.0 * self.sd_out + 1e-9 * float(np.ptp(y)))
+        self.cutoff = options.cutoff_hz or filtering.default_cutoff(self.x, self.dt, self.sd_in)
+        if self.cutoff * self.dt >= 0.5:
+            raise UsageError(
+                f"{self.cutoff:g} Hz is not below half the sampling rate ({0.5 / self.dt:.4g} Hz)",
+                where=f"--cutoff-hz, run {run.run_id!r}", fix="choose a lower cut-off", code="E212",
+            )
+        self.xf, self.yf = filtering.low_pass(self.x, self.y, self.cutoff, self.dt)
+        self.left_in = filtering.filtered_sd(self.sd_in, self.cutoff, self.dt)
+        self.white_in = self.left_in
+        self.left_out = filtering.filtered_sd(self.sd_out, self.cutoff, self.dt)
+        self.block = lines.block_length(len(run), self.dt)
+
+    def _split(self, known: Array, margin: tuple[float, float], floor: float) -> None:
+        o = self.options
+        self.prominence = o.prominence_n or labels.default_prominence(self.xf, self.left_in, floor)
+        self.delta = o.delta_bl_n or labels.default_delta(self.yf, self.left_out, floor)
+        tie = labels.default_tie(self.xf, self.left_in, self.prominence)
+        self.turns, first = labels.turning_points(self.xf, self.prominence, tie)
+        self.moves = first != 0
+        rules = labels.Rules(self.delta, self.left_in, self.prominence, self.cutoff, self.dt, self.xf)
+        rules.margin = margin
+        self.codes, self.use, self.reached = labels.split(self.xf, self.yf, self.turns, first, rules.array(), known)
+
+    def _fit(self, direction: int, length: int) -> _Fit:
+        sign = 1 - 2 * direction
+        t, x, y, _ = lines.block_means(self.time, self.x, self.y, self.use, sign, length)
+        name = DIRECTIONS[direction]
+        if len(t) < MIN_BLOCKS:
+            if length > 1:
+                return self._fit(direction, max(1, length // 4))
+            why = "too few propagation samples" if self.reached[direction] else "no propagation reached"
+            return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: {why}")
+        if float(np.ptp(x)) < 8.0 * max(self.white_in, 1e-12):
+            return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: propagation too short for a line")
+        given = self.options.ransac_threshold_n
+        floor = max(3.0 * math.hypot(self.sd_out, self.sd_in) / math.sqrt(length), 1e-4 * float(np.ptp(y)), 1e-12)
+        first = given or max(0.05 * float(np.ptp(y)), 2.0 * floor)
+        rng = stream(self.options.seed, "ransac", self.run.run_id, direction)
+        slope, bias, threshold = lines.ransac(x, y, first, floor, given is not None, self.options.ransac_trials, rng)
+        if not math.isfinite(slope):
+            return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: propagation too short for a line")
+        inlier = np.abs(y - slope * x - bias) <= threshold
+        share = float(np.mean(inlier))
+        return _Fit(slope, bias, share, (t[inlier], x[inlier], y[inlier]), length)
+
+    def _fits(self) -> list[_Fit]:
+        return [self._fit(0, self.block), self._fit(1, self.block)]
+
+    def result(self) -> Segmentation:
+        """Segment by thresholds, then once more with the lines so found."""
+        self._split(labels.NO_LINES, (0.0, 0.0), labels.FIRST_FLOOR)
+        fits = self._fits()
+        slow = [f.spread / math.sqrt(1.0 + f.slope**2) for f in fits if math.isfinite(f.slope)]
+        if slow:
+            # noise slower than the filter shows only as residual; thresholds must exceed it as well
+            self.left_in = max(self.left_in, min(min(slow), SLOWEST * float(np.ptp(self.xf))))
+            self.left_out = max(self.left_out, min(min(slow), SLOWEST * float(np.ptp(self.yf))))
+            known = np.array([v for f in fits for v in (f.slope, f.bias)])
+            margin = [4.0 * (self.left_out + abs(f.slope) * self.left_in) if math.isfinite(f.slope) else 0.0 for f in fits]
+            self._split(known, (margin[0], margin[1]), labels.FLOOR)
+            fits = self._fits()
+        loops = (len(self.turns) - 1) // 2 if self.moves else 0
+        if not self.moves:
+            return _nothing(self.run, "input does not move beyond its noise", self.codes)
+        return self._assemble(fits, loops)
+
+    def _assemble(self, fits: list[_Fit], loops: int) -> Segmentation:
+        solved = fit_lines([(*f.points, f.length) for f in fits], self.dt, self.sd_in, self.sd_out)
+        theta: dict[str, float | None] = dict.fromkeys(PARAMETERS)
+        errors: dict[str, float | None] = dict.fromkeys(PARAMETERS)
+        shares: list[float | None] = [None, None]
+        rmse: list[float | None] = [None, None]
+        reasons = []
+        for d, (fit, line) in enumerate(zip(fits, solved, strict=True)):
+            reason = fit.reason or _doubt(d, fit, line)
+            if reason or line is None:
+                reasons.append(reason)
+                continue
+            s = "pr"[d]
+            theta[f"gamma_{s}"], theta[f"beta_{s}"] = line.gamma, line.beta
+            errors[f"gamma_{s}"], errors[f"beta_{s}"] = line.gamma_se, line.beta_se
+            shares[d] = fit.share
+            _, x, y = fit.points
+            rmse[d] = float(np.sqrt(np.mean((y - line.gamma * x - line.beta) ** 2)))
+        return Segmentation(
+            self.run.run_id, theta, errors, shares[0], shares[1], rmse[0], rmse[1], loops, "; ".join(reasons) or "ok",
+            self.codes, self.sd_out, self.sd_in, self.cutoff, self.prominence, self.delta, self.xf, self.yf,
+        )
+
+
+def _doubt(direction: int, fit: _Fit, line: Line | None) -> str:
+    """Return why a line is not reported, or nothing."""
+    name = DIRECTIONS[direction]
+    if fit.share < MIN_INLIERS:
+        return f"{name}: no consistent line ({100 * fit.share:.0f} % inliers)"
+    if line is None:
+        return f"{name}: propagation too short for a line"
+    if line.gamma <= 0.0:
+        return f"{name}: slope is not positive"
+    if line.gamma_se > MAX_RELATIVE_SE * line.gamma:
+        return f"{name}: slope uncertain by {100 * line.gamma_se / line.gamma:.0f} %"
+    return ""

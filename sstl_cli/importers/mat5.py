@@ -1,0 +1,239 @@
+"""MATLAB files of version 5 to 7 (uncompressed or deflated): numeric vectors, strings, structs, cells of strings.
+
+The container is walked here, not by a library: every declared size is held against the bytes that are there before
+anything is allocated. Source: MAT-File Format, The MathWorks, level 5.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.base import (
+    MAX_CHANNELS,
+    Block,
+    Channel,
+    Layout,
+    Notes,
+    check_declared,
+    guarded,
+    same_length,
+    slices,
+    text_array,
+)
+
+ID = "mat5"
+TITLE = "a MATLAB file (v5 to v7)"
+EXTENSIONS = (".mat",)
+RANK = 20
+MAX_DEPTH = 16
+MAX_ELEMENTS = 200_000
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_MATRIX, _COMPRESSED, _UTF8, _UTF16, _UTF32 = 14, 15, 16, 17, 18
+_CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE = 1, 2, 3, 4, 5
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Return whether the file has the text header and the endian mark of level 5."""
+    return len(head) >= 128 and head[126:128] in (b"IM", b"MI") and head[124:126] in (b"\x00\x01", b"\x01\x00")
+
+
+def channels(path: Path, layout: Layout) -> list[Channel]:
+    """Return vectors and matrix columns of all variables and struct fields (``a.b``, ``runs(2).time_s``, ``m[3]``)."""
+    with guarded(path, TITLE):
+        return [Channel(n, len(v), text=isinstance(v, list)) for n, v in _vectors(path).items()]
+
+
+def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
+    """Yield blocks of the named channels."""
+    with guarded(path, TITLE):
+        found = _vectors(path)
+        chosen = {n: found[n] for n in dict.fromkeys([*numbers, *labels])}
+        rows = same_length(path, {n: len(v) for n, v in chosen.items()})
+        columns: dict[str, Any] = {}
+        for name, values in chosen.items():
+            if name in numbers and isinstance(values, list):
+                raise SstlError(
+                    f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328"
+                )
+            held = text_array(values) if name in labels else np.asarray(values, np.float64)
+            columns[name] = lambda a, b, held=held: held[a:b] if len(held) > 1 else held
+        yield from slices(rows, columns, path.stat().st_size, path)
+
+
+@dataclass
+class _Walk:
+    """Position-independent reader of elements with a budget of elements."""
+
+    order: str
+    path: Path
+    elements: int = 0
+
+    def tag(self, data: memoryview, at: int) -> tuple[int, int, int, int]:
+        """Return type, length, start of the content and start of the next element."""
+        self.elements += 1
+        if self.elements > MAX_ELEMENTS:
+            raise ValueError(f"more than {MAX_ELEMENTS} elements")
+        if at + 8 > len(data):
+            raise ValueError("ends inside an element")
+        word = int(np.frombuffer(data[at : at + 4], self.order + "u4")[0])
+        if word >> 16:
+            kind, length, start, after = word & 0xFFFF, word >> 16, at + 4, at + 8
+        else:
+            length = int(np.frombuffer(data[at + 4 : at + 8], self.order + "u4")[0])
+            kind, start = word, at + 8
+            after = start + length + (0 if kind == _COMPRESSED else -length % 8)
+        if (word >> 16 and length > 4) or start + length > len(data):
+            raise ValueError(f"an element declares {length} bytes, {len(data) - start} are left")
+        return kind, length, start, after
+
+    def array(self, data: memoryview, at: int) -> tuple[np.ndarray, int]:
+        """Return a numeric element and where the next one starts."""
+        kind, length, start, after = self.tag(data, at)
+        if kind == _UTF8:
+            kind = 2
+        elif kind == _UTF16:
+            kind = 4
+        elif kind == _UTF32:
+            kind = 6
+        if kind not in _NUMBERS:
+            raise ValueError(f"unknown number type {kind}")
+        kind_of = np.dtype(self.order + _NUMBERS[kind])
+        if length % kind_of.itemsize:
+            raise ValueError("a number element has a broken length")
+        return np.frombuffer(data[start : start + length], kind_of), after
+
+    def matrix(self, data: memoryview, depth: int = 0) -> tuple[str, Any]:
+        """Return name and value of a matrix: ndarray, str, list (cell) or (dims, {field: values}) for a struct."""
+        if depth > MAX_DEPTH:
+            raise ValueError("structs are nested too deep")
+        flags, at = self.array(data, 0)
+        dims, at = self.array(data, at)
+        raw, at = self.array(data, at)
+        if len(flags) < 1 or len(dims) < 2 or (dims < 0).any():
+            raise ValueError("a matrix has no valid dimensions")
+        kind = int(flags[0]) & 0xFF
+        count = 1
+        for d in dims.tolist():
+            count *= d
+        name = raw.astype(np.uint8).tobytes().decode("latin-1")
+        if count > max(len(data), 1) * 8 and count > 0:
+            raise ValueError(f"'{name[:40]}' declares {count} values in {len(data)} bytes")
+        if kind == _CELL:
+            return name, self._items(data, at, count, depth)
+        if kind in (_STRUCT, _OBJECT):
+            if kind == _OBJECT:
+                _, at = self.array(data, at)
+            width, at = self.array(data, at)
+            packed, at = self.array(data, at)
+            size = int(width[0])
+            if size < 1 or size > 128:
+                raise ValueError("field names have a broken length")
+            text = packed.astype(np.uint8).tobytes()
+            fields = [text[i : i + size].split(b"\0")[0].decode("latin-1") for i in range(0, len(text), size)]
+            items = self._items(data, at, count * len(fields), depth)
+            return name, (count, {f: items[i :: len(fields)] for i, f in enumerate(fields)})
+        if kind == _CHAR:
+            codes, _ = self.array(data, at)
+            if len(codes) != count:
+                raise ValueError("a text has another length than declared")
+            rows = codes.reshape(int(dims[0]), -1, order="F") if count else codes.reshape(0, 0)
+            lines = ["".join(map(chr, row.tolist())).rstrip() for row in rows]
+            return name, lines[0] if len(lines) == 1 else lines
+        if 6 <= kind <= 15:
+            values, _ = self.array(data, at)
+            if len(values) != count:
+                raise ValueError(f"'{name[:40]}' declares {count} values and holds {len(values)}")
+            return name, values.reshape(dims.tolist(), order="F")
+        return name, None
+
+    def _items(self, data: memoryview, at: int, count: int, depth: int) -> list[Any]:
+        if count * 8 > len(data) - at:
+            raise ValueError(f"{count} cells are declared, {len(data) - at} bytes are left")
+        out = []
+        for _ in range(count):
+            kind, length, start, at = self.tag(data, at)
+            if kind != _MATRIX:
+                raise ValueError("a cell holds no matrix")
+            out.append(self.matrix(data[start : start + length], depth + 1)[1] if length else None)
+        return out
+
+
+def _vectors(path: Path) -> dict[str, Any]:
+    """Return every vector of the file by name: number arrays, and lists of texts."""
+    check_declared(path, path.stat().st_size, "the file", whole=True)
+    size = path.stat().st_size
+    raw = np.memmap(path, np.uint8, "r")
+    data = memoryview(raw)
+    order = "<" if bytes(data[126:128]) == b"IM" else ">"
+    walk = _Walk(order, path)
+    out: dict[str, Any] = {}
+    at, spent = 128, 0
+    while at + 8 <= len(data):
+        kind, length, start, at = walk.tag(data, at)
+        body = data[start : start + length]
+        if kind == _COMPRESSED:
+            inner = _inflate(body, size, spent, path)
+            spent += len(inner)
+            kind, length, start, _ = walk.tag(memoryview(inner), 0)
+            body = memoryview(inner)[start : start + length]
+        if kind == _MATRIX and length:
+            name, value = walk.matrix(body)
+            _flatten(name, value, out)
+    if at < len(data) and len(data) - at >= 8:
+        raise ValueError("ends inside an element")
+    if not out:
+        raise SstlError(
+            "holds no numeric vector", where=str(path), fix="save arrays or structs, not objects", code="E333"
+        )
+    return out
+
+
+def _inflate(body: memoryview, size: int, spent: int, path: Path) -> bytes:
+    """Return the deflated bytes, refused beyond the limits instead of filling the memory."""
+    worker = zlib.decompressobj()
+    pieces, total = [], 0
+    data: bytes = bytes(body)
+    while data and not worker.eof:
+        piece = worker.decompress(data, 8 << 20)
+        data = worker.unconsumed_tail
+        total += len(piece)
+        check_declared(path, spent + total, "a compressed variable", size, whole=True)
+        pieces.append(piece)
+        if not piece and not data:
+            break
+    if not worker.eof:
+        raise ValueError("a compressed variable is cut off")
+    return b"".join(pieces)
+
+
+def _flatten(name: str, value: Any, out: dict[str, Any]) -> None:
+    if len(out) >= MAX_CHANNELS or value is None:
+        return
+    if isinstance(value, str):
+        out[name] = [value]
+    elif isinstance(value, list):
+        if value and all(isinstance(v, str) for v in value):
+            out[name] = value
+        else:
+            for i, item in enumerate(value[:MAX_CHANNELS]):
+                _flatten(f"{name}{{{i + 1}}}", item, out)
+    elif isinstance(value, tuple):
+        count, fields = value
+        for i in range(min(count, MAX_CHANNELS)):
+            head = name if count == 1 else f"{name}({i + 1})"
+            for field, items in fields.items():
+                _flatten(f"{head}.{field}", items[i], out)
+    elif (value.ndim == 2 and 1 in value.shape) or value.ndim == 1:
+        if value.size:
+            out[name] = value.ravel()
+    elif value.ndim == 2:
+        columns = value if value.shape[0] >= value.shape[1] else value.T
+        for i in range(min(columns.shape[1], 512)):
+            out[f"{name}[{i + 1}]"] = columns[:, i]

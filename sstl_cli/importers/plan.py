@@ -1,0 +1,351 @@
+"""A mapping met with the channels of a file: which are read, with which clock and conversion."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.core.units import Linear, conversion, is_unit, unit_of
+from sstl_cli.importers.base import Channel, Format, Layout, detect
+from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Mapping, Reference, Source
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One input file: its format and channels; ``prefix`` where it holds several runs side by side."""
+
+    path: Path
+    format: Format
+    channels: tuple[Channel, ...]
+    layout: Layout
+    prefix: str = ""
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """A clock: the file and channel that tell the time, or a constant rate."""
+
+    file: int
+    channel: str | None
+    convert: Linear
+    rate_hz: float | None = None
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One numeric column of the log: one channel, or the difference of two, and its conversion."""
+
+    target: str
+    file: int
+    channels: tuple[str, ...]
+    convert: Linear
+    clock: TimeBase
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything needed to read one recording into log columns."""
+
+    files: tuple[Recording, ...]
+    clock: TimeBase
+    signals: tuple[Signal, ...]
+    labels: dict[str, str]
+    constants: dict[str, str | float]
+    run_name: str
+    content: tuple[Signal, Signal] | None = None
+    notes: tuple[str, ...] = ()
+    output_unit: str = "N"
+    others: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def clocks(self) -> list[TimeBase]:
+        """Return every clock, the reference first."""
+        return list(dict.fromkeys([self.clock, *(s.clock for s in self.signals)]))
+
+
+def recordings(path: Path, mapping: Mapping, wanted: str | None) -> list[Recording]:
+    """Return the recordings in a file: one, or one for each prefix under which a run's columns stand."""
+    chosen = detect(path, wanted or mapping.format)
+    layout = Layout(**mapping.text.model_dump())
+    channels = tuple(chosen.channels(path, layout))
+    if not channels:
+        raise SstlError(f"holds no channel with numbers ({chosen.TITLE})", where=str(path), code="E333")
+    whole = Recording(path, chosen, channels, layout)
+    prefixes = _prefixes([c.name for c in channels if not c.text], mapping)
+    return [replace(whole, prefix=p) for p in prefixes] or [whole]
+
+
+def _prefixes(names: list[str], mapping: Mapping) -> list[str]:
+    if mapping.runs is not None:
+        found = (re.match(mapping.runs, n) for n in names)
+        return list(dict.fromkeys(m.group(0) for m in found if m))
+    needed = [n for n in REQUIRED if n not in mapping.columns]
+    if len(needed) < len(REQUIRED) or all(n in names for n in needed):
+        return []
+    known = set(names)
+    ends = [n[: -len(needed[0])] for n in names if n.endswith(needed[0])]
+    return [p for p in ends if p and all(p + n in known for n in needed)]
+
+
+def plan_of(files: list[Recording], mapping: Mapping, labels: dict[str, str | float], run_name: str) -> Plan:
+    """Return what to read from the files of one recording.
+
+    Parameters
+    ----------
+    files : list of Recording
+        One file, or several that hold different channels of one recording.
+    labels : dict
+        Labels from file names and the manifest.
+    run_name : str
+        The run's name where no channel or label gives one.
+
+    Raises
+    ------
+    SstlError
+        If a channel is missing or misspelt (the nearest is named), or a unit does not fit.
+    """
+    notes: list[str] = []
+    find = _Finder(files)
+    time = mapping.columns.get("time_s")
+    first = mapping.columns.get("tension_in_n")
+    clock = _clock_of(time, first, find, mapping)
+    signals, output_unit = [], "N"
+    for target, dimension in SIGNAL_DIMENSION.items():
+        if target == "time_s":
+            continue
+        source = mapping.columns.get(target)
+        if source is None and not find.has(target):
+            if target in REQUIRED:
+                raise find.missing(target)
+            continue
+        signal = _signal(target, source or Source(column=target), dimension, find, clock, notes)
+        signals.append(signal)
+        if source is not None and source.as_ is not None:
+            output_unit = source.unit
+    content = None
+    if mapping.clocks.content is not None:
+        pair = [_signal(f"content {i + 1}", s, None, find, clock, notes) for i, s in enumerate(mapping.clocks.content)]
+        content = (pair[0], pair[1])
+    from_columns: dict[str, str] = {}
+    for label in LABELS:
+        source = mapping.columns.get(label)
+        if source is not None:
+            from_columns[label] = find.channel(source, label)[1].name
+        elif label not in labels and label not in mapping.constants and find.has(label):
+            from_columns[label] = find.channel(Source(column=label), label)[1].name
+    constants = {**labels, **{k: fill(v, labels) for k, v in mapping.constants.items()}}
+    constants = {k: v for k, v in constants.items() if k in LABELS and k not in from_columns}
+    if "system" not in constants and "system" not in from_columns:
+        raise SstlError(
+            "nothing says whether the recording is 'act' (single pass) or 'sstl' (double pass)",
+            where=find.where,
+            fix='give [constants] system = "act", or --map system=act',
+            code="E334",
+        )
+    if constants.get("system", "act") not in ("act", "sstl"):
+        raise SstlError(
+            f"system is '{constants['system']}'", where=find.where, fix="it must be 'act' or 'sstl'", code="E334"
+        )
+    if "lead_mm" in constants:
+        constants["lead_mm"] = _number(constants["lead_mm"], find.where)
+    return Plan(
+        tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), output_unit
+    )
+
+
+def fill(value: str | float, names: dict[str, str | float]) -> str | float:
+    """Return a constant with ``{name}`` replaced by what a file name or manifest gave."""
+    if not isinstance(value, str):
+        return value
+
+    def named(found: re.Match[str]) -> str:
+        if found[1] not in names:
+            raise SstlError(
+                f"'{value}' uses {{{found[1]}}}, which no file name or manifest gives",
+                where="[constants]",
+                fix=nearest(found[1], names) if names else "give file_name with a named group",
+                code="E335",
+            )
+        return str(names[found[1]])
+
+    return re.sub(r"\{(\w+)\}", named, value)
+
+
+def _number(value: str | float, where: str) -> float:
+    try:
+        return float(value)
+    except ValueError:
+        raise SstlError(f"lead_mm is '{value}'", where=where, fix="it must be a number in mm", code="E335") from None
+
+
+class _Finder:
+    """Channels of the files of one recording, by name, number or pattern."""
+
+    def __init__(self, files: list[Recording]) -> None:
+        self.files = files
+        self.where = str(files[0].path) if len(files) == 1 else f"{files[0].path} and {len(files) - 1} more"
+
+    def has(self, name: str) -> bool:
+        return any(f.prefix + name == c.name for f in self.files for c in f.channels)
+
+    def time_beside(self, clock: TimeBase) -> str:
+        """Return the time channel of the topic that a clock's own channel stands in."""
+        return next((c.time for c in self.files[clock.file].channels if c.name == clock.channel), "")
+
+    def missing(self, name: str) -> SstlError:
+        names = [c.name.removeprefix(f.prefix) for f in self.files for c in f.channels if c.name.startswith(f.prefix)]
+        return SstlError(
+            f"misses column '{name}'",
+            where=self.where,
+            fix=f"{nearest(name, names)} Give a mapping, or try sstl import --guess",
+            code="E336",
+        )
+
+    def channel(self, source: Source, target: str) -> tuple[int, Channel]:
+        """Return the file number and channel of a source given by name, number or pattern."""
+        wanted = source.column if source.column is not None else source.pattern
+        assert wanted is not None
+        return self.find(wanted, target, source.file, pattern=source.column is None)
+
+    def find(self, wanted: Reference, target: str, file: str | None, pattern: bool = False) -> tuple[int, Channel]:
+        pool = [(i, f) for i, f in enumerate(self.files) if file is None or re.search(file, f.path.name)]
+        if not pool:
+            names = ", ".join(f.path.name for f in self.files)
+            raise SstlError(
+                f"{target}: no file name matches '{file}'", where=self.where, fix=f"files: {names}", code="E337"
+            )
+        found = [(i, c) for i, f in pool for c in self._match(f, wanted, pattern)]
+        if len(found) == 1:
+            return found[0]
+        names = [c.name.removeprefix(f.prefix) for _, f in pool for c in f.channels]
+        if not found and isinstance(wanted, int):
+            raise SstlError(
+                f"{target}: column {wanted} does not exist",
+                where=self.where,
+                fix=f"there are {len(names)}, counted from 1",
+                code="E336",
+            )
+        if not found:
+            fix = nearest(str(wanted), names) if not pattern else nearest("", names)
+            raise SstlError(f"{target}: misses column '{wanted}'", where=self.where, fix=fix, code="E336")
+        shown = ", ".join(c.name for _, c in found[:6])
+        raise SstlError(
+            f"{target}: '{wanted}' fits {len(found)} channels ({shown})",
+            where=self.where,
+            fix='make the pattern tighter, or say which file = "..."',
+            code="E338",
+        )
+
+    def _match(self, file: Recording, wanted: Reference, pattern: bool) -> list[Channel]:
+        under = [c for c in file.channels if c.name.startswith(file.prefix)]
+        if isinstance(wanted, int):
+            return [under[wanted - 1]] if 1 <= wanted <= len(under) else []
+        if pattern:
+            return [c for c in under if re.search(wanted, c.name.removeprefix(file.prefix))]
+        exact = [c for c in under if c.name.removeprefix(file.prefix) == wanted]
+        number = re.fullmatch(r"col(\d+)", wanted)
+        return exact or (self._match(file, int(number[1]), False) if number else [])
+
+
+def _clock_of(time: Source | None, first: Source | None, find: _Finder, mapping: Mapping) -> TimeBase:
+    if time is not None and time.rate_hz is not None:
+        file = find.find(
+            _reference(first) if first else "tension_in_n",
+            "tension_in_n",
+            first.file if first else None,
+            bool(first and first.pattern),
+        )[0]
+        return TimeBase(file, None, Linear(1.0), time.rate_hz)
+    if time is None and not find.has("time_s"):
+        # a format with a clock of its own for each channel (robot logs, waveforms)
+        if first is not None and first.time is not None:
+            return _own_clock(first, find, find.channel(first, "tension_in_n") if first.minus is None else None)
+        try:
+            file, channel = find.find(
+                _reference(first) if first else "tension_in_n",
+                "tension_in_n",
+                first.file if first else None,
+                bool(first and first.pattern),
+            )
+        except SstlError:
+            raise find.missing("time_s" if first is None else "time_s") from None
+        if channel.time:
+            return TimeBase(file, channel.time, Linear(1.0))
+        raise find.missing("time_s")
+    source = time or Source(column="time_s")
+    if source.minus is not None:
+        raise SstlError("time_s cannot be a difference", where=find.where, fix="name one column", code="E331")
+    file, channel = find.channel(source, "time_s")
+    unit = source.unit or (channel.unit if is_unit(channel.unit) and unit_of(channel.unit)[0] == "time" else "s")
+    return TimeBase(
+        file,
+        channel.name,
+        conversion(unit, "time", gain=source.gain, offset=source.offset, sign=source.sign, where="time_s"),
+    )
+
+
+def _reference(source: Source) -> Reference:
+    found = source.minus[0] if source.minus else source.column if source.column is not None else source.pattern
+    assert found is not None
+    return found
+
+
+def _own_clock(source: Source, find: _Finder, found: tuple[int, Channel] | None) -> TimeBase:
+    assert source.time is not None
+    file = source.file if source.file else (re.escape(find.files[found[0]].path.name) + "$" if found else None)
+    at, channel = find.find(source.time, "time", file)
+    return TimeBase(at, channel.name, conversion(source.time_unit, "time", where="time"))
+
+
+def _signal(
+    target: str, source: Source, dimension: str | None, find: _Finder, clock: TimeBase, notes: list[str]
+) -> Signal:
+    if source.minus is not None:
+        found = [find.find(r, target, source.file) for r in source.minus]
+        if found[0][0] != found[1][0]:
+            raise SstlError(f"{target}: a difference needs two channels of one file", where=find.where, code="E331")
+    else:
+        found = [find.channel(source, target)]
+    file, channel = found[0]
+    if source.time is not None:
+        clock = _own_clock(source, find, found[0])
+    elif clock.rate_hz is None and channel.time and channel.time not in (clock.channel, find.time_beside(clock)):
+        clock = TimeBase(file, channel.time, Linear(1.0))
+    elif file != clock.file:
+        name = channel.time or (clock.channel or "")
+        if name not in {c.name for c in find.files[file].channels}:
+            raise SstlError(
+                f"{target}: stands in another file than time_s",
+                where=str(find.files[file].path),
+                fix='give its own time = "..." in the mapping',
+                code="E339",
+            )
+        clock = TimeBase(file, name, clock.convert)
+    return Signal(
+        target, file, tuple(c.name for _, c in found), _convert(target, source, channel, dimension, notes), clock
+    )
+
+
+def _convert(target: str, source: Source, channel: Channel, dimension: str | None, notes: list[str]) -> Linear:
+    if dimension is None:
+        return Linear(1.0)
+    if source.as_ is not None:
+        # an output that is no tension keeps its numbers; the provenance says what it is
+        return Linear(source.sign * (source.gain if source.gain is not None else 1.0), source.offset)
+    base = {"force": "N", "length": "mm"}[dimension]
+    unit = source.unit
+    if not unit and channel.name.split("/")[-1].split(".")[-1] not in SIGNAL_DIMENSION:
+        unit = channel.unit if is_unit(channel.unit) else ""
+        notes.append(f"{target}: unit of '{channel.name}' taken as {unit or base}, the mapping gives none")
+    return conversion(
+        unit or base,
+        dimension,
+        gain=source.gain,
+        radius_mm=source.radius_mm,
+        area_mm2=source.area,
+        offset=source.offset,
+        sign=source.sign,
+        where=target,
+    )

@@ -1,0 +1,403 @@
+"""Chunks into runs: time made strictly increasing, faults counted and handled by a named policy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.importers.base import Notes
+from sstl_cli.importers.mapping import LABELS, REQUIRED, Repair, Time
+from sstl_cli.importers.signals import Chunk
+
+Array = NDArray[np.float64]
+GAP_STEPS = 10.0
+MAX_FILL_STEPS = 1_000
+MAX_RUNS = 1_000_000
+# runs up to this many samples come in one piece, longer ones in pieces of about this size
+PIECE_ROWS = 262_144
+
+
+@dataclass
+class Counts:
+    """What was found in the recordings, in samples or places."""
+
+    samples_in: int = 0
+    samples_out: int = 0
+    runs: int = 0
+    repeated: int = 0
+    backward: int = 0
+    gaps: int = 0
+    filled: int = 0
+    dropouts: int = 0
+    spikes: int = 0
+    step_s: float | None = None
+    gap_s: float | None = None
+    notes: Notes = field(default_factory=Notes)
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def set_aside(self) -> int:
+        """Samples that were read and not written."""
+        return sum(self.notes.set_aside.values())
+
+
+@dataclass(frozen=True)
+class Policy:
+    """The named policies of one import."""
+
+    time: Time
+    repair: Repair
+
+
+class Splitter:
+    """Turns the chunks of one recording into pieces of runs; a run may come in several pieces.
+
+    Memory is bounded by a chunk: the last sample is held back, so that repeated time and gaps at the seams are seen.
+    """
+
+    def __init__(
+        self, name: str, constants: dict[str, str | float], policy: Policy, counts: Counts, used: set[str], where: str
+    ) -> None:
+        self.name, self.constants, self.policy, self.counts, self.used = name, constants, policy, counts, used
+        self.where = where
+        self.held: Chunk | None = None
+        self.run_id = ""
+        self.key: tuple[str | None, ...] | None = None
+        self.waiting: list[Chunk] = []
+        self.waiting_rows = 0
+        self.open = False
+        self.zero: float | None = None
+        self.gap_s = policy.time.gap_s
+        self.step_s: float | None = None
+
+    def runs(self, chunks: Iterable[Chunk]) -> Iterator[Run]:
+        """Yield pieces of runs; pieces of one run follow one another."""
+        for chunk in chunks:
+            self.counts.samples_in += len(chunk)
+            yield from self._take(self._clean(chunk), last=False)
+        if self.held is not None:
+            held, self.held = self.held, None
+            yield from self._take(held, last=True)
+        yield from self._end()
+
+    def _clean(self, chunk: Chunk) -> Chunk:
+        """Handle values that are not finite."""
+        lost = np.zeros(len(chunk), bool)
+        for name, values in chunk.signals.items():
+            infinite = np.isinf(values)
+            if infinite.any():
+                values = np.where(infinite, np.nan, values)
+                chunk.signals[name] = values
+            if name in REQUIRED:
+                lost |= np.isnan(values)
+        n = int(lost.sum())
+        if not n:
+            return chunk
+        self.counts.dropouts += n
+        first = int(np.argmax(lost))
+        if self.policy.repair.dropouts == "fail":
+            raise SstlError(
+                f"{n} dropouts (no number), the first at sample {self.counts.samples_in - len(chunk) + first + 1}",
+                where=self.where,
+                fix='use dropouts = "drop" or "interpolate" in [repair]',
+                code="E350",
+            )
+        no_time = np.isnan(chunk.signals["time_s"])
+        if self.policy.repair.dropouts == "interpolate":
+            time = chunk.signals["time_s"]
+            for name in REQUIRED[1:]:
+                values = chunk.signals[name]
+                good = np.isfinite(values) & ~no_time
+                if good.sum() >= 2:
+                    inside = ~good & ~no_time & (time > time[good][0]) & (time < time[good][-1])
+                    order = np.argsort(time[good], kind="stable")
+                    values = values.copy()
+                    values[inside] = np.interp(time[inside], time[good][order], values[good][order])
+                    chunk.signals[name] = values
+            lost = no_time.copy()
+            for name in REQUIRED[1:]:
+                lost |= np.isnan(chunk.signals[name])
+            self.counts.filled += n - int(lost.sum())
+        self.counts.notes.aside("dropouts (no number)", int(lost.sum()))
+        return _rows(chunk, ~lost)
+
+    def _take(self, chunk: Chunk, last: bool) -> Iterator[Run]:
+        if self.held is not None:
+            chunk = _join(self.held, chunk)
+            self.held = None
+        if not len(chunk):
+            return
+        changes = self._label_changes(chunk)
+        chunk, changes = self._repeated(chunk, changes)
+        chunk, changes = self._backward(chunk, changes)
+        if not last:
+            # everything at the last instant waits for what follows
+            self.held = _rows(chunk, slice(len(chunk) - 1, None))
+            body = len(chunk) - 1
+        else:
+            body = len(chunk)
+        time = chunk.signals["time_s"]
+        step = np.diff(time)
+        self._learn_gap(step[~changes[1:]])
+        gaps = np.zeros(len(time), bool)
+        if self.gap_s is not None:
+            gaps[1:] = (step > self.gap_s) & ~changes[1:]
+        chunk, starts, body = self._gaps(chunk, gaps, changes, body)
+        cuts = [0, *np.flatnonzero(starts[1:body]) + 1, body] if body else [0]
+        for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+            if starts[a]:
+                yield from self._end()
+            yield from self._add(_rows(chunk, slice(a, b)))
+        if not last and starts[body]:
+            yield from self._end()
+
+    def _label_changes(self, chunk: Chunk) -> NDArray[np.bool_]:
+        """Return where a new run begins because run_id (or, without one, any label) changes."""
+        names = ["run_id"] if "run_id" in chunk.labels else list(chunk.labels)
+        changes = np.zeros(len(chunk), bool)
+        for name in names:
+            codes = chunk.labels[name].dictionary_encode().indices.fill_null(-1).to_numpy(zero_copy_only=False)
+            changes[1:] |= np.diff(codes) != 0
+        return changes
+
+    def _repeated(self, chunk: Chunk, changes: NDArray[np.bool_]) -> tuple[Chunk, NDArray[np.bool_]]:
+        time = chunk.signals["time_s"]
+        same = np.zeros(len(chunk), bool)
+        same[1:] = (time[1:] == time[:-1]) & ~changes[1:]
+        n = int(same.sum())
+        if not n:
+            return chunk, changes
+        if self.policy.time.repeated == "fail":
+            at = float(time[int(np.argmax(same))])
+            raise SstlError(
+                f"time {at:g} s is repeated", where=self.where, fix='use repeated = "last" in [time]', code="E351"
+            )
+        self.counts.repeated += n
+        self.counts.notes.aside(f"repeated time (kept the {self.policy.time.repeated})", n)
+        if self.policy.time.repeated == "first":
+            return _rows(chunk, ~same), changes[~same]
+        keep = np.concatenate((~same[1:], [True]))
+        # a change of run marked on a dropped first row moves to the row that is kept
+        groups = np.cumsum(~same) - 1
+        moved = np.zeros(int(groups[-1]) + 1, bool)
+        np.logical_or.at(moved, groups, changes)
+        return _rows(chunk, keep), moved
+
+    def _backward(self, chunk: Chunk, changes: NDArray[np.bool_]) -> tuple[Chunk, NDArray[np.bool_]]:
+        time = chunk.signals["time_s"]
+        back = np.zeros(len(chunk), bool)
+        back[1:] = (time[1:] < time[:-1]) & ~changes[1:]
+        n = int(back.sum())
+        if not n:
+            return chunk, changes
+        how = self.policy.time.backward
+        if how == "fail":
+            at = int(np.argmax(back))
+            raise SstlError(
+                f"time goes back from {time[at - 1]:g} s to {time[at]:g} s",
+                where=self.where,
+                fix='use backward = "split" or "drop" in [time]',
+                code="E352",
+            )
+        self.counts.backward += n
+        if how == "split":
+            return chunk, changes | back
+        keep = np.ones(len(chunk), bool)
+        starts = [0, *np.flatnonzero(changes[1:]) + 1, len(time)]
+        for a, b in zip(starts[:-1], starts[1:], strict=True):
+            top = np.maximum.accumulate(time[a:b])
+            keep[a + 1 : b] = time[a + 1 : b] > top[:-1]
+        self.counts.notes.aside("backward time", int(len(keep) - keep.sum()))
+        return _rows(chunk, keep), changes[keep]
+
+    def _learn_gap(self, steps: Array) -> None:
+        """Set what counts as a gap from the first samples: ten usual steps."""
+        forward = steps[steps > 0]
+        if self.step_s is None and len(forward) >= 3:
+            self.step_s = float(np.median(forward))
+            self.counts.step_s = self.counts.step_s or self.step_s
+            if self.gap_s is None:
+                self.gap_s = GAP_STEPS * self.step_s
+            self.counts.gap_s = self.counts.gap_s or self.gap_s
+
+    def _gaps(
+        self, chunk: Chunk, gaps: NDArray[np.bool_], changes: NDArray[np.bool_], body: int
+    ) -> tuple[Chunk, NDArray[np.bool_], int]:
+        n = int(gaps.sum())
+        if not n:
+            return chunk, changes, body
+        time = chunk.signals["time_s"]
+        at = int(np.argmax(gaps))
+        how = self.policy.time.on_gap
+        if how == "fail":
+            raise SstlError(
+                f"{n} gaps, the first of {time[at] - time[at - 1]:.4g} s at {time[at - 1]:g} s",
+                where=self.where,
+                fix="use --on-gap split or fill, or raise gap_s",
+                code="E353",
+            )
+        self.counts.gaps += n
+        if how == "split" or self.step_s is None:
+            return chunk, changes | gaps, body
+        rows = np.flatnonzero(gaps)
+        missing = np.rint((time[rows] - time[rows - 1]) / self.step_s).astype(np.float64) - 1
+        long = missing > MAX_FILL_STEPS
+        if long.any():
+            self.counts.remarks.append(
+                f"{int(long.sum())} gaps longer than {MAX_FILL_STEPS} steps were split, not filled"
+            )
+        starts = changes.copy()
+        starts[rows[long]] = True
+        fill = {int(r): int(m) for r, m in zip(rows[~long], missing[~long], strict=True)}
+        self.counts.filled += sum(fill.values())
+        where = np.concatenate([np.full(m, r) for r, m in fill.items()]) if fill else np.empty(0, np.int64)
+        part = np.concatenate([np.arange(1, m + 1) / (m + 1) for m in fill.values()]) if fill else np.empty(0)
+        source = np.insert(np.arange(len(time), dtype=np.float64), where.astype(np.int64), where - 1 + part)
+        new_rows = np.ceil(source - 1e-12).astype(np.int64)
+        signals = {k: np.interp(source, np.arange(len(v)), v) for k, v in chunk.signals.items()}
+        original = source == np.floor(source)
+        for k, v in chunk.signals.items():
+            signals[k][original] = v
+        labels = {k: v.take(pa.array(np.minimum(new_rows, len(time) - 1))) for k, v in chunk.labels.items()}
+        spread = np.zeros(len(source), bool)
+        spread[original] = starts
+        # rows filled in front of the held-back sample belong to this body already
+        return Chunk(signals, labels), spread, body + int((where <= body).sum())
+
+    def _add(self, piece: Chunk) -> Iterator[Run]:
+        if not self.open and self.waiting_rows == 0:
+            self.key = tuple(piece.labels[n][0].as_py() if n in piece.labels else None for n in LABELS)
+            self.zero = float(piece.signals["time_s"][0]) if self.policy.time.start == "zero" else None
+        for name in LABELS:
+            if name in piece.labels and name not in ("run_id", "lead_mm") and len(piece.labels[name].unique()) > 1:
+                raise SstlError(
+                    f"{name} changes within a run", where=self.where, fix="give the parts another run_id", code="E355"
+                )
+        self.waiting.append(piece)
+        self.waiting_rows += len(piece)
+        if self.waiting_rows >= max(PIECE_ROWS, self.policy.repair.min_samples):
+            yield from self._flush()
+
+    def _flush(self) -> Iterator[Run]:
+        """Yield what waits as one piece of the current run."""
+        joined = Chunk(
+            {k: np.concatenate([c.signals[k] for c in self.waiting]) for k in self.waiting[0].signals},
+            {k: pa.concat_arrays([c.labels[k] for c in self.waiting]) for k in self.waiting[0].labels},
+        )
+        self.waiting, self.waiting_rows = [], 0
+        if not self.open:
+            self._name_run()
+            self.open = True
+        run = self._run(self._spikes(joined))
+        self.counts.samples_out += len(run)
+        yield run
+
+    def _end(self) -> Iterator[Run]:
+        """Close the current run; what was too short to be one is set aside."""
+        if self.waiting_rows and not self.open and self.waiting_rows < self.policy.repair.min_samples:
+            self.counts.notes.aside(f"run shorter than {self.policy.repair.min_samples} samples", self.waiting_rows)
+        elif self.waiting_rows:
+            yield from self._flush()
+        self.waiting, self.waiting_rows, self.open = [], 0, False
+
+    def _name_run(self) -> None:
+        """Give the run a name that no other run of the output has."""
+        assert self.key is not None
+        given = self.key[0] if self.key[0] is not None else self.constants.get("run_id")
+        base = str(given) if given not in (None, "") else self.name
+        self.run_id, n = base, 1
+        while self.run_id in self.used:
+            n += 1
+            self.run_id = f"{base}-{n}"
+            if n > MAX_RUNS:
+                raise SstlError(
+                    f"splits into more than {MAX_RUNS} runs", where=self.where, fix="raise gap_s", code="E354"
+                )
+        self.used.add(self.run_id)
+        self.counts.runs += 1
+
+    def _spikes(self, piece: Chunk) -> Chunk:
+        """Count single samples far from both neighbours, against the usual scatter; handle them as told."""
+        wild = np.zeros(len(piece), bool)
+        for name in REQUIRED[1:]:
+            values = piece.signals[name]
+            if len(values) < 9:
+                continue
+            middle = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+            away = np.abs(values[2:-2] - middle)
+            usual = 1.4826 * float(np.median(away))
+            steps = np.abs(np.diff(values))
+            usual = max(usual, float(np.median(steps)), 1e-9 * float(np.ptp(values)))
+            here = np.zeros(len(values), bool)
+            low, high = np.percentile(values, (1, 99))
+            # quantised or chattering signals have a tiny usual scatter: a spike also stands out of the whole range
+            here[2:-2] = away > max(self.policy.repair.spike_factor * usual, 0.1 * (high - low))
+            # one or two samples at most: more is a signal, not a spike
+            here[1:-1] &= ~(here[:-2] & here[2:])
+            if self.policy.repair.spikes == "interpolate" and here.any():
+                good = ~here
+                mended = values.copy()
+                time = piece.signals["time_s"]
+                mended[here] = np.interp(time[here], time[good], values[good])
+                piece.signals[name] = mended
+            wild |= here
+        n = int(wild.sum())
+        self.counts.spikes += n
+        if n and self.policy.repair.spikes == "drop":
+            self.counts.notes.aside("spikes", n)
+            return _rows(piece, ~wild)
+        return piece
+
+    def _run(self, piece: Chunk) -> Run:
+        assert self.key is not None
+        labels = {n: v if v is not None else self.constants.get(n) for n, v in zip(LABELS, self.key, strict=True)}
+        system = labels["system"]
+        if system not in ("act", "sstl"):
+            raise SstlError(
+                f"system is {system!r}",
+                where=f"{self.where}, run {self.run_id!r}",
+                fix="it must be 'act' or 'sstl'",
+                code="E334",
+            )
+        lead: float | None = None
+        if labels["lead_mm"] is not None:
+            try:
+                lead = float(labels["lead_mm"])
+            except ValueError:
+                raise SstlError(
+                    f"lead_mm is {labels['lead_mm']!r}", where=self.where, fix="give a number in mm", code="E335"
+                ) from None
+            lead = lead if np.isfinite(lead) else None
+        text = {
+            n: str(labels[n]) if labels[n] is not None else None
+            for n in ("config_id", "location", "trajectory", "tendon")
+        }
+        signals = dict(piece.signals)
+        if self.zero is not None:
+            signals["time_s"] = signals["time_s"] - self.zero
+        for name in ("position_in_mm", "tension_ref_n"):
+            if name in signals and np.isnan(signals[name]).all():
+                del signals[name]
+        return Run(run_id=self.run_id, system=str(system), lead_mm=lead, **text, **signals)  # type: ignore[arg-type]
+
+
+def _rows(chunk: Chunk, rows: slice | NDArray[np.bool_]) -> Chunk:
+    if isinstance(rows, slice):
+        start, stop, _ = rows.indices(len(chunk))
+        labels = {k: v.slice(start, max(stop - start, 0)) for k, v in chunk.labels.items()}
+    else:
+        labels = {k: v.filter(pa.array(rows)) for k, v in chunk.labels.items()}
+    return Chunk({k: v[rows] for k, v in chunk.signals.items()}, labels)
+
+
+def _join(a: Chunk, b: Chunk) -> Chunk:
+    return Chunk(
+        {k: np.concatenate((v, b.signals[k])) for k, v in a.signals.items()},
+        {k: pa.concat_arrays([v, b.labels[k]]) for k, v in a.labels.items()},
+    )

@@ -1,0 +1,146 @@
+"""The files of one call as recordings: labels from names and a manifest, files appended or side by side."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.importers.mapping import LABELS, Mapping
+from sstl_cli.importers.plan import Plan, Recording, plan_of, recordings
+
+MAX_MANIFEST_BYTES = 16 << 20
+Labels = dict[str, str | float]
+
+
+@dataclass(frozen=True)
+class Group:
+    """One recording: a plan, or several plans whose samples follow one another."""
+
+    plans: tuple[Plan, ...]
+    name: str
+
+    @property
+    def where(self) -> str:
+        """File concerned, for messages."""
+        return str(self.plans[0].files[0].path)
+
+
+def groups(files: list[Path], mapping: Mapping, wanted: str | None, manifest: dict[str, Labels]) -> Iterator[Group]:
+    """Yield the recordings of a call in the order of the files."""
+    how = mapping.files.merge
+    names = {path: labels_of(path, mapping, manifest) for path in files}
+    if how == "no":
+        for path in files:
+            for recording in recordings(path, mapping, wanted):
+                part = _part_name(recording, mapping)
+                labels = {**names[path], **_part_labels(recording, mapping)}
+                name = f"{stem(path)}-{part}" if part else stem(path)
+                if "runs" in recording.prefix and part and mapping.runs is None:
+                    name = part
+                yield Group((plan_of([recording], mapping, labels, str(labels.get("run_id", name))),), name)
+        return
+    keyed: dict[str, list[Path]] = {}
+    for path in files:
+        keyed.setdefault(_key(path, mapping, names[path]), []).append(path)
+    for key, paths in keyed.items():
+        parts = [(p, _single(p, mapping, wanted)) for p in paths]
+        labels = {k: v for p in paths for k, v in names[p].items()}
+        name = str(labels.get("run_id", key))
+        if how == "channels":
+            yield Group((plan_of([r for _, r in parts], mapping, labels, name),), name)
+        else:
+            yield Group(tuple(plan_of([r], mapping, labels, name) for _, r in parts), name)
+
+
+def stem(path: Path) -> str:
+    """Return the name of a file without its extension."""
+    return path.stem or path.name
+
+
+def labels_of(path: Path, mapping: Mapping, manifest: dict[str, Labels]) -> Labels:
+    """Return what the file's name (by pattern) and the manifest say about it.
+
+    Raises
+    ------
+    SstlError
+        If the name does not fit the pattern, or the manifest does not list the file.
+    """
+    labels: Labels = {"stem": stem(path), "file": path.name}
+    if mapping.file_name is not None:
+        found = re.search(mapping.file_name, path.name)
+        if not found:
+            raise SstlError(
+                f"name does not fit the pattern '{mapping.file_name}'",
+                where=str(path),
+                fix="correct file_name in the mapping",
+                code="E341",
+            )
+        labels |= {k: v for k, v in found.groupdict().items() if v is not None}
+    if manifest:
+        if path.name not in manifest:
+            raise SstlError(
+                "is not listed in the manifest", where=str(path), fix=nearest(path.name, manifest), code="E342"
+            )
+        labels |= manifest[path.name]
+    return labels
+
+
+def read_manifest(path: Path) -> dict[str, Labels]:
+    """Return ``{file name: labels}`` from a CSV with a column ``file`` and one column a label."""
+    try:
+        if path.stat().st_size > MAX_MANIFEST_BYTES:
+            raise SstlError("is larger than 16 MiB", where=str(path), fix="give a manifest table", code="E343")
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except OSError as error:
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E343") from None
+    except (ValueError, csv.Error) as error:
+        raise SstlError(f"is not a CSV table ({str(error)[:80]})", where=str(path), code="E343") from None
+    names = list(rows[0]) if rows else []
+    if "file" not in names:
+        raise SstlError(
+            "has no column 'file'", where=str(path), fix=f"columns: file and any of {', '.join(LABELS)}", code="E343"
+        )
+    out: dict[str, Labels] = {}
+    for row in rows:
+        if None in row or None in row.values():
+            raise SstlError(f"row of '{row['file']}' has another number of columns", where=str(path), code="E343")
+        out[Path(row["file"]).name] = {k.strip(): v.strip() for k, v in row.items() if k != "file" and v.strip()}
+    return out
+
+
+def _key(path: Path, mapping: Mapping, labels: Labels) -> str:
+    if mapping.files.key is None:
+        return str(labels.get("run_id", "merged"))
+    if mapping.files.key not in labels:
+        raise SstlError(
+            f"has no '{mapping.files.key}' to merge by",
+            where=str(path),
+            fix="give file_name a group of that name, or a manifest column",
+            code="E344",
+        )
+    return str(labels[mapping.files.key])
+
+
+def _single(path: Path, mapping: Mapping, wanted: str | None) -> Recording:
+    found = recordings(path, mapping, wanted)
+    if len(found) > 1:
+        raise SstlError(
+            "holds several runs and cannot be merged", where=str(path), fix="import it by itself", code="E344"
+        )
+    return found[0]
+
+
+def _part_name(recording: Recording, mapping: Mapping) -> str:
+    return re.sub(r"[^\w.+-]+", "-", recording.prefix).strip("-.") if recording.prefix else ""
+
+
+def _part_labels(recording: Recording, mapping: Mapping) -> Labels:
+    if not recording.prefix or mapping.runs is None:
+        return {}
+    found = re.match(mapping.runs, recording.prefix)
+    return {k: v for k, v in found.groupdict().items() if v is not None} if found else {}

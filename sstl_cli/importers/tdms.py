@@ -1,0 +1,175 @@
+"""LabVIEW TDMS: channels as ``group/channel``, with the waveform's own time as ``group/channel@time``."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.units import is_unit
+from sstl_cli.importers.base import (
+    MAX_CHANNELS,
+    Block,
+    Channel,
+    Layout,
+    Notes,
+    Values,
+    check_declared,
+    guarded,
+    same_length,
+    slices,
+    text_array,
+)
+
+ID = "tdms"
+TITLE = "a LabVIEW TDMS file"
+EXTENSIONS = (".tdms",)
+RANK = 35
+MAX_SEGMENTS = 200_000
+TIME = "@time"
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Return whether the file begins with the TDMS lead-in."""
+    return head.startswith(b"TDSm")
+
+
+def channels(path: Path, layout: Layout) -> list[Channel]:
+    """Return every channel; one with waveform properties brings its own time channel."""
+    with guarded(path, TITLE), _open(path) as file:
+        out: list[Channel] = []
+        for name, channel in _channels(file, path):
+            rows = len(channel)
+            unit = str(channel.properties.get("unit_string", channel.properties.get("NI_UnitDescription", "")))
+            timed = _increment(channel) is not None
+            own = _array_kind(channel)
+            out.append(
+                Channel(
+                    name,
+                    rows,
+                    unit if is_unit(unit) else ("s" if own == "time" else ""),
+                    name + TIME if timed else "",
+                    text=own == "text",
+                )
+            )
+            if timed:
+                out.append(Channel(name + TIME, rows, "s"))
+        return out[:MAX_CHANNELS]
+
+
+def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
+    """Yield blocks of the named channels."""
+    wanted = list(dict.fromkeys([*numbers, *labels]))
+    with guarded(path, TITLE), _open(path) as file:
+        columns: dict[str, Any] = {}
+        lengths: dict[str, int] = {}
+        origin: list[Any] = []
+        for name, channel in _channels(file, path):
+            if name in wanted:
+                columns[name] = _cutter(channel, name in numbers, path, name, origin)
+                lengths[name] = len(channel)
+            if name + TIME in wanted:
+                columns[name + TIME] = _clock(channel)
+                lengths[name + TIME] = len(channel)
+        rows = same_length(path, lengths)
+        columns = {n: (c if lengths[n] > 1 or rows == 1 else (lambda a, b, c=c: c(0, 1))) for n, c in columns.items()}
+        yield from slices(rows, columns, path.stat().st_size, path)
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[Any]:
+    from nptdms import TdmsFile
+
+    _check_lead_ins(path)
+    # the library tells its log about every odd byte; what matters is raised
+    logging.getLogger("nptdms").setLevel(logging.CRITICAL)
+    # opened by handle, as an index file beside it could belong to another recording
+    with open(path, "rb") as handle:
+        yield TdmsFile(handle, read_metadata_only=True, keep_open=True)
+
+
+def _check_lead_ins(path: Path) -> None:
+    """Walk the segments by their lead-ins: each must go forward and stay in the file."""
+    size = path.stat().st_size
+    with open(path, "rb") as file:
+        at = count = 0
+        while at < size:
+            file.seek(at)
+            lead = file.read(28)
+            if len(lead) < 28:
+                raise SstlError("ends inside a segment", where=str(path), fix="record or copy it again", code="E310")
+            if lead[:4] != b"TDSm":
+                raise SstlError(
+                    f"has no segment at byte {at}", where=str(path), fix="record or copy it again", code="E310"
+                )
+            order = "big" if int.from_bytes(lead[4:8], "little") & 64 else "little"
+            length = int.from_bytes(lead[12:20], order)  # type: ignore[arg-type]
+            raw = int.from_bytes(lead[20:28], order)  # type: ignore[arg-type]
+            if length == 0xFFFFFFFFFFFFFFFF:
+                raise SstlError(
+                    "was not closed by the recorder (open last segment)",
+                    where=str(path),
+                    fix="let the recorder finish",
+                    code="E310",
+                )
+            if raw > length or at + 28 + length > size:
+                raise SstlError(
+                    f"declares a segment of {length:.3g} bytes, {size - at - 28} are left",
+                    where=str(path),
+                    fix="truncated or damaged: record or copy it again",
+                    code="E310",
+                )
+            at += 28 + length
+            count += 1
+            if count > MAX_SEGMENTS:
+                raise SstlError(
+                    f"has more than {MAX_SEGMENTS} segments", where=str(path), fix="defragment it", code="E312"
+                )
+
+
+def _channels(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
+    size = path.stat().st_size
+    for group in file.groups():
+        for channel in group.channels():
+            if channel.data_type is None or not len(channel):
+                continue
+            check_declared(path, len(channel) * 8, f"channel '{channel.name}'", size)
+            yield f"{group.name}/{channel.name}", channel
+
+
+def _array_kind(channel: Any) -> str:
+    kind = getattr(channel.data_type, "__name__", "")
+    return "text" if kind == "String" else "time" if kind == "TimeStamp" else "number"
+
+
+def _increment(channel: Any) -> float | None:
+    step = channel.properties.get("wf_increment")
+    return float(step) if isinstance(step, (int, float)) and 0 < float(step) < 1e9 else None
+
+
+def _clock(channel: Any) -> Any:
+    step, start = _increment(channel) or 1.0, float(channel.properties.get("wf_start_offset", 0.0))
+    return lambda a, b: start + step * np.arange(a, b, dtype=np.float64)
+
+
+def _cutter(channel: Any, number: bool, path: Path, name: str, origin: list[Any]) -> Any:
+    def piece(a: int, b: int) -> Values:
+        values = np.asarray(channel.read_data(offset=a, length=b - a))
+        if not number:
+            return text_array(values)
+        if values.dtype.kind == "M":
+            if not origin:
+                origin.append(values[0])
+            return (values - origin[0]) / np.timedelta64(1, "ns") * 1e-9
+        if values.dtype.kind not in "biuf":
+            raise SstlError(
+                f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328"
+            )
+        return values.astype(np.float64)
+
+    return piece

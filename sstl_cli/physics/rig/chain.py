@@ -1,0 +1,254 @@
+"""The elastic chain and its implicit quasi-static solver: one call balances every node for one step.
+
+Node i carries friction F_i; spring i joins node i - 1 to node i, spring M joins the last node to the load spring.
+Balance of node i (displacement u positive towards the motor): T_i - T_(i+1) - F_i - c (u_i - u_i_old) / dt = 0.
+Friction is elastic-plastic (return mapping, Simo and Hughes 1998, ch. 1): F = F_old + k_t (u - u_old), cut at the
+capstan limit L(T) of the new tension. For a fixed set of sticking and slipping nodes the balance is a tridiagonal
+system, linear under Coulomb friction: the semi-smooth Newton iteration ends exactly once the set stops changing.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# A node changes between sticking and slipping only beyond this force error (N): round-off must not make it chatter.
+MODE_TOLERANCE_N = 1e-9
+# Floor of the contact force that sets the stick stiffness (N), so that an unloaded node is not left without any.
+CONTACT_FLOOR_N = 1e-4
+# The same for the play of the load joint, as a share of its half-width.
+PLAY_TOLERANCE = 1e-9
+
+
+class Chain(NamedTuple):
+    """State and work arrays; M nodes, displacements in mm, forces in N, stiffnesses in N/mm."""
+
+    compliance: FloatArray  # (M + 1,) mm/N of each spring, the first reaching from the drive to node 0
+    stiffness: FloatArray  # (M + 1,) of this step, creep included
+    offset: FloatArray  # (M + 1,) tension of each spring at zero stretch
+    creep: FloatArray  # (M + 1,) mm
+    u: FloatArray  # (M + 1,) trial displacements; the last entry is the stretch of the load spring
+    u_old: FloatArray  # (M + 1,)
+    force: FloatArray  # (M,) trial friction
+    force_old: FloatArray  # (M,)
+    stick_stiffness: FloatArray  # (M,)
+    breakaway: FloatArray  # (M,) mm
+    slope_pull: FloatArray  # (M,) friction limit per tension, pulling
+    slope_release: FloatArray  # (M,)
+    bias_pull: FloatArray  # (M,) friction limit at zero tension, N
+    bias_release: FloatArray  # (M,)
+    drag: FloatArray  # (M,) viscous drag, N s/mm
+    mode: IntArray  # (M,) 1 slips towards the motor, -1 away from it, 0 sticks
+    mode_old: IntArray  # (M,)
+    tension: FloatArray  # (M + 1,) trial tension of each spring
+    tension_old: FloatArray  # (M + 1,)
+    sweep_g: FloatArray  # (M + 1,) Thomas algorithm
+    sweep_d: FloatArray  # (M + 1,)
+    play: FloatArray  # (2,) position in the play of the load, -1..1: committed, trial
+
+
+class Load(NamedTuple):
+    """Load spring T = k1 (y + k3 y^3), stretched by y0 at rest, behind a joint with play."""
+
+    k1: float
+    k3: float
+    y0: float
+    half_play: float
+    play_width: float
+
+
+class TensionLaw(NamedTuple):
+    """How mu depends on the local tension: (T / 10 N)^-alpha * (1 + c_t T)."""
+
+    alpha: float
+    c_t: float
+
+
+REFERENCE_TENSION_N = 10.0
+TENSION_FLOOR_N = 0.05
+
+
+@njit(cache=True)
+def load_tension(load: Load, y: float) -> tuple[float, float]:
+    """Tension (N) and stiffness (N/mm) of the load spring at stretch y (mm); it cannot push."""
+    if y < 0.0:
+        return 1e-6 * load.k1 * y, 1e-6 * load.k1
+    return load.k1 * (y + load.k3 * y * y * y), load.k1 * (1.0 + 3.0 * load.k3 * y * y)
+
+
+@njit(cache=True)
+def friction_limit(law: TensionLaw, slope: float, bias: float, mean: float) -> tuple[float, float]:
+    """Friction limit (N) of a node at its mean tension (N), and its derivative with respect to that tension."""
+    if mean <= 0.0:
+        return bias, 0.0
+    if law.alpha == 0.0 and law.c_t == 0.0:
+        return slope * mean + bias, slope
+    tension = max(mean, TENSION_FLOOR_N)
+    power = 1.0
+    if law.alpha != 0.0:
+        power = (tension / REFERENCE_TENSION_N) ** (-law.alpha)
+    linear = 1.0 + law.c_t * mean
+    derivative = slope * power * ((1.0 - law.alpha) * linear + law.c_t * mean)
+    if mean < TENSION_FLOOR_N:
+        derivative = slope * power * (linear + law.c_t * mean)
+    return slope * power * linear * mean + bias, derivative
+
+
+@njit(cache=True)
+def prepare_step(chain: Chain, law: TensionLaw, pretension: float, creep_fraction: float, creep_ratio: float) -> None:
+    """Set spring stiffness with creep (`creep_ratio` = dt / tau or 0) and stick stiffness from the last tensions."""
+    nodes = chain.force.size
+    for j in range(nodes + 1):
+        growth = creep_fraction * creep_ratio / (1.0 + creep_ratio)
+        chain.stiffness[j] = 1.0 / (chain.compliance[j] * (1.0 + growth))
+        chain.offset[j] = pretension - chain.stiffness[j] * chain.creep[j] / (1.0 + creep_ratio)
+    for i in range(nodes):
+        if chain.slope_pull[i] + chain.slope_release[i] + chain.bias_pull[i] + chain.bias_release[i] > 0.0:
+            mean = 0.5 * (chain.tension_old[i] + chain.tension_old[i + 1])
+            pull, _ = friction_limit(law, chain.slope_pull[i], chain.bias_pull[i], mean)
+            release, _ = friction_limit(law, chain.slope_release[i], chain.bias_release[i], mean)
+            chain.stick_stiffness[i] = max(0.5 * (pull + release), CONTACT_FLOOR_N) / chain.breakaway[i]
+        else:
+            chain.stick_stiffness[i] = 0.0
+
+
+@njit(cache=True)
+def balance(
+    chain: Chain, load: Load, law: TensionLaw, drive_k: float, drive_o: float, dt: float, tolerance: float, limit: int
+) -> int:
+    """Solve one step with T_0 = drive_o - drive_k u_0; returns the iterations used, or -1 if `limit` was not enough.
+
+    The trial state (u, force, tension, mode) is left for the caller to commit or to throw away.
+    """
+    nodes = chain.force.size
+    u = chain.u
+    play_old = chain.play[0]
+    gap_side = 1 if play_old >= 1.0 else (-1 if play_old <= -1.0 else 0)
+    for i in range(nodes):
+        chain.mode[i] = chain.mode_old[i]
+        u[i] = chain.u_old[i]
+    u[nodes] = chain.u_old[nodes]
+    for iteration in range(limit + 1):
+        worst = 0.0
+        changed = False
+        k_left = drive_k
+        t_left = drive_o - drive_k * u[0]
+        chain.tension[0] = t_left
+        # Free play of the load joint: passed over a short stretch of the spring, so that it stays well posed.
+        play = play_old
+        play_slope = 0.0
+        if load.half_play > 0.0:
+            # Open or closed gap is a mode of the same kind as stick and slip, and changes by the same rule.
+            play = play_old + (u[nodes] - chain.u_old[nodes]) / load.play_width
+            if iteration > 0 and gap_side != 0 and gap_side * play < 1.0 - PLAY_TOLERANCE:
+                gap_side = 0
+                changed = True
+            elif iteration > 0 and gap_side == 0 and abs(play) > 1.0 + PLAY_TOLERANCE:
+                gap_side = 1 if play > 0.0 else -1
+                changed = True
+            if gap_side == 0:
+                play_slope = load.half_play / load.play_width
+            else:
+                play = float(gap_side)
+        chain.play[1] = play
+        g_left = 0.0
+        d_left = 0.0
+        for i in range(nodes):
+            k_right = chain.stiffness[i + 1]
+            if i + 1 < nodes:
+                t_right = k_right * (u[i] - u[i + 1]) + chain.offset[i + 1]
+                through = 1.0
+            else:
+                t_right = k_right * (u[i] - (u[nodes] - load.y0) - load.half_play * play) + chain.offset[nodes]
+                through = 1.0 + play_slope
+            chain.tension[i + 1] = t_right
+            mean = 0.5 * (t_left + t_right)
+            step = u[i] - chain.u_old[i]
+            trial = chain.force_old[i] + chain.stick_stiffness[i] * step
+            mode = chain.mode[i]
+            # A slipping node must stick before it may slip the other way: the slip front then advances
+            # monotonically and the iteration cannot cycle between the two directions.
+            if mode == 1:
+                bound, slope = friction_limit(law, chain.slope_pull[i], chain.bias_pull[i], mean)
+                if iteration > 0 and trial < bound - MODE_TOLERANCE_N:
+                    mode = 0
+                    changed = True
+            elif mode == -1:
+                bound, slope = friction_limit(law, chain.slope_release[i], chain.bias_release[i], mean)
+                if iteration > 0 and trial > -bound + MODE_TOLERANCE_N:
+                    mode = 0
+                    changed = True
+            elif trial > 0.0:
+                bound, slope = friction_limit(law, chain.slope_pull[i], chain.bias_pull[i], mean)
+                if iteration > 0 and trial > bound + MODE_TOLERANCE_N:
+                    mode = 1
+                    changed = True
+            else:
+                bound, slope = friction_limit(law, chain.slope_release[i], chain.bias_release[i], mean)
+                if iteration > 0 and trial < -bound - MODE_TOLERANCE_N:
+                    mode = -1
+                    changed = True
+            if mode == 0:
+                friction = trial
+                skew = 0.0
+                stick = chain.stick_stiffness[i]
+            else:
+                friction = mode * bound
+                skew = 0.5 * mode * slope
+                stick = 0.0
+            chain.mode[i] = mode
+            chain.force[i] = friction
+            viscous = chain.drag[i] / dt
+            residual = t_left - t_right - friction - viscous * step
+            worst = max(worst, abs(residual))
+            lower = k_left * (1.0 - skew)
+            upper = k_right * (1.0 + skew)
+            pivot = lower + upper + stick + viscous - lower * g_left
+            g_left = upper * through / pivot
+            d_left = (residual + lower * d_left) / pivot
+            chain.sweep_g[i] = g_left
+            chain.sweep_d[i] = d_left
+            t_left = t_right
+            k_left = k_right
+        t_load, k_load = load_tension(load, u[nodes])
+        residual = t_left - t_load
+        worst = max(worst, abs(residual))
+        if iteration > 0 and not changed and worst < tolerance:
+            return iteration
+        pivot = k_left * (1.0 + play_slope) + k_load - k_left * g_left
+        delta = (residual + k_left * d_left) / pivot
+        u[nodes] += delta
+        for i in range(nodes - 1, -1, -1):
+            delta = chain.sweep_d[i] + chain.sweep_g[i] * delta
+            u[i] += delta
+    return -1
+
+
+@njit(cache=True)
+def commit(chain: Chain, dt: float, creep_fraction: float, creep_ratio: float, pretension: float) -> float:
+    """Accept the trial state and return the energy that slip and drag dissipated in this step (N mm)."""
+    nodes = chain.force.size
+    dissipated = 0.0
+    for i in range(nodes):
+        step = chain.u[i] - chain.u_old[i]
+        if chain.mode[i] != 0:
+            slip = step - (chain.force[i] - chain.force_old[i]) / chain.stick_stiffness[i]
+            dissipated += chain.force[i] * slip
+        dissipated += chain.drag[i] / dt * step * step
+        chain.force_old[i] = chain.force[i]
+        chain.mode_old[i] = chain.mode[i]
+        chain.u_old[i] = chain.u[i]
+    chain.u_old[nodes] = chain.u[nodes]
+    chain.play[0] = chain.play[1]
+    for j in range(nodes + 1):
+        chain.tension_old[j] = chain.tension[j]
+        if creep_fraction > 0.0:
+            stretch = creep_fraction * chain.compliance[j] * (chain.tension[j] - pretension)
+            chain.creep[j] = (chain.creep[j] + creep_ratio * stretch) / (1.0 + creep_ratio)
+    return dissipated

@@ -1,0 +1,80 @@
+"""Product of pull and release slope: one for any friction law that is linear and equal in both directions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.reporting import palette
+from sstl_cli.reporting.documents import number
+from sstl_cli.reporting.drawing import label
+from sstl_cli.reporting.inputs import Inputs
+
+NEEDS = ("theta",)
+
+
+def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return, for every (system, location), lead in mm, slope product and its standard error by propagation."""
+    leads = [number(r.get("lead_mm")) for r in rows]
+    by_lead = any(v == v for v in leads)
+    series: dict[tuple[str, str], dict[str, list[float]]] = {}
+    for place, row in enumerate(rows):
+        p, r, se_p, se_r = (number(row.get(k)) for k in ("gamma_p", "gamma_r", "gamma_p_se", "gamma_r_se"))
+        x = leads[place] if by_lead else float(place)
+        if p * r != p * r or x != x:
+            continue
+        group = series.setdefault(
+            (str(row["system"]), str(row.get("location") or "–")), {"x": [], "product": [], "se": []}
+        )
+        group["x"].append(x)
+        group["product"].append(p * r)
+        group["se"].append(float(np.hypot(r * se_p, p * se_r)))
+    return {"series": dict(sorted(series.items())), "by_lead": by_lead}
+
+
+def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
+    """Return the data of all rows."""
+    found = data(inputs.theta) if run is None else {"series": {}}
+    return found if found["series"] else None
+
+
+def figure(data: dict[str, Any]) -> tuple[tuple[float, float], tuple[int, int]]:
+    """Return size in inch and grid."""
+    return (8.2, 3.3), (1, 1)
+
+
+def draw(axes: Any, data: dict[str, Any]) -> None:
+    """Draw the product over lead with the line at one."""
+    locations = sorted({location for _, location in data["series"]})
+    for (system, location), group in data["series"].items():
+        colour = palette.of(location, palette.LOCATIONS, locations)
+        errors = [0.0 if e != e else e for e in group["se"]]
+        axes.errorbar(
+            group["x"],
+            group["product"],
+            yerr=errors,
+            fmt=palette.SYSTEM_MARKERS.get(system, "^"),
+            color=colour,
+            markersize=4.5,
+            markerfacecolor=colour if system == "act" else palette.PAPER,
+            elinewidth=1,
+            capsize=2,
+            linestyle="none",
+            label=label(f"{system} {location}"),
+        )
+    axes.axhline(1.0, color=palette.INK, linewidth=1, linestyle="--")
+    axes.set_xlabel("lead-screw displacement / mm" if data["by_lead"] else "row in file / 1")
+    axes.set_ylabel("Γ pull · Γ release / 1")
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+
+
+def alt(data: dict[str, Any]) -> str:
+    """Describe the picture in words, with the mean product a system."""
+    systems = sorted({s for s, _ in data["series"]})
+    means = [
+        np.mean([v for (s, _), g in data["series"].items() if s == system for v in g["product"]]) for system in systems
+    ]
+    return (
+        "Slope product over lead; mean " + ", ".join(f"{s} {m:.3f}" for s, m in zip(systems, means, strict=True)) + "."
+    )

@@ -1,0 +1,72 @@
+"""The gap step by step: as given, re-tuned, with the effect, down to the noise floor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sstl_cli.reporting import palette
+from sstl_cli.reporting.documents import mapping, number
+from sstl_cli.reporting.inputs import Inputs
+
+NEEDS = ("diagnosis",)
+STEPS = (
+    ("as given", "rmse_base_n", palette.GREY),
+    ("re-tuned", "rmse_retuned_n", palette.BEFORE),
+    ("with effect", "rmse_with_effect_n", palette.AFTER),
+    ("noise floor", "noise_floor_n", palette.SKY),
+)
+
+
+def data(document: dict[str, Any]) -> dict[str, Any]:
+    """Return name, RMSE in N and change in N from the step before, for every step the document has."""
+    gap = mapping(document, "gap")
+    steps: list[dict[str, Any]] = []
+    for name, key, colour in STEPS:
+        value = number(gap.get(key))
+        if value == value:
+            change = value - steps[-1]["rmse_n"] if steps else None
+            steps.append({"name": name, "rmse_n": value, "change_n": change, "colour": colour})
+    return {"steps": steps}
+
+
+def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
+    """Return the data of the first diagnosis."""
+    found = data(inputs.diagnosis[0]) if inputs.diagnosis and run is None else {"steps": []}
+    return found if found["steps"] else None
+
+
+def figure(data: dict[str, Any]) -> tuple[tuple[float, float], tuple[int, int]]:
+    """Return size in inch and grid."""
+    return (4.8, 3.4), (1, 1)
+
+
+def draw(axes: Any, data: dict[str, Any]) -> None:
+    """Draw a bar a step, joined by the level it falls from."""
+    steps = data["steps"]
+    top = max(s["rmse_n"] for s in steps) or 1.0
+    for i, step in enumerate(steps):
+        axes.bar(i, step["rmse_n"], width=0.62, color=step["colour"], zorder=2)
+        axes.text(i, step["rmse_n"] + 0.02 * top, f"{step['rmse_n']:.3g} N", ha="center", va="bottom", fontsize=9)
+        if step["change_n"] is not None:
+            before = steps[i - 1]["rmse_n"]
+            axes.plot([i - 1 + 0.31, i + 0.31], [before, before], color=palette.INK, linewidth=0.9, linestyle=":")
+            if abs(step["change_n"]) > 0.2 * top:
+                axes.text(
+                    i,
+                    (before + step["rmse_n"]) / 2 + 0.03 * top,
+                    f"{step['change_n']:+.3g} N".replace("-", "−"),
+                    ha="center",
+                    va="center",
+                    fontsize=8.5,
+                )
+    axes.set_ylim(0, 1.14 * top)
+    axes.set_xticks(range(len(steps)), [s["name"] for s in steps])
+    axes.set_ylabel("held-out RMSE / N")
+    axes.grid(False, axis="x")
+
+
+def alt(data: dict[str, Any]) -> str:
+    """Describe the picture in words."""
+    return (
+        "Gap between simulator and log: " + ", ".join(f"{s['name']} {s['rmse_n']:.3g} N" for s in data["steps"]) + "."
+    )

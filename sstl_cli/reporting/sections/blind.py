@@ -1,0 +1,80 @@
+"""Blind check: targets, confusion matrix, reliability diagram, strength curves, baselines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sstl_cli.reporting import drawing
+from sstl_cli.reporting.documents import number, rows, share
+from sstl_cli.reporting.figures import baselines, confusion, reliability, shrink, strength
+from sstl_cli.reporting.figures.strength import SCORES
+from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.table import table
+
+TITLE, ORDER, NEEDS = "Blind check", 60, ("blind",)
+
+
+def context(inputs: Inputs) -> dict[str, Any]:
+    """Return one block a blind result."""
+    return {"blocks": [_block(document, i) for i, document in enumerate(inputs.blind)]}
+
+
+def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
+    one = Inputs(blind=[document])
+    pictures = [
+        (heading, drawing.picture(module, found, f"{module.__name__.rpartition('.')[2]}-{place}"))
+        for heading, module in (
+            ("Scores by strength", strength),
+            ("Reliability", reliability),
+            ("Beside the baselines", baselines),
+            ("Shrinkage: predicted and realised", shrink),
+        )
+        if (found := module.default(one, None)) is not None
+    ]
+    matrix = confusion.default(one, None)
+    targets = rows(document, "targets")
+    return {
+        "file": document["file"],
+        "cases": document.get("cases"),
+        "pictures": pictures,
+        "confusion": drawing.picture(confusion, matrix, f"confusion-{place}") if matrix else None,
+        "met": sum(t.get("met") is True for t in targets),
+        "of": len(targets),
+        "tables": [t for t in (_targets(targets), _strengths(document), _baselines(document)) if t is not None],
+    }
+
+
+def _targets(found: list[dict[str, Any]]) -> Any:
+    return (
+        table(
+            "Targets",
+            ["score", "value", "target", "met"],
+            ([t.get("name"), number(t.get("value")), number(t.get("target")), t.get("met")] for t in found),
+        )
+        if found
+        else None
+    )
+
+
+def _strengths(document: dict[str, Any]) -> Any:
+    header = [("strength", "1"), "score", ("share", "1"), ("95 % from", "1"), ("95 % to", "1"), ("cases", "1")]
+    lines = []
+    for row in rows(document, "by_strength"):
+        for score, (name, *_) in SCORES.items():
+            middle, low, high, n = share(row.get(score))
+            if middle == middle:
+                lines.append([number(row.get("strength")), name, middle, low, high, int(n) if n == n else None])
+    return table("Scores by strength", header, lines) if lines else None
+
+
+def _baselines(document: dict[str, Any]) -> Any:
+    found = rows(document, "baselines")
+    return (
+        table(
+            "Baselines on the same cases",
+            ["name", *(name for name, *_ in SCORES.values())],
+            ([r.get("name"), *(share(r.get(s))[0] for s in SCORES)] for r in found),
+        )
+        if found
+        else None
+    )

@@ -1,0 +1,35 @@
+"""Compensation: reference, output and error over time for the methods, error by phase, scores."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sstl_cli.core.tables import SCORE
+from sstl_cli.reporting import drawing
+from sstl_cli.reporting.figures import methods, phase_error, tracking
+from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.table import table
+
+TITLE, ORDER, NEEDS = "Compensation", 50, ("command", "score")
+DETAILED = 6
+
+
+def context(inputs: Inputs) -> dict[str, Any]:
+    """Return tracking of the first DETAILED runs, error by phase over all, and the scores."""
+    names = list(dict.fromkeys(v.run_id for v in inputs.command))
+    shown = [
+        drawing.picture(tracking, tracking.default(inputs, n), f"tracking-{i}") for i, n in enumerate(names[:DETAILED])
+    ]
+    pair = [
+        (heading, drawing.picture(module, found, name))
+        for heading, module, name in (("Error by phase", phase_error, "phase-error"), ("Scores", methods, "methods"))
+        if (found := module.default(inputs, None)) is not None
+    ]
+    scores = None
+    if inputs.score:
+        scores = table(
+            "Scores",
+            [(c.name, c.unit) for c in SCORE.columns],
+            ([r[c.name] for c in SCORE.columns] for r in inputs.score),
+        )
+    return {"tracking": shown, "pair": pair, "scores": scores, "runs": len(names)}

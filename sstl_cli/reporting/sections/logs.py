@@ -1,0 +1,87 @@
+"""Logs: loops by phase with fitted lines, time plots and the sampling check."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.reporting import drawing
+from sstl_cli.reporting.figures import loop, overview, time
+from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.table import table
+
+TITLE, ORDER, NEEDS = "Logs", 20, ("log",)
+# beyond this many runs the large pictures are of an even choice; the overview shows them all
+DETAILED = 8
+
+
+def context(inputs: Inputs) -> dict[str, Any]:
+    """Return pictures of at most DETAILED runs, an overview of all, and the sampling of every run."""
+    runs = inputs.log
+    places = np.unique(np.linspace(0, len(runs) - 1, min(DETAILED, len(runs))).astype(int))
+    pairs = []
+    for place in places:
+        run = runs[place]
+        phases = inputs.phases.get(run.run_id)
+        pairs.append(
+            (
+                run.run_id,
+                drawing.picture(loop, loop.data(run, phases, loop.fit_of(inputs, run)), f"loop-{place}"),
+                drawing.picture(time, time.data(run, phases), f"time-{place}"),
+            )
+        )
+    small = None
+    if len(runs) > DETAILED:
+        small = drawing.picture(overview, overview.data(runs, inputs.phases), "overview")
+    header = [
+        "run",
+        "configuration",
+        "system",
+        "location",
+        "trajectory",
+        ("lead", "mm"),
+        ("samples", "1"),
+        ("duration", "s"),
+        ("rate", "Hz"),
+        ("jitter", "%"),
+        ("largest step", "s"),
+        ("input from", "N"),
+        ("input to", "N"),
+        ("output from", "N"),
+        ("output to", "N"),
+        "sampling",
+    ]
+    sampling = table(
+        "Sampling check",
+        header,
+        (
+            [
+                r.run_id,
+                r.config_id,
+                r.system,
+                r.location,
+                r.trajectory,
+                r.lead_mm,
+                r.samples,
+                r.duration_s,
+                1 / r.period_s if r.period_s > 0 else None,
+                r.jitter_pct,
+                r.gap_s,
+                *r.input_range_n,
+                *r.output_range_n,
+                r.remark,
+            ]
+            for r in runs
+        ),
+    )
+    uneven = sum(r.remark != "even" for r in runs)
+    return {
+        "pairs": pairs,
+        "overview": small,
+        "sampling": sampling,
+        "runs": len(runs),
+        "uneven": uneven,
+        "samples": sum(r.samples for r in runs),
+        "phased": sum(r.run_id in inputs.phases for r in runs),
+    }

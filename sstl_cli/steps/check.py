@@ -1,0 +1,203 @@
+"""Look for what is wrong with the samples of one run, and list all of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+FAILURE, REMARK = "failure", "remark"
+TENSIONS = ("tension_in_n", "tension_out_n")
+MIN_SAMPLES = 16
+# longer pauses than this many periods split a recording
+GAP_PERIODS = 10.0
+STUCK_SAMPLES = 8
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong (failure) or worth knowing (remark)."""
+
+    level: str
+    what: str
+    column: str
+    count: int
+    detail: str
+    fix: str
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Samples of one run as they stand in the file: nulls are NaN, and counted."""
+
+    run_id: str | None
+    columns: dict[str, Array]
+    labels: dict[str, list[object]] = field(default_factory=dict)
+    nulls: dict[str, int] = field(default_factory=dict)
+
+
+def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
+    """Return every finding on one run of a log; ``optional`` columns may be null.
+
+    Time is in s and tensions are in N; each array has the shape (n,).
+    """
+    found = _labels(piece)
+    n = len(next(iter(piece.columns.values()), ()))
+    if n < MIN_SAMPLES:
+        found.append(Finding(FAILURE, "too few samples", "", n, f"{n} samples", "record longer or drop the run"))
+    for name, values in piece.columns.items():
+        found += _values(name, values, piece.nulls.get(name, 0), name in optional)
+    if "time_s" in piece.columns:
+        found += _time(piece.columns["time_s"])
+    usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
+    usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and bool(np.isfinite(v).all())}
+    for name, values in usable.items():
+        found += _signal(name, values)
+    if len(usable) == 2:
+        found += _frozen(*usable.values())
+    return found
+
+
+def table(columns: dict[str, Array], nulls: dict[str, int], required: list[str]) -> list[Finding]:
+    """Return findings on the numbers of any other table (Theta, commands, scores)."""
+    found = []
+    for name, values in columns.items():
+        found += _values(name, values, nulls.get(name, 0), name not in required)
+        if name.endswith("_se"):
+            bad = int(np.count_nonzero(values < 0))
+            if bad:
+                found.append(Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again"))
+    return found
+
+
+def _labels(piece: Piece) -> list[Finding]:
+    found = []
+    if piece.run_id is None:
+        found.append(Finding(FAILURE, "run_id is null", "run_id", 1, "samples without a run", "give every sample a run_id"))
+    for name, values in piece.labels.items():
+        if len(values) > 1:
+            shown = ", ".join(map(repr, values[:4]))
+            found.append(Finding(FAILURE, "label changes within the run", name, len(values), shown, "split the run"))
+    wrong = [v for v in piece.labels.get("system", []) if v not in ("act", "sstl")]
+    if wrong:
+        found.append(Finding(FAILURE, "unknown system", "system", len(wrong), f"{wrong[0]!r}", "use 'act' or 'sstl'"))
+    return found
+
+
+def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Finding]:
+    found = []
+    if nulls and not optional:
+        fix = "drop or repair these samples"
+        found.append(Finding(FAILURE, "empty values", name, nulls, f"{nulls} of {len(values)}", fix))
+    elif 0 < nulls < len(values) and name in ("position_in_mm", "tension_ref_n"):
+        found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
+    nan = int(np.count_nonzero(np.isnan(values))) - nulls
+    if nan > 0:
+        found.append(Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples"))
+    infinite = int(np.count_nonzero(np.isinf(values)))
+    if infinite:
+        found.append(Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export"))
+    return found
+
+
+def _time(time: Array) -> list[Finding]:
+    time = time[np.isfinite(time)]
+    if len(time) < 2:
+        return []
+    step = np.diff(time)
+    found = []
+    for what, bad, fix in (
+        ("time runs backwards", step < 0, "sort by time or split the run"),
+        ("time repeats", step == 0, "import with keep = \"last\""),
+    ):
+        count = int(np.count_nonzero(bad))
+        if count:
+            first = int(np.argmax(bad)) + 1
+            found.append(Finding(FAILURE, what, "time_s", count, f"first at sample {first}, {time[first]:.6g} s", fix))
+    forward = step[step > 0]
+    if not len(forward):
+        return found
+    period = float(np.median(forward))
+    gaps = int(np.count_nonzero(step > GAP_PERIODS * period))
+    if gaps:
+        detail = f"longest {step.max():.4g} s at a period of {period:.4g} s"
+        found.append(Finding(FAILURE, "gaps", "time_s", gaps, detail, "split the run at its gaps"))
+    missed = step[(step > 1.5 * period) & (step <= GAP_PERIODS * period)]
+    if len(missed):
+        count = int(np.sum(np.round(missed / period) - 1))
+        found.append(Finding(REMARK, "missing samples", "time_s", count, f"{len(missed)} short gaps", "none needed"))
+    near = step[(step > 0) & (step < 1.5 * period)]
+    jitter = 100.0 * float(np.std(near)) / period
+    if jitter > 5.0:
+        detail = f"{jitter:.0f} % of the period of {period:.4g} s"
+        found.append(Finding(REMARK, "sampling jitter", "time_s", len(near), detail, "none needed"))
+    return found
+
+
+def _signal(name: str, values: Array) -> list[Finding]:
+    span = float(np.ptp(values))
+    n = len(values)
+    if span == 0.0:
+        return [Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")]
+    found = []
+    step = np.diff(values)
+    still = float(np.mean(step == 0.0))
+    levels = np.unique(values)
+    if len(levels) < n / 4 and len(levels) > 1:
+        gaps = np.diff(levels)
+        grain = float(np.median(gaps))
+        # holds of a noise-free record repeat values too, but not on a regular grid
+        if float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * span:
+            coarse = len(levels) < 16
+            found.append(Finding(
+                FAILURE if coarse else REMARK, "quantised", name, len(levels), f"{len(levels)} levels, {grain:.3g} N apart",
+                "record with more resolution" if coarse else "none needed",
+            ))
+    if still < 0.05:
+        for label, extreme in (("maximum", values.max()), ("minimum", values.min())):
+            longest, count = _stretches(values == extreme)
+            if longest >= 3:
+                detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
+                found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
+        inside = (values[1:] != values.max()) & (values[1:] != values.min())
+        longest, count = _stretches((step == 0.0) & inside)
+        if longest >= STUCK_SAMPLES:
+            detail = f"longest {longest + 1} samples"
+            found.append(Finding(FAILURE, "frozen stretches", name, count, detail, "cut these stretches out"))
+    spikes = _spikes(values)
+    if spikes:
+        many = spikes > 0.02 * n
+        fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
+        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
+    return found
+
+
+def _frozen(first: Array, second: Array) -> list[Finding]:
+    """Both tensions unchanged together: a recorder that stopped, not a hold."""
+    same = (np.diff(first) == 0.0) & (np.diff(second) == 0.0)
+    if float(np.mean(np.diff(first) == 0.0)) > 0.05 or float(np.mean(np.diff(second) == 0.0)) > 0.05:
+        return []
+    longest, count = _stretches(same)
+    if 3 <= longest < STUCK_SAMPLES:
+        return [Finding(REMARK, "frozen stretches", "", count, f"both tensions, longest {longest + 1} samples", "none needed")]
+    return []
+
+
+def _spikes(values: Array) -> int:
+    before, here, after = values[:-2], values[1:-1], values[2:]
+    second = np.abs(before - 2.0 * here + after)
+    spread = 1.4826 * float(np.median(second))
+    if spread == 0.0:
+        # noise-free or coarse: half of the differences vanish and give no measure
+        return 0
+    high, low = np.maximum(before, after), np.minimum(before, after)
+    return int(np.count_nonzero((here > high + 6.0 * spread) | (here < low - 6.0 * spread)))
+
+
+def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:
+    """Return the longest stretch of true values and how many are true."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
+    lengths = edges[1::2] - edges[::2]
+    return (int(lengths.max()), int(lengths.sum())) if len(lengths) else (0, 0)

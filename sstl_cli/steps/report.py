@@ -1,0 +1,26 @@
+"""Make a report page from the toolchain's outputs."""
+
+from __future__ import annotations
+
+from sstl_cli.core.errors import UsageError
+from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.page import Page, page
+
+DEFAULT_TITLE = "Tendon-sheath hysteresis report"
+
+
+def run(inputs: Inputs, title: str = DEFAULT_TITLE) -> Page:
+    """Return the page of these inputs.
+
+    Raises
+    ------
+    UsageError
+        E608 if no input carries a section of its own (phases alone, for example).
+    """
+    made = page(inputs, title)
+    if not made.sections:
+        given = ", ".join(sorted({kind for kind, _, _ in inputs.files}))
+        raise UsageError(
+            f"nothing to show in {given or 'no input'}", where="FILE", fix="add the log or the Theta table", code="E608"
+        )
+    return made

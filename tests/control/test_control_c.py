@@ -1,0 +1,119 @@
+"""The exported C code against the Python controller, over references and fuzzed inputs."""
+
+import ctypes
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from helpers_control import TABLE_II
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sstl_cli.control.c_source import c_source
+from sstl_cli.control.controller import Controller, Options, Theta
+from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop, track
+from sstl_cli.control.references import random, sinusoid, trapezoid
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc on this machine")
+FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2"]
+LINES = Theta(*TABLE_II)
+SETTINGS = {
+    "paper": Options(),
+    "single": Options(doubled=False, deadband_n=0.01),
+    "play": Options(reversal="play"),
+    "all": Options(reversal="play", presliding=0.6, lead_s=0.2, max_rate_n_s=80.0, max_jump_n=0.1),
+}
+DRIVER = """
+#include "sstl_controller.h"
+void drive(long n, const double *t_ref, const double *t_in, double *command, signed char *phase);
+void drive(long n, const double *t_ref, const double *t_in, double *command, signed char *phase)
+{
+    sstl_controller c;
+    long k;
+    int p;
+    sstl_controller_init(&c);
+    for (k = 0; k < n; k++) {
+        command[k] = (double)sstl_controller_step(&c, (sstl_real)t_ref[k], (sstl_real)t_in[k], &p);
+        phase[k] = (signed char)p;
+    }
+}
+"""
+
+
+def build(folder, controller, real="double"):
+    code = c_source(controller, "CP-040", real=real)
+    (folder / "sstl_controller.h").write_text(code.header)
+    (folder / "sstl_controller.c").write_text(code.source)
+    (folder / "drive.c").write_text(DRIVER)
+    command = ["gcc", *FLAGS, "-shared", "-fPIC", "-o", "lib.so", "drive.c", "sstl_controller.c", "-lm"]
+    subprocess.run(command, cwd=folder, check=True, timeout=60)
+    library = ctypes.CDLL(str(folder / "lib.so"))
+
+    def drive(t_ref, t_in):
+        n = len(t_ref)
+        command, phase = np.empty(n), np.empty(n, np.int8)
+        arrays = [np.ascontiguousarray(t_ref, float), np.ascontiguousarray(t_in, float), command, phase]
+        library.drive(ctypes.c_long(n), *(a.ctypes.data_as(ctypes.c_void_p) for a in arrays))
+        return command, phase
+
+    return drive
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    return {name: build(tmp_path_factory.mktemp(name), Controller(LINES, o)) for name, o in SETTINGS.items()}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.parametrize("kind", ["sinusoid", "random", "trapezoid"])
+def test_c_agrees_with_python_on_every_trajectory(compiled, name, kind):
+    rng = np.random.default_rng(5)
+    reference = {"sinusoid": sinusoid(), "random": random(rng, duration_s=100.0), "trapezoid": trapezoid()}[kind]
+    c = Controller(LINES, SETTINGS[name])
+    done = track(c, Plant(PlayTendon(LINES), TensionLoop(0.1)), reference.tension_n)
+    before = np.concatenate(([c.rest_tension(reference.tension_n[0])], done.tension_in[:-1]))
+    command, phase = compiled[name](reference.tension_n, before)
+    np.testing.assert_allclose(command, done.command, atol=1e-9, rtol=0)
+    assert np.array_equal(phase, done.phase)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 0.3), st.sampled_from(list(SETTINGS)))
+def test_c_agrees_with_python_on_fuzzed_input(compiled, seed, broken, name):
+    rng = np.random.default_rng(seed)
+    n = 1500
+    smooth = 12 + 8 * np.sin(np.arange(n) * rng.uniform(0.001, 0.1))
+    values = np.stack([smooth, smooth / 0.6]) + rng.standard_normal((2, n)) * rng.choice([0.0, 0.02, 5.0])
+    bad = rng.random((2, n)) < broken
+    values[bad] = rng.choice([np.nan, np.inf, -np.inf, 1e300, -1e300, 0.0, -0.5, 81.0, 200.0, 5e-324], bad.sum())
+    if rng.random() < 0.5:
+        # a loss long enough to ramp down
+        at = rng.integers(0, n - 400)
+        values[:, at : at + 400] = np.nan
+    c = Controller(LINES, SETTINGS[name])
+    wanted, phase = c.replay(*values)
+    command, seen = compiled[name](*values)
+    np.testing.assert_allclose(command, wanted, atol=1e-9, rtol=0)
+    assert np.array_equal(seen, phase)
+
+
+def test_float_code_stays_within_single_precision(tmp_path):
+    c = Controller(LINES, Options(reversal="play", presliding=0.4))
+    drive = build(tmp_path, c, real="float")
+    reference = trapezoid(dt_s=0.01).tension_n
+    measured = (reference + 1.2) / 0.58
+    command, _ = drive(reference, measured)
+    np.testing.assert_allclose(command, c.replay(reference, measured)[0], atol=2e-3)
+
+
+def test_uncompensated_controller_commands_the_reference(tmp_path):
+    drive = build(tmp_path, Controller(LINES, compensate=False))
+    reference = np.array([5.0, 6.0, 4.0])
+    assert drive(reference, reference)[0].tolist() == [5.0, 6.0, 4.0]
+
+
+def test_a_hostile_name_cannot_leave_its_comment():
+    code = c_source(Controller(LINES), "x */ #error \n@REAL@ \\")
+    assert "#error" not in code.source.replace("x __ _error", "")
+    assert code.source.count("*/") == c_source(Controller(LINES), "x").source.count("*/")

@@ -1,0 +1,87 @@
+"""``sstl import`` as users call it: exit codes, one line, nothing half-written, the same bytes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from sstl_cli.core.runs import read_runs
+
+HEAD = "run_id,system,time_s,tension_in_n,tension_out_n\n"
+
+
+def sstl(*words: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "sstl_cli", *map(str, words)], capture_output=True, text=True, timeout=120
+    )
+
+
+def log_csv(folder: Path, repeat: bool = False) -> Path:
+    rows = [f"r{r},act,{i * 0.01:.2f},{5 + i % 7},{3 + i % 5}" for r in (1, 2) for i in range(50)]
+    if repeat:
+        rows.insert(3, rows[2])
+    (folder / "log.csv").write_text(HEAD + "\n".join(rows) + "\n")
+    return folder / "log.csv"
+
+
+def test_canonical_csv_needs_no_mapping_and_is_repeatable(tmp_path: Path) -> None:
+    source = log_csv(tmp_path)
+    done = sstl("import", source, "--out", tmp_path / "a.parquet", "--json", "--force")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert (document["schema"], document["runs"], document["samples_out"]) == ("sstl.import/1", 2, 100)
+    assert [r.run_id for r in read_runs(tmp_path / "a.parquet")] == ["r1", "r2"]
+    first = (tmp_path / "a.parquet").read_bytes()
+    again = sstl("import", source, "--out", tmp_path / "a.parquet", "--json", "--force")
+    assert again.returncode == 0 and (tmp_path / "a.parquet").read_bytes() == first
+
+
+def test_exit_codes(tmp_path: Path) -> None:
+    source = log_csv(tmp_path, repeat=True)
+    out = tmp_path / "a.parquet"
+    aside = sstl("import", source, "--out", out)
+    assert aside.returncode == 3 and "set aside in all: 1 samples" in aside.stderr
+    exists = sstl("import", source, "--out", out)
+    assert exists.returncode == 1 and "--force" in exists.stderr and exists.stderr.count("\n") == 1
+    usage = sstl("import", source)
+    assert usage.returncode == 2
+    wrong = sstl("import", source, "--out", tmp_path / "b.parquet", "--on-gap", "jump")
+    assert wrong.returncode == 2 and "split, fill or fail" in wrong.stderr
+    source.write_text(HEAD + "r,act,0,1,2\nr,act,1,x,2\n")
+    bad = sstl("import", source, "--out", tmp_path / "b.parquet")
+    assert bad.returncode == 1 and "line 3" in bad.stderr and "Traceback" not in bad.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.parquet", "log.csv"]
+
+
+def test_guess_proposes_a_mapping_that_works(tmp_path: Path) -> None:
+    source = tmp_path / "rec.csv"
+    import math
+
+    rows = [f"{i * 2},{5 + math.sin(i / 30):.5f},{3 + math.sin(i / 30 - 0.3):.5f}" for i in range(500)]
+    source.write_text("time_ms,force_in_N,force_out_N\n" + "\n".join(rows) + "\n")
+    guess = sstl("import", "--guess", source, "--out", tmp_path / "rig.toml")
+    assert guess.returncode == 0 and "by their names" in guess.stderr
+    done = sstl("import", source, "--mapping", tmp_path / "rig.toml", "--out", tmp_path / "a.parquet")
+    assert done.returncode == 0, done.stderr
+    (one,) = read_runs(tmp_path / "a.parquet")
+    assert len(one) == 500 and abs(one.dt_s - 0.002) < 1e-9
+
+
+def test_output_that_is_no_tension_is_recorded(tmp_path: Path) -> None:
+    source = tmp_path / "rec.csv"
+    source.write_text("t,f,a\n" + "\n".join(f"{i},{i},{2 * i}" for i in range(5)) + "\n")
+    (tmp_path / "m.toml").write_text(
+        '[columns]\ntime_s = {column = "t", unit = "s"}\ntension_in_n = {column = "f", unit = "N"}\n'
+        'tension_out_n = {column = "a", unit = "deg", as = "N"}\n[constants]\nsystem = "act"\n'
+    )
+    done = sstl("import", source, "--mapping", tmp_path / "m.toml", "--out", tmp_path / "a.parquet", "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["not_a_tension"] == {"tension_out_n": "deg"}
+    import pyarrow.parquet as pq
+
+    stored = json.loads(pq.read_schema(tmp_path / "a.parquet").metadata[b"sstl"])
+    assert stored["extra"]["not_a_tension"] == {"tension_out_n": "deg"} and set(stored["inputs"]) == {
+        "rec.csv",
+        "m.toml",
+    }
