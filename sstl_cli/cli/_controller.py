@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TMax = Annotated[float | None, typer.Option(help="Largest command in N (default 80).")]
 MaxRate = Annotated[float | None, typer.Option(help="Largest rate of the command in N/s (default none).")]
 MaxJump = Annotated[float | None, typer.Option(help="Largest change of the command in one sample in N (default none).")]
-Lead = Annotated[float | None, typer.Option(help="Lead for a tension loop of this time constant in s (default 0).")]
+Lead = Annotated[float | None, typer.Option(help="Lead for the lag of the tension loop in s, no more (default 0).")]
 Reversal = Annotated[
     Literal["paper", "play"] | None,
     typer.Option(help="Reversals by Algorithm 1, or by the exact inverse of the play (default paper)."),

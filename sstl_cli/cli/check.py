@@ -37,7 +37,14 @@ def check(
         entries += [{"file": str(path), **e} for e in _check_file(path, screen)]
     failures = [e for e in entries if e["level"] == "failure"]
     rows = [
-        (e["level"], Path(e["file"]).name, e["run_id"] or "", e["column"] or "", f"{e['what']}: {e['detail']}", e["fix"])
+        (
+            e["level"],
+            Path(e["file"]).name,
+            e["run_id"] or "",
+            e["column"] or "",
+            f"{e['what']}: {e['detail']}",
+            e["fix"],
+        )
         for e in sorted(entries, key=lambda e: e["level"])
     ]
     if rows:
@@ -45,7 +52,11 @@ def check(
     remarks = len(entries) - len(failures)
     screen.line(f"{len(logs)} files: {len(failures)} failures, {remarks} remarks")
     document = {
-        "schema": "sstl.check/1", "ok": not failures, "failures": len(failures), "remarks": remarks, "findings": entries,
+        "schema": "sstl.check/1",
+        "ok": not failures,
+        "failures": len(failures),
+        "remarks": remarks,
+        "findings": entries,
         "files": [str(p) for p in logs],
     }
     screen.finish(document, 1 if failures else 0)
@@ -61,8 +72,8 @@ def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.parquet import open_table, schema_id_of
     from sstl_cli.core.tables import LOG, SCHEMAS, Schema
-    from sstl_cli.steps.check import FAILURE, REMARK, Finding, Piece
     from sstl_cli.steps import check as step
+    from sstl_cli.steps.check import FAILURE, REMARK, Finding
 
     try:
         name = schema_id_of(path)
@@ -93,7 +104,9 @@ def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
             for piece in _pieces(reader, numeric):
                 findings = step.run(piece, optional)
                 if piece.run_id in seen:
-                    findings.append(Finding(FAILURE, "run in two pieces", "run_id", 1, "not contiguous", "sort by run_id"))
+                    findings.append(
+                        Finding(FAILURE, "run in two pieces", "run_id", 1, "not contiguous", "sort by run_id")
+                    )
                 seen.add(piece.run_id or "")
                 yield from (_entry(f, piece.run_id) for f in findings)
                 advance(len(next(iter(piece.columns.values()), ())))
@@ -128,10 +141,14 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
         number = (pa.types.is_floating, pa.types.is_integer, pa.types.is_null)
         fits = any(test(field.type) for test in (text if column.type == pa.string() else number))
         if not fits:
-            yield Finding(FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}")
+            yield Finding(
+                FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}"
+            )
         unit = (field.metadata or {}).get(b"unit")
         if unit is None and column.unit:
-            yield Finding(REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right")
+            yield Finding(
+                REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right"
+            )
         elif unit is not None and unit.decode(errors="replace") != column.unit:
             detail = f"{unit.decode(errors='replace')!r}, not {column.unit!r}"
             yield Finding(FAILURE, "wrong unit", column.name, 1, detail, "convert it with sstl import")
@@ -147,7 +164,9 @@ def _blocks(reader: Any) -> Iterator[Any]:
         for batch in reader.file.iter_batches(ROWS_PER_BLOCK):
             yield pa.Table.from_batches([batch])
     except (pa.ArrowException, OSError) as error:
-        raise SstlError(f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230") from None
+        raise SstlError(
+            f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230"
+        ) from None
 
 
 def _check_table(reader: Any, numeric: list[str], required: list[str]) -> Iterator[dict[str, Any]]:
@@ -161,19 +180,27 @@ def _check_table(reader: Any, numeric: list[str], required: list[str]) -> Iterat
         columns = {n: _numbers(block.column(n)) for n in numeric}
         yield from map(_entry, step.table(columns, nulls, required))
         if "status" in block.column_names and reader.metadata.get("schema") == THETA.id:
-            for run_id, status in zip(block.column("run_id").to_pylist(), block.column("status").to_pylist(), strict=True):
+            for run_id, status in zip(
+                block.column("run_id").to_pylist(), block.column("status").to_pylist(), strict=True
+            ):
                 ids[str(run_id)] = ids.get(str(run_id), 0) + 1
                 if status != "ok":
                     yield _entry(Finding(REMARK, "set aside", "status", 1, str(status), "none needed"), run_id)
     for run_id, count in ids.items():
         if count > 1:
-            yield _entry(Finding(FAILURE, "run comes twice", "run_id", count, f"{count} rows", "keep one row a run"), run_id)
+            yield _entry(
+                Finding(FAILURE, "run comes twice", "run_id", count, f"{count} rows", "keep one row a run"), run_id
+            )
 
 
 def _numbers(column: Any) -> Any:
     import pyarrow as pa
 
-    return column.cast(pa.float64()).to_numpy(zero_copy_only=False) if not pa.types.is_null(column.type) else column.to_numpy()
+    return (
+        column.cast(pa.float64()).to_numpy(zero_copy_only=False)
+        if not pa.types.is_null(column.type)
+        else column.to_numpy()
+    )
 
 
 def _pieces(reader: Any, numeric: list[str]) -> Iterator[Piece]:

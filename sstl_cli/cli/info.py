@@ -43,10 +43,17 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
     name = schema_id_of(path)
     schema = SCHEMAS.get(name or LOG.id)
     if schema is None:
-        raise SstlError(f"holds {name!r}, which this program does not know", where=str(path), fix="give a table of sstl", code="E240")
+        raise SstlError(
+            f"holds {name!r}, which this program does not know",
+            where=str(path),
+            fix="give a table of sstl",
+            code="E240",
+        )
     reader = open_table(path, schema)
     origin = reader.metadata
-    screen.line(f"{path.name}: {schema.id} version {schema.version}, {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB")
+    screen.line(
+        f"{path.name}: {schema.id} version {schema.version}, {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB"
+    )
     if origin:
         screen.line(f"  made by: {origin.get('command')}")
         screen.line(f"  sstl {origin.get('package_version')}, seed {origin.get('seed')}")
@@ -56,7 +63,11 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
     else:
         screen.line("  no provenance in the file")
     document = {
-        "file": str(path), "schema": schema.id, "version": schema.version, "rows": reader.rows, "provenance": origin or None,
+        "file": str(path),
+        "schema": schema.id,
+        "version": schema.version,
+        "rows": reader.rows,
+        "provenance": origin or None,
         "columns": reader.file.schema_arrow.names,
     }
     if schema is LOG:
@@ -72,8 +83,14 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
     runs = step.run([s for table in _tables(reader) for s in _summaries(table)])
     rows = [
         (
-            r.run_id, r.config_id, r.system, r.samples, r.end_s - r.start_s, r.rate_hz,
-            f"{r.in_min_n:.4g}..{r.in_max_n:.4g}", f"{r.out_min_n:.4g}..{r.out_max_n:.4g}",
+            r.run_id,
+            r.config_id,
+            r.system,
+            r.samples,
+            r.end_s - r.start_s,
+            r.rate_hz,
+            f"{r.in_min_n:.4g}..{r.in_max_n:.4g}",
+            f"{r.out_min_n:.4g}..{r.out_max_n:.4g}",
         )
         for r in runs[:SHOWN]
     ]
@@ -102,7 +119,9 @@ def _tables(reader: Any) -> Iterator[Any]:
         for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=present):
             yield conform(pa.Table.from_batches([batch]), wanted, str(reader.path))
     except (pa.ArrowException, OSError) as error:
-        raise SstlError(f"is damaged ({str(error)[:120]})", where=str(reader.path), fix="make the file again", code="E241") from None
+        raise SstlError(
+            f"is damaged ({str(error)[:120]})", where=str(reader.path), fix="make the file again", code="E241"
+        ) from None
 
 
 def _relaxed(column: Any) -> Any:
@@ -111,26 +130,26 @@ def _relaxed(column: Any) -> Any:
     return replace(column, nullable=True)
 
 
-def _summaries(table: Any) -> list[RunSummary]:
+def _summaries(table: Any) -> Iterator[RunSummary]:
+    """Yield a summary of each stretch of one run_id (Arrow's own grouping would import pandas)."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
     from sstl_cli.steps.info import RunSummary
 
-    measures = ("time_s", "tension_in_n", "tension_out_n")
-    wanted = [(m, f) for m in measures for f in ("min", "max")]
-    labels = [("system", "first"), ("config_id", "first"), ("location", "first")]
-    grouped = table.group_by("run_id", use_threads=False).aggregate([("run_id", "count"), *labels, *wanted])
-    rows = grouped.to_pylist()
-    nan = float("nan")
-
-    def number(row: dict[str, Any], name: str) -> float:
-        return nan if row[name] is None else row[name]
-
-    return [
-        RunSummary(
-            str(r["run_id"]), r["system_first"], r["config_id_first"], r["location_first"], r["run_id_count"],
-            *(number(r, f"{m}_{f}") for m, f in wanted),
-        )
-        for r in rows
-    ]
+    ids = table.column("run_id").combine_chunks()
+    ids = ids.combine_chunks() if isinstance(ids, pa.ChunkedArray) else ids
+    start = 0
+    for end in pc.run_end_encode(ids).run_ends.to_pylist():
+        part = table.slice(start, end - start)
+        system, config_id, location = (part.column(n)[0].as_py() for n in ("system", "config_id", "location"))
+        limits: list[float] = []
+        for name in ("time_s", "tension_in_n", "tension_out_n"):
+            ends = pc.min_max(part.column(name)).as_py()
+            limits += [float("nan") if ends[k] is None else ends[k] for k in ("min", "max")]
+        run_id = str(part.column("run_id")[0].as_py())
+        yield RunSummary(run_id, system, config_id, location, end - start, *limits)
+        start = end
 
 
 def _loop(reader: Any, first: RunSummary) -> list[str]:
@@ -143,8 +162,11 @@ def _loop(reader: Any, first: RunSummary) -> list[str]:
     x: list[float] = []
     y: list[float] = []
     left = first.samples
+    run_id: Any = None
     for table in _tables(reader):
-        mine = table.filter(pc.equal(table.column("run_id"), first.run_id))
+        # an Arrow scalar: converting a Python string would import pandas
+        run_id = table.column("run_id")[0] if run_id is None else run_id
+        mine = table.filter(pc.equal(table.column("run_id"), run_id))
         left -= len(mine)
         x += mine.column("tension_in_n").to_pylist()[::stride]
         y += mine.column("tension_out_n").to_pylist()[::stride]
@@ -155,7 +177,13 @@ def _loop(reader: Any, first: RunSummary) -> list[str]:
         return []
     lines = [f"loop of {first.run_id}: T_out over T_in"]
     for i, row in enumerate(drawn):
-        label = f"{first.out_max_n:8.3g} N " if i == 0 else f"{first.out_min_n:8.3g} N " if i == len(drawn) - 1 else " " * 11
+        label = (
+            f"{first.out_max_n:8.3g} N "
+            if i == 0
+            else f"{first.out_min_n:8.3g} N "
+            if i == len(drawn) - 1
+            else " " * 11
+        )
         lines.append(label + row)
     low, high = f"{first.in_min_n:.3g} N", f"{first.in_max_n:.3g} N"
     return [*lines, " " * 11 + low + high.rjust(len(drawn[0]) - len(low))]
@@ -173,8 +201,17 @@ def _other(reader: Any, screen: Screen) -> dict[str, Any]:
         column = table.column(name)
         if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
             ends = pc.min_max(column).as_py()
-            ranges[name] = {"nulls": column.null_count, "min": ends["min"], "mean": pc.mean(column).as_py(), "max": ends["max"]}
-            unit = (reader.schema.arrow().field(name).metadata or {}).get(b"unit", b"").decode() if name in reader.schema.names else ""
+            ranges[name] = {
+                "nulls": column.null_count,
+                "min": ends["min"],
+                "mean": pc.mean(column).as_py(),
+                "max": ends["max"],
+            }
+            unit = (
+                (reader.schema.arrow().field(name).metadata or {}).get(b"unit", b"").decode()
+                if name in reader.schema.names
+                else ""
+            )
             rows.append((name, unit, column.null_count, ends["min"], ranges[name]["mean"], ends["max"]))
         else:
             counts = pc.value_counts(column).to_pylist()

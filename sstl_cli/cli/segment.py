@@ -29,7 +29,9 @@ def segment(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs (Parquet).")],
     out: Out,
     phases: Annotated[Path | None, typer.Option(help="Also write the phase PB, PP, RB or RP of every sample.")] = None,
-    cutoff_hz: Annotated[float | None, typer.Option(help="Cut-off of the low-pass (default: from rate and motion).")] = None,
+    cutoff_hz: Annotated[
+        float | None, typer.Option(help="Cut-off of the low-pass (default: from rate and motion).")
+    ] = None,
     prominence_n: Annotated[
         float | None, typer.Option(help="Turn of the input that counts as a reversal (default: from noise and range).")
     ] = None,
@@ -71,7 +73,9 @@ def segment(
                 file.write(_phase_table(found))
             advance(len(found.run))
         if not rows:
-            raise SstlError("holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221")
+            raise SstlError(
+                "holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221"
+            )
         # inside the block: should this fail, neither file appears
         write_table(out, _theta_table(rows), THETA, provenance, force)
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
@@ -84,8 +88,15 @@ def segment(
         if len(aside) > SHOWN:
             screen.note(f"  and {len(aside) - SHOWN} more")
     document = {
-        "schema": "sstl.segment/1", "out": str(out), "phases": str(phases) if phases else None, "runs": len(rows),
-        "samples": total, "set_aside": len(aside), "set_aside_runs": aside, "theta": rows, "seed": seed,
+        "schema": "sstl.segment/1",
+        "out": str(out),
+        "phases": str(phases) if phases else None,
+        "runs": len(rows),
+        "samples": total,
+        "set_aside": len(aside),
+        "set_aside_runs": aside,
+        "theta": rows,
+        "seed": seed,
     }
     screen.finish(document, EXIT_SET_ASIDE if aside else 0)
 
@@ -119,9 +130,17 @@ def _theta_table(rows: list[dict[str, object]]) -> Any:
 
 def _show(screen: Screen, rows: list[dict[str, Any]]) -> None:
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
-    shown = [[r["run_id"], *(r[n] for n in names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]] for r in rows[:SHOWN]]
+    shown = [
+        [r["run_id"], *(r[n] for n in names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]]
+        for r in rows[:SHOWN]
+    ]
     more = f"and {len(rows) - SHOWN} more rows in the file" if len(rows) > SHOWN else ""
-    screen.table("Theta: slopes, biases in N, standard errors of the slopes", ("run", *names, "se_p %", "se_r %", "loops"), shown, more)
+    screen.table(
+        "Theta: slopes, biases in N, standard errors of the slopes",
+        ("run", *names, "se_p %", "se_r %", "loops"),
+        shown,
+        more,
+    )
 
 
 def _percent(row: dict[str, Any], name: str) -> float | None:

@@ -16,7 +16,7 @@ _CONSTANTS = {
     "GAMMA_P": law.P_GP, "BETA_P": law.P_BP, "GAMMA_R": law.P_GR, "BETA_R": law.P_BR, "T_MAX": law.P_T_MAX,
     "STEP_MAX": law.P_STEP_MAX, "LOOP_GAIN": law.P_LOOP_GAIN, "DEADBAND": law.P_DEADBAND, "BAND": law.P_BAND,
     "REF_LOW": law.P_REF_LOW, "REF_HIGH": law.P_REF_HIGH, "IN_LOW": law.P_IN_LOW, "IN_HIGH": law.P_IN_HIGH,
-    "RAMP": law.P_RAMP,
+    "RAMP": law.P_RAMP, "OBSERVER": law.P_OBSERVER,
 }
 
 

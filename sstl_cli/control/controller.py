@@ -26,6 +26,7 @@ FAULTS = (
 )
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Width = Annotated[float, Field(ge=0, le=100)]
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,10 @@ class Options(Model):
     """How the controller acts; tensions in N, times in s.
 
     ``reversal``: ``paper`` is Algorithm 1; ``play`` inverts the play exactly (in backlash straight to the
-    threshold of the next line), and with ``presliding`` > 0 the plays of a rounded loop.
+    threshold of the next line), and with ``presliding`` > 0 the plays of a rounded loop, spread evenly;
+    ``observer`` is the share of the difference between the measured and the modelled tension by which the
+    state behind ``lead_s`` is corrected at each sample: more bears a wrong lag, less bears noise.
+    ``widths`` gives their relative widths instead, as fitted by :func:`sstl_cli.control.presliding.fit_widths`.
     """
 
     dt_s: Positive = 0.002
@@ -78,8 +82,10 @@ class Options(Model):
     max_rate_n_s: Positive | None = None
     max_jump_n: Positive | None = None
     lead_s: Annotated[float, Field(ge=0, le=10)] = 0.0
+    observer: Annotated[float, Field(ge=0, le=1)] = 0.2
     reversal: Literal["paper", "play"] = "paper"
     presliding: Annotated[float, Field(ge=0, le=1)] = 0.0
+    widths: Annotated[tuple[Width, ...], Field(min_length=1, max_length=64)] | None = None
     band_n: NotNegative = 0.2
     deadband_n: NotNegative = 0.0
     tolerance_n: NotNegative = 1.0
@@ -101,18 +107,28 @@ class Options(Model):
 
     def shares(self) -> Array:
         """Return the relative widths of the plays that the inverse follows (mean 1)."""
-        if self.reversal == "paper" or self.presliding <= 0.0:
+        if self.reversal == "paper" or (self.widths is None and self.presliding <= 0.0):
             return np.ones(1)
+        if self.widths is not None:
+            return normalised(np.array(self.widths, dtype=np.float64))
         quantiles = (np.arange(PLAYS) + 0.5) / PLAYS * 2.0 - 1.0
         return np.asarray(1.0 + self.presliding * quantiles)
 
 
+def normalised(widths: Array) -> Array:
+    """Return relative widths scaled to mean 1, so that full sliding lies on the propagation lines."""
+    mean = float(widths.mean())
+    if not mean > 0.0:
+        raise SstlError("the widths of the plays are all zero", fix="give at least one above 0", code="E403")
+    return widths / mean
+
+
 def pack(theta: Theta, options: Options, compensate: bool = True) -> Array:
-    """Return the parameter vector of :mod:`sstl_cli.control.law`, shape (19 + number of plays,)."""
+    """Return the parameter vector of :mod:`sstl_cli.control.law`, shape (20 + number of plays,)."""
     shares = options.shares()
     if theta.gamma_p < 1.0 and 1.0 + float(shares.max()) * (theta.gamma_p - 1.0) <= 0.0:
         raise SstlError(
-            f"presliding {options.presliding:g} needs a pull slope above {1 - 1 / float(shares.max()):.3g}, "
+            f"the widest play of presliding needs a pull slope above {1 - 1 / float(shares.max()):.3g}, "
             f"found {theta.gamma_p:g}", fix="lower --presliding", code="E403",
         )
     p = np.zeros(law.P_SHARES + len(shares))
@@ -129,6 +145,7 @@ def pack(theta: Theta, options: Options, compensate: bool = True) -> Array:
     p[law.P_HOLD] = round(options.hold_s / options.dt_s)
     p[law.P_RAMP] = min(options.ramp_n_s * options.dt_s, options.step_limit_n())
     p[law.P_PLAYS] = len(shares)
+    p[law.P_OBSERVER] = options.observer if options.lead_s > 0.0 else 0.0
     p[law.P_SHARES :] = shares
     return p
 

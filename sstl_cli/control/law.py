@@ -20,8 +20,8 @@ P_COMPENSATE, P_DOUBLED, P_FOLLOW = 4, 5, 6
 P_T_MAX, P_STEP_MAX, P_LOOP_GAIN, P_DEADBAND, P_BAND = 7, 8, 9, 10, 11
 P_REF_LOW, P_REF_HIGH, P_IN_LOW, P_IN_HIGH = 12, 13, 14, 15
 P_HOLD, P_RAMP = 16, 17
-P_PLAYS = 18
-P_SHARES = 19
+P_PLAYS, P_OBSERVER = 18, 19
+P_SHARES = 20
 
 # state vector; the output of each play of presliding follows at S_PLAY
 S_AWAKE, S_STARTED, S_DIRECTION, S_EXTREME = 0, 1, 2, 3
@@ -83,6 +83,8 @@ def step(p: Array, s: Array, t_ref: float, t_in: float) -> tuple[float, int]:
         s[S_WISH] = s[S_CMD]
         s[S_MODEL] = s[S_CMD]
         s[S_AIM] = s[S_CMD]
+    # a modelled lag that is too long would overshoot every reversal: the measured tension corrects it
+    s[S_MODEL] += p[P_OBSERVER] * (t_in - s[S_MODEL])
     turned = _direction(p, s, t_ref)
     if p[P_FOLLOW] != 0.0:
         phase = _follow(p, s, t_ref, t_in)

@@ -159,7 +159,8 @@ def _matters(c: Candidate, base: Candidate, rules: Rules, noise_n: float) -> boo
 def _ties(c: Candidate, winner: Candidate, rules: Rules) -> bool:
     diff = winner.blocks - c.blocks
     z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
-    return winner.score - c.score < rules.margin_nats or z < rules.margin_z
+    behind = winner.score - c.score
+    return behind < rules.margin_nats or (behind < 10.0 * rules.margin_nats and z < rules.margin_z)
 
 
 def _leftover(rms_n: float, noise_n: float) -> float:

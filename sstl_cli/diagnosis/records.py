@@ -24,6 +24,7 @@ SMOOTH_EXCESS = 1.06
 RATE_S = 0.25
 MIN_SAMPLES = 100
 MIN_SPAN_SIGMA = 20.0
+MIN_CONFIGS = 3
 
 
 @dataclass(frozen=True)
@@ -202,3 +203,24 @@ def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:
         last = int(np.argmin(differs)) if not differs.all() else len(tail)
         flags[end + 1 : end + 1 + last] = True
     return flags
+
+
+def representatives(problem: Problem) -> Problem:
+    """Return a smaller problem with every system and trajectory, over a few configurations.
+
+    Both systems of a configuration stay together, because they share its theta.
+    """
+    trajectories = sorted({r.trajectory for r in problem.records})
+    per_trajectory = max(1, -(-MIN_CONFIGS // len(trajectories)))
+    keep: set[tuple[int, str]] = set()
+    turn = 0
+    for name in trajectories:
+        configs = sorted({r.config for r in problem.records if r.trajectory == name})
+        for _ in range(min(per_trajectory, len(configs))):
+            keep.add((configs[turn % len(configs)], name))
+            turn += 1
+    records = [r for r in problem.records if (r.config, r.trajectory) in keep]
+    used = sorted({r.config for r in records})
+    renumbered = tuple(replace(r, config=used.index(r.config)) for r in records)
+    return Problem(renumbered, tuple(problem.configs[c] for c in used), {}, problem.analysis_hz)
+

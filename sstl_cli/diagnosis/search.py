@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.fit import Fit, fit, jacobian, normal_equations
+from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects, free_parameters
-from sstl_cli.diagnosis.whitening import Whitener, fit_whitener, identity
+from sstl_cli.diagnosis.whitening import Whitener, fit_whitener, identity, spread_whitener
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
+R = TypeVar("R")
 SHAPE_GRID = (0.15, 0.5, 0.85)
 COARSE_ITERATIONS = 6
 RICH_FITS = 4
-PAIR_LEADERS = 3
-PAIR_PARTNERS = 6
+REFINED = 10
+PAIR_LEADERS = 2
+PAIR_PARTNERS = 4
 
 
 @dataclass
@@ -63,11 +69,21 @@ def starts(free: Sequence[Free]) -> list[Array]:
     return [np.array(v) for v in itertools.product(*axes)]
 
 
-def screen(sim: Simulator, whiten: Whitener, around: Fit, ids: Sequence[str]) -> tuple[float, Array]:
-    """Return the linearised gain in nats of adding effects to a fit, and the start that gives it."""
-    free = _without(free_parameters(ids, sim.problem.systems), around.free)
+def screen(
+    sim: Simulator, whiten: Whitener, around: Fit, ids: Sequence[str], warm: Array | None = None
+) -> tuple[float, Array]:
+    """Return the linearised gain in nats of adding effects to a fit, and the start that gives it.
+
+    ``warm`` are values found for the effects alone; their shapes then need no grid.
+    """
+    everything = free_parameters(ids, sim.problem.systems)
+    free = _without(everything, around.free)
     best = (-np.inf, np.zeros(len(free)))
-    for start in starts(free):
+    grid = starts(free)
+    if warm is not None:
+        known = dict(zip(everything, warm, strict=True))
+        grid = [np.array([known[f] if f.parameter.shape else v for f, v in zip(free, grid[0], strict=True)])]
+    for start in grid:
         joined = (*around.free, *free)
         values = np.concatenate((around.values, start))
         prediction = sim.predict(around.theta, as_effects(joined, values))
@@ -96,37 +112,68 @@ def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> A
 
 
 def run(
-    sim: Simulator, ids: Sequence[str], theta0: Array, max_effects: int, advance: Callable[[float], None] = lambda _: None
+    sim: Simulator, ids: Sequence[str], theta0: Array, max_effects: int, advance: Callable[[float], None] = lambda _: None,
+    workers: int = 1,
 ) -> Search:
     """Fit the base, every candidate, and combinations of up to ``max_effects`` effects.
 
-    First unwhitened, then whitened with one filter from the richest model: a filter fitted to the
-    base residual could hide the effect, and a whitened fit from a poor start gets stuck.
+    First unwhitened and on representative runs, then whitened with one filter from the richest model: a
+    filter fitted to the base residual could hide the effect, and a whitened fit from a poor start gets stuck.
     """
-    slices = sim.slices()
-    groups = [r.system for r in sim.problem.records]
-    plain = identity(slices, sim.weight)
-    rough = fit(sim, plain, (), (), theta0, np.zeros(0))
-    spread = float(np.sqrt(np.sum(sim.weight * rough.residual**2) / max(sim.weight.sum(), 1.0)))
-    plain = identity(slices, sim.weight, max(spread, 1e-9))
-    base = fit(sim, plain, (), (), rough.theta, np.zeros(0), 4)
-    coarse: list[Fit] = []
-    for effect_id in ids:
-        free = free_parameters((effect_id,), sim.problem.systems)
+    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
+    chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
+    plain = identity(small.slices(), small.weight)
+    rough = fit(small, plain, (), (), theta0[chosen], np.zeros(0))
+    spread = float(np.sqrt(np.sum(small.weight * rough.residual**2) / max(small.weight.sum(), 1.0)))
+    plain = identity(small.slices(), small.weight, max(spread, 1e-9))
+    base = fit(small, plain, (), (), rough.theta, np.zeros(0), 4)
+
+    def alone(effect_id: str) -> Fit | None:
+        free = free_parameters((effect_id,), small.problem.systems)
+        found = None
         if free:
-            _, start = screen(sim, plain, base, (effect_id,))
-            coarse.append(fit(sim, plain, (effect_id,), free, base.theta, start, COARSE_ITERATIONS))
+            _, start = screen(small, plain, base, (effect_id,))
+            found = fit(small, plain, (effect_id,), free, base.theta, start, COARSE_ITERATIONS)
         advance(1)
-    coarse.sort(key=lambda f: (f.cost, f.ids))
-    whiten = fit_whitener(_richest(sim, plain, base, coarse), sim.weight, slices, groups)
-    search = Search(sim, whiten, fit(sim, whiten, (), (), base.theta, np.zeros(0)))
-    for c in coarse:
-        search.fits[c.ids] = fit(sim, whiten, c.ids, c.free, c.theta, c.values)
+        return found
+
+    coarse = sorted((f for f in _each(alone, ids, workers) if f is not None), key=lambda f: (f.cost, f.ids))
+    groups = [r.system for r in small.problem.records]
+    sample = fit_whitener(_richest(small, plain, base, coarse), small.weight, small.slices(), groups)
+    whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), [r.system for r in sim.problem.records])
+    start_theta = theta0.copy()
+    start_theta[:] = float(np.mean(base.theta))
+    start_theta[chosen] = base.theta
+    search = Search(sim, whiten, fit(sim, whiten, (), (), start_theta, np.zeros(0)))
+    fine = sorted(coarse, key=lambda f: (_whitened_cost(small, sample, f), f.ids))
+
+    def refined(c: Fit) -> Fit:
+        theta = search.base.theta.copy()
+        theta[chosen] = c.theta
+        done = fit(sim, whiten, c.ids, c.free, theta, c.values)
         advance(1)
+        return done
+
+    for f in _each(refined, fine[:REFINED], workers):
+        search.fits[f.ids] = f
+    warm = {c.ids[0]: c.values for c in coarse}
     for size in range(2, max_effects + 1):
-        _combine(search, ids, size)
+        _combine(search, ids, size, warm, workers)
         advance(len(ids) / max(max_effects - 1, 1))
     return search
+
+
+def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:
+    """Return ``work`` of each item in order; threads share the data, the kernels release the lock."""
+    if workers < 2:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(work, items))
+
+
+def _whitened_cost(sim: Simulator, whiten: Whitener, f: Fit) -> float:
+    r = whiten(f.residual)
+    return 0.5 * float(r @ r)
 
 
 def _richest(sim: Simulator, plain: Whitener, base: Fit, coarse: Sequence[Fit]) -> Array:
@@ -145,21 +192,24 @@ def _richest(sim: Simulator, plain: Whitener, base: Fit, coarse: Sequence[Fit]) 
     return best.residual - j[:, 0] * step[:configs][sim.config] - j[:, 1:] @ step[configs:]
 
 
-def _combine(search: Search, ids: Sequence[str], size: int) -> None:
+def _combine(search: Search, ids: Sequence[str], size: int, warm: dict[str, Array], workers: int) -> None:
     """Extend the best models of ``size - 1`` effects by the partners whose linearised gain is largest."""
     sim, whiten = search.sim, search.whiten
     for leader in search.leaders(size - 1)[: PAIR_LEADERS if size == 2 else 1]:
-        partners = []
-        for effect_id in ids:
-            if effect_id in leader.ids or not free_parameters((effect_id,), sim.problem.systems):
-                continue
-            key = tuple(sorted((*leader.ids, effect_id)))
-            if key in search.fits:
-                continue
-            gain, start = screen(sim, whiten, leader, (effect_id,))
-            partners.append((gain, key, effect_id, start))
-        partners.sort(key=lambda p: (-p[0], p[1]))
-        for _, key, effect_id, start in partners[:PAIR_PARTNERS]:
+        others = [
+            i for i in ids
+            if i in warm and i not in leader.ids and tuple(sorted((*leader.ids, i))) not in search.fits
+        ]
+
+        def gain(effect_id: str, leader: Fit = leader) -> tuple[float, str, Array]:
+            found, start = screen(sim, whiten, leader, (effect_id,), warm[effect_id])
+            return -found, effect_id, start
+
+        def joined(partner: tuple[float, str, Array], leader: Fit = leader) -> Fit:
+            _, effect_id, start = partner
             free = (*leader.free, *_without(free_parameters((effect_id,), sim.problem.systems), leader.free))
-            values = np.concatenate((leader.values, start))
-            search.fits[key] = fit(sim, whiten, (*leader.ids, effect_id), free, leader.theta, values)
+            return fit(sim, whiten, (*leader.ids, effect_id), free, leader.theta, np.concatenate((leader.values, start)))
+
+        partners = sorted(_each(gain, others, workers), key=lambda p: p[:2])[:PAIR_PARTNERS]
+        for f in _each(joined, partners, workers):
+            search.fits[tuple(sorted(f.ids))] = f

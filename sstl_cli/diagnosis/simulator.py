@@ -83,7 +83,7 @@ class Simulator:
             start = _true_start(r, active)
             if undo:
                 u = true_input(r.system, r.dt_s, r.u, r.y_smooth, active)
-                drive = self._drive(r, u, r.rate)
+                drive = replace(drive, tension_n=u)
             out = predict(drive, float(theta[r.config]), active, start)
             seen = observed_output(r.system, r.dt_s, r.u, out, active)
             parts.append(block_mean(seen, r.factor) if r.factor > 1 else seen)

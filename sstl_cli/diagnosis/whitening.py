@@ -27,7 +27,6 @@ class Whitener:
         out = np.empty_like(columns)
         for s, a, sigma in zip(self.slices, self.coefficients, self.scale, strict=True):
             out[s] = lfilter(a, [1.0], columns[s], axis=0) / sigma
-            # the first samples have no past: they are left out rather than guessed
         return out * (self.keep if columns.ndim == 1 else self.keep[:, None])
 
 
@@ -63,12 +62,23 @@ def fit_whitener(residual: Array, weight: Array, slices: list[slice], groups: li
         phi = solve_toeplitz(acf[:-1], acf[1:])
         variance = max(float(acf[0] - phi @ acf[1:]), 1e-3 * float(acf[0]), 1e-14)
         filters[group] = (np.concatenate(([1.0], -phi)), float(np.sqrt(variance)))
+    return _assemble(filters, weight, slices, groups)
+
+
+def spread_whitener(
+    sample: Whitener, sample_groups: list[str], weight: Array, slices: list[slice], groups: list[str]
+) -> Whitener:
+    """Return the filters found on some runs, applied to all runs of the same groups."""
+    filters = {g: (a, s) for g, a, s in zip(sample_groups, sample.coefficients, sample.scale, strict=True)}
+    return _assemble(filters, weight, slices, groups)
+
+
+def _assemble(filters: dict[str, tuple[Array, float]], weight: Array, slices: list[slice], groups: list[str]) -> Whitener:
     keep = np.empty_like(weight)
-    for s in slices:
-        w = weight[s]
+    for s, g in zip(slices, groups, strict=True):
+        w, order = weight[s], len(filters[g][0]) - 1
         bad = np.convolve(1.0 - w, np.ones(order + 1))[: len(w)] > 0
         keep[s] = np.where(bad, 0.0, 1.0)
+        # the first samples have no past: they are left out rather than guessed
         keep[s][: min(order, len(w))] = 0.0
-    return Whitener(
-        tuple(filters[g][0] for g in groups), tuple(filters[g][1] for g in groups), tuple(slices), keep
-    )
+    return Whitener(tuple(filters[g][0] for g in groups), tuple(filters[g][1] for g in groups), tuple(slices), keep)

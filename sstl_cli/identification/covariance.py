@@ -113,7 +113,9 @@ def _parts(length: int, dt_s: float) -> tuple[Array, Array]:
     return share * amplitude[:, None], 1.0 - share + share * (variance - amplitude)[:, None]
 
 
-def fit_lines(points: list[tuple[Array, Array, Array, int]], dt_s: float, sd_in: float, sd_out: float) -> list[Line | None]:
+def fit_lines(
+    points: list[tuple[Array, Array, Array, int]], dt_s: float, sd_in: float, sd_out: float
+) -> list[Line | None]:
     """Return the line of each direction, or None where the points do not define one.
 
     Parameters
@@ -225,4 +227,5 @@ def _solve(t: Array, x: Array, y: Array, length: int, dt_s: float) -> _Fit | Non
     forms = rest[:, :, None] * white + slow[:, :, None] * _correlated(t, u, CORRELATION_S)[:, None, :]
     forms = variance[:, None] * np.vstack([white, forms.reshape(-1, 3)])
     scale = np.array([n**2, n * sxx, sxx**2])
-    return _Fit(n, centre, level, gamma, sxx, variance, *(forms / scale).T, score)
+    var_level, cov, var_gamma = (forms / scale).T
+    return _Fit(n, centre, level, gamma, sxx, variance, var_level, cov, var_gamma, score)

@@ -18,8 +18,12 @@ FIRST_FLOOR, FLOOR = 0.02, 0.005
 
 
 def label_phases(
-    time_s: Array, tension_in_n: Array, tension_out_n: Array, cutoff_hz: float | None = None,
-    prominence_n: float | None = None, delta_bl_n: float | None = None,
+    time_s: Array,
+    tension_in_n: Array,
+    tension_out_n: Array,
+    cutoff_hz: float | None = None,
+    prominence_n: float | None = None,
+    delta_bl_n: float | None = None,
 ) -> Codes:
     """Return the phase of every sample of a continuous recording as a code into ``PHASE_NAMES``.
 
@@ -58,7 +62,7 @@ def default_prominence(xf: Array, sd: float, floor: float = FIRST_FLOOR) -> floa
 
 
 def default_tie(xf: Array, sd: float, prominence: float) -> float:
-    """Return how far (N) a sample may lie from the extreme and still belong to the turn; covers the filter's overshoot."""
+    """Return how far (N) a sample may lie from the extreme and still belong to the turn (the filter overshoots)."""
     return min(max(3.0 * sd, 0.0025 * float(np.ptp(xf))), 0.5 * prominence)
 
 
@@ -162,15 +166,12 @@ def split(
         # the output leaves its value at the reversal
         extreme = sign * yf[a]
         left = -1
-        total, number = 0.0, 0
         for k in range(a, b + 1):
             v = sign * yf[k]
             extreme = min(extreme, v)
             if v - extreme > delta:
                 left = k
                 break
-            total += yf[k]
-            number += 1
         if left >= 0:
             start = left
             while start > a and sign * yf[start - 1] - extreme > 0.3 * delta:

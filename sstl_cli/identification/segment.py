@@ -139,7 +139,9 @@ class _Session:
         if self.cutoff * self.dt >= 0.5:
             raise UsageError(
                 f"{self.cutoff:g} Hz is not below half the sampling rate ({0.5 / self.dt:.4g} Hz)",
-                where=f"--cutoff-hz, run {run.run_id!r}", fix="choose a lower cut-off", code="E212",
+                where=f"--cutoff-hz, run {run.run_id!r}",
+                fix="choose a lower cut-off",
+                code="E212",
             )
         self.xf, self.yf = filtering.low_pass(self.x, self.y, self.cutoff, self.dt)
         self.left_in = filtering.filtered_sd(self.sd_in, self.cutoff, self.dt)
@@ -193,7 +195,9 @@ class _Session:
             self.left_in = max(self.left_in, min(min(slow), SLOWEST * float(np.ptp(self.xf))))
             self.left_out = max(self.left_out, min(min(slow), SLOWEST * float(np.ptp(self.yf))))
             known = np.array([v for f in fits for v in (f.slope, f.bias)])
-            margin = [4.0 * (self.left_out + abs(f.slope) * self.left_in) if math.isfinite(f.slope) else 0.0 for f in fits]
+            margin = [
+                4.0 * (self.left_out + abs(f.slope) * self.left_in) if math.isfinite(f.slope) else 0.0 for f in fits
+            ]
             self._split(known, (margin[0], margin[1]), labels.FLOOR)
             fits = self._fits()
         loops = (len(self.turns) - 1) // 2 if self.moves else 0
@@ -220,8 +224,23 @@ class _Session:
             _, x, y = fit.points
             rmse[d] = float(np.sqrt(np.mean((y - line.gamma * x - line.beta) ** 2)))
         return Segmentation(
-            self.run.run_id, theta, errors, shares[0], shares[1], rmse[0], rmse[1], loops, "; ".join(reasons) or "ok",
-            self.codes, self.sd_out, self.sd_in, self.cutoff, self.prominence, self.delta, self.xf, self.yf,
+            self.run.run_id,
+            theta,
+            errors,
+            shares[0],
+            shares[1],
+            rmse[0],
+            rmse[1],
+            loops,
+            "; ".join(reasons) or "ok",
+            self.codes,
+            self.sd_out,
+            self.sd_in,
+            self.cutoff,
+            self.prominence,
+            self.delta,
+            self.xf,
+            self.yf,
         )
 
 
@@ -231,7 +250,7 @@ def _doubt(direction: int, fit: _Fit, line: Line | None) -> str:
     if fit.share < MIN_INLIERS:
         return f"{name}: no consistent line ({100 * fit.share:.0f} % inliers)"
     if line is None:
-        return f"{name}: propagation too short for a line"
+        return f"{name}: noise of the input too large for the range in propagation"
     if line.gamma <= 0.0:
         return f"{name}: slope is not positive"
     if line.gamma_se > MAX_RELATIVE_SE * line.gamma:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +61,10 @@ class ClockReport:
         used = "applied" if self.used else "not applied"
         hint = "" if self.shared_content else "; holds the lag of the transmission, as no shared content is named"
         return (
-            f"clock '{self.clock}' against '{self.reference}': offset {self.offset_s:.6g} s (se {self.offset_se_s:.2g}), "
-            f"drift {self.drift_ppm:.4g} ppm (se {self.drift_se_ppm:.2g}), correlation {self.correlation:.3f}, {used}{hint}"
+            f"clock '{self.clock}' against '{self.reference}': "
+            f"offset {self.offset_s:.6g} s (se {self.offset_se_s:.2g}), "
+            f"drift {self.drift_ppm:.4g} ppm (se {self.drift_se_ppm:.2g}), "
+            f"correlation {self.correlation:.3f}, {used}{hint}"
         )
 
 
@@ -160,7 +163,7 @@ def _drift_start(ta: Array, a: Array, tb: Array, b: Array, step: float, lag: flo
     if width < 16 * step:
         return 0.0
     centres, lags, weights = [], [], []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges.tolist()):
         grid = np.arange(low, high, step)
         x = on_grid(grid, ta, a)
         if np.std(x) == 0 or not np.isfinite(x).all():

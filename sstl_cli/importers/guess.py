@@ -58,6 +58,8 @@ def guess(path: Path, wanted: str | None = None) -> Guess:
         for c in channels
         if c.name in data and c.name != time and len(data[c.name]) == _common(data) and np.ptp(data[c.name]) > 0
     ]
+    first: Channel | None
+    second: Channel | None
     against = _antagonists(usable, data, reasons)
     if against:
         net = Channel(" - ".join(c.name for c in against))
@@ -144,8 +146,9 @@ def _antagonists(usable: list[Channel], data: dict[str, Array], reasons: list[st
             positive = min(x.min(), y.min()) > -0.05 * top and min(x[0], y[0]) > 0.1 * top
             if positive and abs(x[0] - y[0]) < 0.1 * top and np.corrcoef(x, y)[0, 1] < -0.7:
                 reasons.append(
-                    f"tension_in_n: '{a.name}' minus '{b.name}', an antagonistic pair: both positive, equal at the start, "
-                    f"and moving against each other (correlation {np.corrcoef(x, y)[0, 1]:.2f})"
+                    f"tension_in_n: '{a.name}' minus '{b.name}', an antagonistic pair: "
+                    f"both positive, equal at the start, and moving against "
+                    f"each other (correlation {np.corrcoef(x, y)[0, 1]:.2f})"
                 )
                 return [a, b]
     return []
@@ -160,9 +163,7 @@ def _follows(drive: Array, others: list[Channel], data: dict[str, Array], reason
         return None
     best = max(scores, key=lambda n: scores[n])
     ranking = ", ".join(f"{n} {scores[n]:.2f}" for n in sorted(scores, key=lambda n: -scores[n])[:4])
-    reasons.append(
-        f"tension_out_n: '{best}' follows it most (absolute correlations: {ranking}); check what it measures"
-    )
+    reasons.append(f"tension_out_n: '{best}' follows it most (correlations: {ranking}); check what it measures")
     return next(c for c in others if c.name == best)
 
 
@@ -191,12 +192,13 @@ def _pair(usable: list[Channel], data: dict[str, Array], reasons: list[str]) -> 
         if _TENSION.search(channel.name) or (channel.unit and unit_of(channel.unit)[0] == "force"):
             together[i] *= 1.5
             together[:, i] *= 1.5
-    i, j = sorted(np.unravel_index(int(np.argmax(together)), together.shape))
+    i, j = sorted(int(k) for k in np.unravel_index(int(np.argmax(together)), together.shape))
     pair = usable[i], usable[j]
     smooth = [float(np.std(np.diff(data[c.name])) / (np.std(data[c.name]) or 1)) for c in pair]
     reasons.append(
         f"tension_in_n: '{pair[0].name}' and tension_out_n: '{pair[1].name}' move together most "
-        f"(correlation {np.corrcoef(table)[i, j]:.2f}, roughness {smooth[0]:.2g} and {smooth[1]:.2g}); which is the input is a guess"
+        f"(correlation {np.corrcoef(table[i], table[j])[0, 1]:.2f}, roughness {smooth[0]:.2g}, {smooth[1]:.2g}); "
+        "which is the input is a guess"
     )
     return pair
 

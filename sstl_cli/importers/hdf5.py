@@ -104,8 +104,13 @@ def read_blocks(path: Path, numbers: list[str], labels: list[str], matlab: bool)
                     columns[full] = _cutter(dataset, rest, full in numbers, matlab, path, full)
                     lengths[full] = 1 if matlab and is_char(dataset) else rows_of(dataset, matlab)
         rows = same_length(path, lengths)
-        columns = {n: (c if lengths[n] > 1 or rows == 1 else (lambda a, b, c=c: c(0, 1))) for n, c in columns.items()}
+        columns = {n: (c if lengths[n] > 1 or rows == 1 else _single(c)) for n, c in columns.items()}
         yield from slices(rows, columns, path.stat().st_size, path)
+
+
+def _single(cut: Callable[[int, int], Any]) -> Callable[[int, int], Any]:
+    """Return a cutter that repeats a single value."""
+    return lambda a, b: cut(0, 1)
 
 
 def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:

@@ -47,12 +47,11 @@ def isolated_blocks(read_them: Callable[[], Iterator[Block]], path: Path) -> Ite
         for block in read_them():
             columns, bodies = [], []
             for name, values in block.columns.items():
+                if isinstance(values, np.ndarray):
+                    body = np.ascontiguousarray(values, np.float64).tobytes()
+                else:
+                    body = json.dumps(values.to_pylist()).encode()
                 number = isinstance(values, np.ndarray)
-                body = (
-                    np.ascontiguousarray(values, np.float64).tobytes()
-                    if number
-                    else json.dumps(values.to_pylist()).encode()
-                )
                 columns.append([name, number, len(body)])
                 bodies.append(body)
             yield {"columns": columns, "position": block.position}, bodies

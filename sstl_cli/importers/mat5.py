@@ -170,7 +170,7 @@ def _vectors(path: Path) -> dict[str, Any]:
     check_declared(path, path.stat().st_size, "the file", whole=True)
     size = path.stat().st_size
     raw = np.memmap(path, np.uint8, "r")
-    data = memoryview(raw)
+    data = memoryview(raw)  # type: ignore[arg-type]
     order = "<" if bytes(data[126:128]) == b"IM" else ">"
     walk = _Walk(order, path)
     out: dict[str, Any] = {}

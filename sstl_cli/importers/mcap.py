@@ -81,10 +81,12 @@ def _topic(channel: Any, schemas: dict[int, Any]) -> Topic:
     schema = schemas.get(channel.schema_id)
     encoding = channel.message_encoding
     try:
-        if encoding != "json" and (schema is None or schema.encoding not in ("ros1msg", "ros2msg")):
+        if encoding == "json":
+            return Topic(channel.topic, decoder(encoding, "", {}))
+        if schema is None or schema.encoding not in ("ros1msg", "ros2msg"):
             found = schema.encoding if schema is not None else "no schema"
             raise ValueError(f"message encoding '{encoding}' ({found}) is not supported; json, CDR and ROS 1 are")
-        known = {} if encoding == "json" else definitions(schema.name, schema.data.decode("utf-8", "replace"))
-        return Topic(channel.topic, decoder(encoding, schema.name if schema else "", known))
+        known = definitions(schema.name, schema.data.decode("utf-8", "replace"))
+        return Topic(channel.topic, decoder(encoding, schema.name, known))
     except ValueError as error:
         return Topic(channel.topic, None, str(error))

@@ -129,4 +129,5 @@ def _label(values: pa.Array) -> pa.Array:
         values = values.dictionary_decode()
     if pa.types.is_floating(values.type):
         return text_array(values.to_pylist())
-    return values.cast(pa.string())
+    # by way of bytes, so that text that is no UTF-8 is refused here and not where it is used
+    return values.cast(pa.string()).cast(pa.binary()).cast(pa.string())

@@ -219,16 +219,16 @@ class _Finder:
         found = [(i, c) for i, f in pool for c in self._match(f, wanted, pattern)]
         if len(found) == 1:
             return found[0]
-        names = [c.name.removeprefix(f.prefix) for _, f in pool for c in f.channels]
+        known = [c.name.removeprefix(f.prefix) for _, f in pool for c in f.channels]
         if not found and isinstance(wanted, int):
             raise SstlError(
                 f"{target}: column {wanted} does not exist",
                 where=self.where,
-                fix=f"there are {len(names)}, counted from 1",
+                fix=f"there are {len(known)}, counted from 1",
                 code="E336",
             )
         if not found:
-            fix = nearest(str(wanted), names) if not pattern else nearest("", names)
+            fix = nearest(str(wanted), known) if not pattern else nearest("", known)
             raise SstlError(f"{target}: misses column '{wanted}'", where=self.where, fix=fix, code="E336")
         shown = ", ".join(c.name for _, c in found[:6])
         raise SstlError(
@@ -270,7 +270,7 @@ def _clock_of(time: Source | None, first: Source | None, find: _Finder, mapping:
                 bool(first and first.pattern),
             )
         except SstlError:
-            raise find.missing("time_s" if first is None else "time_s") from None
+            raise find.missing("time_s") from None
         if channel.time:
             return TimeBase(file, channel.time, Linear(1.0))
         raise find.missing("time_s")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import pyarrow as pa
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.importers.base import Notes
-from sstl_cli.importers.mapping import LABELS, REQUIRED, Repair, Time
+from sstl_cli.importers.counts import Counts, Policy
+from sstl_cli.importers.mapping import LABELS, REQUIRED
 from sstl_cli.importers.signals import Chunk
 
 Array = NDArray[np.float64]
@@ -21,38 +21,6 @@ MAX_FILL_STEPS = 1_000
 MAX_RUNS = 1_000_000
 # runs up to this many samples come in one piece, longer ones in pieces of about this size
 PIECE_ROWS = 262_144
-
-
-@dataclass
-class Counts:
-    """What was found in the recordings, in samples or places."""
-
-    samples_in: int = 0
-    samples_out: int = 0
-    runs: int = 0
-    repeated: int = 0
-    backward: int = 0
-    gaps: int = 0
-    filled: int = 0
-    dropouts: int = 0
-    spikes: int = 0
-    step_s: float | None = None
-    gap_s: float | None = None
-    notes: Notes = field(default_factory=Notes)
-    remarks: list[str] = field(default_factory=list)
-
-    @property
-    def set_aside(self) -> int:
-        """Samples that were read and not written."""
-        return sum(self.notes.set_aside.values())
-
-
-@dataclass(frozen=True)
-class Policy:
-    """The named policies of one import."""
-
-    time: Time
-    repair: Repair
 
 
 class Splitter:
@@ -150,7 +118,7 @@ class Splitter:
             gaps[1:] = (step > self.gap_s) & ~changes[1:]
         chunk, starts, body = self._gaps(chunk, gaps, changes, body)
         cuts = [0, *np.flatnonzero(starts[1:body]) + 1, body] if body else [0]
-        for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+        for a, b in pairwise(cuts):
             if starts[a]:
                 yield from self._end()
             yield from self._add(_rows(chunk, slice(a, b)))
@@ -210,7 +178,7 @@ class Splitter:
             return chunk, changes | back
         keep = np.ones(len(chunk), bool)
         starts = [0, *np.flatnonzero(changes[1:]) + 1, len(time)]
-        for a, b in zip(starts[:-1], starts[1:], strict=True):
+        for a, b in pairwise(starts):
             top = np.maximum.accumulate(time[a:b])
             keep[a + 1 : b] = time[a + 1 : b] > top[:-1]
         self.counts.notes.aside("backward time", int(len(keep) - keep.sum()))

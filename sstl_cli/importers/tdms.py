@@ -84,10 +84,11 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
 @contextmanager
 def _open(path: Path) -> Iterator[Any]:
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
     _check_lead_ins(path)
     # the library tells its log about every odd byte; what matters is raised
-    logging.getLogger("nptdms").setLevel(logging.CRITICAL)
+    log_manager.set_level(logging.CRITICAL)
     # opened by handle, as an index file beside it could belong to another recording
     with open(path, "rb") as handle:
         yield TdmsFile(handle, read_metadata_only=True, keep_open=True)

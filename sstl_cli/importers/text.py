@@ -47,7 +47,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     """
     found = layout_of(path, layout)
     wanted = list(dict.fromkeys([*numbers, *labels]))
-    types = {n: pa.float64() for n in numbers} | {n: pa.string() for n in labels if n not in numbers}
+    types = {n: pa.float64() for n in numbers} | {n: pa.binary() for n in labels if n not in numbers}
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     # a lone quote can only be damage where every wanted cell is a number
     parse = pc.ParseOptions(
@@ -198,5 +198,9 @@ def _numbers(column: pa.ChunkedArray) -> np.ndarray:
 
 
 def _strings(column: pa.ChunkedArray) -> pa.Array:
-    column = column.combine_chunks()
-    return pa.concat_arrays(column.chunks) if isinstance(column, pa.ChunkedArray) else column
+    raw = pa.concat_arrays(column.chunks) if column.num_chunks else pa.array([], pa.binary())
+    try:
+        return raw.cast(pa.string())
+    except pa.ArrowInvalid:
+        # labels in an older encoding, or damaged: shown as well as they can be
+        return pa.array([v if v is None else v.decode("utf-8", "replace") for v in raw.to_pylist()], pa.string())

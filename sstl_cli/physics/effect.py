@@ -59,6 +59,8 @@ class Transition:
     breakaway_mm: float = 0.0
     spread: float = 0.0
     drag_n_s_mm: float = 0.0
+    creep_fraction: float = 0.0
+    creep_s: float = 10.0
     static_ratio: float = 1.0
     static_mm_s: float = 1.0
     aging: float = 0.0

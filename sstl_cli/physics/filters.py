@@ -44,7 +44,7 @@ def play(signal: Array, half_width: float) -> Array:
     return _play(np.ascontiguousarray(signal), half_width)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _lag(signal: Array, gain: float, limit: float) -> Array:
     out = np.empty_like(signal)
     y = signal[0]
@@ -55,7 +55,7 @@ def _lag(signal: Array, gain: float, limit: float) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _delay(signal: Array, samples: float) -> Array:
     out = np.empty_like(signal)
     whole = math.floor(samples)
@@ -68,7 +68,7 @@ def _delay(signal: Array, samples: float) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _play(signal: Array, half_width: float) -> Array:
     out = np.empty_like(signal)
     y = signal[0]

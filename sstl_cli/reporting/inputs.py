@@ -77,6 +77,12 @@ class CommandView:
     rmse_by_phase_n: dict[str, float]
     rmse_n: float
 
+    @property
+    def subject(self) -> str:
+        """What the methods are compared on: the run_id without the name of the method at its end."""
+        bare = self.run_id.removesuffix(self.method)
+        return bare.rstrip("-_/: ") or self.run_id if bare != self.run_id else self.run_id
+
 
 @dataclass(frozen=True)
 class Model:

@@ -68,14 +68,18 @@ def table(columns: dict[str, Array], nulls: dict[str, int], required: list[str])
         if name.endswith("_se"):
             bad = int(np.count_nonzero(values < 0))
             if bad:
-                found.append(Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again"))
+                found.append(
+                    Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again")
+                )
     return found
 
 
 def _labels(piece: Piece) -> list[Finding]:
     found = []
     if piece.run_id is None:
-        found.append(Finding(FAILURE, "run_id is null", "run_id", 1, "samples without a run", "give every sample a run_id"))
+        found.append(
+            Finding(FAILURE, "run_id is null", "run_id", 1, "samples without a run", "give every sample a run_id")
+        )
     for name, values in piece.labels.items():
         if len(values) > 1:
             shown = ", ".join(map(repr, values[:4]))
@@ -95,10 +99,14 @@ def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Findin
         found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
     nan = int(np.count_nonzero(np.isnan(values))) - nulls
     if nan > 0:
-        found.append(Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples"))
+        found.append(
+            Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples")
+        )
     infinite = int(np.count_nonzero(np.isinf(values)))
     if infinite:
-        found.append(Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export"))
+        found.append(
+            Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export")
+        )
     return found
 
 
@@ -110,7 +118,7 @@ def _time(time: Array) -> list[Finding]:
     found = []
     for what, bad, fix in (
         ("time runs backwards", step < 0, "sort by time or split the run"),
-        ("time repeats", step == 0, "import with keep = \"last\""),
+        ("time repeats", step == 0, 'import with keep = "last"'),
     ):
         count = int(np.count_nonzero(bad))
         if count:
@@ -140,10 +148,14 @@ def _signal(name: str, values: Array) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
-        return [Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")]
+        return [
+            Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")
+        ]
     found = []
     step = np.diff(values)
-    still = float(np.mean(step == 0.0))
+    inside = (values[1:] != values.max()) & (values[1:] != values.min())
+    # how often a value repeats by itself; what is clipped must not make the rest look noise-free
+    still = float(np.count_nonzero((step == 0.0) & inside)) / max(1, int(np.count_nonzero(inside)))
     levels = np.unique(values)
     if len(levels) < n / 4 and len(levels) > 1:
         gaps = np.diff(levels)
@@ -151,17 +163,26 @@ def _signal(name: str, values: Array) -> list[Finding]:
         # holds of a noise-free record repeat values too, but not on a regular grid
         if float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * span:
             coarse = len(levels) < 16
-            found.append(Finding(
-                FAILURE if coarse else REMARK, "quantised", name, len(levels), f"{len(levels)} levels, {grain:.3g} N apart",
-                "record with more resolution" if coarse else "none needed",
-            ))
-    if still < 0.05:
+            found.append(
+                Finding(
+                    FAILURE if coarse else REMARK,
+                    "quantised",
+                    name,
+                    len(levels),
+                    f"{len(levels)} levels, {grain:.3g} N apart",
+                    "record with more resolution" if coarse else "none needed",
+                )
+            )
+    second = np.abs(np.diff(values, 2))[inside[1:]]
+    # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
+    if still < 0.05 and len(second) and float(np.median(second)) > 1e-9 * span:
         for label, extreme in (("maximum", values.max()), ("minimum", values.min())):
             longest, count = _stretches(values == extreme)
             if longest >= 3:
                 detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
-                found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
-        inside = (values[1:] != values.max()) & (values[1:] != values.min())
+                found.append(
+                    Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier")
+                )
         longest, count = _stretches((step == 0.0) & inside)
         if longest >= STUCK_SAMPLES:
             detail = f"longest {longest + 1} samples"
@@ -170,7 +191,9 @@ def _signal(name: str, values: Array) -> list[Finding]:
     if spikes:
         many = spikes > 0.02 * n
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
-        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
+        found.append(
+            Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix)
+        )
     return found
 
 
@@ -181,7 +204,11 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
         return []
     longest, count = _stretches(same)
     if 3 <= longest < STUCK_SAMPLES:
-        return [Finding(REMARK, "frozen stretches", "", count, f"both tensions, longest {longest + 1} samples", "none needed")]
+        return [
+            Finding(
+                REMARK, "frozen stretches", "", count, f"both tensions, longest {longest + 1} samples", "none needed"
+            )
+        ]
     return []
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.importers.clocks import ClockReport
+from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import Mapping
-from sstl_cli.importers.repair import Counts, Policy, Splitter
+from sstl_cli.importers.repair import Splitter
 from sstl_cli.importers.signals import Chunk, chunks
 from sstl_cli.importers.sources import Group, Labels, groups
 

@@ -56,7 +56,7 @@ def draw_loop(x: Sequence[float], y: Sequence[float], width: int = 44, height: i
     Examples
     --------
     >>> draw_loop([0.0, 1.0], [0.0, 1.0], 2, 1)
-    ['⣀⠤⠊⠁'[:0] + '⡠⠊']
+    ['⡠⠊']
     """
     pairs = [(a, b) for a, b in zip(x, y, strict=True) if a is not None and b is not None and abs(a + b) < float("inf")]
     if len(pairs) < 2:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS
-from sstl_cli.identification import SegmentOptions, Segmentation, segment_run
+from sstl_cli.identification import Segmentation, SegmentOptions, segment_run
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,19 @@ class Segmented:
         """Return the row of the Theta table."""
         run, found = self.run, self.segmentation
         return {
-            "run_id": run.run_id, "config_id": run.config_id, "system": run.system, "location": run.location,
-            "lead_mm": run.lead_mm, **{p: found.theta[p] for p in PARAMETERS},
-            **{p + "_se": found.theta_se[p] for p in PARAMETERS}, "inlier_p": found.inlier_p, "inlier_r": found.inlier_r,
-            "rmse_p_n": found.rmse_p_n, "rmse_r_n": found.rmse_r_n, "loops": found.loops, "status": found.status,
+            "run_id": run.run_id,
+            "config_id": run.config_id,
+            "system": run.system,
+            "location": run.location,
+            "lead_mm": run.lead_mm,
+            **{p: found.theta[p] for p in PARAMETERS},
+            **{p + "_se": found.theta_se[p] for p in PARAMETERS},
+            "inlier_p": found.inlier_p,
+            "inlier_r": found.inlier_r,
+            "rmse_p_n": found.rmse_p_n,
+            "rmse_r_n": found.rmse_r_n,
+            "loops": found.loops,
+            "status": found.status,
         }
 
 
@@ -40,6 +49,8 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
     seen: set[str] = set()
     for one in runs:
         if one.run_id in seen:
-            raise SstlError("comes twice", where=f"run {one.run_id!r}", fix="give every run its own run_id", code="E220")
+            raise SstlError(
+                "comes twice", where=f"run {one.run_id!r}", fix="give every run its own run_id", code="E220"
+            )
         seen.add(one.run_id)
         yield Segmented(one, segment_run(one, options))

@@ -22,6 +22,7 @@ SETTINGS = {
     "paper": Options(),
     "single": Options(doubled=False, deadband_n=0.01),
     "play": Options(reversal="play"),
+    "widths": Options(reversal="play", widths=(0.2, 0.7, 1.0, 1.4)),
     "all": Options(reversal="play", presliding=0.6, lead_s=0.2, max_rate_n_s=80.0, max_jump_n=0.1),
 }
 DRIVER = """

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from sstl_cli.control.controller import Controller, Options, Theta, pack
 from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop, pulled, track
+from sstl_cli.control.presliding import fit_widths
 from sstl_cli.control.references import random, sinusoid, trapezoid
 from sstl_cli.control.scoring import score, windows
 from sstl_cli.core.errors import SstlError
@@ -179,6 +180,23 @@ def test_lead_undoes_the_lag_of_the_tension_loop():
     assert steady(reference, leading.tension_out)[0] < 0.05
 
 
+def noisy(tau, **options):
+    reference = random(np.random.default_rng(1))
+    plant = Plant(PlayTendon(LINES), TensionLoop(tau, noise_n=0.02))
+    done = track(Controller(LINES, Options(**options)), plant, reference.tension_n, np.random.default_rng(0))
+    return steady(reference, done.tension_out)[0]
+
+
+@pytest.mark.parametrize(("tau", "reversal"), [(0.25, "paper"), (0.3, "paper"), (0.3, "play"), (0.4, "paper")])
+def test_lead_bears_a_wrong_lag_and_sensor_noise(tau, reversal):
+    assert noisy(tau, lead_s=0.3, reversal=reversal) < 0.06
+    assert noisy(tau) > 0.5
+
+
+def test_without_its_observer_a_wrong_lead_overshoots():
+    assert noisy(0.25, lead_s=0.3, observer=0.0) > 1.0
+
+
 def test_bounded_lead_does_not_overshoot():
     reference = random(np.random.default_rng(1))
     bounded = driven(LINES, TABLE_II, reference, tau=0.3, lead_s=0.3, max_rate_n_s=50.0)
@@ -245,3 +263,20 @@ def test_exchanged_lines_are_refused():
 def test_presliding_wider_than_the_line_allows_is_refused():
     with pytest.raises(SstlError, match="E403"):
         pack(Theta(0.3, 0.0, 3.0, 0.0), Options(reversal="play", presliding=1.0))
+
+
+def test_fitted_widths_are_those_that_made_the_loop():
+    made = (0.2, 0.7, 1.0, 1.2, 1.9)
+    tension_in = 14 + 11 * np.sin(np.arange(4000) * 0.01) * np.cos(np.arange(4000) * 0.0027)
+    tension_out = np.array(presliding(tension_in.tolist(), TABLE_II, made, tension_in[0]))
+    assert fit_widths(LINES, tension_in, tension_out, plays=5) == pytest.approx(made, abs=0.02)
+    plant = Plant(lambda t, dt_s: np.array(presliding(t.tolist(), TABLE_II, made, t[0])))
+    reference = sinusoid(frequency_hz=0.05)
+    done = track(Controller(LINES, Options(reversal="play", widths=made)), plant, reference.tension_n)
+    assert steady(reference, done.tension_out)[0] < 1e-3
+
+
+@pytest.mark.parametrize("tension", [np.ones(5), np.full(50, np.nan)])
+def test_a_loop_that_cannot_be_fitted_is_refused(tension):
+    with pytest.raises(SstlError, match="E415"):
+        fit_widths(LINES, tension, tension)

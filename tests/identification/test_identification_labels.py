@@ -18,7 +18,7 @@ def test_names_and_codes():
 
 
 def test_trapezoid_phases_begin_where_they_must():
-    # up 5 -> 30 in 4.8 s from the pull line, hold 0.6 s, down in 6 s: release is reached at (15.96 + 1.04) / 1.69 = 10.06 N
+    # up 5 -> 30 N in 4.8 s on the pull line, hold 0.6 s, down in 6 s; release at (15.96 + 1.04) / 1.69 = 10.06 N
     t, x = trapezoid()
     codes = label_phases(t, x, play(x, ACT))
     truth_rp = 5.4 + 6.0 * (30 - 10.06) / 25

@@ -127,7 +127,7 @@ def rosbag2(folder: Path, definitions: bool = False) -> Path:
     path.unlink(missing_ok=True)
     base = sqlite3.connect(path)
     base.execute(
-        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, offered_qos_profiles TEXT)"
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, qos TEXT)"
     )
     base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
     base.execute("INSERT INTO topics VALUES (1, '/tension', 'geometry_msgs/msg/Vector3Stamped', 'cdr', '')")

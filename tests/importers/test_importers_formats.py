@@ -37,14 +37,12 @@ def test_reads_what_others_wrote(name: str, tmp_path: Path) -> None:
     np.testing.assert_array_equal(runs[0].tension_out_n, expected["tension_out_n"])
 
 
-@pytest.mark.parametrize("name", WRITERS)
+# text that ends early is still text, and an SQLite file that ends early may hold all pages that are asked for
+@pytest.mark.parametrize("name", [n for n in WRITERS if n not in ("text", "rosbag2")])
 def test_truncated_is_one_clear_error(name: str, tmp_path: Path) -> None:
     path = WRITERS[name](tmp_path)
     data = path.read_bytes()
     path.write_bytes(data[: len(data) * 2 // 3])
-    if name in ("text", "rosbag2"):
-        # text that ends early is still text; an SQLite page may end anywhere
-        pytest.skip("a shorter file of this format can be whole")
     with pytest.raises(SstlError) as caught:
         list(run([path], mapping_for(name), wanted=name).runs)
     assert str(path) in caught.value.line() and "\n" not in caught.value.line()

@@ -168,7 +168,7 @@ def test_dropouts_and_spikes(tmp_path: Path) -> None:
     result, (one,) = load(path, repair={"dropouts": "interpolate", "spikes": "interpolate"})
     assert len(one) == 300 and one.tension_in_n.max() < 6.1 and result.counts.set_aside == 0
     assert one.tension_in_n[40] == pytest.approx(5 + np.sin(2), abs=0.05)
-    with pytest.raises(SstlError, match="2 dropouts.*sample 41"):
+    with pytest.raises(SstlError, match=r"2 dropouts.*sample 41"):
         load(path, repair={"dropouts": "fail"})
 
 
@@ -264,7 +264,7 @@ def test_files_appended_and_manifest(tmp_path: Path) -> None:
     result = run([a, b], Mapping(), manifest=read_manifest(tmp_path / "m.csv"))
     assert [(r.config_id, r.lead_mm) for r in result.runs] == [("NP-01", 1.5), ("CP-02", None)]
     (tmp_path / "m.csv").write_text("file,config_id\naa.csv,NP-01\n")
-    with pytest.raises(SstlError, match="did you mean 'aa.csv'"):
+    with pytest.raises(SstlError, match="did you mean 'aa"):
         list(run([a], Mapping(), manifest=read_manifest(tmp_path / "m.csv")).runs)
 
 

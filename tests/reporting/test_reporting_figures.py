@@ -1,6 +1,7 @@
 """The numbers behind every figure, worked out by hand from small inputs."""
 
 import math
+from dataclasses import replace
 
 import matplotlib.colors
 import numpy as np
@@ -11,7 +12,7 @@ from reporting_inputs import HOSTILE
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.reporting import figures, palette
-from sstl_cli.reporting.inputs import Segments, command_view, segments, view
+from sstl_cli.reporting.inputs import Inputs, Segments, command_view, segments, view
 
 FOUND = figures.find()
 NAN = float("nan")
@@ -143,6 +144,11 @@ def check_tracking(f):
     assert found["methods"]["none"]["error_n"].tolist() == [2, 3, 3, 1]
     assert found["methods"]["none"]["rmse_n"] == pytest.approx(math.sqrt(23 / 4))
     assert found["reference"][1].tolist() == [10.0] * 4
+    # compensate names one run a method: they are compared as one
+    named = [replace(v, run_id=f"C-sine-{v.method}") for v in VIEWS]
+    both = f.default(Inputs(command=named), None)
+    assert both["run"] == "C-sine" and list(both["methods"]) == ["none", "DI"]
+    assert list(f.default(Inputs(command=named), "C-sine-DI")["methods"]) == ["DI"]
     return found
 
 

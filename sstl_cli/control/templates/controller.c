@@ -231,6 +231,7 @@ sstl_real sstl_controller_step(sstl_controller *c, sstl_real t_ref, sstl_real t_
         c->command = least(most(t_in, (sstl_real)0.0), T_MAX);
         c->wish = c->model = c->aim = c->command;
     }
+    c->model += OBSERVER * (t_in - c->model);
     turned = turned_round(c, t_ref);
     *phase = FOLLOW ? follow(c, t_ref, t_in) : algorithm_1(c, t_ref, t_in, turned);
     if (!COMPENSATE) {

@@ -1,6 +1,11 @@
 """A tendon that creeps under load: position relaxes in holds."""
 
-from sstl_cli.physics.effect import TRANSITION, Effect, Parameter, Position, Values
+from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Position, Transition, Values
+
+def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
+    transition.creep_fraction += v["fraction"]
+    transition.creep_s = v["tau_s"]
+
 
 def _position(position: Position, v: Values) -> None:
     position.creep_fraction += v["fraction"]
@@ -17,9 +22,8 @@ EFFECT = Effect(
         Parameter("fraction", "1", 0.0, 0.0, 0.3, "creep compliance over elastic compliance"),
         Parameter("tau_s", "s", 10.0, 1.0, 100.0, "time constant", shape=True),
     ),
-    excitation="Holds with position recorded.",
-    channel="position",
-    needs=("position_in_mm",),
+    excitation="Holds of tens of seconds; the far tendon relaxes against the load, position shows it most.",
     look_alikes=("viscous",),
+    transition=_transition,
     position=_position,
 )

@@ -20,11 +20,14 @@ from sstl_cli.physics.effect import Drive, Law, Transition
 Array = NDArray[np.float64]
 ARC_NODES = 6
 # break-away distance of a contact that is meant to be rigid (mm)
-RIGID_MM = 0.002
-# slip after which a contact has forgotten its rest (mm), and memory of the sliding speed (s)
+RIGID_MM = 1e-5
+# slip that wears off a contact's static excess and travel in which it heals (mm); memory of the sliding speed (s)
 RENEWAL_MM = 0.02
+HEALING_MM = 0.5
 SPEED_MEMORY_S = 0.005
-MAX_ITERATIONS = 25
+MAX_ITERATIONS = 40
+# a node changes between sticking and slipping only beyond this force: round-off must not make it chatter
+MODE_TOLERANCE_N = 1e-9
 FACTOR_NODES = 64
 
 
@@ -38,10 +41,8 @@ def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, s
     start_n : float
         Output tension before the first sample (N).
     """
-    phi, constant, drag, gap, pulley = _nodes(drive, theta, law, transition)
-    # rate-weakening contacts need steps of the order of their memory
-    fine = transition.stribeck_ratio > 1.0 or transition.static_ratio > 1.0 or transition.aging > 0.0
-    knots = np.arange(len(drive.tension_n)) if fine else drive.knots
+    phi, constant, drag, gap, stretch, pulley = _nodes(drive, theta, law, transition)
+    knots = drive.knots
     top = max(float(drive.tension_n.max(initial=1.0)), 1.0)
     factor_step = 2.0 * top * math.exp(2.0 * theta) / (FACTOR_NODES - 1)
     factor = np.ones(FACTOR_NODES)
@@ -50,7 +51,7 @@ def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, s
     breakaway = _breakaway(transition, len(phi))
     out = _march(
         drive.tension_n[knots], np.diff(drive.time_s[knots], prepend=drive.time_s[knots[0]] - drive.dt_s),
-        phi * law.scale_pull, phi * law.scale_release, constant, drag, gap, pulley, breakaway,
+        phi * law.scale_pull, phi * law.scale_release, constant, drag, gap, stretch * transition.creep_fraction, transition.creep_s, pulley, breakaway,
         scale[knots] if scale.size > 1 else scale, factor, factor_step, start_n,
         transition.static_ratio, transition.static_mm_s, transition.aging, transition.aging_s,
         transition.stribeck_ratio, transition.stribeck_mm_s,
@@ -58,8 +59,8 @@ def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, s
     return np.interp(np.arange(len(drive.tension_n)), knots, out)
 
 
-def _nodes(drive: Drive, theta: float, law: Law, transition: Transition) -> tuple[Array, Array, Array, Array, Array]:
-    """Return per node: bend friction, constant friction (N), drag (N s/mm), compliance behind it (mm/N), pulley."""
+def _nodes(drive: Drive, theta: float, law: Law, transition: Transition) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Return per node: bend friction, constant friction (N), drag (N s/mm), compliance behind it (mm/N), of which tendon, pulley."""
     m = drive.mechanics
     before, behind = m.straight(drive.location)
     arc = m.arc_fraction
@@ -77,8 +78,9 @@ def _nodes(drive: Drive, theta: float, law: Law, transition: Transition) -> tupl
     half = 0.5 * share * m.tendon_mm_per_n
     gap = half.copy()
     gap[:-1] += half[1:]
+    stretch = gap.copy()
     gap[-1] += m.load_mm_per_n
-    return bend, law.constant_n * share, transition.drag_n_s_mm * share, gap, pulley
+    return bend, law.constant_n * share, transition.drag_n_s_mm * share, gap, stretch, pulley
 
 
 def _breakaway(transition: Transition, nodes: int) -> Array:
@@ -90,14 +92,16 @@ def _breakaway(transition: Transition, nodes: int) -> Array:
     return np.maximum(transition.breakaway_mm * (1.0 + transition.spread * quantile), 0.0) + RIGID_MM
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _march(
-    tension: Array, steps: Array, phi_pull: Array, phi_release: Array, constant: Array, drag: Array, gap: Array, pulley: Array,
-    breakaway: Array, scale: Array, factor: Array, factor_step: float, start: float, static_ratio: float, static_speed: float,
+    tension: Array, steps: Array, phi_pull: Array, phi_release: Array, constant: Array, drag: Array, elastic: Array, creep: Array,
+    creep_s: float, pulley: Array, breakaway: Array, scale: Array, factor: Array, factor_step: float, start: float, static_ratio: float, static_speed: float,
     aging: float, aging_s: float, stribeck_ratio: float, stribeck_speed: float,
 ) -> Array:
     """March the line through the input tensions, one implicit step each."""
-    n, nodes = tension.size, gap.size
+    n, nodes = tension.size, elastic.size
+    gap, offset, crept = elastic.copy(), np.zeros(nodes), np.zeros(nodes)
+    creeping = creep.max() > 0.0
     out = np.empty(n)
     u, u_old = np.zeros(nodes + 1), np.zeros(nodes + 1)
     force, force_old = np.zeros(nodes), np.zeros(nodes)
@@ -121,7 +125,9 @@ def _march(
     u_old[nodes] = 0.0
     for j in range(nodes - 1, -1, -1):
         t = left_old[j] - force_old[j]
-        u_old[j] = u_old[j + 1] + gap[j] * t
+        # before the first sample the line has rested: its creep is complete
+        crept[j] = creep[j] * t
+        u_old[j] = u_old[j + 1] + gap[j] * t + crept[j]
     nonlinear = False
     for x in factor:
         if x != 1.0:
@@ -131,6 +137,12 @@ def _march(
     for k in range(n):
         dt = steps[k]
         mu = scale[k] if scale.size > 1 else scale[0]
+        if creeping:
+            # standard linear solid, implicit: the creep strain relaxes to creep * T
+            r = dt / creep_s
+            for j in range(nodes):
+                gap[j] = elastic[j] + creep[j] * r / (1.0 + r)
+                offset[j] = crept[j] / (1.0 + r)
         for j in range(nodes):
             s = mu
             if nonlinear:
@@ -159,23 +171,33 @@ def _march(
             for j in range(nodes):
                 inverse_left = 1.0 / gap[j - 1] if j else 0.0
                 if j:
-                    t_left = (u[j - 1] - u[j]) * inverse_left
+                    t_left = (u[j - 1] - u[j] - offset[j - 1]) * inverse_left
                 inverse_right = 1.0 / gap[j]
-                t_right = (u[j] - u[j + 1]) * inverse_right
+                t_right = (u[j] - u[j + 1] - offset[j]) * inverse_right
                 c = constant[j] + pulley[j, 2]
                 high = pull[j] * t_left + c
                 low = -release[j] * t_left - c
                 trial = force_old[j] + stiff[j] * (u[j] - u_old[j])
-                slope, tangent, new = 0.0, 0.0, 0
-                if trial > high and stiff[j] > 0.0:
-                    friction, slope, new = high, pull[j], 1
-                elif trial < low and stiff[j] > 0.0:
-                    friction, slope, new = low, -release[j], -1
+                # a slipping node must stick before it slips the other way, so that modes cannot cycle; the first
+                # pass trusts the modes of the step before
+                new = mode[j]
+                if iteration > 0:
+                    if new == 1 and trial < high - MODE_TOLERANCE_N or new == -1 and trial > low + MODE_TOLERANCE_N:
+                        new = 0
+                    elif new == 0 and trial > high + MODE_TOLERANCE_N and stiff[j] > 0.0:
+                        new = 1
+                    elif new == 0 and trial < low - MODE_TOLERANCE_N and stiff[j] > 0.0:
+                        new = -1
+                    if new != mode[j]:
+                        changed = True
+                        mode[j] = new
+                slope, tangent = 0.0, 0.0
+                if new == 1:
+                    friction, slope = high, pull[j]
+                elif new == -1:
+                    friction, slope = low, -release[j]
                 else:
                     friction, tangent = trial, stiff[j]
-                if new != mode[j]:
-                    changed = True
-                    mode[j] = new
                 viscous = drag[j] / dt
                 residual = t_left - t_right - friction - viscous * (u[j] - u_old[j])
                 force[j] = friction
@@ -188,24 +210,22 @@ def _march(
                 upper[j] = carry
                 rhs[j] = carry_r
             du = 0.0
-            largest = 0.0
             for j in range(nodes - 1, -1, -1):
                 du = rhs[j] - upper[j] * du
                 u[j] += du
-                largest = max(largest, abs(du) / gap[j])
-            if (not changed and iteration > 0) or largest < 1e-7:
+            if iteration > 0 and not changed:
                 break
         t_left = t_in
         for j in range(nodes):
             if j:
-                t_left = (u[j - 1] - u[j]) / gap[j - 1]
+                t_left = (u[j - 1] - u[j] - offset[j - 1]) / gap[j - 1]
             slip = abs(u[j] - u_old[j] - ((force[j] - force_old[j]) / stiff[j] if stiff[j] > 0.0 else 0.0))
             if moving:
                 speed[j] += (abs(u[j] - u_old[j]) / dt - speed[j]) * (1.0 - math.exp(-dt / SPEED_MEMORY_S))
             if sticky:
                 worn = slip / RENEWAL_MM
                 if static_ratio > 1.0:
-                    healed = static_speed * dt / RENEWAL_MM
+                    healed = static_speed * dt / HEALING_MM
                     goal = (static_ratio - 1.0) * healed / (healed + worn)
                     excess[j] = goal + (excess[j] - goal) * math.exp(-(healed + worn))
                 wear = math.exp(-worn)
@@ -213,5 +233,10 @@ def _march(
             left_old[j] = t_left
             force_old[j] = force[j]
             u_old[j] = u[j]
-        out[k] = max(u[nodes - 1] / gap[nodes - 1], 0.0)
+        out[k] = max((u[nodes - 1] - offset[nodes - 1]) / gap[nodes - 1], 0.0)
+        if creeping:
+            r = dt / creep_s
+            for j in range(nodes):
+                t = (u[j] - u[j + 1] - offset[j]) / gap[j]
+                crept[j] = offset[j] + creep[j] * t * r / (1.0 + r)
     return out

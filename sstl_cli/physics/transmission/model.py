@@ -42,14 +42,19 @@ def activate(effects: Mapping[str, Values]) -> Active:
 
 
 def drive_of(
-    system: str, location: str | None, dt_s: float, tension_n: Array, mechanics: Mechanics, rate_n_s: Array | None = None
+    system: str, location: str | None, dt_s: float, tension_n: Array, mechanics: Mechanics, rate_n_s: Array | None = None,
+    marched: NDArray[np.int64] | None = None,
 ) -> Drive:
-    """Return the drive of a run from its true input tension (N), equally spaced by ``dt_s``."""
+    """Return the drive of a run from its true input tension (N), equally spaced by ``dt_s``.
+
+    ``marched`` are the samples for an elastic line where they are known already.
+    """
     rate = np.gradient(tension_n, dt_s) if rate_n_s is None and len(tension_n) > 1 else rate_n_s
     path = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(tension_n)))))
     time = np.arange(len(tension_n)) * dt_s
     return Drive(
-        system, location, dt_s, time, tension_n, np.zeros_like(tension_n) if rate is None else rate, path, mechanics, knots(tension_n, dt_s)
+        system, location, dt_s, time, tension_n, np.zeros_like(tension_n) if rate is None else rate, path, mechanics,
+        knots(tension_n, dt_s) if marched is None else marched,
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, nogil=True)
 def play_operator(tension_in: Array, gamma_p: float, beta_p: float, gamma_r: float, beta_r: float, start: float) -> Array:
     """Return out[k] = clip(out[k-1], Gp in[k] + bp, Gr in[k] + br), Eqs. (3) and (5).
 
@@ -70,7 +70,7 @@ def _row(scale: float, scale0: float, step: float, rows: int) -> tuple[int, floa
     return i, min(max(x - i, 0.0), 1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def bounded_play(
     tension: Array, pull: Array, release: Array, tension_step: float, scale: Array, scale0: float, scale_step: float,
     start: float,

@@ -33,7 +33,7 @@ def data(views: list[CommandView]) -> dict[str, Any]:
 
 def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
     """Return the data of the named run, or of all."""
-    views = [v for v in inputs.command if run is None or v.run_id == run]
+    views = [v for v in inputs.command if run is None or run in (v.subject, v.run_id)]
     return data(views) if views else None
 
 

@@ -30,8 +30,10 @@ def data(loop: dict[str, Any]) -> dict[str, Any]:
     rmse = {}
     if "measured" in curves:
         for name in ("base", "with effect"):
-            if name in curves:
-                rmse[name] = float(np.sqrt(np.nanmean((curves[name] - curves["measured"]) ** 2)))
+            error = curves[name] - curves["measured"] if name in curves else np.empty(0)
+            error = error[~np.isnan(error)]
+            if len(error):
+                rmse[name] = float(np.sqrt(np.mean(error**2)))
     index = keep([x, *curves.values()], STRETCHES) if curves else np.arange(0)
     return {
         "run": str(loop.get("run_id", "?")),

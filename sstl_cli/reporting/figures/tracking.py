@@ -17,7 +17,7 @@ def data(views: list[CommandView]) -> dict[str, Any]:
     ordered = sorted(views, key=lambda v: (ORDER.index(v.method) if v.method in ORDER else 99, v.method))
     longest = max(views, key=lambda v: v.time_s[-1] - v.time_s[0])
     return {
-        "run": views[0].run_id,
+        "run": views[0].subject,
         "reference": (longest.time_s, longest.reference_n),
         "methods": {
             v.method: {
@@ -33,8 +33,8 @@ def data(views: list[CommandView]) -> dict[str, Any]:
 
 def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
     """Return the data of the named run, or of the first."""
-    name = run if run is not None or not inputs.command else inputs.command[0].run_id
-    views = [v for v in inputs.command if v.run_id == name]
+    name = run if run is not None or not inputs.command else inputs.command[0].subject
+    views = [v for v in inputs.command if name in (v.subject, v.run_id)]
     return data(views) if views else None
 
 

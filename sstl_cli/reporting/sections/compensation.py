@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from sstl_cli.core.tables import SCORE
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.figures import methods, phase_error, tracking
@@ -15,11 +17,10 @@ DETAILED = 6
 
 
 def context(inputs: Inputs) -> dict[str, Any]:
-    """Return tracking of the first DETAILED runs, error by phase over all, and the scores."""
-    names = list(dict.fromkeys(v.run_id for v in inputs.command))
-    shown = [
-        drawing.picture(tracking, tracking.default(inputs, n), f"tracking-{i}") for i, n in enumerate(names[:DETAILED])
-    ]
+    """Return tracking of at most DETAILED runs, evenly chosen, error by phase over all, and the scores."""
+    names = list(dict.fromkeys(v.subject for v in inputs.command))
+    places = np.unique(np.linspace(0, len(names) - 1, min(DETAILED, len(names))).astype(int))
+    shown = [drawing.picture(tracking, tracking.default(inputs, names[i]), f"tracking-{i}") for i in places]
     pair = [
         (heading, drawing.picture(module, found, name))
         for heading, module, name in (("Error by phase", phase_error, "phase-error"), ("Scores", methods, "methods"))

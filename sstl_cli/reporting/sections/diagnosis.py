@@ -59,6 +59,8 @@ def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
         "status": str(mapping(document, "verdict").get("status", "–")),
         "sentence": sentence(document),
         "why": str(mapping(document, "verdict").get("why") or ""),
+        # many configurations need the whole width to stay readable
+        "wide_map": len({r.get("config_id") for r in rows(document, "where")}) > 8,
         "pictures": pictures,
         "loops": [drawing.picture(simulated, d, f"simulated-{place}-{i}") for i, d in enumerate(loops) if d["curves"]],
         "shrink": number(gap.get("shrink_pct")),

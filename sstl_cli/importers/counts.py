@@ -1,0 +1,40 @@
+"""What an import found and set aside, and the named policies it followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from sstl_cli.importers.base import Notes
+from sstl_cli.importers.mapping import Repair, Time
+
+
+@dataclass
+class Counts:
+    """What was found in the recordings, in samples or places."""
+
+    samples_in: int = 0
+    samples_out: int = 0
+    runs: int = 0
+    repeated: int = 0
+    backward: int = 0
+    gaps: int = 0
+    filled: int = 0
+    dropouts: int = 0
+    spikes: int = 0
+    step_s: float | None = None
+    gap_s: float | None = None
+    notes: Notes = field(default_factory=Notes)
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def set_aside(self) -> int:
+        """Samples that were read and not written."""
+        return sum(self.notes.set_aside.values())
+
+
+@dataclass(frozen=True)
+class Policy:
+    """The named policies of one import."""
+
+    time: Time
+    repair: Repair

@@ -1,0 +1,106 @@
+"""Published numbers beside ours, with a verdict for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import pyarrow as pa
+
+from sstl_cli.core.tables import Column, Schema
+from sstl_cli.paper.published import Entry
+
+Key = tuple[str, str, str]
+MET, CONTRADICTED, DIFFERS, UNJUDGED = "met", "contradicted", "differs", "not judged"
+VERDICTS = {
+    MET: "within 2 sd of its sampling spread (and rounding)",
+    CONTRADICTED: "not met, but the paper contradicts itself here",
+    DIFFERS: "not met",
+    UNJUDGED: "no sampling spread at hand",
+}
+BOUND_SD = 2.0
+_S, _F = pa.string(), pa.float64()
+COMPARISON = Schema(
+    "sstl.comparison", 1,
+    (
+        Column("table", _S, meaning="I, II, bias, III, range, IV or summary"),
+        Column("block", _S, meaning="settings of our value: stated, or explained"),
+        Column("row", _S), Column("column", _S),
+        Column("published", _F, nullable=True, meaning="as printed"),
+        Column("published_spread", _F, nullable=True, meaning="printed behind the value"),
+        Column("ours", _F, nullable=True),
+        Column("ours_sd", _F, nullable=True, meaning="sampling spread of ours (one standard deviation)"),
+        Column("difference", _F, nullable=True, meaning="ours minus published"),
+        Column("verdict", _S), Column("reason", _S, meaning="why the paper contradicts itself, or how far ours differs"),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One published number beside ours; ``sd`` is the sampling spread of ours."""
+
+    entry: Entry
+    ours: float | None
+    sd: float | None
+    verdict: str
+    reason: str
+    block: str = "stated"
+
+    @property
+    def difference(self) -> float | None:
+        return None if self.ours is None else self.ours - self.entry.value
+
+    def record(self) -> dict[str, object]:
+        """Return the row of the COMPARISON schema."""
+        e = self.entry
+        return {
+            "table": e.table, "block": self.block, "row": e.row, "column": e.column, "published": e.value,
+            "published_spread": e.spread, "ours": self.ours, "ours_sd": self.sd, "difference": self.difference,
+            "verdict": self.verdict, "reason": self.reason,
+        }
+
+
+def compare(
+    published: Iterable[Entry], ours: Mapping[Key, float], spread: Mapping[Key, float], block: str = "stated"
+) -> list[Compared]:
+    """Return every published entry beside ours; entries we have no value for are not judged.
+
+    Parameters
+    ----------
+    spread : mapping
+        Standard deviation of ours from one seed to the next, by entry.
+    """
+    done = []
+    for entry in published:
+        key = (entry.table, entry.row, entry.column)
+        value, sd = ours.get(key), spread.get(key)
+        verdict, reason = judge(entry, value, sd)
+        done.append(Compared(entry, value, sd, verdict, reason, block))
+    return done
+
+
+def judge(entry: Entry, value: float | None, sd: float | None) -> tuple[str, str]:
+    """Return verdict and reason of one entry."""
+    if value is None or sd is None:
+        return UNJUDGED, "no value of ours" if value is None else "no sampling spread"
+    off = value - entry.value
+    if abs(off) <= BOUND_SD * sd + entry.rounding:
+        return MET, entry.contradicted
+    if entry.contradicted:
+        return CONTRADICTED, entry.contradicted
+    times = f"{abs(off) / sd:.1f} sd" if sd > 0 else "no spread"
+    return DIFFERS, f"differs by {off:+.3g} ({times})"
+
+
+def table_of(compared: Iterable[Compared]) -> pa.Table:
+    """Return compared entries as a table of the COMPARISON schema."""
+    return pa.Table.from_pylist([c.record() for c in compared], schema=COMPARISON.arrow())
+
+
+def count(compared: Iterable[Compared]) -> dict[str, int]:
+    """Return how many entries have each verdict."""
+    found = dict.fromkeys(VERDICTS, 0)
+    for c in compared:
+        found[c.verdict] += 1
+    return found

@@ -1,0 +1,54 @@
+"""Tables I and II and the biases of Section III-C3 as entries, from a Theta table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyarrow as pa
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.mapping.pairs import pairs_of
+from sstl_cli.mapping.relations import relations, summary
+
+Key = tuple[str, str, str]
+MIN_PAIRS = 3
+
+
+def slope_entries(theta: pa.Table) -> dict[Key, float]:
+    """Return every entry of Tables I and II and of Section III-C3 that a Theta table shows.
+
+    Raises
+    ------
+    SstlError
+        If fewer than three configurations have both systems identified.
+    """
+    pairs = pairs_of(theta)
+    if len(pairs) < MIN_PAIRS:
+        raise SstlError(
+            f"only {len(pairs)} configurations have both systems identified", fix="look at the status column", code="E801"
+        )
+    found = relations(pairs.sstl, pairs.act)
+    done: dict[Key, float] = {}
+    for row, fit in found.correlation.items():
+        named = {"R": fit.pearson_r, "rmse_id": fit.identity_rmse, "slope": fit.slope, "bias": fit.bias, "rmse_fit": fit.fit_rmse}
+        done.update({("I", row, column): value for column, value in named.items()})
+    for system, quantities in found.slopes.items():
+        for name, s in quantities.items():
+            row = f"{system}_{name}"
+            done.update({("II", row, c): getattr(s, c) for c in ("mean", "std", "min", "max")})
+    rows = theta.to_pylist()
+    for system in ("act", "sstl"):
+        for name in ("beta_p", "beta_r"):
+            values = [r[name] for r in rows if r["system"] == system and r[name] is not None]
+            s = summary(np.array(values))
+            done.update({("bias", f"{system}_{name}", c): getattr(s, c) for c in ("mean", "std")})
+    return done
+
+
+def range_entries(theta: pa.Table) -> dict[Key, float]:
+    """Return the range of the true actuation slopes (Table III, caption)."""
+    act = pairs_of(theta).act
+    return {
+        ("range", f"act_gamma_{d}", side): float(f(act[:, i]))
+        for i, d in enumerate("pr")
+        for side, f in (("low", np.min), ("high", np.max))
+    }

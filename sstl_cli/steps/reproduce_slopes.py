@@ -1,0 +1,56 @@
+"""Tables I and II from recordings: simulate the configurations, segment every run, take the statistics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow as pa
+
+from sstl_cli.core.tables import THETA
+from sstl_cli.identification import SegmentOptions
+from sstl_cli.paper.statistics import Key, slope_entries
+from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.steps import segment, simulate
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Identified Theta of the 40 configurations, the entries they give, and two segmented runs to show."""
+
+    theta: pa.Table
+    entries: dict[Key, float]
+    shown: tuple[segment.Segmented, ...]
+
+
+def identify(scenario: Scenario, seed: int, show: str = "") -> tuple[pa.Table, tuple[segment.Segmented, ...]]:
+    """Return the Theta table of a scenario's recordings, and the segmented runs of configuration ``show``."""
+    rows, shown = [], []
+    for one in segment.run(simulate.run(scenario, {}, seed), SegmentOptions(seed=seed)):
+        rows.append(one.row())
+        if show and one.run.config_id == show:
+            shown.append(one)
+    return pa.Table.from_pylist(rows, schema=THETA.arrow()), tuple(shown)
+
+
+def run(seed: int) -> Slopes:
+    """Return Tables I and II of the 40 simulated CP configurations."""
+    theta, shown = identify(load("paper-cp40"), seed, show="CP-0500")
+    return Slopes(theta, slope_entries(theta), shown)
+
+
+def spread(seeds: int, first: int = 0) -> Iterator[dict[Key, float]]:
+    """Yield the entries of Tables I and II for one seed after the other."""
+    scenario = load("paper-cp40")
+    for seed in range(first, first + seeds):
+        yield slope_entries(identify(scenario, seed)[0])
+
+
+def moments(draws: list[dict[Key, float]]) -> dict[Key, tuple[float, float]]:
+    """Return mean and standard deviation of every entry over the draws."""
+    return {
+        key: (float(np.mean(values)), float(np.std(values, ddof=1)))
+        for key in draws[0]
+        for values in [[d[key] for d in draws]]
+    }

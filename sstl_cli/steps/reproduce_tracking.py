@@ -1,0 +1,162 @@
+"""Table IV: identify three configurations, map, and track both references under given settings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.control import references
+from sstl_cli.control.controller import Options, Theta
+from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop
+from sstl_cli.control.scoring import WINDOW_STEADY
+from sstl_cli.core.rng import stream
+from sstl_cli.paper.generator import generate
+from sstl_cli.paper.settings import LOCATIONS, METHODS, TRAJECTORIES, Settings
+from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
+from sstl_cli.steps import compensate
+from sstl_cli.steps.compensate import Case, Result
+from sstl_cli.steps.reproduce_slopes import identify
+
+Array = NDArray[np.float64]
+Key = tuple[str, str, str]
+Predict = Callable[[Array], Array]
+LEAD_MM = 50.0
+CYCLES = 3
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """The tracked configurations (truth) and what was identified and mapped for them, by location."""
+
+    truth: dict[str, Configuration]
+    cases: dict[str, Case]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One block of Table IV: settings, entries, and every result with its tracks."""
+
+    settings: Settings
+    entries: dict[Key, float]
+    results: tuple[Result, ...]
+
+
+def tracked(seed: int) -> dict[str, Configuration]:
+    """Return the configuration at 50 mm of lead at each location; training must leave these out."""
+    drawn = generate("paper-150", stream(seed, "configurations"))
+    return {str(c.location): c for c in drawn if c.lead_mm == LEAD_MM}
+
+
+def prepare(seed: int, predict: Predict, biases: tuple[float, float]) -> Prepared:
+    """Probe the sensing loop (12 s trapezoid) and the actuation tendon (sinusoid, for DI), identify and map.
+
+    Parameters
+    ----------
+    predict : callable
+        Maps sensing-loop slopes, shape (n, 2), to actuation slopes.
+    biases : tuple of float
+        Pre-calibrated beta_p and beta_r of the actuation tendon (N).
+    """
+    truth = tracked(seed)
+    probes = (
+        Trajectory(kind="trapezoid", systems=("sstl",), duration_s=12.0),
+        Trajectory(kind="sinusoid", systems=("act",), duration_s=100.0, low_n=1.0, high_n=30.0),
+    )
+    scenario = Scenario(
+        schema="sstl.scenario/1", configurations=tuple(truth.values()), trajectories=probes, noise=NoiseSection()
+    )
+    theta, _ = identify(scenario, seed)
+    found, _ = compensate.cases_of(theta)
+    mapped, _ = compensate.with_mapping(found, predict, biases)
+    return Prepared(truth, {str(c.location): c for c in mapped})
+
+
+def block(settings: Settings, prepared: Prepared, seed: int, methods: Sequence[str] = METHODS) -> Block:
+    """Return Table IV under the given settings."""
+    cases = {place: _case(settings, prepared, place) for place in prepared.cases}
+    plants = {c.config_id: Plant(PlayTendon(_plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()}
+
+    def wanted(case: Case) -> list[references.Reference]:
+        low, high = settings.random_n[str(case.location)]
+        return [
+            references.sinusoid(cycles=CYCLES, amplitude_n=settings.amplitude_n, offset_n=settings.offset_n),
+            references.random(stream(seed, "reference", str(case.location)), low_n=low, high_n=high),
+        ]
+
+    done = tuple(compensate.run(cases.values(), wanted, lambda c: plants[c.config_id], methods, Options(), seed))
+    return Block(settings, entries(done), done)
+
+
+def entries(results: Sequence[Result], window: str = WINDOW_STEADY) -> dict[Key, float]:
+    """Return the entries of Table IV and of Section V-C's summary."""
+    found: dict[Key, float] = {}
+    for r in results:
+        row, place, s = f"{r.trajectory} {r.method}", r.case.location, r.scores[window]
+        found["IV", row, f"rmse_{place}"], found["IV", row, f"std_{place}"] = s.rmse_n, s.std_n
+        if s.mape_pct is not None:
+            found["IV", row, f"mape_{place}"] = s.mape_pct
+        reduction = r.reduction_pct.get(window)
+        if reduction is not None:
+            found["IV", row, f"red_{place}"] = reduction
+    for trajectory in TRAJECTORIES:
+        for method in METHODS:
+            row = f"{trajectory} {method}"
+            for measure in ("rmse", "red"):
+                values = [found[k] for k in (("IV", row, f"{measure}_{p}") for p in LOCATIONS) if k in found]
+                if len(values) == len(LOCATIONS):
+                    found["summary", row, measure] = float(np.mean(values))
+        whole, ideal = (found.get(("summary", f"{trajectory} {m}", "red")) for m in ("proposed", "DI"))
+        if whole is not None and ideal:
+            found["summary", f"{trajectory} proposed", "recovery"] = 100.0 * whole / ideal
+    return found
+
+
+def distance(ours: Mapping[Key, float], published: Mapping[Key, float]) -> float:
+    """Return how far a block lies from the paper: root mean square of ln(ours / published) over RMSE, STD and MAPE.
+
+    Values below 0.05 (N or %) count as 0.05, so that a perfect plant does not make the distance infinite.
+    """
+    logs = [
+        math.log(max(ours[k], 0.05) / v)
+        for k, v in published.items()
+        if k in ours and k[0] == "IV" and not k[2].startswith("red")
+    ]
+    return float(np.sqrt(np.mean(np.square(logs))))
+
+
+def _loop(settings: Settings) -> TensionLoop:
+    return TensionLoop(tau_s=settings.lag_s, noise_n=0.02)
+
+
+def _plant_lines(settings: Settings, prepared: Prepared, place: str) -> Theta:
+    act = prepared.truth[place].act
+    assert act is not None
+    own = Theta(act.gamma_p, act.beta_p, act.gamma_r, act.beta_r)
+    return settings.lines or (_opened(own, settings.mismatch) if settings.mismatch else own)
+
+
+def _opened(lines: Theta, friction: float) -> Theta:
+    return replace(lines, gamma_p=lines.gamma_p * math.exp(-friction), gamma_r=lines.gamma_r * math.exp(friction))
+
+
+def _case(settings: Settings, prepared: Prepared, place: str) -> Case:
+    """Return what the controller believes: with other lines of the plant, the errors of identification and mapping stay."""
+    case, act = prepared.cases[place], prepared.truth[place].act
+    if settings.lines is None or act is None:
+        return case
+    true = (act.gamma_p, act.beta_p, act.gamma_r, act.beta_r)
+    before = _opened(settings.lines, -settings.mismatch)
+
+    def moved(lines: Theta | None) -> Theta | None:
+        if lines is None:
+            return None
+        return Theta(
+            before.gamma_p * lines.gamma_p / true[0], before.beta_p + lines.beta_p - true[1],
+            before.gamma_r * lines.gamma_r / true[2], before.beta_r + lines.beta_r - true[3],
+        )
+
+    return replace(case, act=moved(case.act), mapped=moved(case.mapped))
