@@ -18,22 +18,21 @@ Array = NDArray[np.float64]
 class Rules:
     """Thresholds of the decision; set on rig-made development cases, never on a blind set."""
 
-    # a gap counts when its removal is worth this many nats, this many standard errors, ...
-    gain_nats: float = 25.0
-    gain_z: float = 2.5
-    # ... and this share of the sensor noise (RMS against RMS)
+    # nats are discounted: no more than twice the squared number of standard errors counts
+    gain_nats: float = 12.0
+    # a gap also has to be this share of the sensor noise (RMS against RMS)
     gap_over_noise: float = 0.12
-    # models closer than this (nats per discounted sample) explain the data equally well
-    margin_nats: float = 20.0
-    margin_z: float = 2.0
+    # models closer than this explain the data equally well
+    margin_nats: float = 8.0
     # a further effect must carry this share of the explained gap, and more than noise
-    partner_share: float = 0.04
+    partner_share: float = 0.05
     # the winner must explain this share of the reducible squared error
-    explained: float = 0.80
-    # what is left beyond the noise may be this multiple of the noise (RMS)
-    leftover_over_noise: float = 0.6
-    # scale of log-score differences into probabilities, from the calibration library
-    temperature: float = 12.0
+    explained: float = 0.75
+    # what is left beyond the noise may be this multiple of the noise, or this share of the gap (RMS)
+    leftover_over_noise: float = 0.8
+    leftover_share: float = 0.35
+    # scale of discounted log-score differences into probabilities, from the calibration library
+    temperature: float = 4.0
 
 
 @dataclass(frozen=True)
@@ -102,14 +101,16 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
         why = "no candidate improves the held-out error by more than noise can"
         return _decision("none", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
     share = _explained(winner, base, noise_n)
-    left = _leftover(winner.rms_n, noise_n)
-    if share < rules.explained or left > max(rules.leftover_over_noise * noise_n, 0.25 * _leftover(base.rms_n, noise_n)):
+    left, gap = _leftover(winner.rms_n, noise_n), _leftover(base.rms_n, noise_n)
+    if left > rules.leftover_over_noise * noise_n and (share < rules.explained or left > rules.leftover_share * gap):
         why = (
             f"the best candidate, {' + '.join(winner.ids)}, explains {100 * share:.0f} % of the reducible error and leaves "
             f"{left:.3g} N beyond the noise"
         )
         return _decision("unknown", winner, (), 1.0, why, base, found, folds, noise_n, share, rules)
-    rivals = tuple(c.ids for c in found if len(c.ids) == len(winner.ids) and c is not winner and _ties(c, winner, rules))
+    rivals = tuple(
+        c.ids for c in found if len(c.ids) == len(winner.ids) and c is not winner and advantage(winner, c) < rules.margin_nats
+    )
     group = (winner.ids, *rivals)
     status = "identified" if not rivals else "ambiguous"
     why = (
@@ -117,6 +118,18 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
         + (f"; {', '.join(' + '.join(r) for r in rivals)} explain it as well" if rivals else "")
     )
     return _decision(status, winner, group, 0.0, why, base, found, folds, noise_n, share, rules)
+
+
+def advantage(a: Candidate, b: Candidate) -> float:
+    """Return by how many nats ``a`` beats ``b`` on held-out blocks, discounted where blocks disagree.
+
+    A well-specified log-score difference d has variance 2 d; where blocks vary more, at most 2 z^2 nats count.
+    """
+    diff = a.blocks - b.blocks
+    d = a.score - b.score
+    z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
+    # a huge difference counts even where it sits in a few blocks
+    return float(np.sign(d) * min(abs(d), max(2.0 * z * z, abs(d) / 50.0)))
 
 
 def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rules: Rules, noise_n: float) -> Candidate:
@@ -133,11 +146,8 @@ def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rul
         rival = max((rival, winner), key=lambda c: c.score)
         gap = base.rms_n**2 - best.rms_n**2
         added = rival.rms_n**2 - best.rms_n**2
-        diff = best.blocks - rival.blocks
-        z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
         worth = (
-            best.score - rival.score > rules.gain_nats
-            and z > rules.gain_z
+            advantage(best, rival) > rules.gain_nats
             and added > rules.partner_share * gap
             and added > (rules.gap_over_noise * noise_n) ** 2
         )
@@ -148,19 +158,8 @@ def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rul
 
 
 def _matters(c: Candidate, base: Candidate, rules: Rules, noise_n: float) -> bool:
-    diff = c.blocks - base.blocks
-    z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
     removed = base.rms_n**2 - c.rms_n**2
-    return (
-        c.score - base.score > rules.gain_nats and z > rules.gain_z and removed > (rules.gap_over_noise * noise_n) ** 2
-    )
-
-
-def _ties(c: Candidate, winner: Candidate, rules: Rules) -> bool:
-    diff = winner.blocks - c.blocks
-    z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
-    behind = winner.score - c.score
-    return behind < rules.margin_nats or (behind < 10.0 * rules.margin_nats and z < rules.margin_z)
+    return advantage(c, base) > rules.gain_nats and removed > (rules.gap_over_noise * noise_n) ** 2
 
 
 def _leftover(rms_n: float, noise_n: float) -> float:
@@ -176,12 +175,15 @@ def _decision(
     status: str, winner: Candidate | None, group: tuple[tuple[str, ...], ...], confidence: float, why: str, base: Candidate,
     found: list[Candidate], folds: Folds, noise_n: float, explained: float, rules: Rules,
 ) -> Decision:
-    scores = np.array([base.score, *(c.score for c in found)])
-    weight = np.exp((scores - scores.max()) / rules.temperature)
+    size = len(winner.ids) if winner is not None else 1
+    rivals = [base, *(c for c in found if len(c.ids) == size)]
+    best = winner if winner is not None and status != "none" else base
+    behind = np.array([-advantage(best, c) if c is not best else 0.0 for c in rivals])
+    weight = np.exp(np.minimum(behind, 0.0) / rules.temperature)
     weight /= weight.sum()
-    probability = {c.ids: float(p) for c, p in zip([base, *found], weight, strict=True)}
-    if status in ("identified", "ambiguous") and winner is not None:
-        confidence = min(1.0, sum(probability[g] for g in group) if status == "ambiguous" else probability[winner.ids])
+    probability = {c.ids: float(p) for c, p in zip(rivals, weight, strict=True)}
+    if status != "unknown":
+        confidence = float(min(1.0, sum(probability[g] for g in (group or (base.ids,)))))
     return Decision(
         status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained
     )

@@ -1,58 +1,146 @@
-"""Sensor noise measured where the output is held: in backlash nothing but noise moves it."""
+"""Sensor noise measured where the output is held, and what noise of the input does to a prediction.
+
+In backlash nothing but noise moves the output. Noise of the same kind on the measured input passes
+through the play, is amplified by the slope, and pushes held levels up: this part of the error cannot
+be explained by any effect and belongs to the noise floor.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
 
-from sstl_cli.diagnosis.records import Problem, Record
+from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis.records import Record
+from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
-WINDOW_S = 1.0
+WINDOW_S = 3.0
+MIN_WINDOW_S = 0.5
+ORDER = 8
+DRAWS = 3
 
 
-def hold_noise(problem: Problem, prediction: Array, slices: list[slice]) -> tuple[float, float]:
-    """Return the RMS noise of the output (N) at the analysis rate and on the raw grid.
+@dataclass(frozen=True)
+class Floor:
+    """Noise at the analysis rate (N, RMS): of the output sensor, of a perfect prediction, and on the fine grid."""
 
-    Each hold, where the base model's output stands still, is cut into short windows; a line is
-    taken out of each, so that presliding, creep or drift do not count as noise. The median over
-    windows keeps jumps out.
-    """
-    fine, raw = [], []
-    for r, s in zip(problem.records, slices, strict=True):
-        held = np.concatenate((np.abs(np.diff(prediction[s])) < 1e-9, [False])) & (r.weight > 0)
-        fine += _windows(r.y, held, round(WINDOW_S / (r.dt_s * r.factor)))
-        step = max(1, round(r.dt_s * r.factor / r.raw.dt_s))
-        held_raw = np.repeat(held, step)[: len(r.raw)]
-        held_raw = np.pad(held_raw, (0, len(r.raw) - len(held_raw))) & (r.raw_weight > 0)
-        raw += _windows(r.raw.tension_out_n, held_raw, round(WINDOW_S / r.raw.dt_s))
-    if not fine:
-        both = [_by_differences(r) for r in problem.records]
-        return float(np.median([b[0] for b in both])), float(np.median([b[1] for b in both]))
-    return float(np.sqrt(np.median(fine) / _MEDIAN)), float(np.sqrt(np.median(raw) / _MEDIAN)) if raw else 0.0
+    output_n: float
+    prediction_n: float
+    fine_n: float
+
+    @property
+    def total_n(self) -> float:
+        """What remains when everything but noise is explained."""
+        return float(np.hypot(self.output_n, self.prediction_n))
 
 
-# the median of a mean square over many samples lies a little below its mean
-_MEDIAN = 0.97
+def noise_floor(sim: Simulator, theta: Array, prediction: Array) -> Floor:
+    """Return the noise floor of a problem, given the base fit."""
+    series: list[Array] = []
+    fine: list[float] = []
+    step = max(r.dt_s * r.factor for r in sim.problem.records)
+    for window_s in (WINDOW_S, 1.5, MIN_WINDOW_S):
+        length = max(8, round(window_s / step))
+        series = [w for r, s in zip(sim.problem.records, sim.slices(), strict=True) for w in _windows(r, prediction[s], length)]
+        if len(series) >= 4:
+            break
+    if len(series) < 4:
+        white = [(_white(r.y), _white(r.y_fine)) for r in sim.problem.records]
+        output, fine_n = (float(np.median(x)) for x in zip(*white, strict=True))
+        return Floor(output, _passed_on(sim, theta, np.array([1.0]), output), fine_n)
+    coefficients, sigma = _autoregression(np.array(series))
+    fine = [_white(r.y_fine) for r in sim.problem.records]
+    coarse = [_white(r.y) for r in sim.problem.records]
+    above = float(np.sqrt(max(np.median(fine) ** 2 - np.median(coarse) ** 2, 0.0)))
+    return Floor(sigma, _passed_on(sim, theta, coefficients, sigma), float(np.hypot(sigma, above)))
 
 
-def _windows(signal: Array, held: NDArray[np.bool_], length: int) -> list[float]:
-    """Return the mean square about a line in each fully held window."""
-    length = max(length, 8)
-    n = len(signal) // length * length
-    whole = held[:n].reshape(-1, length).all(axis=1)
-    blocks = signal[:n].reshape(-1, length)[whole]
-    if len(blocks) == 0:
-        return []
+def _windows(r: Record, prediction: Array, length: int) -> list[Array]:
+    """Return detrended pieces of the output in which the model holds it; the loudest tenth may be jumps."""
+    held = np.concatenate((np.abs(np.diff(prediction)) < 1e-9, [False])) & (r.weight > 0)
+    n = len(held)
+    sums = np.concatenate(([0], np.cumsum(held)))
+    pieces: list[Array] = []
+    start = 0
     x = np.arange(length) - (length - 1) / 2
-    centred = blocks - blocks.mean(axis=1, keepdims=True)
-    slope = centred @ x / (x @ x)
-    return list(((centred - slope[:, None] * x) ** 2).sum(axis=1) / (length - 2))
+    while start + length <= n:
+        if sums[start + length] - sums[start] == length:
+            piece = r.y[start : start + length]
+            pieces.append(piece - piece.mean() - x * float(piece @ x) / float(x @ x))
+            start += length
+        else:
+            start += max(1, length // 4)
+    return pieces
 
 
-def _by_differences(r: Record) -> tuple[float, float]:
-    def white(x: Array) -> float:
-        second = np.diff(x, 2)
-        return 1.4826 * float(np.median(np.abs(second - np.median(second)))) / np.sqrt(6.0)
+def _autoregression(windows: Array) -> tuple[Array, float]:
+    """Return an AR filter and the standard deviation of the noise, freed of what detrending took out."""
+    power = (windows**2).mean(axis=1)
+    quiet = windows[power <= np.quantile(power, 0.9)]
+    measured = _acf(quiet)
+    # the same windows cut from noise of the first guess show how much detrending hides at each lag
+    corrected = measured.copy()
+    for _ in range(3):
+        a, variance = _yule_walker(corrected)
+        noise = lfilter([np.sqrt(variance)], a, stream(0, "noise floor").standard_normal((400, 4 * quiet.shape[1])), axis=1)
+        noise = noise[:, -quiet.shape[1] :]
+        x = np.arange(noise.shape[1]) - (noise.shape[1] - 1) / 2
+        true = _acf(noise)
+        noise = noise - noise.mean(axis=1, keepdims=True)
+        noise = noise - (noise @ x / (x @ x))[:, None] * x
+        corrected = measured + (true - _acf(noise))
+    a, _ = _yule_walker(corrected)
+    # windows without the loudest tenth are a little too quiet
+    return a, float(np.sqrt(corrected[0] * power.mean() / max(float(power[power <= np.quantile(power, 0.9)].mean()), 1e-300)))
 
-    return white(r.y), white(r.raw.tension_out_n)
+
+def _acf(rows: Array) -> Array:
+    n = rows.shape[1]
+    lags = min(ORDER, n - 2)
+    return np.array([np.mean(rows[:, lag:] * rows[:, : n - lag]) for lag in range(lags + 1)])
+
+
+def _yule_walker(acf: Array) -> tuple[Array, float]:
+    acf = acf.copy()
+    acf[0] = max(acf[0] * (1.0 + 1e-4), 1e-18)
+    phi = solve_toeplitz(acf[:-1], acf[1:])
+    variance = float(acf[0] - phi @ acf[1:])
+    roots = np.roots(np.concatenate(([1.0], -phi)))
+    if variance <= 0 or np.any(np.abs(roots) >= 0.999):
+        one = float(np.clip(acf[1] / acf[0], -0.99, 0.99))
+        return np.array([1.0, -one]), float(acf[0] * (1 - one**2))
+    return np.concatenate(([1.0], -phi)), variance
+
+
+def _passed_on(sim: Simulator, theta: Array, coefficients: Array, sigma: float) -> float:
+    """Return the RMS change (N) of the base prediction when the smoothed input carries such noise once more."""
+    reference = sim.predict(theta, {})
+    total = 0.0
+    for draw in range(DRAWS):
+        moved = sim.with_inputs([r.u + _input_noise(r, coefficients, sigma, draw, i) for i, r in enumerate(sim.problem.records)])
+        total += float(np.sum(sim.weight * (moved.predict(theta, {}) - reference) ** 2) / max(sim.weight.sum(), 1.0))
+    return float(np.sqrt(total / DRAWS))
+
+
+def _input_noise(r: Record, coefficients: Array, sigma: float, draw: int, i: int) -> Array:
+    n = len(r)
+    noise = lfilter([1.0], coefficients, stream(0, "input noise", draw, i).standard_normal(n + 100))[100:]
+    noise *= sigma / max(float(noise.std()), 1e-300)
+    # sensors of a rig are alike; where their white noise differs, so is the coloured part taken to
+    out_white, in_white = max(_white(r.y_fine), 1e-12), _white(r.raw.tension_in_n)
+    noise *= float(np.clip(in_white / out_white, 0.2, 5.0))
+    width = max(1, round(r.smooth_s / (r.dt_s * r.factor)))
+    smooth = np.convolve(noise, np.ones(width) / width, mode="same")
+    return np.interp(np.arange(n * r.factor), (np.arange(n) + 0.5) * r.factor - 0.5, smooth)
+
+
+def _white(x: Array) -> float:
+    if len(x) < 5:
+        return 0.0
+    second = np.diff(x, 2)
+    return 1.4826 * float(np.median(np.abs(second - np.median(second)))) / np.sqrt(6.0)

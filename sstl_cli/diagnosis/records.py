@@ -54,6 +54,9 @@ class Record:
     faults_in: Faults
     faults_out: Faults
     raw_weight: Array
+    y_fine: Array
+    weight_fine: Array
+    smooth_s: float
 
     def __len__(self) -> int:
         return len(self.y)
@@ -163,6 +166,8 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     return Record(
         run.run_id, run.system, config, run.location, run.trajectory or "", dt, factor, time, u, y,
         corner_preserving(fine_out, half), rate, weight, float(np.median(y[:3])), run, faults_in, faults_out, raw_weight,
+        fine_out, (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
+        (2 * half + 1) * dt,
     )
 
 

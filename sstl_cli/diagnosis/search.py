@@ -113,12 +113,14 @@ def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> A
 
 def run(
     sim: Simulator, ids: Sequence[str], theta0: Array, max_effects: int, advance: Callable[[float], None] = lambda _: None,
-    workers: int = 1,
+    workers: int = 1, noise_n: float = 0.0, partner_share: float = 0.0,
 ) -> Search:
     """Fit the base, every candidate, and combinations of up to ``max_effects`` effects.
 
     First unwhitened and on representative runs, then whitened with one filter from the richest model: a
     filter fitted to the base residual could hide the effect, and a whitened fit from a poor start gets stuck.
+    Combinations are tried only while more than noise (``noise_n``, N) is left for a further effect to carry
+    ``partner_share`` of the gap.
     """
     small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
@@ -158,9 +160,25 @@ def run(
         search.fits[f.ids] = f
     warm = {c.ids[0]: c.values for c in coarse}
     for size in range(2, max_effects + 1):
+        if not search.fits or not _room(search, size - 1, noise_n, partner_share):
+            break
         _combine(search, ids, size, warm, workers)
         advance(len(ids) / max(max_effects - 1, 1))
     return search
+
+
+def _room(search: Search, size: int, noise_n: float, partner_share: float) -> bool:
+    """Whether the best model of ``size`` effects leaves enough for one more."""
+    leaders = search.leaders(size)
+    if not leaders:
+        return False
+    w = search.sim.weight
+
+    def power(f: Fit) -> float:
+        return float(np.sum(w * f.residual**2) / max(w.sum(), 1.0))
+
+    left, base = min(power(f) for f in leaders[:3]), power(search.base)
+    return left - noise_n**2 > partner_share * max(base - left, 0.0) and left > (1.05 * noise_n) ** 2
 
 
 def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:

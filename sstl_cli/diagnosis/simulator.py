@@ -64,12 +64,22 @@ class Simulator:
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
         return drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate)
 
+    def with_inputs(self, inputs: list[Array]) -> Simulator:
+        """Return a simulator of the same records with other input tensions (N)."""
+        records = tuple(replace(r, u=u) for r, u in zip(self.problem.records, inputs, strict=True))
+        return Simulator(replace(self.problem, records=records), self.mechanics, self.fixed)
+
     def slices(self) -> list[slice]:
         """Return the slice of each record in the concatenated arrays."""
         return [slice(a, b) for a, b in zip(self.edges[:-1], self.edges[1:], strict=True)]
 
     def predict(self, theta: Array, effects: Effects) -> Array:
         """Return the predicted measured output (N, shape (samples,)) for one theta per configuration."""
+        fine = self.predict_fine(theta, effects)
+        return np.concatenate([block_mean(x, r.factor) for x, r in zip(fine, self.problem.records, strict=True)])
+
+    def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
+        """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
         drives = self._drives
         line = effects.get("line")
         if line is not None:
@@ -85,9 +95,8 @@ class Simulator:
                 u = true_input(r.system, r.dt_s, r.u, r.y_smooth, active)
                 drive = replace(drive, tension_n=u)
             out = predict(drive, float(theta[r.config]), active, start)
-            seen = observed_output(r.system, r.dt_s, r.u, out, active)
-            parts.append(block_mean(seen, r.factor) if r.factor > 1 else seen)
-        return np.concatenate(parts)
+            parts.append(observed_output(r.system, r.dt_s, r.u, out, active))
+        return parts
 
 
 def _true_start(r: Record, active: Active) -> float:

@@ -61,5 +61,7 @@ def _moving(x: Array, m: int) -> Array:
 
 def block_mean(signal: Array, factor: int) -> Array:
     """Return means of blocks of ``factor`` samples (a box anti-alias filter)."""
+    if factor == 1:
+        return signal
     n = len(signal) // factor * factor
     return np.asarray(signal[:n].reshape(-1, factor).mean(axis=1))

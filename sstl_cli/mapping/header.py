@@ -51,8 +51,8 @@ class Header(Model):
     centre: Pair
     precision: tuple[Pair, Pair]
     reach: float = Field(ge=0)
-    beta_act: Pair
-    beta_by_tendon: dict[str, Pair]
+    beta_act: Pair | None
+    beta_by_tendon: dict[str, Pair | None]
     epochs: int
     learning_rate: float
     weight_decay: float

@@ -84,12 +84,21 @@ class MappingModel:
 
     @property
     def beta_act(self) -> tuple[float, float]:
-        """Pre-calibrated biases beta_p, beta_r of the actuation tendon in N: means over the training runs."""
-        return self.header.beta_act
+        """Pre-calibrated biases beta_p, beta_r of the actuation tendon in N: means over the training runs.
+
+        Raises
+        ------
+        SstlError
+            E507 if the training runs had none.
+        """
+        return self.beta_act_of(None)
 
     def beta_act_of(self, tendon: str | None) -> tuple[float, float]:
-        """Return the pre-calibrated biases of one tendon in N."""
-        return self.header.beta_by_tendon.get(tendon or "", self.header.beta_act)
+        """Return the pre-calibrated biases of one tendon in N, of all tendons for None."""
+        known = self.header.beta_act if tendon is None else self.header.beta_by_tendon.get(tendon, self.header.beta_act)
+        if known is None:
+            raise SstlError("the model was trained without biases", fix="give --beta-p and --beta-r", code="E507")
+        return known
 
     def group_of(self, tendon: str | None) -> int:
         """Return the position of the group that serves a tendon."""

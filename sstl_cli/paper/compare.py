@@ -19,6 +19,7 @@ VERDICTS = {
     UNJUDGED: "no sampling spread at hand",
 }
 BOUND_SD = 2.0
+STALE_SD = 5.0
 _S, _F = pa.string(), pa.float64()
 COMPARISON = Schema(
     "sstl.comparison", 1,
@@ -29,7 +30,8 @@ COMPARISON = Schema(
         Column("published", _F, nullable=True, meaning="as printed"),
         Column("published_spread", _F, nullable=True, meaning="printed behind the value"),
         Column("ours", _F, nullable=True),
-        Column("ours_sd", _F, nullable=True, meaning="sampling spread of ours (one standard deviation)"),
+        Column("ours_mean", _F, nullable=True, meaning="mean of ours over seeds"),
+        Column("ours_sd", _F, nullable=True, meaning="standard deviation of ours over seeds"),
         Column("difference", _F, nullable=True, meaning="ours minus published"),
         Column("verdict", _S), Column("reason", _S, meaning="why the paper contradicts itself, or how far ours differs"),
     ),
@@ -38,10 +40,11 @@ COMPARISON = Schema(
 
 @dataclass(frozen=True)
 class Compared:
-    """One published number beside ours; ``sd`` is the sampling spread of ours."""
+    """One published number beside ours; ``mean`` and ``sd`` are those of ours over seeds."""
 
     entry: Entry
     ours: float | None
+    mean: float | None
     sd: float | None
     verdict: str
     reason: str
@@ -56,35 +59,41 @@ class Compared:
         e = self.entry
         return {
             "table": e.table, "block": self.block, "row": e.row, "column": e.column, "published": e.value,
-            "published_spread": e.spread, "ours": self.ours, "ours_sd": self.sd, "difference": self.difference,
-            "verdict": self.verdict, "reason": self.reason,
+            "published_spread": e.spread, "ours": self.ours, "ours_mean": self.mean, "ours_sd": self.sd,
+            "difference": self.difference, "verdict": self.verdict, "reason": self.reason,
         }
 
 
 def compare(
-    published: Iterable[Entry], ours: Mapping[Key, float], spread: Mapping[Key, float], block: str = "stated"
+    published: Iterable[Entry], ours: Mapping[Key, float], spread: Mapping[Key, tuple[float, float]], block: str = "stated"
 ) -> list[Compared]:
     """Return every published entry beside ours; entries we have no value for are not judged.
 
     Parameters
     ----------
     spread : mapping
-        Standard deviation of ours from one seed to the next, by entry.
+        Mean and standard deviation of ours from one seed to the next, by entry.
     """
     done = []
     for entry in published:
         key = (entry.table, entry.row, entry.column)
-        value, sd = ours.get(key), spread.get(key)
-        verdict, reason = judge(entry, value, sd)
-        done.append(Compared(entry, value, sd, verdict, reason, block))
+        value = ours.get(key)
+        mean, sd = spread.get(key, (None, None))
+        verdict, reason = judge(entry, value, mean, sd)
+        done.append(Compared(entry, value, mean, sd, verdict, reason, block))
     return done
 
 
-def judge(entry: Entry, value: float | None, sd: float | None) -> tuple[str, str]:
-    """Return verdict and reason of one entry."""
-    if value is None or sd is None:
+def judge(entry: Entry, value: float | None, mean: float | None, sd: float | None) -> tuple[str, str]:
+    """Return verdict and reason: does the published value lie within 2 sd of our mean over seeds?
+
+    Our value at hand must itself lie within 5 sd of that mean: else the stored spread is not of this program.
+    """
+    if value is None or mean is None or sd is None:
         return UNJUDGED, "no value of ours" if value is None else "no sampling spread"
-    off = value - entry.value
+    if abs(value - mean) > STALE_SD * sd + entry.rounding:
+        return DIFFERS, f"ours is {value:.4g}, but the stored spread says {mean:.4g} +- {sd:.2g}: run sstl reproduce --spread"
+    off = mean - entry.value
     if abs(off) <= BOUND_SD * sd + entry.rounding:
         return MET, entry.contradicted
     if entry.contradicted:

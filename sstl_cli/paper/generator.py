@@ -26,10 +26,12 @@ LEAD_STEP_MM = 2.5
 BIAS_N = {"act": ((-1.444, 0.079), (-1.043, 0.047)), "sstl": ((0.033, 0.174), (4.366, 0.275))}
 # ln of gamma_p, gamma_r (act), gamma_p, gamma_r (sstl): mean, slope along the standardised lead, common and own scatter
 SLOPE_NAMES = ("act_gamma_p", "act_gamma_r", "sstl_gamma_p", "sstl_gamma_r")
-LOG_MEAN = np.array([-0.5400, 0.5228, -1.3141, 1.1919])
-LOG_TREND = np.array([-0.0460, 0.0347, -0.0875, 0.1034])
-COMMON = np.array([0.0035, 0.0035, 0.0137, 0.0137])
-OWN = np.array([0.0076, 0.0030, 0.0129, 0.0232])
+LOG_MEAN = np.array([-0.5400, 0.5228, -1.3110, 1.1919])
+LOG_TREND = np.array([-0.0460, 0.0347, -0.0785, 0.1034])
+COMMON = np.array([0.0035, 0.0035, 0.0118, 0.0137])
+# the loop's pull slope falls faster the more the tube is bent: Table II's range is skewed to low values
+LOOP_CURVE = 0.0160
+OWN = np.array([0.0076, 0.0030, 0.0040, 0.0232])
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,8 @@ class Place:
     """How a bending location departs from CP.
 
     ``bend_gain`` multiplies the logarithms of all slopes; ``pull`` and ``release`` are friction added to the
-    sensing loop in each direction (rad); ``scatter`` multiplies the scatter between configurations;
-    ``pulley_n`` is constant pulley friction (N), which only shifts the biases.
+    sensing loop in each direction (rad); ``scatter`` multiplies the scatter of the sensing loop between
+    configurations; ``pulley_n`` is constant pulley friction (N), which only shifts the biases.
     """
 
     name: str
@@ -50,7 +52,7 @@ class Place:
 
 
 CP = Place("CP")
-PLACES = (Place("NP", 1.08, 0.225, 0.0, 1.3, -0.1), CP, Place("ND", 1.12, 0.0, 0.225, 1.3, 0.3))
+PLACES = (Place("NP", 1.08, 0.18, 0.0, 2.6, -0.1), CP, Place("ND", 1.12, 0.0, 0.18, 2.6, 0.3))
 
 
 def lead(count: int) -> Array:
@@ -62,6 +64,7 @@ def lead(count: int) -> Array:
 def log_means(place: Place, count: int) -> Array:
     """Return the mean logarithm of the four slopes at every lead, shape (count, 4)."""
     logs = place.bend_gain * (LOG_MEAN + lead(count)[:, None] * LOG_TREND)
+    logs[:, 2] -= LOOP_CURVE * (lead(count) ** 2 - 1.0)
     return np.asarray(logs + np.array([0.0, 0.0, -place.pull, place.release]))
 
 
@@ -70,7 +73,8 @@ def log_covariance(place: Place, scatter: float = 1.0) -> Array:
     cov = np.diag(OWN**2)
     for s in (slice(0, 2), slice(2, 4)):
         cov[s, s] += np.outer(COMMON[s], COMMON[s])
-    return np.asarray((scatter * place.scatter) ** 2 * cov)
+    widths = scatter * _widths(place)
+    return np.asarray(cov * np.outer(widths, widths))
 
 
 def draw_slopes(place: Place, count: int, rng: np.random.Generator, scatter: float = 1.0) -> Array:
@@ -78,7 +82,11 @@ def draw_slopes(place: Place, count: int, rng: np.random.Generator, scatter: flo
     shared = rng.standard_normal((2, count))
     own = rng.standard_normal((4, count))
     noise = COMMON * shared[[0, 0, 1, 1]].T + OWN * own.T
-    return np.asarray(np.exp(log_means(place, count) + scatter * place.scatter * noise))
+    return np.asarray(np.exp(log_means(place, count) + scatter * _widths(place) * noise))
+
+
+def _widths(place: Place) -> Array:
+    return np.array([1.0, 1.0, place.scatter, place.scatter])
 
 
 def configurations(place: Place, count: int, rng: np.random.Generator, scatter: float = 1.0) -> list[Configuration]:

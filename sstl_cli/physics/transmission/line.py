@@ -110,16 +110,15 @@ def _march(
     upper, rhs = np.empty(nodes), np.empty(nodes)
     left_old = np.empty(nodes)
     speed, excess, age = np.zeros(nodes), np.full(nodes, 0.0), np.zeros(nodes)
-    # the start: tension falls from input to output in proportion to each node's share of the friction
-    total = 0.0
-    for j in range(nodes):
-        total += phi_pull[j] + constant[j] / max(tension[0], 1.0) + pulley[j, 0] + pulley[j, 2] / max(tension[0], 1.0)
+    # the start: a line at rest at its output tension, whose input then moved to the first sample
     t = tension[0]
-    run = 0.0
     for j in range(nodes):
         left_old[j] = t
-        run += phi_pull[j] + constant[j] / max(tension[0], 1.0) + pulley[j, 0] + pulley[j, 2] / max(tension[0], 1.0)
-        right = tension[0] + (start - tension[0]) * (run / total if total > 0.0 else 1.0)
+        c = constant[j] + pulley[j, 2]
+        if tension[0] >= start:
+            right = min(max(t * math.exp(-phi_pull[j] * scale[0] - pulley[j, 0]) - c, start), t)
+        else:
+            right = max(min(t * math.exp(phi_release[j] * scale[0] + pulley[j, 1]) + c, start), t)
         force_old[j] = t - right
         t = right
     u_old[nodes] = 0.0

@@ -1,0 +1,55 @@
+"""Reading Theta tables for ``train`` and ``evaluate``, and saying what they set aside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from sstl_cli.cli.render import Screen
+
+SHOWN = 10
+
+
+def read(paths: list[Path]) -> Any:
+    """Return the rows of all Theta tables as one Arrow table; a column one of them lacks is null there."""
+    import pyarrow as pa
+
+    from sstl_cli.core.errors import SstlError, UsageError
+    from sstl_cli.core.parquet import open_table
+    from sstl_cli.core.tables import TENDON, THETA
+
+    if len({p.resolve() for p in paths}) != len(paths):
+        raise UsageError("a file is given twice", where="THETA", fix="name each file once", code="E509")
+    wanted = [*THETA.names, TENDON.name]
+    pieces = []
+    for path in paths:
+        table = open_table(path, THETA).table()
+        table = table.select([n for n in wanted if n in table.column_names]).replace_schema_metadata(None)
+        if TENDON.name in table.column_names:
+            at = table.column_names.index(TENDON.name)
+            try:
+                table = table.set_column(at, TENDON.name, table.column(at).cast(TENDON.type))
+            except pa.ArrowException:
+                kind = table.column(at).type
+                raise SstlError(f"column 'tendon' holds {kind}, not string", where=str(path), code="E135") from None
+        pieces.append(table)
+    return pa.concat_tables(pieces, promote_options="permissive")
+
+
+def note_aside(screen: Screen, pairs: Any) -> None:
+    """Say on standard error how many rows were set aside, and why."""
+    if not pairs.aside:
+        return
+    screen.note(f"{len(pairs.aside)} of {pairs.rows} rows set aside:")
+    for run, why in list(pairs.aside.items())[:SHOWN]:
+        screen.note(f"  {run}: {why}")
+    if len(pairs.aside) > SHOWN:
+        screen.note(f"  and {len(pairs.aside) - SHOWN} more")
+
+
+def aside_fields(pairs: Any) -> dict[str, object]:
+    """Return the same for a JSON document."""
+    return {
+        "rows": pairs.rows, "set_aside": len(pairs.aside),
+        "set_aside_runs": [{"run_id": k, "why": v} for k, v in pairs.aside.items()],
+    }

@@ -1,0 +1,117 @@
+"""``sstl diagnose``: where the sim-to-real gap lies, which effect causes it, how far it shrinks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sstl_cli.cli.options import Config, Force, Json
+from sstl_cli.cli.render import Screen
+
+EPILOG = "Example: sstl diagnose log.parquet --sim rig.toml --out diagnosis.json"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("diagnose", epilog=EPILOG)(diagnose)
+
+
+def diagnose(
+    logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) with act and/or sstl runs.")],
+    sim: Annotated[str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")] = None,
+    against: Annotated[Path | None, typer.Option(help="Another simulator's log for the same input.")] = None,
+    effects: Annotated[str | None, typer.Option(help="Candidates, comma-separated (default: the whole catalogue).")] = None,
+    exclude: Annotated[str | None, typer.Option(help="Effects that are no candidates, comma-separated.")] = None,
+    max_effects: Annotated[int, typer.Option(min=1, max=3, help="How many effects may be combined.")] = 3,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the diagnosis as JSON.")] = None,
+    save_sim: Annotated[Path | None, typer.Option(help="Write the accepted simulator as a scenario TOML.")] = None,
+    next_out: Annotated[Path | None, typer.Option(help="Write the proposed recording as a scenario TOML.")] = None,
+    max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None,
+    max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None,
+    expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None,
+    workers: Annotated[int, typer.Option(min=1, max=64, help="Threads; the answer does not depend on it.")] = 2,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
+    from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
+    from sstl_cli.core.files import require_writable, write_json, write_text
+    from sstl_cli.core.provenance import inputs_of
+    from sstl_cli.core.runs import read_runs
+    from sstl_cli.diagnosis.sentence import lines
+    from sstl_cli.physics.effects import get
+    from sstl_cli.physics.scenario import load
+    from sstl_cli.physics.scenario_file import dump
+    from sstl_cli.steps import diagnose as step
+
+    screen = Screen(as_json)
+    for path in (out, save_sim, next_out):
+        if path is not None:
+            require_writable(path, force)
+    if expect not in (None, "none"):
+        get(expect)
+    options = step.DiagnoseOptions(
+        sim=load(sim) if sim else None, effects=_ids(effects) or None, exclude=_ids(exclude), max_effects=max_effects,
+        workers=workers,
+    )
+    runs = [run for path in logs for run in read_runs(path)]
+    if against is not None:
+        from sstl_cli.steps.against import rebase
+
+        runs = rebase(runs, list(read_runs(against)))
+    with screen.progress("diagnosing", 60) as advance:
+        result = step.run(runs, options, advance)
+    document = result.document()
+    document["inputs"] = inputs_of([*logs, *([against] if against else [])])
+    if out is not None:
+        write_json(out, document, force)
+    if save_sim is not None:
+        write_text(save_sim, dump(result.model()), force)
+    if next_out is not None and document["next_experiment"]:
+        from sstl_cli.physics.scenario import Scenario
+
+        write_text(next_out, dump(Scenario.model_validate(document["next_experiment"]["scenario"])), force)
+    screen.line(document["sentence"])
+    for line in lines(document):
+        screen.line(line)
+    _tables(screen, document)
+    missed = _missed(document, max_rmse, max_gap_pct, expect)
+    for text in missed:
+        screen.note(f"gate missed: {text}")
+    code = EXIT_GATE if missed else (EXIT_SET_ASIDE if document["analysis"]["set_aside"] else EXIT_DONE)
+    for run_id, reason in document["analysis"]["set_aside"].items():
+        screen.note(f"set aside: run {run_id}: {reason}")
+    screen.finish(document, code)
+
+
+def _ids(text: str | None) -> tuple[str, ...]:
+    return tuple(s.strip() for s in text.split(",") if s.strip()) if text else ()
+
+
+def _tables(screen: Screen, document: dict[str, Any]) -> None:
+    rows = []
+    for c in document["candidates"][:6]:
+        values = ", ".join(f"{p['name']} {p['estimate']:.3g} {p['unit']}" for p in c["parameters"][:3])
+        rows.append((c["id"], c["probability"], c["rmse_held_out_n"], c["shrink_pct"], values))
+    screen.table("candidates", ("effect", "p", "RMSE N", "shrink %", "parameters"), rows)
+    following = document["next_experiment"]
+    if following:
+        screen.line(f"record next: {following['trajectory']}, to tell {' from '.join(following['separates'])}; {following['why']}")
+
+
+def _missed(document: dict[str, Any], max_rmse: float | None, max_gap_pct: float | None, expect: str | None) -> list[str]:
+    gap, verdict = document["gap"], document["verdict"]
+    missed = []
+    if max_rmse is not None and gap["rmse_retuned_n"] > max_rmse:
+        missed.append(f"re-tuned RMSE {gap['rmse_retuned_n']:.3g} N > {max_rmse:g} N")
+    reducible = 100.0 * (1.0 - gap["noise_floor_n"] / gap["rmse_retuned_n"]) if gap["rmse_retuned_n"] > 0 else 0.0
+    if max_gap_pct is not None and reducible > max_gap_pct:
+        missed.append(f"reducible part {reducible:.1f} % > {max_gap_pct:g} %")
+    if expect == "none" and verdict["status"] != "none":
+        missed.append(f"expected none, verdict is {verdict['status']} {' + '.join(verdict['effects'])}")
+    if expect not in (None, "none") and not (verdict["status"] == "identified" and expect in verdict["effects"]):
+        missed.append(f"expected {expect}, verdict is {verdict['status']} {' + '.join(verdict['effects'])}")
+    return missed

@@ -1,0 +1,168 @@
+"""``sstl evaluate``: Table III of a model, Tables I and II of a Theta table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sstl_cli.cli import _theta
+from sstl_cli.cli.options import Config, Force, Json, command_line
+from sstl_cli.cli.render import Screen
+
+EPILOG = (
+    "Examples: sstl evaluate mapping.safetensors --theta theta.parquet --out evaluation.parquet. "
+    "Tables I and II, no model needed: sstl evaluate --theta theta.parquet --tables"
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("evaluate", epilog=EPILOG)(evaluate)
+
+
+def evaluate(
+    theta: Annotated[list[Path], typer.Option("--theta", help="Theta table of sstl segment (repeatable).")],
+    model: Annotated[Path | None, typer.Argument(metavar="[MODEL]", help="Model of sstl train.")] = None,
+    tables: Annotated[bool, typer.Option("--tables", help="Tables I and II of the Theta table.")] = False,
+    everything: Annotated[bool, typer.Option("--all", help="Judge on trained configurations too.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="RMSE of every variant and seed (Parquet).")] = None,
+    predictions: Annotated[Path | None, typer.Option(help="True and predicted slopes (Parquet).")] = None,
+    max_rmse: Annotated[
+        float | None, typer.Option(min=0, help="Exit 4 if Total of the default variant is above this.")
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Judge a mapping on held-out configurations, variant by variant; or relate the slopes of both systems."""
+    from sstl_cli.core.errors import EXIT_SET_ASIDE, UsageError
+    from sstl_cli.core.files import require_writable
+
+    screen = Screen(as_json)
+    if model is None and not tables:
+        raise UsageError("needs a model, or --tables", fix="give MODEL, or --tables for Tables I and II", code="E514")
+    if model is None and (out or predictions or everything or max_rmse is not None):
+        raise UsageError("--out, --predictions, --all and --max-rmse need a model", fix="give MODEL", code="E514")
+    paths = [p for p in (out, predictions) if p is not None]
+    for path in paths:
+        require_writable(path, force)
+    if len({p.resolve() for p in paths}) != len(paths):
+        raise UsageError("names the same file as --out", where="--predictions", code="E508")
+    table = _theta.read(theta)
+    where = ", ".join(map(str, theta))
+    document: dict[str, Any] = {"schema": "sstl.evaluate/1"}
+
+    from sstl_cli.steps import evaluate as step
+
+    pairs = None
+    if tables:
+        related = step.run_tables(table, where)
+        document.update(step.tables_document(related))
+        _show_tables(screen, related)
+        pairs = related.pairs
+    missed = None
+    if model is not None:
+        from sstl_cli.core.parquet import write_table
+        from sstl_cli.core.provenance import Provenance, inputs_of
+        from sstl_cli.core.tables import EVALUATION
+        from sstl_cli.mapping import load_model
+        from sstl_cli.mapping.tables import PREDICTIONS
+
+        mapping = load_model(model)
+        found = step.run(mapping, table, everything, where)
+        pairs = found.pairs
+        provenance = Provenance(command_line(), mapping.header.seed, inputs_of([model, *theta]))
+        if out is not None:
+            write_table(out, step.evaluation_table(found, mapping.header.seeds), EVALUATION, provenance, force)
+        if predictions is not None:
+            write_table(predictions, step.predictions_table(found), PREDICTIONS, provenance, force)
+        document.update(_document(mapping.header, found, out, predictions))
+        _show(screen, mapping.header, found)
+        if max_rmse is not None and document["rmse_total"] > max_rmse:
+            missed = f"Total RMSE {document['rmse_total']:.4g} is above --max-rmse {max_rmse:g}"
+    if pairs is not None:
+        _theta.note_aside(screen, pairs)
+        document.update(_theta.aside_fields(pairs))
+    if missed is not None:
+        from sstl_cli.core.errors import GateError
+        from sstl_cli.core.files import dumps
+
+        if as_json:
+            print(dumps({**document, "gate": missed}))
+        raise GateError(missed, where=str(model), code="E513")
+    screen.finish(document, EXIT_SET_ASIDE if pairs is not None and pairs.aside else 0)
+
+
+def _document(header: Any, found: Any, out: Path | None, predictions: Path | None) -> dict[str, Any]:
+    names = ("gamma_p", "gamma_r", "total")
+    judged = next(s for s in found.scores if s.variant == header.default)
+    # splits that differ by seed leave no pair that the mean over all seeds could be judged on
+    whole = judged.ensemble if judged.ensemble[2] == judged.ensemble[2] else judged.mean
+    return {
+        "out": str(out) if out else None, "predictions": str(predictions) if predictions else None,
+        "default": header.default, "pairs": len(found.pairs), "seeds": list(header.seeds),
+        "per_seed_split": header.per_seed_split, "left_out": header.left_out or None,
+        "rmse_gamma_p": float(whole[0]), "rmse_gamma_r": float(whole[1]), "rmse_total": float(whole[2]),
+        "outside_range_pct": found.outside_pct(),
+        "outside_range": [c for c, o in zip(found.pairs.config_id, found.outside, strict=True) if o],
+        "variants": [
+            {
+                "variant": s.variant, "title": s.title,
+                "rmse_mean": dict(zip(names, s.mean.tolist(), strict=True)),
+                "rmse_sd_over_seeds": dict(zip(names, s.spread.tolist(), strict=True)),
+                "abs_error_sd_over_samples": dict(zip(names, s.scatter.tolist(), strict=False)),
+                "rmse_of_mean_over_seeds": dict(zip(names, s.ensemble.tolist(), strict=True)),
+            }
+            for s in found.scores
+        ],
+        "comparisons": [vars(c) for c in found.comparisons],
+    }
+
+
+def _show(screen: Screen, header: Any, found: Any) -> None:
+    from sstl_cli.cli.render import cell
+
+    def plus(mean: float, sd: float) -> str:
+        return f"{mean:.4f} ± {sd:.4f}"
+
+    rows = [
+        (s.variant, *(plus(m, d) for m, d in zip(s.mean, s.spread, strict=True)), f"{s.scatter[0]:.4f}", f"{s.scatter[1]:.4f}", cell(float(s.ensemble[2])))
+        for s in found.scores
+    ]
+    screen.table(
+        f"Table III: RMSE on {len(found.pairs)} pairs, {len(header.seeds)} seeds",
+        ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p", "sd|e| r", "mean"), rows,
+        "± over seeds; sd|e|: absolute errors over samples; mean: Total of the mean over seeds.",
+    )
+    tested = [c for c in found.comparisons if c.p_t == c.p_t]
+    if tested:
+        split = "each with its own split" if header.per_seed_split else "one split: only the start and early stopping differ"
+        screen.table(
+            "Total, paired over seeds",
+            ("difference", "Δ RMSE", "p (t)", "p (Wilcoxon)", "p (Holm)"),
+            [(f"{c.a} - {c.b}", c.difference, c.p_t, c.p_wilcoxon, c.p_holm) for c in tested],
+            f"Over seeds, {split}.",
+        )
+    share = found.outside_pct()
+    if share > 0:
+        screen.note(
+            f"{int(found.outside.sum())} of {len(found.pairs)} inputs ({share:.3g} %) lie outside the trained range: "
+            "predictions there are extrapolated"
+        )
+
+
+def _show_tables(screen: Screen, related: Any) -> None:
+    r = related.relations
+    screen.table(
+        f"Table I: Γ_sstl against Γ_act², {len(related.pairs)} pairs",
+        ("direction", "Pearson R", "identity RMSE", "slope a", "bias b", "fit RMSE"),
+        [(d, c.pearson_r, c.identity_rmse, c.slope, c.bias, c.fit_rmse) for d, c in r.correlation.items()],
+    )
+    labels = {"gamma_p": "Γ_p", "gamma_r": "Γ_r", "product": "Γ_p Γ_r"}
+    screen.table(
+        "Table II: slopes and their product",
+        ("system", "quantity", "mean", "sd", "min", "max"),
+        [(s, labels[q], v.mean, v.std, v.min, v.max) for s, rows in r.slopes.items() for q, v in rows.items()],
+    )

@@ -1,0 +1,99 @@
+"""``sstl train``: the mapping from the sensing loop's slopes to the actuation tendon's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from sstl_cli.cli import _theta
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed, command_line
+from sstl_cli.cli.render import Screen
+
+EPILOG = "Example: sstl train theta.parquet --out mapping.safetensors --seeds 20 --history history.parquet"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("train", epilog=EPILOG)(train)
+
+
+def train(
+    theta: Annotated[list[Path], typer.Argument(metavar="THETA...", help="Theta tables of sstl segment (Parquet).")],
+    out: Out,
+    variants: Annotated[
+        str, typer.Option(help="all, or some of linear,plain,plain-inv,skip,skip-inv (inv: inverse consistency).")
+    ] = "all",
+    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Number of training seeds, from --seed upwards.")] = 20,
+    seed: Seed = 0,
+    epochs: Annotated[int | None, typer.Option(min=1, max=1_000_000, help="Most epochs (default 600).")] = None,
+    weight_inv: Annotated[
+        float, typer.Option("--lambda", min=0, max=1e3, help="Weight of the inverse-consistency term.")
+    ] = 2e-3,
+    test_share: Annotated[float, typer.Option(min=0.01, max=0.9, help="Share of configurations held out.")] = 0.25,
+    per_seed_split: Annotated[
+        bool, typer.Option("--per-seed-split", help="Hold out other configurations for every seed.")
+    ] = False,
+    leave_out: Annotated[
+        str | None, typer.Option(help="Hold out this location, for example ND, instead of a share.")
+    ] = None,
+    tendons: Annotated[
+        Literal["auto", "one-hot", "separate"],
+        typer.Option(help="Several tendons: one mapping with tendon inputs, one each, or the better of both."),
+    ] = "auto",
+    history: Annotated[Path | None, typer.Option(help="Also write the learning curves (Parquet).")] = None,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Train the variants of Table III for several seeds at once and write one model file (safetensors)."""
+    from sstl_cli.core.errors import EXIT_SET_ASIDE, UsageError
+    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.parquet import write_table
+    from sstl_cli.core.provenance import Provenance, inputs_of
+    from sstl_cli.mapping.variants import chosen
+
+    screen = Screen(as_json)
+    names = chosen(variants, weight_inv)
+    for path in [out] + ([history] if history else []):
+        require_writable(path, force)
+    if history and history.resolve() == out.resolve():
+        raise UsageError("names the same file as --out", where="--history", code="E508")
+    table = _theta.read(theta)
+
+    from sstl_cli.mapping import save_model
+    from sstl_cli.mapping.tables import HISTORY
+    from sstl_cli.steps import train as step
+
+    settings = step.Config(names, seeds, seed, epochs, test_share, per_seed_split, leave_out, tendons)
+    with screen.progress("training", 1.0) as advance:
+        result = step.run(table, settings, advance, ", ".join(map(str, theta)))
+    save_model(out, result.model, force)
+    if history is not None:
+        write_table(history, result.history, HISTORY, Provenance(command_line(), seed, inputs_of(theta)), force)
+    header = result.model.header
+    screen.table(
+        f"{len(result.pairs)} pairs, {len(header.seeds)} seeds; configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()),
+        ("variant", "validation RMSE", "best epoch"),
+        [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
+        f"{header.default} predicts by default (least validation error, mean over seeds) -> {out}",
+    )
+    if header.tendons:
+        tried = ", ".join(f"{k} {v:.4g}" for k, v in header.strategy_rmse.items())
+        screen.line(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")
+    _theta.note_aside(screen, result.pairs)
+    screen.finish(_document(result, out, history), EXIT_SET_ASIDE if result.pairs.aside else 0)
+
+
+def _document(result: Any, out: Path, history: Path | None) -> dict[str, object]:
+    header = result.model.header
+    return {
+        "schema": "sstl.train/1", "out": str(out), "history": str(history) if history else None, "pairs": len(result.pairs),
+        "configurations": result.counts, "seed": header.seed, "seeds": list(header.seeds), "default": header.default,
+        "variants": [{**v.model_dump(), "best_epoch": result.epochs.get(v.name)} for v in header.variants],
+        "tendons": list(header.tendons), "strategy": header.strategy, "strategy_rmse": header.strategy_rmse,
+        "left_out": header.left_out or None, "per_seed_split": header.per_seed_split, "beta_act_n": header.beta_act,
+        "input_low": header.input_low, "input_high": header.input_high, "data_sha256": header.data_sha256,
+        **_theta.aside_fields(result.pairs),
+    }

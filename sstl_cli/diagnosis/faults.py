@@ -1,0 +1,84 @@
+"""What recorder faults explain of the gap, measured against the best model of the rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.records import Record
+
+Array = NDArray[np.float64]
+MIN_FAULTY = 5
+MIN_SHARE = 0.3
+CLIP_MARGIN = 3.0
+
+
+@dataclass(frozen=True)
+class RecorderEffect:
+    """A fault of the recorder that carries part of the squared error."""
+
+    id: str
+    share: float
+    parameters: dict[str, float]
+    removed_n2: float
+
+
+def recorder_effects(records: tuple[Record, ...], predictions: list[Array], noise_n: float) -> list[RecorderEffect]:
+    """Return recorder faults that carry a substantial share of the squared error, largest first.
+
+    Parameters
+    ----------
+    predictions : list of ndarray
+        Output of the re-tuned base on each record's simulation grid (N).
+    noise_n : float
+        Noise of the output at that rate (N); error below it is nobody's fault.
+    """
+    faulty = clipped = total = stepped = 0.0
+    spikes = frozen = samples = 0
+    level_in, level_out, step_in, step_out = np.inf, np.inf, 0.0, 0.0
+    clip_count = 0
+    for r, prediction in zip(records, predictions, strict=True):
+        thin = max(1, len(r.raw) // max(len(prediction), 1))
+        expected = np.repeat(prediction, thin)
+        n = len(expected)
+        error2 = (r.raw.tension_out_n[:n] - expected) ** 2
+        bad_in, bad_out = r.faults_in.bad[:n], r.faults_out.bad[:n]
+        input_error2 = np.where(bad_in, (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
+        total += float(error2.sum() + input_error2.sum())
+        faulty += float(error2[bad_out].sum() + input_error2.sum())
+        spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
+        frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
+        samples += 2 * n
+        for faults, is_out in ((r.faults_in, False), (r.faults_out, True)):
+            hit = faults.clipped[:n]
+            if hit.any():
+                clip_count += int(hit.sum())
+                # the clipped input falsifies the output until it is forgotten: all of the masked part counts
+                part = hit if is_out else (r.raw_weight[:n] == 0.0)
+                clipped += float(error2[part].sum())
+                if is_out:
+                    level_out = min(level_out, faults.clip_level_n)
+                else:
+                    level_in = min(level_in, faults.clip_level_n)
+        step_in, step_out = max(step_in, r.faults_in.step_n), max(step_out, r.faults_out.step_n)
+        slope = np.exp(0.5 * r.raw.passes)
+        stepped += n * (r.faults_out.step_n**2 + (slope * r.faults_in.step_n) ** 2 / 4.0) / 12.0
+    excess = max(total - samples / 2 * noise_n**2, 1e-12)
+    found = []
+    if spikes + frozen >= MIN_FAULTY and faulty / excess > MIN_SHARE:
+        values = {"spike_pct": 100.0 * spikes / samples, "frozen_pct": 100.0 * frozen / samples}
+        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty))
+    if clip_count and clipped / excess > MIN_SHARE:
+        values = {}
+        if np.isfinite(level_in):
+            values["t_max_in_n"] = float(level_in)
+        if np.isfinite(level_out):
+            values["t_max_out_n"] = float(level_out)
+        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped))
+    rest = max(total - faulty - clipped, 1e-12)
+    if max(step_in, step_out) > 2.0 * noise_n / np.sqrt(12.0) and 0.35 < stepped / rest:
+        values = {"q_in_n": step_in, "q_out_n": step_out}
+        found.append(RecorderEffect("quantisation", min(stepped / excess, 1.0), values, min(stepped, rest)))
+    return sorted(found, key=lambda e: -e.share)

@@ -1,0 +1,37 @@
+"""Write a scenario back as TOML, so that an accepted model can be used by the next command."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from sstl_cli.physics.scenario import Scenario
+
+
+def dump(scenario: Scenario) -> str:
+    """Return a scenario as TOML text that ``load`` reads back unchanged."""
+    document = scenario.model_dump(mode="json", by_alias=True, exclude_none=True)
+    lines = [f"{k} = {_value(v)}" for k, v in document.items() if not isinstance(v, (dict, list))]
+    for key in ("rig", "noise"):
+        lines += ["", *_table(key, document[key])]
+    for effect_id, values in document.get("effects", {}).items():
+        lines += ["", *_table(f"effects.{effect_id}", values)]
+    for key in ("configurations", "trajectories"):
+        for item in document.get(key, []):
+            lines += ["", f"[[{key}]]", *(f"{k} = {_value(v)}" for k, v in item.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _table(name: str, values: dict[str, Any]) -> list[str]:
+    return [f"[{name}]", *(f"{k} = {_value(v)}" for k, v in values.items())]
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{json.dumps(k)} = {_value(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(_value(v) for v in value) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    # JSON strings and numbers are TOML strings and numbers
+    return json.dumps(value)

@@ -1,0 +1,66 @@
+"""Diagnose another simulator: its log for the same input takes the place of the built-in base."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.physics.transmission import play_operator
+
+
+def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
+    """Return measured runs with the other simulator's error put on the built-in base.
+
+    What the other simulator misses, ``measured - simulated``, is added to the output of the built-in
+    base for the same input. The diagnosis then finds which effect, added to that simulator, explains it.
+
+    Raises
+    ------
+    SstlError
+        If a measured run has no simulated twin (same run_id), or the two inputs do not overlap in time.
+    """
+    twins = {r.run_id: r for r in simulated}
+    out = []
+    for run in measured:
+        twin = twins.get(run.run_id)
+        if twin is None:
+            raise SstlError(f"run {run.run_id!r} has no twin in the simulated log", fix="use the same run_id in both", code="E910")
+        inside = (run.time_s >= twin.time_s[0]) & (run.time_s <= twin.time_s[-1])
+        if inside.sum() < 0.5 * len(run):
+            raise SstlError(f"run {run.run_id!r}: the two logs overlap in less than half of the time", code="E911")
+        there = np.interp(run.time_s, twin.time_s, twin.tension_out_n)
+        theta = _theta(twin)
+        n = run.passes
+        base = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
+        moved = base + (run.tension_out_n - there)
+        out.append(replace(_cut(run, inside), tension_out_n=moved[inside]))
+    return out
+
+
+def _cut(run: Run, inside: np.ndarray) -> Run:
+    def pick(x: np.ndarray | None) -> np.ndarray | None:
+        return None if x is None else x[inside]
+
+    return replace(
+        run, time_s=run.time_s[inside], tension_in_n=run.tension_in_n[inside], position_in_mm=pick(run.position_in_mm),
+        tension_ref_n=pick(run.tension_ref_n),
+    )
+
+
+def _theta(run: Run) -> float:
+    """Return the theta that the other simulator most nearly has: least squares on a grid, then refined."""
+    n = run.passes
+
+    def error(theta: float) -> float:
+        y = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
+        return float(np.mean((y - run.tension_out_n) ** 2))
+
+    grid = np.linspace(0.02, 1.5, 75)
+    best = grid[int(np.argmin([error(t) for t in grid]))]
+    from scipy.optimize import minimize_scalar
+
+    return float(minimize_scalar(error, bounds=(max(best - 0.03, 0.01), best + 0.03), method="bounded").x)
