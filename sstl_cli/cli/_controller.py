@@ -40,8 +40,15 @@ Biases = tuple[float | None, float | None, Path | None]
 
 
 def controller_options(
-    source: Path, t_max: float | None, max_rate: float | None, max_jump: float | None, lead: float | None,
-    reversal: str | None, presliding: float | None, doubled: bool | None, dt: float | None,
+    source: Path,
+    t_max: float | None,
+    max_rate: float | None,
+    max_jump: float | None,
+    lead: float | None,
+    reversal: str | None,
+    presliding: float | None,
+    doubled: bool | None,
+    dt: float | None,
 ) -> Options:
     """Return the options of the controller: as given, else as stored in a parameter file, else the defaults.
 
@@ -60,8 +67,14 @@ def controller_options(
     if source.suffix == ".json":
         stored = parameters.read(read_json(source, parameters.SCHEMA), str(source)).options
     given = {
-        "t_max_n": t_max, "max_rate_n_s": max_rate, "max_jump_n": max_jump, "lead_s": lead, "reversal": reversal,
-        "presliding": presliding, "doubled": doubled, "dt_s": dt,
+        "t_max_n": t_max,
+        "max_rate_n_s": max_rate,
+        "max_jump_n": max_jump,
+        "lead_s": lead,
+        "reversal": reversal,
+        "presliding": presliding,
+        "doubled": doubled,
+        "dt_s": dt,
     }
     values = {**stored.model_dump(), **{k: v for k, v in given.items() if v is not None}}
     try:
@@ -86,7 +99,8 @@ def load_cases(
         entries = parameters.read(read_json(path, parameters.SCHEMA), str(path)).configurations
         # lines that came from a mapping are still driven as such, not as identified ones
         cases = [
-            step.Case(e.config_id, mapped=e.lines(), made_for=e.method) if e.method == "proposed"
+            step.Case(e.config_id, mapped=e.lines(), made_for=e.method)
+            if e.method == "proposed"
             else step.Case(e.config_id, act=e.lines(), made_for=e.method)
             for e in entries
         ]
@@ -101,8 +115,10 @@ def load_cases(
         pair = (known[0] if beta_p is None and known else beta_p, known[1] if beta_r is None and known else beta_r)
         if pair[0] is None or pair[1] is None:
             raise UsageError(
-                "the biases of the actuation tendon are not known", where=str(path),
-                fix="give --beta-p and --beta-r, or --bias-theta", code="E405",
+                "the biases of the actuation tendon are not known",
+                where=str(path),
+                fix="give --beta-p and --beta-r, or --bias-theta",
+                code="E405",
             )
         from sstl_cli.mapping import load_model
 

@@ -22,12 +22,27 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 _NOT_COMMANDS = {"app", "options", "render"}
-_ORDER = "simulate import check info segment train evaluate compensate diagnose blind reproduce report".split()
+_ORDER = [
+    "simulate",
+    "import",
+    "check",
+    "info",
+    "segment",
+    "train",
+    "evaluate",
+    "compensate",
+    "diagnose",
+    "blind",
+    "reproduce",
+    "report",
+]
 
 
 def _register() -> None:
     """Let every module beside this one that has ``register(app)`` add its subcommand."""
-    names = [m.name for m in pkgutil.iter_modules(cli.__path__) if m.name not in _NOT_COMMANDS and not m.name.startswith("_")]
+    names = [
+        m.name for m in pkgutil.iter_modules(cli.__path__) if m.name not in _NOT_COMMANDS and not m.name.startswith("_")
+    ]
     rank = {n: i for i, n in enumerate(_ORDER)}
     for name in sorted(names, key=lambda n: (rank.get(n.removesuffix("_"), 99), n)):
         importlib.import_module(f"sstl_cli.cli.{name}").register(app)

@@ -81,8 +81,14 @@ def compensate(
     options = shared.controller_options(theta, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
     if stream:
         forbid_with_stream(
-            out=out, scores=scores, recorded=recorded, plant=plant, plant_sim=plant_sim, reference=reference,
-            max_rmse=max_rmse, json=as_json,
+            out=out,
+            scores=scores,
+            recorded=recorded,
+            plant=plant,
+            plant_sim=plant_sim,
+            reference=reference,
+            max_rmse=max_rmse,
+            json=as_json,
         )
         _stream(theta, model, asked if methods else None, config_id, (beta_p, beta_r, bias_theta), options, timeout)
         return
@@ -91,9 +97,26 @@ def compensate(
         what = "--plant and --plant-sim" if len(chosen) > 1 else "--recorded and --reference"
         raise UsageError(f"{what} exclude one another", fix="give one", code="E413")
     _offline(
-        Screen(as_json), theta, model, reference or ["sinusoid"], asked, methods is not None, out, scores, plant,
-        plant_sim, recorded, config_id, (beta_p, beta_r, bias_theta), cycles, loop_tau, mape_floor, options,
-        max_rmse, seed, force,
+        Screen(as_json),
+        theta,
+        model,
+        reference or ["sinusoid"],
+        asked,
+        methods is not None,
+        out,
+        scores,
+        plant,
+        plant_sim,
+        recorded,
+        config_id,
+        (beta_p, beta_r, bias_theta),
+        cycles,
+        loop_tau,
+        mape_floor,
+        options,
+        max_rmse,
+        seed,
+        force,
     )
 
 
@@ -108,10 +131,26 @@ def forbid_with_stream(**given: object) -> None:
 
 
 def _offline(
-    screen: Screen, theta: Path, model: Path | None, names: list[str], methods: list[str], explicit: bool,
-    out: Path | None, scores: Path | None, plant: Path | None, plant_sim: str | None, recorded: Path | None,
-    config_id: str | None, biases: shared.Biases, cycles: int, loop_tau: float | None, floor: float,
-    options: Options, max_rmse: float | None, seed: int, force: bool,
+    screen: Screen,
+    theta: Path,
+    model: Path | None,
+    names: list[str],
+    methods: list[str],
+    explicit: bool,
+    out: Path | None,
+    scores: Path | None,
+    plant: Path | None,
+    plant_sim: str | None,
+    recorded: Path | None,
+    config_id: str | None,
+    biases: shared.Biases,
+    cycles: int,
+    loop_tau: float | None,
+    floor: float,
+    options: Options,
+    max_rmse: float | None,
+    seed: int,
+    force: bool,
 ) -> None:
     from contextlib import ExitStack
 
@@ -149,8 +188,10 @@ def _offline(
                 aside[f"{case.config_id} ({name})"] = "no usable row to drive this method"
     if len(plantless) == len(cases):
         raise SstlError(
-            "no configuration has a plant to be scored on", where=str(theta),
-            fix="give --plant or --plant-sim, or a Theta table with act rows", code="E405",
+            "no configuration has a plant to be scored on",
+            where=str(theta),
+            fix="give --plant or --plant-sim, or a Theta table with act rows",
+            code="E405",
         )
     files = [Path(p) for p in (theta, model, plant, recorded, biases[2], *names, plant_sim) if p and Path(p).is_file()]
     provenance = Provenance(command_line(), seed, inputs_of(files))
@@ -185,7 +226,8 @@ def _offline(
     summary = _summary(rows)
     shown = ("trajectory", "location", "method", "n", "rmse_n", "std_n", "mape_pct", "reduction_pct")
     screen.table(
-        "Tension tracking", ["reference", "place", "method", "n", "RMSE N", "STD N", "MAPE %", "less %"],
+        "Tension tracking",
+        ["reference", "place", "method", "n", "RMSE N", "STD N", "MAPE %", "less %"],
         # an exact inverse leaves rounding errors: 1e-10 N is zero to a reader
         [[round(v, 5) if isinstance(v, float) else v for v in (s[k] for k in shown)] for s in summary],
         notes=f"Means over n configurations; window: {summary[0]['window']}; MAPE above a reference of {floor:g} N.",
@@ -200,10 +242,20 @@ def _offline(
         screen.note(f"set aside {len(aside)}: " + "; ".join(f"{k}: {v}" for k, v in list(aside.items())[:5]))
     worst = _gate_value(rows)
     document: dict[str, Any] = {
-        "schema": "sstl.compensate/1", "seed": seed, "out": str(out) if out else None,
-        "scores_file": str(scores) if scores else None, "options": options.model_dump(mode="json"), "methods": methods,
-        "left_out_methods": impossible, "summary": summary, "scores": rows, "runs": extras, "set_aside": aside,
-        "outside_trained_range": outside, "worst_rmse_n": worst, "max_rmse_n": max_rmse,
+        "schema": "sstl.compensate/1",
+        "seed": seed,
+        "out": str(out) if out else None,
+        "scores_file": str(scores) if scores else None,
+        "options": options.model_dump(mode="json"),
+        "methods": methods,
+        "left_out_methods": impossible,
+        "summary": summary,
+        "scores": rows,
+        "runs": extras,
+        "set_aside": aside,
+        "outside_trained_range": outside,
+        "worst_rmse_n": worst,
+        "max_rmse_n": max_rmse,
     }
     if max_rmse is not None and worst > max_rmse:
         if screen.as_json:
@@ -217,11 +269,14 @@ def _offline(
 def _extra(result: Result) -> dict[str, object]:
     lines = result.case.lines(result.method) if result.method not in ("none", "recorded") else None
     return {
-        "run_id": result.run_id, "config_id": result.case.config_id, "trajectory": result.trajectory,
+        "run_id": result.run_id,
+        "config_id": result.case.config_id,
+        "trajectory": result.trajectory,
         "method": result.method,
         "theta": None if lines is None else [lines.gamma_p, lines.beta_p, lines.gamma_r, lines.beta_r],
         "slopes_from": None if lines is None else "mapping" if lines.gamma_p == _mapped(result) else "identified",
-        "outside_trained_range": result.case.outside, "bound_cost_n": result.bound_cost_n,
+        "outside_trained_range": result.case.outside,
+        "bound_cost_n": result.bound_cost_n,
         "mape_bound_pct": {w: s.mape_bound_pct for w, s in result.scores.items()},
     }
 
@@ -258,8 +313,13 @@ def _gate_value(rows: list[dict[str, object]]) -> float:
 
 
 def _stream(
-    theta: Path, model: Path | None, methods: list[str] | None, config_id: str | None, biases: shared.Biases,
-    options: Options, timeout_s: float,
+    theta: Path,
+    model: Path | None,
+    methods: list[str] | None,
+    config_id: str | None,
+    biases: shared.Biases,
+    options: Options,
+    timeout_s: float,
 ) -> None:
     import sys
 

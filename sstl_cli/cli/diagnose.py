@@ -20,9 +20,13 @@ def register(app: typer.Typer) -> None:
 
 def diagnose(
     logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) with act and/or sstl runs.")],
-    sim: Annotated[str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")] = None,
+    sim: Annotated[
+        str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")
+    ] = None,
     against: Annotated[Path | None, typer.Option(help="Another simulator's log for the same input.")] = None,
-    effects: Annotated[str | None, typer.Option(help="Candidates, comma-separated (default: the whole catalogue).")] = None,
+    effects: Annotated[
+        str | None, typer.Option(help="Candidates, comma-separated (default: the whole catalogue).")
+    ] = None,
     exclude: Annotated[str | None, typer.Option(help="Effects that are no candidates, comma-separated.")] = None,
     max_effects: Annotated[int, typer.Option(min=1, max=3, help="How many effects may be combined.")] = 3,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the diagnosis as JSON.")] = None,
@@ -54,7 +58,10 @@ def diagnose(
     if expect not in (None, "none"):
         get(expect)
     options = step.DiagnoseOptions(
-        sim=load(sim) if sim else None, effects=_ids(effects) or None, exclude=_ids(exclude), max_effects=max_effects,
+        sim=load(sim) if sim else None,
+        effects=_ids(effects) or None,
+        exclude=_ids(exclude),
+        max_effects=max_effects,
         workers=workers,
     )
     runs = [run for path in logs for run in read_runs(path)]
@@ -99,10 +106,14 @@ def _tables(screen: Screen, document: dict[str, Any]) -> None:
     screen.table("candidates", ("effect", "p", "RMSE N", "shrink %", "parameters"), rows)
     following = document["next_experiment"]
     if following:
-        screen.line(f"record next: {following['trajectory']}, to tell {' from '.join(following['separates'])}; {following['why']}")
+        screen.line(
+            f"record next: {following['trajectory']}, to tell {' from '.join(following['separates'])}; {following['why']}"
+        )
 
 
-def _missed(document: dict[str, Any], max_rmse: float | None, max_gap_pct: float | None, expect: str | None) -> list[str]:
+def _missed(
+    document: dict[str, Any], max_rmse: float | None, max_gap_pct: float | None, expect: str | None
+) -> list[str]:
     gap, verdict = document["gap"], document["verdict"]
     missed = []
     if max_rmse is not None and gap["rmse_retuned_n"] > max_rmse:

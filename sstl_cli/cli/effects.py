@@ -10,7 +10,9 @@ from sstl_cli.cli.options import Json
 from sstl_cli.cli.render import Screen
 
 effects_app = typer.Typer(
-    help="List and explain the effects of the catalogue.", no_args_is_help=True, rich_markup_mode=None,
+    help="List and explain the effects of the catalogue.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
     epilog="Example: sstl effects show pulley_friction",
 )
 
@@ -22,9 +24,17 @@ def register(app: typer.Typer) -> None:
 
 def _document(effect: Any) -> dict[str, Any]:
     return {
-        "id": effect.id, "title": effect.title, "stage": effect.stage, "equation": effect.equation,
-        "source": effect.source, "excitation": effect.excitation, "channel": effect.channel, "needs": list(effect.needs),
-        "systems": list(effect.systems), "fitted": effect.fitted, "look_alikes": list(effect.look_alikes),
+        "id": effect.id,
+        "title": effect.title,
+        "stage": effect.stage,
+        "equation": effect.equation,
+        "source": effect.source,
+        "excitation": effect.excitation,
+        "channel": effect.channel,
+        "needs": list(effect.needs),
+        "systems": list(effect.systems),
+        "fitted": effect.fitted,
+        "look_alikes": list(effect.look_alikes),
         "parameters": [
             {"name": p.name, "unit": p.unit, "neutral": p.neutral, "low": p.low, "high": p.high, "meaning": p.meaning}
             for p in effect.parameters

@@ -101,15 +101,22 @@ def _document(header: Any, found: Any, out: Path | None, predictions: Path | Non
     # splits that differ by seed leave no pair that the mean over all seeds could be judged on
     whole = judged.ensemble if judged.ensemble[2] == judged.ensemble[2] else judged.mean
     return {
-        "out": str(out) if out else None, "predictions": str(predictions) if predictions else None,
-        "default": header.default, "pairs": len(found.pairs), "seeds": list(header.seeds),
-        "per_seed_split": header.per_seed_split, "left_out": header.left_out or None,
-        "rmse_gamma_p": float(whole[0]), "rmse_gamma_r": float(whole[1]), "rmse_total": float(whole[2]),
+        "out": str(out) if out else None,
+        "predictions": str(predictions) if predictions else None,
+        "default": header.default,
+        "pairs": len(found.pairs),
+        "seeds": list(header.seeds),
+        "per_seed_split": header.per_seed_split,
+        "left_out": header.left_out or None,
+        "rmse_gamma_p": float(whole[0]),
+        "rmse_gamma_r": float(whole[1]),
+        "rmse_total": float(whole[2]),
         "outside_range_pct": found.outside_pct(),
         "outside_range": [c for c, o in zip(found.pairs.config_id, found.outside, strict=True) if o],
         "variants": [
             {
-                "variant": s.variant, "title": s.title,
+                "variant": s.variant,
+                "title": s.title,
                 "rmse_mean": dict(zip(names, s.mean.tolist(), strict=True)),
                 "rmse_sd_over_seeds": dict(zip(names, s.spread.tolist(), strict=True)),
                 "abs_error_sd_over_samples": dict(zip(names, s.scatter.tolist(), strict=False)),
@@ -125,20 +132,27 @@ def _show(screen: Screen, header: Any, found: Any) -> None:
     from sstl_cli.cli.render import cell
 
     def plus(mean: float, sd: float) -> str:
-        return f"{mean:.4f} ± {sd:.4f}"
+        return f"{mean:.4f} ±{sd:.4f}"
 
     rows = [
-        (s.variant, *(plus(m, d) for m, d in zip(s.mean, s.spread, strict=True)), f"{s.scatter[0]:.4f}", f"{s.scatter[1]:.4f}", cell(float(s.ensemble[2])))
+        (
+            s.variant,
+            *(plus(m, d) for m, d in zip(s.mean, s.spread, strict=True)),
+            f"{s.scatter[0]:.3f}, {s.scatter[1]:.3f}",
+            cell(float(s.ensemble[2])),
+        )
         for s in found.scores
     ]
     screen.table(
         f"Table III: RMSE on {len(found.pairs)} pairs, {len(header.seeds)} seeds",
-        ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p", "sd|e| r", "mean"), rows,
+        ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p, r", "mean"),
+        rows,
         "± over seeds; sd|e|: absolute errors over samples; mean: Total of the mean over seeds.",
     )
     tested = [c for c in found.comparisons if c.p_t == c.p_t]
     if tested:
-        split = "each with its own split" if header.per_seed_split else "one split: only the start and early stopping differ"
+        same = "one split: only the start and early stopping differ"
+        split = "each with its own split" if header.per_seed_split else same
         screen.table(
             "Total, paired over seeds",
             ("difference", "Δ RMSE", "p (t)", "p (Wilcoxon)", "p (Holm)"),

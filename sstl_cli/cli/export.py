@@ -75,9 +75,7 @@ def export(
             export_onnx(source, temporary)
         screen.line(f"mapping -> {out}")
         screen.finish({**document, "out": [str(out)]})
-    options = shared.controller_options(
-        source, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt
-    )
+    options = shared.controller_options(source, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
     cases, aside = shared.load_cases(source, model, (beta_p, beta_r, bias_theta), config_id)
     from sstl_cli.steps import export_controller as step
 
@@ -95,15 +93,23 @@ def export(
     if aside:
         screen.note(f"set aside {len(aside)}: " + "; ".join(f"{k}: {v}" for k, v in list(aside.items())[:5]))
     document.update(
-        out=[str(p) for p in written], method=chosen, configurations=list(lines), set_aside=aside,
+        out=[str(p) for p in written],
+        method=chosen,
+        configurations=list(lines),
+        set_aside=aside,
         options=options.model_dump(mode="json"),
     )
     screen.finish(document, EXIT_SET_ASIDE if aside and format == "json" else EXIT_DONE)
 
 
 def _write_c(
-    lines: dict[str, Any], config_id: str | None, method: str, options: Options, real: Literal["double", "float"],
-    out: Path, force: bool,
+    lines: dict[str, Any],
+    config_id: str | None,
+    method: str,
+    options: Options,
+    real: Literal["double", "float"],
+    out: Path,
+    force: bool,
 ) -> list[Path]:
     import re
 

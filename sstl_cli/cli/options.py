@@ -37,7 +37,10 @@ Seed = Annotated[int, typer.Option("--seed", min=0, max=2**63 - 1, help="Seed of
 Config = Annotated[
     Path | None,
     typer.Option(
-        "--config", callback=_load_config, is_eager=True, metavar="FILE.toml",
+        "--config",
+        callback=_load_config,
+        is_eager=True,
+        metavar="FILE.toml",
         help="Options from a TOML file (flag > environment SSTL_COMMAND_OPTION > file > default).",
     ),
 ]

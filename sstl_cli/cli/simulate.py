@@ -20,14 +20,19 @@ def register(app: typer.Typer) -> None:
 
 def simulate(
     out: Out,
-    scenario: Annotated[str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")] = "default",
+    scenario: Annotated[
+        str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")
+    ] = "default",
     simulator: Annotated[
-        Literal["transmission", "rig"] | None, typer.Option(help="Fast model or elastic rig (default: as in the scenario).")
+        Literal["transmission", "rig"] | None,
+        typer.Option(help="Fast model or elastic rig (default: as in the scenario)."),
     ] = None,
     effect: Annotated[
         list[str] | None, typer.Option(metavar="ID[:param=value,...]", help="Effect to add (repeatable).")
     ] = None,
-    noise_n: Annotated[float | None, typer.Option(min=0, max=5, help="White noise of each tension sensor in N.")] = None,
+    noise_n: Annotated[
+        float | None, typer.Option(min=0, max=5, help="White noise of each tension sensor in N.")
+    ] = None,
     seed: Seed = 0,
     force: Force = False,
     as_json: Json = False,
@@ -62,7 +67,12 @@ def simulate(
         samples = write_runs(out, counted(), provenance, force)
     screen.line(f"{total} runs, {samples} samples -> {out}")
     document = {
-        "schema": "sstl.simulate/1", "out": str(out), "runs": total, "samples": samples, "simulator": loaded.simulator,
-        "effects": effects, "seed": seed,
+        "schema": "sstl.simulate/1",
+        "out": str(out),
+        "runs": total,
+        "samples": samples,
+        "simulator": loaded.simulator,
+        "effects": effects,
+        "seed": seed,
     }
     screen.finish(document)

@@ -74,10 +74,12 @@ def train(
         write_table(history, result.history, HISTORY, Provenance(command_line(), seed, inputs_of(theta)), force)
     header = result.model.header
     screen.table(
-        f"{len(result.pairs)} pairs, {len(header.seeds)} seeds; configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()),
+        f"{len(result.pairs)} pairs, {len(header.seeds)} seeds",
         ("variant", "validation RMSE", "best epoch"),
         [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
-        f"{header.default} predicts by default (least validation error, mean over seeds) -> {out}",
+        f"{header.default} predicts by default (least validation error, mean over seeds) -> {out}\n"
+        + "Configurations: "
+        + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()),
     )
     if header.tendons:
         tried = ", ".join(f"{k} {v:.4g}" for k, v in header.strategy_rmse.items())
@@ -89,11 +91,23 @@ def train(
 def _document(result: Any, out: Path, history: Path | None) -> dict[str, object]:
     header = result.model.header
     return {
-        "schema": "sstl.train/1", "out": str(out), "history": str(history) if history else None, "pairs": len(result.pairs),
-        "configurations": result.counts, "seed": header.seed, "seeds": list(header.seeds), "default": header.default,
+        "schema": "sstl.train/1",
+        "out": str(out),
+        "history": str(history) if history else None,
+        "pairs": len(result.pairs),
+        "configurations": result.counts,
+        "seed": header.seed,
+        "seeds": list(header.seeds),
+        "default": header.default,
         "variants": [{**v.model_dump(), "best_epoch": result.epochs.get(v.name)} for v in header.variants],
-        "tendons": list(header.tendons), "strategy": header.strategy, "strategy_rmse": header.strategy_rmse,
-        "left_out": header.left_out or None, "per_seed_split": header.per_seed_split, "beta_act_n": header.beta_act,
-        "input_low": header.input_low, "input_high": header.input_high, "data_sha256": header.data_sha256,
+        "tendons": list(header.tendons),
+        "strategy": header.strategy,
+        "strategy_rmse": header.strategy_rmse,
+        "left_out": header.left_out or None,
+        "per_seed_split": header.per_seed_split,
+        "beta_act_n": header.beta_act,
+        "input_low": header.input_low,
+        "input_high": header.input_high,
+        "data_sha256": header.data_sha256,
         **_theta.aside_fields(result.pairs),
     }

@@ -38,19 +38,27 @@ class TableWriter:
         self._writer = self._stack.enter_context(
             # measured tensions hardly repeat: a dictionary only costs time and space there
             pq.ParquetWriter(
-                temporary, self.schema, compression="zstd", compression_level=1, use_dictionary=labels,
-                use_byte_stream_split=floats, write_statistics=labels or False,
+                temporary,
+                self.schema,
+                compression="zstd",
+                compression_level=1,
+                use_dictionary=labels,
+                use_byte_stream_split=floats,
+                write_statistics=labels or False,
             )
         )
         return self
 
     def write(self, table: pa.Table) -> None:
         """Append a table whose columns are those of the schema."""
-        table = pa.Table.from_arrays([table.column(n).cast(self.schema.field(n).type) for n in self.schema.names],
-                                     schema=self.schema)
+        table = pa.Table.from_arrays(
+            [table.column(n).cast(self.schema.field(n).type) for n in self.schema.names], schema=self.schema
+        )
         self._writer.write_table(table, row_group_size=ROWS_PER_BLOCK)
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._stack.__exit__(kind, error, trace)
 
 
@@ -88,7 +96,9 @@ def open_table(path: Path, schema: Schema) -> TableReader:
     if found and found.get("schema") == schema.id and found.get("schema_version") != schema.version:
         raise SstlError(
             f"has {schema.id} version {found.get('schema_version')}, this program reads version {schema.version}",
-            where=str(path), fix="make the file again with this version of sstl", code="E132",
+            where=str(path),
+            fix="make the file again with this version of sstl",
+            code="E132",
         )
     check_columns(file.schema_arrow.names, schema, str(path))
     return TableReader(Path(path), file, schema)
@@ -118,7 +128,9 @@ def check_columns(names: list[str], schema: Schema, where: str) -> None:
     if missing:
         spare = [n for n in names if n not in schema.names]
         hints = "; ".join(f"'{m}'" + (f" ({nearest(m, spare)})" if spare else "") for m in missing)
-        raise SstlError(f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134")
+        raise SstlError(
+            f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134"
+        )
 
 
 def conform(table: pa.Table, schema: Schema, where: str) -> pa.Table:
@@ -132,13 +144,17 @@ def conform(table: pa.Table, schema: Schema, where: str) -> pa.Table:
                 values = values.cast(column.type)
             except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
                 raise SstlError(
-                    f"column '{column.name}' holds {values.type}, not {column.type}", where=where,
-                    fix=f"write it as {column.type}" + (f" in {column.unit}" if column.unit else ""), code="E135",
+                    f"column '{column.name}' holds {values.type}, not {column.type}",
+                    where=where,
+                    fix=f"write it as {column.type}" + (f" in {column.unit}" if column.unit else ""),
+                    code="E135",
                 ) from None
             if values.null_count and not column.nullable:
                 raise SstlError(
-                    f"column '{column.name}' has {values.null_count} empty values", where=where,
-                    fix="drop or repair these samples (sstl check lists them)", code="E136",
+                    f"column '{column.name}' has {values.null_count} empty values",
+                    where=where,
+                    fix="drop or repair these samples (sstl check lists them)",
+                    code="E136",
                 )
         else:
             values = pa.chunked_array([pa.nulls(table.num_rows, column.type)])
@@ -151,8 +167,14 @@ def conform(table: pa.Table, schema: Schema, where: str) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
-def write_table(path: Path, table: pa.Table, schema: Schema, provenance: Provenance, force: bool = False,
-                extra: list[Column] | None = None) -> None:
+def write_table(
+    path: Path,
+    table: pa.Table,
+    schema: Schema,
+    provenance: Provenance,
+    force: bool = False,
+    extra: list[Column] | None = None,
+) -> None:
     """Write a whole table atomically."""
     with TableWriter(path, schema, provenance, force, extra) as writer:
         writer.write(table)
@@ -167,6 +189,8 @@ def _open(path: Path) -> pq.ParquetFile:
         return pq.ParquetFile(path)
     except (pa.ArrowException, OSError) as error:
         raise SstlError(
-            f"is not a readable Parquet file ({str(error)[:100]})", where=str(path),
-            fix="use sstl import for other formats", code="E130",
+            f"is not a readable Parquet file ({str(error)[:100]})",
+            where=str(path),
+            fix="use sstl import for other formats",
+            code="E130",
         ) from None

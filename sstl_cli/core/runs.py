@@ -142,9 +142,7 @@ def _run(table: pa.Table, path: Path, seen: set[str]) -> Run:
                 raise SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
             values[name] = first
     if values["system"] not in PASSES:
-        raise SstlError(
-            f"system is {values['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124"
-        )
+        raise SstlError(f"system is {values['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
     for name in SIGNALS:
         column = table.column(name)
         if name in ("position_in_mm", "tension_ref_n") and column.null_count == len(column):

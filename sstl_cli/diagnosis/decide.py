@@ -21,15 +21,17 @@ class Rules:
     # nats are discounted: no more than twice the squared number of standard errors counts
     gain_nats: float = 12.0
     # a gap also has to be this share of the sensor noise (RMS against RMS)
-    gap_over_noise: float = 0.12
+    gap_over_noise: float = 0.25
     # models closer than this explain the data equally well
     margin_nats: float = 8.0
     # a further effect must carry this share of the explained gap, and more than noise
     partner_share: float = 0.05
     # the winner must explain this share of the reducible squared error
-    explained: float = 0.75
+    explained: float = 0.7
+    # a small gap of which the winner explains less than this is what noise does, not an effect
+    least_share: float = 0.4
     # what is left beyond the noise may be this multiple of the noise, or this share of the gap (RMS)
-    leftover_over_noise: float = 0.8
+    leftover_over_noise: float = 1.0
     leftover_share: float = 0.35
     # scale of discounted log-score differences into probabilities, from the calibration library
     temperature: float = 4.0
@@ -92,15 +94,15 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
     found.sort(key=lambda c: (-c.score, c.ids))
     singles = [c for c in found if len(c.ids) == 1]
     winner = _grow(singles, found, base, rules, noise_n) if singles else None
-    if winner is None or not _matters(winner, base, rules, noise_n):
-        share = _explained(winner, base, noise_n) if winner else 0.0
+    share = _explained(winner, base, noise_n) if winner else 0.0
+    small = _leftover(base.rms_n, noise_n) < rules.leftover_over_noise * noise_n and share < rules.least_share
+    if winner is None or small or not _matters(winner, base, rules, noise_n):
         leftover = _leftover(base.rms_n, noise_n)
         if leftover > max(rules.leftover_over_noise, 1.0) * noise_n:
             why = f"{leftover:.3g} N beyond the noise is left, and no candidate explains it"
             return _decision("unknown", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
         why = "no candidate improves the held-out error by more than noise can"
         return _decision("none", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
-    share = _explained(winner, base, noise_n)
     left, gap = _leftover(winner.rms_n, noise_n), _leftover(base.rms_n, noise_n)
     if left > rules.leftover_over_noise * noise_n and (share < rules.explained or left > rules.leftover_share * gap):
         why = (
@@ -109,13 +111,14 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
         )
         return _decision("unknown", winner, (), 1.0, why, base, found, folds, noise_n, share, rules)
     rivals = tuple(
-        c.ids for c in found if len(c.ids) == len(winner.ids) and c is not winner and advantage(winner, c) < rules.margin_nats
+        c.ids
+        for c in found
+        if len(c.ids) == len(winner.ids) and c is not winner and advantage(winner, c) < rules.margin_nats
     )
     group = (winner.ids, *rivals)
     status = "identified" if not rivals else "ambiguous"
-    why = (
-        f"adding {' + '.join(winner.ids)} explains {100 * share:.0f} % of the reducible held-out error"
-        + (f"; {', '.join(' + '.join(r) for r in rivals)} explain it as well" if rivals else "")
+    why = f"adding {' + '.join(winner.ids)} explains {100 * share:.0f} % of the reducible held-out error" + (
+        f"; {', '.join(' + '.join(r) for r in rivals)} explain it as well" if rivals else ""
     )
     return _decision(status, winner, group, 0.0, why, base, found, folds, noise_n, share, rules)
 
@@ -172,8 +175,17 @@ def _explained(c: Candidate, base: Candidate, noise_n: float) -> float:
 
 
 def _decision(
-    status: str, winner: Candidate | None, group: tuple[tuple[str, ...], ...], confidence: float, why: str, base: Candidate,
-    found: list[Candidate], folds: Folds, noise_n: float, explained: float, rules: Rules,
+    status: str,
+    winner: Candidate | None,
+    group: tuple[tuple[str, ...], ...],
+    confidence: float,
+    why: str,
+    base: Candidate,
+    found: list[Candidate],
+    folds: Folds,
+    noise_n: float,
+    explained: float,
+    rules: Rules,
 ) -> Decision:
     size = len(winner.ids) if winner is not None else 1
     rivals = [base, *(c for c in found if len(c.ids) == size)]
@@ -182,8 +194,10 @@ def _decision(
     weight = np.exp(np.minimum(behind, 0.0) / rules.temperature)
     weight /= weight.sum()
     probability = {c.ids: float(p) for c, p in zip(rivals, weight, strict=True)}
-    if status != "unknown":
-        confidence = float(min(1.0, sum(probability[g] for g in (group or (base.ids,)))))
-    return Decision(
-        status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained
-    )
+    if status == "none":
+        lead = max((advantage(c, base) for c in found), default=0.0)
+        confidence = float(1.0 / (1.0 + np.exp(min((lead - rules.gain_nats) / rules.temperature, 50.0))))
+        confidence = max(confidence, 0.5)
+    elif status != "unknown":
+        confidence = float(min(1.0, sum(probability[g] for g in group)))
+    return Decision(status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained)

@@ -78,7 +78,7 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
             values["t_max_out_n"] = float(level_out)
         found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped))
     rest = max(total - faulty - clipped, 1e-12)
-    if max(step_in, step_out) > 2.0 * noise_n / np.sqrt(12.0) and 0.35 < stepped / rest:
+    if max(step_in, step_out) > 2.0 * noise_n / np.sqrt(12.0) and stepped / rest > 0.35:
         values = {"q_in_n": step_in, "q_out_n": step_out}
         found.append(RecorderEffect("quantisation", min(stepped / excess, 1.0), values, min(stepped, rest)))
     return sorted(found, key=lambda e: -e.share)

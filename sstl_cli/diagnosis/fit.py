@@ -82,7 +82,12 @@ def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:
 
 
 def fit(
-    sim: Simulator, whiten: Whitener, ids: Sequence[str], free: Sequence[Free], theta: Array, values: Array,
+    sim: Simulator,
+    whiten: Whitener,
+    ids: Sequence[str],
+    free: Sequence[Free],
+    theta: Array,
+    values: Array,
     iterations: int = MAX_ITERATIONS,
 ) -> Fit:
     """Return the bounded least-squares fit started at ``theta`` and ``values``.

@@ -102,11 +102,15 @@ def best_experiment(
         distance = float(np.sqrt(np.mean((gap - j @ step) ** 2)))
         if best is None or distance > best.distance_n:
             here = a.prediction - b.prediction
-            best = Experiment((" + ".join(first), " + ".join(second)), trajectory, distance, float(np.sqrt(np.mean(here**2))))
+            best = Experiment(
+                (" + ".join(first), " + ".join(second)), trajectory, distance, float(np.sqrt(np.mean(here**2)))
+            )
     return best
 
 
-def _response(system: str, path: Array, theta: float, effects: Mapping[str, Mapping[str, float]], mechanics: Mechanics) -> Array:
+def _response(
+    system: str, path: Array, theta: float, effects: Mapping[str, Mapping[str, float]], mechanics: Mechanics
+) -> Array:
     if "line" in effects:
         from dataclasses import replace
 
@@ -130,6 +134,7 @@ def scenario_of(search: Search, trajectory: Trajectory) -> Scenario:
     )
     systems = p.systems
     return Scenario(
-        configurations=configurations, trajectories=(trajectory.model_copy(update={"systems": systems}),),
+        configurations=configurations,
+        trajectories=(trajectory.model_copy(update={"systems": systems}),),
         sampling_hz=500.0,
     )

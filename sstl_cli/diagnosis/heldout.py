@@ -81,7 +81,11 @@ def held_out_residual(sim: Simulator, whiten: Whitener, f: Fit, folds: Folds) ->
                 local = rw[rows] - jw[rows, 1:] @ step[configs:]
                 step[c] = float(column @ local) / max(float(column @ column), 1e-12)
         white[out] = rw[out] - shift - jw[out, 0] * step[:configs][sim.config[out]]
-        raw[out] = f.residual[out] - f.jacobian[out, 1:] @ step[configs:] - f.jacobian[out, 0] * step[:configs][sim.config[out]]
+        raw[out] = (
+            f.residual[out]
+            - f.jacobian[out, 1:] @ step[configs:]
+            - f.jacobian[out, 0] * step[:configs][sim.config[out]]
+        )
     return raw, white
 
 

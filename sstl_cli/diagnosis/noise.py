@@ -1,8 +1,9 @@
 """Sensor noise measured where the output is held, and what noise of the input does to a prediction.
 
-In backlash nothing but noise moves the output. Noise of the same kind on the measured input passes
-through the play, is amplified by the slope, and pushes held levels up: this part of the error cannot
-be explained by any effect and belongs to the noise floor.
+In backlash nothing but noise moves the output. Noise of the same kind on the measured input is
+amplified by the slope, and its extremes push held levels up, which looks like friction that falls with
+speed. The mean of that push is taken out by simulation and extrapolation (SIMEX, Cook and Stefanski
+1994); its scatter belongs to the noise floor, because no effect can explain it.
 """
 
 from __future__ import annotations
@@ -17,21 +18,26 @@ from scipy.signal import lfilter
 from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.smoothing import corner_preserving
 
 Array = NDArray[np.float64]
 WINDOW_S = 3.0
 MIN_WINDOW_S = 0.5
 ORDER = 8
-DRAWS = 3
+DRAWS = 8
 
 
 @dataclass(frozen=True)
 class Floor:
-    """Noise at the analysis rate (N, RMS): of the output sensor, of a perfect prediction, and on the fine grid."""
+    """Noise at the analysis rate (N, RMS): of the output sensor, of a perfect prediction, and on the fine grid.
+
+    ``push_n`` is the mean push of input noise on the prediction, shape (samples,).
+    """
 
     output_n: float
     prediction_n: float
     fine_n: float
+    push_n: Array
 
     @property
     def total_n(self) -> float:
@@ -46,18 +52,24 @@ def noise_floor(sim: Simulator, theta: Array, prediction: Array) -> Floor:
     step = max(r.dt_s * r.factor for r in sim.problem.records)
     for window_s in (WINDOW_S, 1.5, MIN_WINDOW_S):
         length = max(8, round(window_s / step))
-        series = [w for r, s in zip(sim.problem.records, sim.slices(), strict=True) for w in _windows(r, prediction[s], length)]
+        series = [
+            w
+            for r, s in zip(sim.problem.records, sim.slices(), strict=True)
+            for w in _windows(r, prediction[s], length)
+        ]
         if len(series) >= 4:
             break
     if len(series) < 4:
         white = [(_white(r.y), _white(r.y_fine)) for r in sim.problem.records]
         output, fine_n = (float(np.median(x)) for x in zip(*white, strict=True))
-        return Floor(output, _passed_on(sim, theta, np.array([1.0]), output), fine_n)
+        scatter, push = _passed_on(sim, theta, np.array([1.0]), output)
+        return Floor(output, scatter, fine_n, push)
     coefficients, sigma = _autoregression(np.array(series))
     fine = [_white(r.y_fine) for r in sim.problem.records]
     coarse = [_white(r.y) for r in sim.problem.records]
     above = float(np.sqrt(max(np.median(fine) ** 2 - np.median(coarse) ** 2, 0.0)))
-    return Floor(sigma, _passed_on(sim, theta, coefficients, sigma), float(np.hypot(sigma, above)))
+    scatter, push = _passed_on(sim, theta, coefficients, sigma)
+    return Floor(sigma, scatter, float(np.hypot(sigma, above)), push)
 
 
 def _windows(r: Record, prediction: Array, length: int) -> list[Array]:
@@ -87,7 +99,9 @@ def _autoregression(windows: Array) -> tuple[Array, float]:
     corrected = measured.copy()
     for _ in range(3):
         a, variance = _yule_walker(corrected)
-        noise = lfilter([np.sqrt(variance)], a, stream(0, "noise floor").standard_normal((400, 4 * quiet.shape[1])), axis=1)
+        noise = lfilter(
+            [np.sqrt(variance)], a, stream(0, "noise floor").standard_normal((400, 4 * quiet.shape[1])), axis=1
+        )
         noise = noise[:, -quiet.shape[1] :]
         x = np.arange(noise.shape[1]) - (noise.shape[1] - 1) / 2
         true = _acf(noise)
@@ -96,7 +110,9 @@ def _autoregression(windows: Array) -> tuple[Array, float]:
         corrected = measured + (true - _acf(noise))
     a, _ = _yule_walker(corrected)
     # windows without the loudest tenth are a little too quiet
-    return a, float(np.sqrt(corrected[0] * power.mean() / max(float(power[power <= np.quantile(power, 0.9)].mean()), 1e-300)))
+    return a, float(
+        np.sqrt(corrected[0] * power.mean() / max(float(power[power <= np.quantile(power, 0.9)].mean()), 1e-300))
+    )
 
 
 def _acf(rows: Array) -> Array:
@@ -117,26 +133,47 @@ def _yule_walker(acf: Array) -> tuple[Array, float]:
     return np.concatenate(([1.0], -phi)), variance
 
 
-def _passed_on(sim: Simulator, theta: Array, coefficients: Array, sigma: float) -> float:
-    """Return the RMS change (N) of the base prediction when the smoothed input carries such noise once more."""
+def _passed_on(sim: Simulator, theta: Array, coefficients: Array, sigma: float) -> tuple[float, Array]:
+    """Return scatter (N, RMS) and mean (N, shape (samples,)) of what input noise does to the base prediction."""
     reference = sim.predict(theta, {})
-    total = 0.0
+    mean, square = np.zeros_like(reference), np.zeros_like(reference)
     for draw in range(DRAWS):
-        moved = sim.with_inputs([r.u + _input_noise(r, coefficients, sigma, draw, i) for i, r in enumerate(sim.problem.records)])
-        total += float(np.sum(sim.weight * (moved.predict(theta, {}) - reference) ** 2) / max(sim.weight.sum(), 1.0))
-    return float(np.sqrt(total / DRAWS))
+        inputs = [
+            corner_preserving(r.u + _input_noise(r, coefficients, sigma, draw, i), r.smooth_half)
+            for i, r in enumerate(sim.problem.records)
+        ]
+        change = sim.with_inputs(inputs).predict(theta, {}) - reference
+        mean += change / DRAWS
+        square += change**2 / DRAWS
+    variance = np.maximum(square - mean**2, 0.0) * DRAWS / (DRAWS - 1)
+    return float(np.sqrt(np.sum(sim.weight * variance) / max(sim.weight.sum(), 1.0))), _steady(sim, mean)
+
+
+def _steady(sim: Simulator, mean: Array) -> Array:
+    """Return the mean push averaged over a second: it is slow, what is fast of it is leftover scatter."""
+    out = np.empty_like(mean)
+    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
+        width = max(1, min(round(1.0 / (r.dt_s * r.factor)), len(r)))
+        weight = np.convolve(np.ones(len(r)), np.ones(width), mode="same")
+        out[s] = np.convolve(mean[s], np.ones(width), mode="same") / weight
+    return out
 
 
 def _input_noise(r: Record, coefficients: Array, sigma: float, draw: int, i: int) -> Array:
+    """Return a draw of input noise on the simulation grid (N): the output's kind, at the input's level."""
     n = len(r)
-    noise = lfilter([1.0], coefficients, stream(0, "input noise", draw, i).standard_normal(n + 100))[100:]
-    noise *= sigma / max(float(noise.std()), 1e-300)
+    noise = lfilter([1.0], coefficients, stream(0, "input noise", draw, i).standard_normal(n + 200))[200:]
+    noise *= sigma / np.sqrt(_gain(coefficients))
     # sensors of a rig are alike; where their white noise differs, so is the coloured part taken to
-    out_white, in_white = max(_white(r.y_fine), 1e-12), _white(r.raw.tension_in_n)
+    out_white, in_white = max(_white(r.raw.tension_out_n), 1e-12), _white(r.raw.tension_in_n)
     noise *= float(np.clip(in_white / out_white, 0.2, 5.0))
-    width = max(1, round(r.smooth_s / (r.dt_s * r.factor)))
-    smooth = np.convolve(noise, np.ones(width) / width, mode="same")
-    return np.interp(np.arange(n * r.factor), (np.arange(n) + 0.5) * r.factor - 0.5, smooth)
+    return np.interp(np.arange(n * r.factor), (np.arange(n) + 0.5) * r.factor - 0.5, noise)
+
+
+def _gain(coefficients: Array) -> float:
+    """Return the variance of the filter's response to unit white noise."""
+    impulse = lfilter([1.0], coefficients, np.concatenate(([1.0], np.zeros(2000))))
+    return float(np.sum(impulse**2))
 
 
 def _white(x: Array) -> float:

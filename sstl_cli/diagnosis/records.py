@@ -56,7 +56,7 @@ class Record:
     raw_weight: Array
     y_fine: Array
     weight_fine: Array
-    smooth_s: float
+    smooth_half: int
 
     def __len__(self) -> int:
         return len(self.y)
@@ -98,7 +98,9 @@ def prepare(runs: Sequence[Run]) -> Problem:
             usable.append(checked)
     if not usable:
         reasons = sorted(set(aside.values()))
-        raise SstlError("no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901")
+        raise SstlError(
+            "no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901"
+        )
     # runs without a configuration share no theta with any other
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
     configs = tuple(sorted(set(keys)))
@@ -138,7 +140,10 @@ def _on_grid(run: Run, finite: Mask) -> Run:
         if (value := getattr(run, name)) is not None
     }
     # long gaps are bridged by a line that nobody measured: no weight there
-    distance = np.min(np.abs(grid[:, None] - time[np.searchsorted(time, grid).clip(1, len(time) - 1)[:, None] + np.array([-1, 0])]), axis=1)
+    distance = np.min(
+        np.abs(grid[:, None] - time[np.searchsorted(time, grid).clip(1, len(time) - 1)[:, None] + np.array([-1, 0])]),
+        axis=1,
+    )
     return replace(run, time_s=grid, extra={"gap": (distance > 2.0 * dt).astype(float)}, **extra)
 
 
@@ -164,10 +169,27 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     y = block_mean(fine_out, factor)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
-        run.run_id, run.system, config, run.location, run.trajectory or "", dt, factor, time, u, y,
-        corner_preserving(fine_out, half), rate, weight, float(np.median(y[:3])), run, faults_in, faults_out, raw_weight,
-        fine_out, (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
-        (2 * half + 1) * dt,
+        run.run_id,
+        run.system,
+        config,
+        run.location,
+        run.trajectory or "",
+        dt,
+        factor,
+        time,
+        u,
+        y,
+        corner_preserving(fine_out, half),
+        rate,
+        weight,
+        float(np.median(y[:3])),
+        run,
+        faults_in,
+        faults_out,
+        raw_weight,
+        fine_out,
+        (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
+        half,
     )
 
 
@@ -181,7 +203,10 @@ def _half_width(signal: Array, dt: float) -> int:
             break
         residual = signal - corner_preserving(signal, half)
         # the largest tenth shows a rounded corner before the mean does
-        if np.sqrt(np.mean(residual**2)) <= SMOOTH_EXCESS * noise and np.percentile(np.abs(residual), 99.9) < 5.0 * noise:
+        if (
+            np.sqrt(np.mean(residual**2)) <= SMOOTH_EXCESS * noise
+            and np.percentile(np.abs(residual), 99.9) < 5.0 * noise
+        ):
             return half
     return 0
 
@@ -203,7 +228,9 @@ def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:
         if len(tail) == 0:
             continue
         gp, gr = np.exp(-theta), np.exp(theta)
-        spread = play_operator(tail, gp, 0.0, gr, 0.0, 4.0 * u[end]) - play_operator(tail, gp, 0.0, gr, 0.0, gp * u[end])
+        spread = play_operator(tail, gp, 0.0, gr, 0.0, 4.0 * u[end]) - play_operator(
+            tail, gp, 0.0, gr, 0.0, gp * u[end]
+        )
         differs = np.abs(spread) > 1e-3 * max(u[end], 1.0)
         last = int(np.argmin(differs)) if not differs.all() else len(tail)
         flags[end + 1 : end + 1 + last] = True
@@ -228,4 +255,3 @@ def representatives(problem: Problem) -> Problem:
     used = sorted({r.config for r in records})
     renumbered = tuple(replace(r, config=used.index(r.config)) for r in records)
     return Problem(renumbered, tuple(problem.configs[c] for c in used), {}, problem.analysis_hz)
-

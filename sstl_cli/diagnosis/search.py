@@ -112,8 +112,14 @@ def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> A
 
 
 def run(
-    sim: Simulator, ids: Sequence[str], theta0: Array, max_effects: int, advance: Callable[[float], None] = lambda _: None,
-    workers: int = 1, noise_n: float = 0.0, partner_share: float = 0.0,
+    sim: Simulator,
+    ids: Sequence[str],
+    theta0: Array,
+    max_effects: int,
+    advance: Callable[[float], None] = lambda _: None,
+    workers: int = 1,
+    noise_n: float = 0.0,
+    partner_share: float = 0.0,
 ) -> Search:
     """Fit the base, every candidate, and combinations of up to ``max_effects`` effects.
 
@@ -122,7 +128,7 @@ def run(
     Combinations are tried only while more than noise (``noise_n``, N) is left for a further effect to carry
     ``partner_share`` of the gap.
     """
-    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
+    small = _reduced(sim)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
     plain = identity(small.slices(), small.weight)
     rough = fit(small, plain, (), (), theta0[chosen], np.zeros(0))
@@ -165,6 +171,17 @@ def run(
         _combine(search, ids, size, warm, workers)
         advance(len(ids) / max(max_effects - 1, 1))
     return search
+
+
+def _reduced(sim: Simulator) -> Simulator:
+    """Return the simulator of representative runs."""
+    problem = representatives(sim.problem)
+    kept = {r.run_id for r in problem.records}
+    push = None
+    if sim.push is not None:
+        parts = [sim.push[s] for r, s in zip(sim.problem.records, sim.slices(), strict=True) if r.run_id in kept]
+        push = np.concatenate(parts)
+    return Simulator(problem, sim.mechanics, sim.fixed, push)
 
 
 def _room(search: Search, size: int, noise_n: float, partner_share: float) -> bool:
@@ -215,8 +232,7 @@ def _combine(search: Search, ids: Sequence[str], size: int, warm: dict[str, Arra
     sim, whiten = search.sim, search.whiten
     for leader in search.leaders(size - 1)[: PAIR_LEADERS if size == 2 else 1]:
         others = [
-            i for i in ids
-            if i in warm and i not in leader.ids and tuple(sorted((*leader.ids, i))) not in search.fits
+            i for i in ids if i in warm and i not in leader.ids and tuple(sorted((*leader.ids, i))) not in search.fits
         ]
 
         def gain(effect_id: str, leader: Fit = leader) -> tuple[float, str, Array]:
@@ -226,7 +242,9 @@ def _combine(search: Search, ids: Sequence[str], size: int, warm: dict[str, Arra
         def joined(partner: tuple[float, str, Array], leader: Fit = leader) -> Fit:
             _, effect_id, start = partner
             free = (*leader.free, *_without(free_parameters((effect_id,), sim.problem.systems), leader.free))
-            return fit(sim, whiten, (*leader.ids, effect_id), free, leader.theta, np.concatenate((leader.values, start)))
+            return fit(
+                sim, whiten, (*leader.ids, effect_id), free, leader.theta, np.concatenate((leader.values, start))
+            )
 
         partners = sorted(_each(gain, others, workers), key=lambda p: p[:2])[:PAIR_PARTNERS]
         for f in _each(joined, partners, workers):

@@ -13,7 +13,9 @@ def sentence(document: dict[str, Any]) -> str:
     effects, p = verdict["effects"], verdict["confidence"]
     status = verdict["status"]
     if status == "none":
-        return "The simulator already explains the log to its noise floor: nothing is missing that this data could show."
+        return (
+            "The simulator already explains the log to its noise floor: nothing is missing that this data could show."
+        )
     if status == "unknown":
         return f"There is a gap whose cause is not known: {verdict['why']}."
     names = " and ".join(f"{_plain(e)} ({e})" for e in effects)
@@ -50,7 +52,9 @@ def lines(document: dict[str, Any]) -> list[str]:
         places[key] = places.get(key, 0.0) + row["share_pct"]
     top = sorted(places.items(), key=lambda item: -item[1])[:3]
     rest = 100.0 - sum(v for _, v in top)
-    out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")
+    out.append(
+        "  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %"
+    )
     group = [e for e in document["verdict"]["ambiguity_group"] if e not in document["verdict"]["effects"]]
     if document["verdict"]["effects"]:
         out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))

@@ -21,7 +21,11 @@ Effects = Mapping[str, Mapping[str, float]]
 
 # The stiffness of the load is not known from tensions; effects that act along the line need it.
 LINE = Effect(
-    id="line", title="Compliance of the load", stage=TRANSITION, equation="x = T / k", source="Section II-B",
+    id="line",
+    title="Compliance of the load",
+    stage=TRANSITION,
+    equation="x = T / k",
+    source="Section II-B",
     parameters=(Parameter("load_mm_per_n", "mm/N", 0.125, 0.02, 1.0, "compliance of the load spring", shape=True),),
     excitation="",
 )
@@ -43,12 +47,14 @@ class Free:
 class Simulator:
     """Predicts the measured output of every record; records are concatenated in order.
 
-    ``fixed`` effects are those the user's own simulator already contains.
+    ``fixed`` effects are those the user's own simulator already contains. ``push`` is the mean push of
+    input noise on the prediction (N, shape (samples,)); adding it to the measured output takes it out.
     """
 
     problem: Problem
     mechanics: Mechanics
     fixed: Effects = field(default_factory=dict)
+    push: Array | None = None
     _drives: list[Drive] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -57,6 +63,8 @@ class Simulator:
         lengths = [len(r) for r in p.records]
         self.edges = np.concatenate(([0], np.cumsum(lengths)))
         self.y = np.concatenate([r.y for r in p.records])
+        if self.push is not None:
+            self.y = self.y + self.push
         self.weight = np.concatenate([r.weight for r in p.records])
         self.config = np.concatenate([np.full(len(r), r.config) for r in p.records])
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])

@@ -39,8 +39,11 @@ def _median_of_lines(signal: Array, half: int) -> Array:
     n, m = len(signal), 2 * half + 1
     padded = _mirrored(signal, 2 * half)
     x = np.arange(m) - half
-    mean = _moving(padded, m) / m
-    slope = np.convolve(padded, x[::-1].astype(float), mode="valid") / float((x * x).sum())
+    total = _moving(padded, m)
+    mean = total / m
+    # first moments by running sums: as cheap for wide windows as for narrow ones
+    centre = np.arange(len(total)) + half
+    slope = (_moving(np.arange(len(padded)) * padded, m) - centre * total) / float((x * x).sum())
     # entry i + half is the window centred at sample i
     at = np.arange(n) + half
     centred = mean[at]

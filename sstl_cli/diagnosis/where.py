@@ -42,8 +42,11 @@ def shares(sim: Simulator, error: Array, code: NDArray[np.int64]) -> list[dict[s
     total = max(float(sums.sum()), 1e-300)
     rows = [
         {
-            "system": systems[k // (4 * configs)], "phase": PHASES[k // configs % 4], "config_id": sim.problem.configs[k % configs],
-            "share_pct": 100.0 * float(sums[k]) / total, "rmse_n": float(np.sqrt(sums[k] / counts[k])),
+            "system": systems[k // (4 * configs)],
+            "phase": PHASES[k // configs % 4],
+            "config_id": sim.problem.configs[k % configs],
+            "share_pct": 100.0 * float(sums[k]) / total,
+            "rmse_n": float(np.sqrt(sums[k] / counts[k])),
         }
         for k in np.flatnonzero(counts)
     ]

@@ -36,7 +36,9 @@ def identity(slices: list[slice], weight: Array, scale: float = 1.0) -> Whitener
     return Whitener(tuple(one for _ in slices), tuple(scale for _ in slices), tuple(slices), weight.copy())
 
 
-def fit_whitener(residual: Array, weight: Array, slices: list[slice], groups: list[str], order: int = ORDER) -> Whitener:
+def fit_whitener(
+    residual: Array, weight: Array, slices: list[slice], groups: list[str], order: int = ORDER
+) -> Whitener:
     """Return autoregressive whiteners fitted to residuals, one per group of runs (system).
 
     Parameters
@@ -73,7 +75,9 @@ def spread_whitener(
     return _assemble(filters, weight, slices, groups)
 
 
-def _assemble(filters: dict[str, tuple[Array, float]], weight: Array, slices: list[slice], groups: list[str]) -> Whitener:
+def _assemble(
+    filters: dict[str, tuple[Array, float]], weight: Array, slices: list[slice], groups: list[str]
+) -> Whitener:
     keep = np.empty_like(weight)
     for s, g in zip(slices, groups, strict=True):
         w, order = weight[s], len(filters[g][0]) - 1

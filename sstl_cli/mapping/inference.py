@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,13 @@ from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.mapping.header import Header
 
 Array = NDArray[np.float64]
-Weights = dict[str, NDArray[np.floating]]
+Weights = dict[str, NDArray[Any]]
 SCALING = ("x_mean", "x_scale", "y_mean", "y_scale")
 
 
 @dataclass(frozen=True)
 class Group:
-    """Weights that serve the same tendons: scaling, shape (seeds, 2), and per variant the weights stacked over seeds."""
+    """Weights of the same tendons: scaling, shape (seeds, 2), and per variant the weights stacked over seeds."""
 
     scaling: Weights
     variants: dict[str, Weights]
@@ -77,7 +78,8 @@ class MappingModel:
         low, high = np.array(self.header.input_low), np.array(self.header.input_high)
         inside = ((x >= low) & (x <= high)).all(axis=1)
         # the comparison is false for NaN, which is outside too
-        return ~(inside & (distance(x, np.array(self.header.centre), np.array(self.header.precision)) <= self.header.reach))
+        away = distance(x, np.array(self.header.centre), np.array(self.header.precision))
+        return ~(inside & (away <= self.header.reach))
 
     # the controller's host asks by this name
     outside = outside_range

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,10 @@ class Part(Protocol):
     def weight(self) -> Array: ...
 
 
-def fit_linear(fitting: Part, validating: Part, whole: Part, scaling: dict[str, NDArray[np.floating]]) -> tuple[dict[str, NDArray[np.floating]], Array]:
-    """Return the weights fitted on the whole training part, and the validation RMSE (total) of a fit without validation."""
+def fit_linear(
+    fitting: Part, validating: Part, whole: Part, scaling: dict[str, NDArray[Any]]
+) -> tuple[dict[str, NDArray[Any]], Array]:
+    """Return the weights fitted on the whole training part, and the validation RMSE (total) of a fit without it."""
     mean, scale = scaling["y_mean"], scaling["y_scale"]
     trial = _solve(fitting, mean, scale)
     out = mean[:, None] + scale[:, None] * (_with_one(validating.x) @ trial)

@@ -40,7 +40,8 @@ class _Attempt:
 
 
 def train(
-    pairs: Pairs, splits: Splits, variants: tuple[Variant, ...] = VARIANTS, options: training.Options = training.Options(),
+    pairs: Pairs, splits: Splits, variants: tuple[Variant, ...] = VARIANTS,
+    options: training.Options = training.Options(),
     strategy: str = "auto", seed: int = 0, split_seed: int = 0, test_share: float = 0.25,
     advance: Callable[[float], None] | None = None,
 ) -> Trained:
@@ -87,9 +88,9 @@ def _attempt(
     if strategy == "separate":
         tendons = np.array(pairs.tendon)
         parts = [(t, pairs.take(np.flatnonzero(tendons == t))) for t in pairs.tendons]
+        told = _share(advance, len(parts))
         done = [
-            (t, training.fit(p.sstl, p.act, p.config_id, splits, variants, options, _share(advance, len(parts))), len(p))
-            for t, p in parts
+            (t, training.fit(p.sstl, p.act, p.config_id, splits, variants, options, told), len(p)) for t, p in parts
         ]
         total = sum(n for *_, n in done)
         rmse = {v.name: np.sqrt(sum(n * f.rmse_validation[v.name] ** 2 for _, f, n in done) / total) for v in variants}
@@ -104,12 +105,13 @@ def _attempt(
 
 def _range(x: Array) -> dict[str, object]:
     """Return box, centre, inverse covariance and largest distance of the trained inputs."""
-    centre = x.mean(axis=0)
+    centre: Array = x.mean(axis=0)
     # where inputs do not spread, the pseudo-inverse leaves that direction to the box
-    precision = np.linalg.pinv(np.cov(x.T, bias=True), rcond=1e-12, hermitian=True)
+    precision = np.asarray(np.linalg.pinv(np.cov(x.T, bias=True), rcond=1e-12, hermitian=True), np.float64)
     reach = distance(x, centre, precision).max() * (1 + 1e-9)
     return {
-        "input_low": tuple(x.min(axis=0).tolist()), "input_high": tuple(x.max(axis=0).tolist()), "centre": tuple(centre.tolist()),
+        "input_low": tuple(x.min(axis=0).tolist()), "input_high": tuple(x.max(axis=0).tolist()),
+        "centre": tuple(centre.tolist()),
         "precision": tuple(tuple(r) for r in precision.tolist()), "reach": float(reach),
     }
 

@@ -59,7 +59,8 @@ def _graph(onnx: Any, model: MappingModel) -> Any:
     )
     notes = {
         "variant": model.header.default, "data_sha256": model.header.data_sha256,
-        "input_low": ",".join(map(repr, model.header.input_low)), "input_high": ",".join(map(repr, model.header.input_high)),
+        "input_low": ",".join(map(repr, model.header.input_low)),
+        "input_high": ",".join(map(repr, model.header.input_high)),
     }
     helper.set_model_props(proto, notes)
     return proto

@@ -99,8 +99,9 @@ def pairs_of(theta: pa.Table) -> Pairs:
             acts.setdefault(str(row["config_id"]), {}).setdefault(str(row.get("tendon") or ""), []).append(row)
     for config, found in ((c, r) for c, r in loops.items() if c not in acts):
         aside.update({str(r["run_id"]): f"configuration {config} has no actuation run" for r in found})
-    for config, found in ((c, sum(t.values(), [])) for c, t in acts.items() if c not in loops):
-        aside.update({str(r["run_id"]): f"configuration {config} has no sensing-loop run" for r in found})
+    for config, tendons in ((c, t) for c, t in acts.items() if c not in loops):
+        alone = [r for rows in tendons.values() for r in rows]
+        aside.update({str(r["run_id"]): f"configuration {config} has no sensing-loop run" for r in alone})
     labels: list[tuple[str, str, str]] = []
     values: list[list[float]] = []
     for config in sorted(set(loops) & set(acts)):
@@ -110,8 +111,8 @@ def pairs_of(theta: pa.Table) -> Pairs:
             labels.append((config, place, tendon))
             values.append(sstl + [_mean(rows, n) for n in ("gamma_p", "gamma_r", "beta_p", "beta_r")])
     table = np.array(values, dtype=np.float64).reshape(-1, 6)
-    columns = [tuple(c) for c in zip(*labels, strict=True)] if labels else [(), (), ()]
-    return Pairs(*columns, table[:, :2], table[:, 2:4], table[:, 4:], aside, theta.num_rows)
+    configs, places, names = (tuple(label[i] for label in labels) for i in range(3))
+    return Pairs(configs, places, names, table[:, :2], table[:, 2:4], table[:, 4:], aside, theta.num_rows)
 
 
 def require_enough(pairs: Pairs, where: str = "") -> None:
@@ -121,7 +122,8 @@ def require_enough(pairs: Pairs, where: str = "") -> None:
         return
     reasons = "; ".join(f"{k}: {v}" for k, v in list(pairs.aside.items())[:3])
     raise SstlError(
-        f"has {found} paired configurations, training needs {MIN_CONFIGS}" + (f" (set aside: {reasons})" if reasons else ""),
+        f"has {found} paired configurations, training needs {MIN_CONFIGS}"
+        + (f" (set aside: {reasons})" if reasons else ""),
         where=where, fix="record act and sstl runs with the same config_id", code="E502",
     )
 
@@ -141,5 +143,6 @@ def _unusable(row: dict[str, object]) -> str:
 
 
 def _mean(rows: list[dict[str, object]], name: str) -> float:
-    known = [r[name] for r in rows if isinstance(r[name], float) and np.isfinite(r[name])]  # type: ignore[arg-type]
-    return float(np.mean(known)) if known else float("nan")  # type: ignore[arg-type]
+    found = [v for v in (r[name] for r in rows) if isinstance(v, float)]
+    known = [v for v in found if np.isfinite(v)]
+    return float(np.mean(known)) if known else float("nan")

@@ -31,7 +31,7 @@ class Splits:
     left_out: str = ""
 
     def mask(self, config_id: Sequence[str], parts: str) -> NDArray[np.bool_]:
-        """Return, shape (seeds, n), whether the configuration of each row has one of the roles; unknown ones are held out."""
+        """Return, shape (seeds, n), whether each row's configuration has one of the roles; unknown: held out."""
         place = {c: i for i, c in enumerate(self.configs)}
         at = [place.get(c, -1) for c in config_id]
         return np.array([[(r[i] if i >= 0 else HELD_OUT) in parts for i in at] for r in self.roles], dtype=bool)

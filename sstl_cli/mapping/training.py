@@ -20,7 +20,7 @@ from sstl_cli.mapping.variants import Variant
 
 Array = NDArray[np.float64]
 # members stacked in one tensor: their weights and AdamW's moments then stay in cache
-STACK = 10
+STACK = 20
 # epochs between two looks at the validation error
 LOOK = 5
 
@@ -100,8 +100,9 @@ def fit(
     members = [(v, s) for v in nets for s in range(len(seeds))]
     stacks = [members[i : i + STACK] for i in range(0, len(members), STACK)]
     if stacks:
-        with _steady() as workers, ThreadPoolExecutor(workers, initializer=torch.set_num_threads, initargs=(1,)) as pool:
-            jobs = [pool.submit(_train, m, seeds, fitting, validating, scaling, options, _per(advance, len(stacks))) for m in stacks]
+        with _steady() as cores, ThreadPoolExecutor(cores, "mapping", torch.set_num_threads, (1,)) as pool:
+            told = _per(advance, len(stacks))
+            jobs = [pool.submit(_train, m, seeds, fitting, validating, scaling, options, told) for m in stacks]
             try:
                 done = [job.result() for job in jobs]
             except BaseException:
@@ -143,9 +144,12 @@ def _train(
     own = [s for _, s in members]
     tensor = {
         n: torch.from_numpy(a[own]).to(kind)
-        for n, a in (("x", fitting.x), ("y", fitting.y), ("w", fitting.weight), ("xv", validating.x), ("yv", validating.y),
-                     ("wv", validating.weight), ("mean", scaling["y_mean"][:, None]), ("scale", scaling["y_scale"][:, None]))
-    }  # fmt: skip
+        for n, a in (
+            ("x", fitting.x), ("y", fitting.y), ("w", fitting.weight),
+            ("xv", validating.x), ("yv", validating.y), ("wv", validating.weight),
+            ("mean", scaling["y_mean"][:, None]), ("scale", scaling["y_scale"][:, None]),
+        )
+    }
     tensor["alpha"] = torch.tensor([v.alpha for v, _ in members], dtype=kind).reshape(-1, 1, 1)
     tensor["inv"] = torch.tensor([v.weight_inv for v, _ in members], dtype=kind)
     p = networks.initial([seeds[s] for s in own], fitting.x.shape[2], kind)
@@ -208,7 +212,8 @@ def _compact(
     fresh = _optimiser(kept, options)
     for name, value in kept.items():
         old = optimiser.state[p[name]]
-        fresh.state[value] = {"step": old["step"], "exp_avg": old["exp_avg"][keep], "exp_avg_sq": old["exp_avg_sq"][keep]}
+        moments = {n: old[n][keep] for n in ("exp_avg", "exp_avg_sq")}
+        fresh.state[value] = {"step": old["step"], **moments}
     return kept, fresh
 
 

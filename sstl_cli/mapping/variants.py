@@ -54,5 +54,6 @@ def chosen(text: str, weight_inv: float = LAMBDA) -> tuple[Variant, ...]:
         if name not in NAMES:
             raise UsageError(f"no variant '{name}' ({nearest(name, NAMES)})", where="--variants", code="E501")
     if not names:
-        raise UsageError("no variant given", where="--variants", fix=f"use all, or some of {','.join(NAMES)}", code="E501")
+        known = ",".join(NAMES)
+        raise UsageError("no variant given", where="--variants", fix=f"use all, or some of {known}", code="E501")
     return tuple(replace(v, weight_inv=weight_inv) if v.weight_inv else v for v in VARIANTS if v.name in names)

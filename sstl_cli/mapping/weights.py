@@ -44,7 +44,7 @@ def to_bytes(model: MappingModel) -> bytes:
     # the library keeps metadata in a hash map whose order changes from run to run, so the header is laid here
     header = json.loads(raw[8 : 8 + length])
     fields = model.header.model_dump(mode="json")
-    notes = {k: v if isinstance(v, str) else json.dumps(v, sort_keys=True, ensure_ascii=False) for k, v in fields.items()}
+    notes = {k: v if isinstance(v, str) else json.dumps(v, ensure_ascii=False) for k, v in fields.items()}
     text = json.dumps({"__metadata__": notes, **header}, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 8)
     return struct.pack("<Q", len(text)) + text + raw[8 + length :]
@@ -112,7 +112,8 @@ def _groups(header: Header, tensors: Weights, where: str) -> tuple[Group, ...]:
             raise SstlError(f"weights '{key}' are missing", where=where, fix=FIX, code="E512")
         if found.shape != shape or found.dtype not in (np.float32, np.float64):
             raise SstlError(
-                f"weights '{key}' are {found.dtype} {found.shape}, not floats {shape}", where=where, fix=FIX, code="E512"
+                f"weights '{key}' are {found.dtype} {found.shape}, not floats {shape}", where=where, fix=FIX,
+                code="E512",
             )
         if not np.isfinite(found).all():
             raise SstlError(f"weights '{key}' are not all finite", where=where, fix=FIX, code="E512")
@@ -123,7 +124,7 @@ def _groups(header: Header, tensors: Weights, where: str) -> tuple[Group, ...]:
         scaling = {k: take(f"{g}/{k}", (seeds, 2)) for k in SCALING}
         if not (scaling["x_scale"] > 0).all():
             raise SstlError("input scaling is not positive", where=where, fix=FIX, code="E512")
-        variants = {
+        variants: dict[str, Weights] = {
             v.name: {k: take(f"{g}/{v.name}/{k}", s) for k, s in weight_shapes(v.alpha, seeds, header.inputs).items()}
             for v in header.variants
         }

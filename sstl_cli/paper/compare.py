@@ -22,18 +22,21 @@ BOUND_SD = 2.0
 STALE_SD = 5.0
 _S, _F = pa.string(), pa.float64()
 COMPARISON = Schema(
-    "sstl.comparison", 1,
+    "sstl.comparison",
+    1,
     (
         Column("table", _S, meaning="I, II, bias, III, range, IV or summary"),
         Column("block", _S, meaning="settings of our value: stated, or explained"),
-        Column("row", _S), Column("column", _S),
+        Column("row", _S),
+        Column("column", _S),
         Column("published", _F, nullable=True, meaning="as printed"),
         Column("published_spread", _F, nullable=True, meaning="printed behind the value"),
         Column("ours", _F, nullable=True),
         Column("ours_mean", _F, nullable=True, meaning="mean of ours over seeds"),
         Column("ours_sd", _F, nullable=True, meaning="standard deviation of ours over seeds"),
         Column("difference", _F, nullable=True, meaning="ours minus published"),
-        Column("verdict", _S), Column("reason", _S, meaning="why the paper contradicts itself, or how far ours differs"),
+        Column("verdict", _S),
+        Column("reason", _S, meaning="why the paper contradicts itself, or how far ours differs"),
     ),
 )
 
@@ -58,14 +61,26 @@ class Compared:
         """Return the row of the COMPARISON schema."""
         e = self.entry
         return {
-            "table": e.table, "block": self.block, "row": e.row, "column": e.column, "published": e.value,
-            "published_spread": e.spread, "ours": self.ours, "ours_mean": self.mean, "ours_sd": self.sd,
-            "difference": self.difference, "verdict": self.verdict, "reason": self.reason,
+            "table": e.table,
+            "block": self.block,
+            "row": e.row,
+            "column": e.column,
+            "published": e.value,
+            "published_spread": e.spread,
+            "ours": self.ours,
+            "ours_mean": self.mean,
+            "ours_sd": self.sd,
+            "difference": self.difference,
+            "verdict": self.verdict,
+            "reason": self.reason,
         }
 
 
 def compare(
-    published: Iterable[Entry], ours: Mapping[Key, float], spread: Mapping[Key, tuple[float, float]], block: str = "stated"
+    published: Iterable[Entry],
+    ours: Mapping[Key, float],
+    spread: Mapping[Key, tuple[float, float]],
+    block: str = "stated",
 ) -> list[Compared]:
     """Return every published entry beside ours; entries we have no value for are not judged.
 
@@ -92,7 +107,10 @@ def judge(entry: Entry, value: float | None, mean: float | None, sd: float | Non
     if value is None or mean is None or sd is None:
         return UNJUDGED, "no value of ours" if value is None else "no sampling spread"
     if abs(value - mean) > STALE_SD * sd + entry.rounding:
-        return DIFFERS, f"ours is {value:.4g}, but the stored spread says {mean:.4g} +- {sd:.2g}: run sstl reproduce --spread"
+        return (
+            DIFFERS,
+            f"ours is {value:.4g}, but the stored spread says {mean:.4g} +- {sd:.2g}: run sstl reproduce --spread",
+        )
     off = mean - entry.value
     if abs(off) <= BOUND_SD * sd + entry.rounding:
         return MET, entry.contradicted

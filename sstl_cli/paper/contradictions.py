@@ -67,7 +67,9 @@ def bias_free(numbers: Mapping[Key, float]) -> dict[Key, str]:
     error is that of beta_p and beta_r, whatever the slopes.
     """
     found: dict[Key, str] = {}
-    most = max(abs(numbers["bias", f"act_beta_{d}", "mean"]) + 2 * numbers["bias", f"act_beta_{d}", "std"] for d in "pr")
+    most = max(
+        abs(numbers["bias", f"act_beta_{d}", "mean"]) + 2 * numbers["bias", f"act_beta_{d}", "std"] for d in "pr"
+    )
     mean = 0.5 * abs(sum(numbers["bias", f"act_beta_{d}", "mean"] for d in "pr"))
     for place in LOCATIONS:
         row = "sinusoid no-bias"

@@ -12,10 +12,22 @@ from sstl_cli.paper.settings import LOCATIONS
 MARKS = {MET: "=", CONTRADICTED: "!", DIFFERS: "x", UNJUDGED: "?"}
 LEGEND = "= within 2 sd   ! the paper contradicts itself here   x differs   ? not judged"
 NAMES = {
-    "linear": "Linear regression", "plain": "Plain MLP", "plain-inv": "Plain MLP + L_inv", "skip": "Skip-MLP",
-    "skip-inv": "Skip-MLP + L_inv", "R": "Pearson R", "rmse_id": "RMSE_id", "slope": "fit slope", "bias": "fit bias",
-    "rmse_fit": "RMSE_fit", "rmse_p": "RMSE Gp", "rmse_r": "RMSE Gr", "total": "Total", "rmse": "mean RMSE",
-    "red": "mean reduction %", "recovery": "of DI's %",
+    "linear": "Linear regression",
+    "plain": "Plain MLP",
+    "plain-inv": "Plain MLP + L_inv",
+    "skip": "Skip-MLP",
+    "skip-inv": "Skip-MLP + L_inv",
+    "R": "Pearson R",
+    "rmse_id": "RMSE_id",
+    "slope": "fit slope",
+    "bias": "fit bias",
+    "rmse_fit": "RMSE_fit",
+    "rmse_p": "RMSE Gp",
+    "rmse_r": "RMSE Gr",
+    "total": "Total",
+    "rmse": "mean RMSE",
+    "red": "mean reduction %",
+    "recovery": "of DI's %",
 }
 WIDTH = 80
 
@@ -37,7 +49,9 @@ def text(grid: Grid) -> str:
     widths = [max(len(r[i]) for r in (grid.header, *grid.rows)) for i in range(len(grid.header))]
 
     def line(cells: Sequence[str]) -> str:
-        parts = [c.ljust(w) if i < grid.labels else c.rjust(w) for i, (c, w) in enumerate(zip(cells, widths, strict=True))]
+        parts = [
+            c.ljust(w) if i < grid.labels else c.rjust(w) for i, (c, w) in enumerate(zip(cells, widths, strict=True))
+        ]
         return " ".join(parts).rstrip()
 
     out = [grid.title, line(grid.header), "-" * min(sum(widths) + len(widths) - 1, WIDTH)]
@@ -67,18 +81,28 @@ def entry_grids(compared: Sequence[Compared]) -> list[Grid]:
         if not own:
             continue
         rows = tuple(
-            (label(c.entry.row), label(c.entry.column), _printed(c), number(c.ours, c.entry.decimals),
-             _spread(c), MARKS[c.verdict])
+            (
+                label(c.entry.row),
+                label(c.entry.column),
+                _printed(c),
+                number(c.ours, c.entry.decimals),
+                _spread(c),
+                MARKS[c.verdict],
+            )
             for c in own
         )
-        grids.append(Grid(table, titles()[table], ("row", "entry", "paper", "ours", "over seeds", ""), rows, _notes(own), 2))
+        grids.append(
+            Grid(table, titles()[table], ("row", "entry", "paper", "ours", "over seeds", ""), rows, _notes(own), 2)
+        )
     return grids
 
 
 def tracking_grids(compared: Sequence[Compared]) -> list[Grid]:
     """Return Table IV in three blocks: paper, ours as stated (S), ours as explained (E)."""
-    stated, explained = ({(c.entry.row, c.entry.column): c for c in compared if c.entry.table == "IV" and c.block == b}
-                         for b in ("stated", "explained"))
+    stated, explained = (
+        {(c.entry.row, c.entry.column): c for c in compared if c.entry.table == "IV" and c.block == b}
+        for b in ("stated", "explained")
+    )
     if not stated:
         return []
     grids = []
@@ -100,11 +124,18 @@ def tracking_grids(compared: Sequence[Compared]) -> list[Grid]:
     rows = []
     for c in (c for c in compared if c.entry.table == "summary" and c.block == "stated"):
         other = next((e for e in compared if e.block == "explained" and e.entry == c.entry), None)
-        rows.append((
-            c.entry.row, label(c.entry.column), c.entry.text(), number(c.ours, c.entry.decimals) + MARKS[c.verdict],
-            number(other.ours, other.entry.decimals) + MARKS[other.verdict] if other else "-",
-        ))
-    grids.append(Grid("IV-summary", titles()["summary"], ("row", "entry", "paper", "stated", "explained"), tuple(rows), (), 2))
+        rows.append(
+            (
+                c.entry.row,
+                label(c.entry.column),
+                c.entry.text(),
+                number(c.ours, c.entry.decimals) + MARKS[c.verdict],
+                number(other.ours, other.entry.decimals) + MARKS[other.verdict] if other else "-",
+            )
+        )
+    grids.append(
+        Grid("IV-summary", titles()["summary"], ("row", "entry", "paper", "stated", "explained"), tuple(rows), (), 2)
+    )
     return grids
 
 

@@ -63,9 +63,7 @@ def bayes_error(places: Sequence[Place], count: int, rng: np.random.Generator, r
     return errors(bayes(drawn[:, 2:], places, count), drawn[:, :2])
 
 
-def linear_error(
-    places: Sequence[Place], count: int, rng: np.random.Generator, train_share: float = 0.75
-) -> Errors:
+def linear_error(places: Sequence[Place], count: int, rng: np.random.Generator, train_share: float = 0.75) -> Errors:
     """Return the held-out error of linear regression on one draw, split at random by configuration."""
     drawn = np.concatenate([draw_slopes(p, count, rng) for p in places])
     order = rng.permutation(len(drawn))

@@ -25,7 +25,10 @@ def page(
 ) -> str:
     """Return the page; it needs no network and no script."""
     environment = Environment(
-        loader=PackageLoader("sstl_cli.paper", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        loader=PackageLoader("sstl_cli.paper", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
         lstrip_blocks=True,
     )
     return environment.get_template("page.html").render(

@@ -45,12 +45,21 @@ STATED = Settings("stated", "settings as the paper states them")
 # values; the random ranges bring RMSE, STD and MAPE of the uncompensated row nearest at each location (grid of
 # 0.5-8 N by 14-40 N); the mismatch gives direct identification its printed error on the sinusoid.
 EXPLAINED = Settings(
-    "explained", "settings that explain the difference", 8.1, 6.0,
-    {"NP": (1.0, 34.0), "CP": (3.0, 32.0), "ND": (4.0, 20.0)}, Theta(0.55, -2.8, 1.74, -1.45), 0.3, 0.035,
+    "explained",
+    "settings that explain the difference",
+    8.1,
+    6.0,
+    {"NP": (1.0, 34.0), "CP": (3.0, 32.0), "ND": (4.0, 20.0)},
+    Theta(0.55, -2.8, 1.74, -1.45),
+    0.3,
+    0.035,
 )
 # parts of the explanation that can be switched off one at a time
 PARTS = {
-    "reference": ("offset_n", "amplitude_n", "random_n"), "lines": ("lines",), "loop lag": ("lag_s",), "mismatch": ("mismatch",),
+    "reference": ("offset_n", "amplitude_n", "random_n"),
+    "lines": ("lines",),
+    "loop lag": ("lag_s",),
+    "mismatch": ("mismatch",),
 }
 
 

@@ -203,4 +203,3 @@ class Position:
     cubic_per_mm2: float = 0.0
     play_mm: float = 0.0
     gap_mm: float = 0.0
-

@@ -150,7 +150,8 @@ def load(name_or_path: str) -> Scenario:
     if name_or_path not in builtin_names():
         raise SstlError(
             f"no scenario '{name_or_path}' ({nearest(name_or_path, builtin_names())})",
-            fix="give a TOML file or a built-in name", code="E710",
+            fix="give a TOML file or a built-in name",
+            code="E710",
         )
     with resources.as_file(resources.files("sstl_cli.physics") / "scenarios" / f"{name_or_path}.toml") as file:
         return parse(Scenario, read_toml(file), name_or_path)

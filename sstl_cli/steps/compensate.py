@@ -112,7 +112,9 @@ def mean_biases(cases: Iterable[Case]) -> tuple[float, float] | None:
 
 
 def with_mapping(
-    cases: Sequence[Case], predict: Callable[[Array], Array], biases: tuple[float, float],
+    cases: Sequence[Case],
+    predict: Callable[[Array], Array],
+    biases: tuple[float, float],
     outside: Callable[[Array], NDArray[np.bool_]] | None = None,
 ) -> tuple[list[Case], dict[str, str]]:
     """Return the cases with the actuation lines that a mapping predicts from the sensing loop (Phase I).
@@ -161,8 +163,13 @@ def possible_methods(cases: Sequence[Case]) -> dict[str, str]:
 
 
 def run(
-    cases: Iterable[Case], references: Callable[[Case], Sequence[Reference]], plant_of: Callable[[Case], Plant | None],
-    methods: Sequence[str] = METHODS, options: Options | None = None, seed: int = 0, floor_n: float = MAPE_FLOOR_N,
+    cases: Iterable[Case],
+    references: Callable[[Case], Sequence[Reference]],
+    plant_of: Callable[[Case], Plant | None],
+    methods: Sequence[str] = METHODS,
+    options: Options | None = None,
+    seed: int = 0,
+    floor_n: float = MAPE_FLOOR_N,
 ) -> Iterator[Result]:
     """Yield the result of every configuration, reference and method, one after the other.
 
@@ -202,8 +209,12 @@ def run(
 
 
 def run_recorded(
-    cases: Sequence[Case], recorded: Iterable[Run], methods: Sequence[str] = METHODS, options: Options | None = None,
-    floor_n: float = MAPE_FLOOR_N, plant_of: Callable[[Case], Plant | None] | None = None,
+    cases: Sequence[Case],
+    recorded: Iterable[Run],
+    methods: Sequence[str] = METHODS,
+    options: Options | None = None,
+    floor_n: float = MAPE_FLOOR_N,
+    plant_of: Callable[[Case], Plant | None] | None = None,
 ) -> Iterator[Result]:
     """Yield results where the input tension of a recorded loop drives the controller.
 
@@ -245,7 +256,8 @@ def run_recorded(
     if not used:
         raise SstlError(
             "no recorded run of system 'act' has a tension_ref_n and a configuration of the Theta table",
-            fix="record the reference, or give --reference instead of --recorded", code="E410",
+            fix="record the reference, or give --reference instead of --recorded",
+            code="E410",
         )
 
 
@@ -253,8 +265,11 @@ def command_table(result: Result) -> pa.Table:
     """Return what happened as a table of the COMMAND schema."""
     n = len(result.reference.time_s)
     labels = {
-        "run_id": result.run_id, "config_id": result.case.config_id, "location": result.case.location,
-        "trajectory": result.trajectory, "method": result.method,
+        "run_id": result.run_id,
+        "config_id": result.case.config_id,
+        "location": result.case.location,
+        "trajectory": result.trajectory,
+        "method": result.method,
     }
     arrays: list[pa.Array] = [pa.repeat(pa.scalar(v, pa.string()), n) for v in labels.values()]
     done = result.track
@@ -269,9 +284,17 @@ def score_rows(result: Result) -> list[dict[str, object]]:
     """Return the scores of a result as rows of the SCORE schema."""
     return [
         {
-            "run_id": result.run_id, "config_id": result.case.config_id, "location": result.case.location,
-            "trajectory": result.trajectory, "method": result.method, "window": window, "rmse_n": s.rmse_n,
-            "std_n": s.std_n, "mape_pct": s.mape_pct, "mape_floor_n": s.mape_floor_n, "masked_pct": s.masked_pct,
+            "run_id": result.run_id,
+            "config_id": result.case.config_id,
+            "location": result.case.location,
+            "trajectory": result.trajectory,
+            "method": result.method,
+            "window": window,
+            "rmse_n": s.rmse_n,
+            "std_n": s.std_n,
+            "mape_pct": s.mape_pct,
+            "mape_floor_n": s.mape_floor_n,
+            "masked_pct": s.masked_pct,
             "reduction_pct": result.reduction_pct[window],
         }
         for window, s in result.scores.items()
@@ -298,8 +321,14 @@ def _scores(reference: Reference, output: Array, floor_n: float) -> dict[str, Sc
 
 
 def _result(
-    case: Case, reference: Reference, method: str, done: Track, scores: dict[str, Score],
-    baseline: dict[str, Score] | None, cost: float | None, source: str | None = None,
+    case: Case,
+    reference: Reference,
+    method: str,
+    done: Track,
+    scores: dict[str, Score],
+    baseline: dict[str, Score] | None,
+    cost: float | None,
+    source: str | None = None,
 ) -> Result:
     compared = baseline if method != "none" else None
     reduction = {w: reduction_pct(s.rmse_n, compared[w].rmse_n) if compared else None for w, s in scores.items()}
@@ -311,6 +340,8 @@ def _require_reachable(reference: Reference, options: Options) -> None:
     low, high = float(reference.tension_n.min()), float(reference.tension_n.max())
     if low < 0.0 or high > options.t_max_n:
         raise SstlError(
-            f"reference spans {low:g}..{high:g} N, outside 0..{options.t_max_n:g} N", where=reference.name,
-            fix="change the reference or --t-max", code="E408",
+            f"reference spans {low:g}..{high:g} N, outside 0..{options.t_max_n:g} N",
+            where=reference.name,
+            fix="change the reference or --t-max",
+            code="E408",
         )

@@ -80,9 +80,7 @@ def candidates(options: DiagnoseOptions, present: Sequence[str]) -> list[str]:
     return [i for i in ids if i not in excluded and i not in present]
 
 
-def run(
-    runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None
-) -> Diagnosis:
+def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None) -> Diagnosis:
     """Return the diagnosis of recorded runs.
 
     Raises
@@ -98,22 +96,33 @@ def run(
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     first = fit(sim, identity(sim.slices(), sim.weight), (), (), nominal, np.zeros(0))
     floor = noise_floor(sim, first.theta, first.prediction)
+    sim = Simulator(problem, scenario.rig.mechanics(), scenario.effects, floor.push_n)
     found = search.run(
-        sim, fitted, first.theta, min(options.max_effects, 3), advance, options.workers, floor.total_n,
+        sim,
+        fitted,
+        first.theta,
+        min(options.max_effects, 3),
+        advance,
+        options.workers,
+        floor.total_n,
         options.rules.partner_share,
     )
     fine = sim.predict_fine(found.base.theta, {})
-    recorder = [
-        e for e in faults.recorder_effects(problem.records, fine, max(floor.fine_n, 1e-9)) if e.id in ids
-    ]
+    recorder = [e for e in faults.recorder_effects(problem.records, fine, max(floor.fine_n, 1e-9)) if e.id in ids]
     decision = decide(found, floor.total_n, options.rules)
     body = _document(problem, found, decision, recorder, options, nominal, floor, scenario)
     return Diagnosis(problem, found, decision, recorder, options, body)
 
 
 def _document(
-    problem: Problem, found: search.Search, d: Decision, recorder: list[faults.RecorderEffect], options: DiagnoseOptions,
-    nominal: np.ndarray, noise: Floor, scenario: Scenario,
+    problem: Problem,
+    found: search.Search,
+    d: Decision,
+    recorder: list[faults.RecorderEffect],
+    options: DiagnoseOptions,
+    nominal: np.ndarray,
+    noise: Floor,
+    scenario: Scenario,
 ) -> dict[str, Any]:
     sim, base, winner = found.sim, d.base, d.winner
     weight = max(float(sim.weight.sum()), 1.0)
@@ -140,15 +149,24 @@ def _document(
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "verdict": {
-            "status": status, "effects": effects, "confidence": confidence,
-            "ambiguity_group": list(dict.fromkeys([*effects, *group])), "why": why,
+            "status": status,
+            "effects": effects,
+            "confidence": confidence,
+            "ambiguity_group": list(dict.fromkeys([*effects, *group])),
+            "why": why,
         },
         "gap": {
-            "rmse_base_n": max(full_rate(as_given), retuned), "rmse_retuned_n": retuned, "rmse_with_effect_n": with_effect,
-            "noise_floor_n": full_rate(floor), "shrink_pct": interval.estimate,
+            "rmse_base_n": max(full_rate(as_given), retuned),
+            "rmse_retuned_n": retuned,
+            "rmse_with_effect_n": with_effect,
+            "noise_floor_n": full_rate(floor),
+            "shrink_pct": interval.estimate,
             "shrink_ci95_pct": [interval.low, interval.high],
-            "explained_of_reducible_pct": float(np.clip(100.0 * (retuned - with_effect) / reducible, 0, 100)) if reducible > 1e-12 else 0.0,
-            "held_out": d.folds.honest, "held_out_kind": d.folds.kind,
+            "explained_of_reducible_pct": float(np.clip(100.0 * (retuned - with_effect) / reducible, 0, 100))
+            if reducible > 1e-12
+            else 0.0,
+            "held_out": d.folds.honest,
+            "held_out_kind": d.folds.kind,
             "worse_regions": shrink.worse_regions(found, base, accepted, code) if accepted else [],
             "parameters_stable": shrink.stable(found, d) if accepted else True,
         },
@@ -158,8 +176,11 @@ def _document(
         "next_experiment": None,
         "base_score": base.score,
         "analysis": {
-            "rate_hz": problem.analysis_hz, "samples": sum(len(r.raw) for r in problem.records), "runs": len(problem.records),
-            "set_aside": problem.set_aside, "theta": dict(zip(problem.configs, found.base.theta.tolist(), strict=True)),
+            "rate_hz": problem.analysis_hz,
+            "samples": sum(len(r.raw) for r in problem.records),
+            "runs": len(problem.records),
+            "set_aside": problem.set_aside,
+            "theta": dict(zip(problem.configs, found.base.theta.tolist(), strict=True)),
         },
         "baselines": _baselines(found, d),
         "notes": _notes(problem, d),
@@ -186,7 +207,12 @@ def _by_size(found: search.Search, winner: Candidate) -> list[str]:
 
 
 def _with_recorder(
-    recorder: list[faults.RecorderEffect], d: Decision, effects: list[str], group: list[str], base: Candidate, sim: Simulator
+    recorder: list[faults.RecorderEffect],
+    d: Decision,
+    effects: list[str],
+    group: list[str],
+    base: Candidate,
+    sim: Simulator,
 ) -> tuple[str, str, float, list[str], list[str]]:
     """Merge recorder faults into the verdict: found on raw samples, they come before any fitted effect."""
     ids = [r.id for r in recorder]
@@ -223,7 +249,9 @@ def _recorder_gap(
         removed = sum(r.removed_n2 for r in recorder) / max(sum(len(b) for b in before), 1)
         clean = float(np.sqrt(max(raw**2 - removed, (0.1 * raw) ** 2)))
     percent = 100.0 * (1.0 - min(clean, with_effect if with_effect > 0 else clean) / raw) if raw > 0 else 0.0
-    ratios = np.array([np.sqrt(a.mean() / b.mean()) for a, b in zip(after, before, strict=True) if len(a) and b.mean() > 0])
+    ratios = np.array(
+        [np.sqrt(a.mean() / b.mean()) for a, b in zip(after, before, strict=True) if len(a) and b.mean() > 0]
+    )
     spread = 196.0 * float(ratios.std()) / np.sqrt(max(len(ratios), 1)) if len(ratios) > 1 else 5.0
     return raw, min(clean, raw), shrink.Interval(percent, percent - spread, min(percent + spread, 100.0))
 
@@ -241,29 +269,47 @@ def _candidates(
         strengths = [s for s, f in zip(labels, c.fit.free, strict=True) if not f.parameter.shape]
         rows.append(
             {
-                "id": "+".join(c.ids), "probability": d.probability.get(c.ids, 0.0),
+                "id": "+".join(c.ids),
+                "probability": d.probability.get(c.ids, 0.0),
                 "rmse_held_out_n": float(np.hypot(c.rms_n, fine_n)),
                 "shrink_pct": shrink.shrinkage(found, base, c, fine_n).estimate,
                 "score": c.score,
                 "parameters": [
                     {
-                        "name": f.parameter.name, "effect": f.effect.id, "unit": f.parameter.unit, "estimate": x.estimate,
-                        "ci95": [x.low, x.high], "at_bound": c.fit.at_bound(i), "identifiability": labels[i],
+                        "name": f.parameter.name,
+                        "effect": f.effect.id,
+                        "unit": f.parameter.unit,
+                        "estimate": x.estimate,
+                        "ci95": [x.low, x.high],
+                        "at_bound": c.fit.at_bound(i),
+                        "identifiability": labels[i],
                     }
                     for i, (f, x) in enumerate(zip(c.fit.free, intervals, strict=True))
                 ],
-                "identifiability": "identifiable" if "identifiable" in strengths else ("weak" if "weak" in strengths else "not_identifiable"),
+                "identifiability": "identifiable"
+                if "identifiable" in strengths
+                else ("weak" if "weak" in strengths else "not_identifiable"),
             }
         )
     for r in recorder:
         rows.insert(
             0,
             {
-                "id": r.id, "probability": r.share, "rmse_held_out_n": None, "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))),
+                "id": r.id,
+                "probability": r.share,
+                "rmse_held_out_n": None,
+                "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))),
                 "score": None,
                 "parameters": [
-                    {"name": k, "effect": r.id, "unit": get(r.id).parameter(k).unit, "estimate": v, "ci95": [v, v], "at_bound": False,
-                     "identifiability": "identifiable"}
+                    {
+                        "name": k,
+                        "effect": r.id,
+                        "unit": get(r.id).parameter(k).unit,
+                        "estimate": v,
+                        "ci95": [v, v],
+                        "at_bound": False,
+                        "identifiability": "identifiable",
+                    }
                     for k, v in r.parameters.items()
                 ],
                 "identifiability": "identifiable",
@@ -316,7 +362,10 @@ def _loops(sim: Simulator, found: search.Search, accepted: Candidate | None) -> 
         u = r.u.reshape(-1, r.factor).mean(axis=1)
         loops.append(
             {
-                "run_id": r.run_id, "system": r.system, "tension_in_n": u[::step], "measured_n": r.y[::step],
+                "run_id": r.run_id,
+                "system": r.system,
+                "tension_in_n": u[::step],
+                "measured_n": r.y[::step],
                 "base_n": found.base.prediction[s][::step],
                 "with_effect_n": (accepted.fit if accepted else found.base).prediction[s][::step],
             }
@@ -335,10 +384,13 @@ def _add_next(document: dict[str, Any], found: search.Search, d: Decision, scena
     if experiment is None:
         return
     document["next_experiment"] = {
-        "separates": list(experiment.separates), "trajectory": experiment.trajectory.name,
+        "separates": list(experiment.separates),
+        "trajectory": experiment.trajectory.name,
         "why": (
             f"refitted, the two differ by {experiment.distance_n:.3g} N RMS on it, "
             f"by {experiment.here_n:.3g} N on this data"
         ),
-        "scenario": following.scenario_of(found, experiment.trajectory).model_dump(mode="json", by_alias=True, exclude_defaults=False),
+        "scenario": following.scenario_of(found, experiment.trajectory).model_dump(
+            mode="json", by_alias=True, exclude_defaults=False
+        ),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import pyarrow as pa
 
@@ -50,7 +51,9 @@ def evaluation_table(found: Evaluation, seeds: tuple[int, ...]) -> pa.Table:
     """Return the table ``sstl.evaluation``: a row a variant and seed, and one of the mean over seeds (seed null)."""
     rows = []
     for score in found.scores:
-        lines = [(seed, score.rmse[k], found.outside_pct(k)) for k, seed in enumerate(seeds)]
+        lines: list[tuple[int | None, Any, float]] = [
+            (seed, score.rmse[k], found.outside_pct(k)) for k, seed in enumerate(seeds)
+        ]
         if score.ensemble[2] == score.ensemble[2]:
             lines.append((None, score.ensemble, found.outside_pct()))
         for seed, rmse, outside in lines:
@@ -65,9 +68,15 @@ def predictions_table(found: Evaluation) -> pa.Table:
     pieces = [
         pa.Table.from_arrays(
             [
-                pa.array(p.config_id), pa.array([v or None for v in p.location], pa.string()),
-                pa.array([v or None for v in p.tendon], pa.string()), pa.repeat(pa.scalar(name), len(p)), p.act[:, 0],
-                mean[:, 0], p.act[:, 1], mean[:, 1], found.outside,
+                pa.array(p.config_id),
+                pa.array([v or None for v in p.location], pa.string()),
+                pa.array([v or None for v in p.tendon], pa.string()),
+                pa.repeat(pa.scalar(name), len(p)),
+                p.act[:, 0],
+                mean[:, 0],
+                p.act[:, 1],
+                mean[:, 1],
+                found.outside,
             ],
             schema=PREDICTIONS.arrow(),
         )
@@ -90,7 +99,9 @@ def _pairs(theta: pa.Table, where: str) -> Pairs:
     if not len(pairs):
         reasons = "; ".join(f"{k}: {v}" for k, v in list(pairs.aside.items())[:3])
         raise SstlError(
-            "holds no configuration with both systems" + (f" ({reasons})" if reasons else ""), where=where,
-            fix="give act and sstl runs with the same config_id", code="E504",
+            "holds no configuration with both systems" + (f" ({reasons})" if reasons else ""),
+            where=where,
+            fix="give act and sstl runs with the same config_id",
+            code="E504",
         )
     return pairs

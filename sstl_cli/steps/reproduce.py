@@ -11,7 +11,12 @@ from sstl_cli.paper.published import of_table
 from sstl_cli.paper.settings import EXPLAINED, STATED
 from sstl_cli.paper.spread import Spread
 from sstl_cli.steps import (
-    reproduce_better, reproduce_gap, reproduce_mapping, reproduce_probe, reproduce_slopes, reproduce_tracking,
+    reproduce_better,
+    reproduce_gap,
+    reproduce_mapping,
+    reproduce_probe,
+    reproduce_slopes,
+    reproduce_tracking,
 )
 from sstl_cli.steps.reproduce_better import Rung
 from sstl_cli.steps.reproduce_gap import Gap
@@ -61,7 +66,11 @@ def chosen(text: str) -> tuple[str, ...]:
 
 
 def run(
-    tables: Sequence[str], seed: int, seeds: int, spread: Spread, report: Callable[[str], None] | None = None,
+    tables: Sequence[str],
+    seed: int,
+    seeds: int,
+    spread: Spread,
+    report: Callable[[str], None] | None = None,
     advance: Callable[[float], None] | None = None,
 ) -> Reproduction:
     """Return the tables asked for.
@@ -117,9 +126,7 @@ def run(
     if "probe" in tables:
         say("a shorter probe: the rig, faster and partial strokes")
         probes = tuple(reproduce_probe.run(seed, calibration))
-    return Reproduction(
-        tuple(compared), slopes, mapping, blocks, gap, better, probes, "figures" in tables, spread
-    )
+    return Reproduction(tuple(compared), slopes, mapping, blocks, gap, better, probes, "figures" in tables, spread)
 
 
 def biases(slopes: Slopes) -> tuple[float, float]:

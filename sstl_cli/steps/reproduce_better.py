@@ -14,7 +14,17 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.steps.reproduce_physics import Diagnosed, diagnosed
-from sstl_cli.steps.reproduce_rig import LAG_S, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
+from sstl_cli.steps.reproduce_rig import (
+    LAG_S,
+    Bend,
+    bends,
+    identified,
+    lines_of,
+    recorded,
+    slow_sine,
+    tracked,
+    trapezoid,
+)
 
 Array = NDArray[np.float64]
 TARGETS_N = {"sinusoid": 0.45, "random": 0.86}
@@ -43,7 +53,9 @@ class Calibration:
 
     def with_biases(self, sstl: Theta) -> Theta:
         """Return slopes and biases mapped from slopes and biases."""
-        return Theta(*(float(v) for v in np.array([sstl.gamma_p, sstl.beta_p, sstl.gamma_r, sstl.beta_r, 1.0]) @ self.all_four))
+        return Theta(
+            *(float(v) for v in np.array([sstl.gamma_p, sstl.beta_p, sstl.gamma_r, sstl.beta_r, 1.0]) @ self.all_four)
+        )
 
 
 @dataclass(frozen=True)
@@ -69,23 +81,24 @@ class Way:
     compensate: bool = True
 
 
-LEAD = {"lead_s": LAG_S}
-PLAY = {"reversal": "play"}
-SOFT = {"reversal": "play", "presliding": PRESLIDING}
+LEAD = Options(lead_s=LAG_S)
+PLAY = Options(lead_s=LAG_S, reversal="play")
+EVERYTHING = Options(lead_s=LAG_S, reversal="play", presliding=PRESLIDING)
+NO_LEAD = Options(reversal="play", presliding=PRESLIDING)
 WAYS = (
     Way("no compensation", "mapped", compensate=False),
     Way("direct identification (distal sensor)", "direct"),
     Way("the paper's pipeline", "mapped"),
     Way("+ biases mapped", "biases"),
     Way("+ physics-informed mapping", "physics"),
-    Way("+ loop-lag lead", "physics", Options(**LEAD)),
-    Way("+ exact inverse at reversals", "physics", Options(**LEAD, **PLAY)),
-    Way("+ presliding followed (all means)", "physics", Options(**LEAD, **SOFT)),
-    Way("all means, but biases constant", "mapped", Options(**LEAD, **SOFT)),
-    Way("all means, but no physics", "biases", Options(**LEAD, **SOFT)),
-    Way("all means, but no lead", "physics", Options(**SOFT)),
-    Way("all means, but Algorithm 1 at reversals", "physics", Options(**LEAD)),
-    Way("all means on directly identified lines", "direct", Options(**LEAD, **SOFT)),
+    Way("+ loop-lag lead", "physics", LEAD),
+    Way("+ exact inverse at reversals", "physics", PLAY),
+    Way("+ presliding followed (all means)", "physics", EVERYTHING),
+    Way("all means, but biases constant", "mapped", EVERYTHING),
+    Way("all means, but no physics", "biases", EVERYTHING),
+    Way("all means, but no lead", "physics", NO_LEAD),
+    Way("all means, but Algorithm 1 at reversals", "physics", LEAD),
+    Way("all means on directly identified lines", "direct", EVERYTHING),
 )
 ALL_MEANS = "+ presliding followed (all means)"
 
@@ -124,7 +137,12 @@ def sources(calibration: Calibration, bend: Bend, seed: int) -> dict[str, Theta]
     physics = calibration.diagnosed.lines(bend, calibration.diagnosed.theta(probe))
     if sstl is None or direct is None or physics is None:
         raise SstlError(f"bend {bend.name} could not be identified", code="E802")
-    return {"mapped": calibration.mapped(sstl), "biases": calibration.with_biases(sstl), "physics": physics, "direct": direct}
+    return {
+        "mapped": calibration.mapped(sstl),
+        "biases": calibration.with_biases(sstl),
+        "physics": physics,
+        "direct": direct,
+    }
 
 
 def tracked_bends(seed: int) -> list[Bend]:
@@ -133,7 +151,9 @@ def tracked_bends(seed: int) -> list[Bend]:
 
 
 def run(
-    seed: int, calibration: Calibration | None = None, ways: Sequence[Way] = WAYS,
+    seed: int,
+    calibration: Calibration | None = None,
+    ways: Sequence[Way] = WAYS,
     advance: Callable[[float], None] | None = None,
 ) -> list[Rung]:
     """Return what every way reaches on the rig, on both references, at one bend a location."""
@@ -145,11 +165,14 @@ def run(
         scores: dict[str, list[tuple[float, float, float]]] = {"sinusoid": [], "random": []}
         for bend in tests:
             for reference in (
-                references.sinusoid(cycles=2), references.random(stream(seed, "reference", bend.location), duration_s=200.0),
+                references.sinusoid(cycles=2),
+                references.random(stream(seed, "reference", bend.location), duration_s=200.0),
             ):
                 own = lines[bend.name][way.lines] if way.compensate else IDENTITY
                 s, _ = tracked(bend, own, reference, way.options, way.compensate, seed)
-                scores[reference.name].append((s.rmse_n, s.std_n, s.mape_pct if s.mape_pct is not None else float("nan")))
+                scores[reference.name].append(
+                    (s.rmse_n, s.std_n, s.mape_pct if s.mape_pct is not None else float("nan"))
+                )
         columns = [{t: tuple(v[i] for v in values) for t, values in scores.items()} for i in range(3)]
         done.append(Rung(way.name, *columns))
         if advance is not None:

@@ -17,7 +17,7 @@ from sstl_cli.steps.reproduce_tracking import Block, Prepared, block, distance
 class Share:
     """One part of the explanation: distance to the paper with this part alone, with all but it, and its Shapley share.
 
-    Distances are those of :func:`reproduce_tracking.distance`; ``share_pct`` adds up to 100 over the parts.
+    Distances (N) are those of :func:`reproduce_tracking.distance`; ``share_pct`` adds up to 100 over the parts.
     """
 
     part: str
@@ -56,7 +56,9 @@ def run(prepared: Prepared, seed: int) -> Gap:
         for some in (s for s in value if name not in s):
             weight = math.factorial(len(some)) * math.factorial(len(names) - len(some) - 1) / math.factorial(len(names))
             gain += weight * (value[some] - value[some | {name}])
-        shares.append(Share(name, value[frozenset({name})], value[whole - {name}], 100.0 * gain / drop if drop else 0.0))
+        shares.append(
+            Share(name, value[frozenset({name})], value[whole - {name}], 100.0 * gain / drop if drop else 0.0)
+        )
     return Gap(value[none], value[whole], tuple(shares))
 
 
@@ -71,8 +73,15 @@ def logs(stated: Block, explained: Block) -> tuple[Iterator[Run], Iterator[Run]]
 def _runs(made: Block) -> Iterator[Run]:
     for r in made.results:
         yield Run(
-            r.run_id, "act", r.reference.time_s, r.track.tension_in, r.track.tension_out, r.case.config_id,
-            r.case.location, trajectory=r.trajectory, tension_ref_n=r.reference.tension_n,
+            r.run_id,
+            "act",
+            r.reference.time_s,
+            r.track.tension_in,
+            r.track.tension_out,
+            r.case.config_id,
+            r.case.location,
+            trajectory=r.trajectory,
+            tension_ref_n=r.reference.tension_n,
         )
 
 

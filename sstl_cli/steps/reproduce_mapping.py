@@ -71,7 +71,10 @@ class Mapping:
 
 
 def run(
-    seed: int, seeds: int, without: tuple[str, ...] = (), left_out_seeds: int = 3,
+    seed: int,
+    seeds: int,
+    without: tuple[str, ...] = (),
+    left_out_seeds: int = 3,
     advance: Callable[[float], None] | None = None,
 ) -> Mapping:
     """Return Table III for one simulated data set and ``seeds`` training seeds, each with its own held-out part.
@@ -93,8 +96,15 @@ def run(
     share = held[0].sum() / splits.mask(pairs.config_id, FIT + VALIDATION)[0].sum()
     tests = tuple(paired_test(per_seed, a, b, float(share)) for a, b in _contests())
     return Mapping(
-        theta, pairs, per_seed, entries, spread, tests, bayes_error(PLACES, LEADS, stream(seed, "limit")),
-        errors(ideal, pairs.act), {p: _left_out(pairs, p, seed, left_out_seeds) for p in LOCATIONS},
+        theta,
+        pairs,
+        per_seed,
+        entries,
+        spread,
+        tests,
+        bayes_error(PLACES, LEADS, stream(seed, "limit")),
+        errors(ideal, pairs.act),
+        {p: _left_out(pairs, p, seed, left_out_seeds) for p in LOCATIONS},
         _handed_on(pairs, without, seed),
     )
 

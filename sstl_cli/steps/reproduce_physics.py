@@ -26,10 +26,14 @@ Array = NDArray[np.float64]
 EVERY = 10
 # effect and parameter, start, low, high: those of the catalogue that the calibration recordings show
 FITTED = (
-    ("pulley_friction", "m_p", 0.15, 0.0, 0.25), ("pulley_friction", "m_r", 0.15, 0.0, 0.25),
-    ("pulley_friction", "f0_n", 1.0, 0.0, 2.0), ("const_friction", "w_l_n", 0.1, 0.0, 0.5),
-    ("zero_offset", "z_out_act_n", 0.0, -2.0, 2.0), ("zero_offset", "z_out_sstl_n", 0.0, -2.0, 2.0),
-    ("gain_error", "g_act", 1.0, 0.85, 1.15), ("gain_error", "g_sstl", 1.0, 0.85, 1.15),
+    ("pulley_friction", "m_p", 0.15, 0.0, 0.25),
+    ("pulley_friction", "m_r", 0.15, 0.0, 0.25),
+    ("pulley_friction", "f0_n", 1.0, 0.0, 2.0),
+    ("const_friction", "w_l_n", 0.1, 0.0, 0.5),
+    ("zero_offset", "z_out_act_n", 0.0, -2.0, 2.0),
+    ("zero_offset", "z_out_sstl_n", 0.0, -2.0, 2.0),
+    ("gain_error", "g_act", 1.0, 0.85, 1.15),
+    ("gain_error", "g_sstl", 1.0, 0.85, 1.15),
 )
 
 
@@ -44,7 +48,9 @@ class Diagnosed:
         """Return theta (rad) of one pass that explains a recording of the sensing loop best."""
         record = _Record.of(run)
         found = minimize_scalar(
-            lambda t: float(np.mean(_residual(record, t, self.effects) ** 2)), bounds=(0.2, 1.2), method="bounded",
+            lambda t: float(np.mean(_residual(record, t, self.effects) ** 2)),
+            bounds=(0.2, 1.2),
+            method="bounded",
             options={"xatol": 1e-5},
         )
         return float(found.x)
@@ -67,10 +73,21 @@ def diagnosed(runs: Sequence[Run], first_theta: float = 0.58) -> Diagnosed:
     def residuals(p: Array) -> Array:
         effects = _effects(p)
         return np.concatenate(
-            [_residual(r, p[len(FITTED) + names.index(run.config_id)], effects) for r, run in zip(records, runs, strict=True)]
+            [
+                _residual(r, p[len(FITTED) + names.index(run.config_id)], effects)
+                for r, run in zip(records, runs, strict=True)
+            ]
         )
 
-    found = least_squares(residuals, start, bounds=(low, high), diff_step=1e-4, x_scale=high - low, loss="soft_l1", f_scale=0.1)
+    found = least_squares(
+        residuals,
+        start,
+        bounds=(low, high),
+        diff_step=np.full(len(start), 1e-4),
+        x_scale=high - low,
+        loss="soft_l1",
+        f_scale=0.1,
+    )
     return Diagnosed(_effects(found.x), float(np.sqrt(np.mean(residuals(found.x) ** 2))))
 
 
@@ -106,7 +123,12 @@ def _residual(record: _Record, theta: float, effects: Mapping[str, Mapping[str, 
 
 
 def _output(
-    system: str, location: str | None, time_s: Array, tension: Array, theta: float, effects: Mapping[str, Mapping[str, float]]
+    system: str,
+    location: str | None,
+    time_s: Array,
+    tension: Array,
+    theta: float,
+    effects: Mapping[str, Mapping[str, float]],
 ) -> Array:
     active, dt = activate(effects), float(time_s[1] - time_s[0])
     out = predict(drive_of(system, location, dt, tension, Mechanics()), float(theta), active, start_n=float(tension[0]))

@@ -58,10 +58,11 @@ def bends(per_location: int, rng: np.random.Generator) -> list[Bend]:
     ]
 
 
-def trapezoid(system: str, duration_s: float = PROBE_S, low: float | None = None, high: float | None = None,
-              dt_s: float = DT_S) -> tuple[Array, Array]:
+def trapezoid(
+    system: str, duration_s: float = PROBE_S, low: float | None = None, high: float | None = None, dt_s: float = DT_S
+) -> tuple[Array, Array]:
     """Return time (s) and input tension (N) of the probe: 40 % up, 5 % hold, 50 % down, 5 % hold."""
-    time = np.arange(round(duration_s / dt_s)) * dt_s
+    time = np.arange(round(duration_s / dt_s), dtype=np.float64) * dt_s
     bottom = RANGE_N[system][0] if low is None else low
     top = RANGE_N[system][1] if high is None else high
     shape = np.interp(time / duration_s, [0.0, 0.4, 0.45, 0.95, 1.0], [0.0, 1.0, 1.0, 0.0, 0.0])
@@ -70,7 +71,7 @@ def trapezoid(system: str, duration_s: float = PROBE_S, low: float | None = None
 
 def slow_sine(duration_s: float = 100.0, dt_s: float = DT_S) -> tuple[Array, Array]:
     """Return the sinusoidal probe of direct identification over the whole range of the actuation tendon."""
-    time = np.arange(round(duration_s / dt_s)) * dt_s
+    time = np.arange(round(duration_s / dt_s), dtype=np.float64) * dt_s
     low, high = RANGE_N["act"]
     return time, 0.5 * (low + high) - 0.5 * (high - low) * np.cos(2.0 * np.pi * time / duration_s)
 
@@ -78,7 +79,9 @@ def slow_sine(duration_s: float = 100.0, dt_s: float = DT_S) -> tuple[Array, Arr
 def recorded(bend: Bend, system: str, time_s: Array, tension_n: Array, seed: int, effects: Effects = GAP) -> Run:
     """Return what the rig's sensors record of one movement (noise 0.02 N)."""
     own = int(stream(seed, "rig", bend.name, system, len(time_s)).integers(2**62))
-    r = simulate_rig(SPEC, RigRun(system, bend.theta, bend.location, time_s, "tension", tension_n), effects, NoiseSpec(), own)
+    r = simulate_rig(
+        SPEC, RigRun(system, bend.theta, bend.location, time_s, "tension", tension_n), effects, NoiseSpec(), own
+    )
     return Run(f"{bend.name}-{system}", system, r.time_s, r.tension_in_n, r.tension_out_n, bend.name, bend.location)
 
 
@@ -103,13 +106,19 @@ class RigTendon:
     effects: Effects
 
     def __call__(self, tension_in: Array, dt_s: float) -> Array:
-        time = np.arange(len(tension_in)) * dt_s
+        time = np.arange(len(tension_in), dtype=np.float64) * dt_s
         run = RigRun("act", self.bend.theta, self.bend.location, time, "tension", np.maximum(tension_in, 0.0))
         return simulate_rig(SPEC, run, self.effects, NoiseSpec(white_n=0.0)).tension_out_n
 
 
 def tracked(
-    bend: Bend, lines: Theta, reference: Reference, options: Options, compensate: bool, seed: int, effects: Effects = GAP
+    bend: Bend,
+    lines: Theta,
+    reference: Reference,
+    options: Options,
+    compensate: bool,
+    seed: int,
+    effects: Effects = GAP,
 ) -> tuple[Score, Array]:
     """Return the score without the first cycle, and the output (N), of tracking a reference on the rig."""
     plant = Plant(RigTendon(bend, effects), TensionLoop(LAG_S, noise_n=0.02))

@@ -78,7 +78,9 @@ def prepare(seed: int, predict: Predict, biases: tuple[float, float]) -> Prepare
 def block(settings: Settings, prepared: Prepared, seed: int, methods: Sequence[str] = METHODS) -> Block:
     """Return Table IV under the given settings."""
     cases = {place: _case(settings, prepared, place) for place in prepared.cases}
-    plants = {c.config_id: Plant(PlayTendon(_plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()}
+    plants = {
+        c.config_id: Plant(PlayTendon(_plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()
+    }
 
     def wanted(case: Case) -> list[references.Reference]:
         low, high = settings.random_n[str(case.location)]
@@ -116,16 +118,9 @@ def entries(results: Sequence[Result], window: str = WINDOW_STEADY) -> dict[Key,
 
 
 def distance(ours: Mapping[Key, float], published: Mapping[Key, float]) -> float:
-    """Return how far a block lies from the paper: root mean square of ln(ours / published) over RMSE, STD and MAPE.
-
-    Values below 0.05 (N or %) count as 0.05, so that a perfect plant does not make the distance infinite.
-    """
-    logs = [
-        math.log(max(ours[k], 0.05) / v)
-        for k, v in published.items()
-        if k in ours and k[0] == "IV" and not k[2].startswith("red")
-    ]
-    return float(np.sqrt(np.mean(np.square(logs))))
+    """Return how far a block lies from the paper: root mean square difference (N) over every RMSE and STD."""
+    off = [ours[k] - v for k, v in published.items() if k in ours and k[0] == "IV" and k[2].startswith(("rmse", "std"))]
+    return float(np.sqrt(np.mean(np.square(off))))
 
 
 def _loop(settings: Settings) -> TensionLoop:
@@ -155,8 +150,10 @@ def _case(settings: Settings, prepared: Prepared, place: str) -> Case:
         if lines is None:
             return None
         return Theta(
-            before.gamma_p * lines.gamma_p / true[0], before.beta_p + lines.beta_p - true[1],
-            before.gamma_r * lines.gamma_r / true[2], before.beta_r + lines.beta_r - true[3],
+            before.gamma_p * lines.gamma_p / true[0],
+            before.beta_p + lines.beta_p - true[1],
+            before.gamma_r * lines.gamma_r / true[2],
+            before.beta_r + lines.beta_r - true[3],
         )
 
     return replace(case, act=moved(case.act), mapped=moved(case.mapped))

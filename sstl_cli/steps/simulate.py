@@ -67,12 +67,14 @@ def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterato
             if missing:
                 raise SstlError(
                     f"effect {effect.id} shows only in {missing[0]}, which trajectory '{p.trajectory.name}' does not record",
-                    fix="set record_position or record_reference in the scenario", code="E716",
+                    fix="set record_position or record_reference in the scenario",
+                    code="E716",
                 )
             if p.configuration.theta is None:
                 raise SstlError(
                     f"effects need theta, but configuration {p.configuration.id} gives propagation lines",
-                    fix="give theta in the scenario", code="E717",
+                    fix="give theta in the scenario",
+                    code="E717",
                 )
     if scenario.simulator == "rig":
         from sstl_cli.steps.simulate_rig import record
@@ -103,7 +105,11 @@ def labels(p: Plan) -> dict[str, object]:
     """Return the labels that a planned run carries in the log."""
     c = p.configuration
     return {
-        "run_id": p.run_id, "config_id": c.id, "system": p.system, "location": c.location, "lead_mm": c.lead_mm,
+        "run_id": p.run_id,
+        "config_id": c.id,
+        "system": p.system,
+        "location": c.location,
+        "lead_mm": c.lead_mm,
         "trajectory": p.trajectory.name,
     }
 
@@ -137,7 +143,9 @@ def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
     # noise is added before the recorder rounds, clips or drops samples
     seen_in, seen_out = measure(p.system, dt, noisy_in, noisy_out, active, stream(seed, "faults", p.run_id))
     return Run(
-        time_s=time, tension_in_n=seen_in, tension_out_n=seen_out,
+        time_s=time,
+        tension_in_n=seen_in,
+        tension_out_n=seen_out,
         position_in_mm=position if p.trajectory.record_position else None,
         tension_ref_n=command if p.trajectory.record_reference else None,
         **labels(p),  # type: ignore[arg-type]

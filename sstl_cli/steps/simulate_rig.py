@@ -31,16 +31,24 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     time, command = input_path(scenario, p, seed)
     rig = scenario.rig
     spec = RigSpec(
-        length_mm=rig.length_mm, ea_n=rig.ea_n, nodes=rig.nodes, bend_arc_fraction=rig.arc_fraction,
-        bend_centres=dict(rig.bend_centres), load_k1_n_per_mm=rig.load_n_per_mm,
+        length_mm=rig.length_mm,
+        ea_n=rig.ea_n,
+        nodes=rig.nodes,
+        bend_arc_fraction=rig.arc_fraction,
+        bend_centres=dict(rig.bend_centres),
+        load_k1_n_per_mm=rig.load_n_per_mm,
     )
     noise = NoiseSpec(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
     run = RigRun(p.system, c.theta, c.location, time, "tension", command)
     result = simulate_rig(spec, run, {k: dict(v) for k, v in effects.items()}, noise, _seed(seed, p.run_id))
     if result.unconverged > max(1, len(time) // 100_000):
-        raise SstlError(f"{result.unconverged} of {len(time)} steps did not converge", where=f"run {p.run_id}", code="E719")
+        raise SstlError(
+            f"{result.unconverged} of {len(time)} steps did not converge", where=f"run {p.run_id}", code="E719"
+        )
     return Run(
-        time_s=result.time_s, tension_in_n=result.tension_in_n, tension_out_n=result.tension_out_n,
+        time_s=result.time_s,
+        tension_in_n=result.tension_in_n,
+        tension_out_n=result.tension_out_n,
         position_in_mm=result.position_in_mm if p.trajectory.record_position else None,
         tension_ref_n=command if p.trajectory.record_reference else None,
         **labels(p),  # type: ignore[arg-type]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pyarrow as pa
 
@@ -43,7 +43,9 @@ class Result:
     epochs: dict[str, float]
 
 
-def run(theta: pa.Table, config: Config = Config(), advance: Callable[[float], None] | None = None, where: str = "") -> Result:
+def run(
+    theta: pa.Table, config: Config = Config(), advance: Callable[[float], None] | None = None, where: str = ""
+) -> Result:
     """Train every variant and seed on a Theta table.
 
     Raises
@@ -51,8 +53,7 @@ def run(theta: pa.Table, config: Config = Config(), advance: Callable[[float], N
     SstlError
         E502 with too few pairs, E503 if a location to leave out is unknown.
     """
-    from dataclasses import replace
-
+    # torch takes over a second to load: not before the tables are known to be sound
     from sstl_cli.mapping.model import train
     from sstl_cli.mapping.training import Options
 
@@ -74,7 +75,9 @@ def run(theta: pa.Table, config: Config = Config(), advance: Callable[[float], N
     for _, curve in trained.curves:
         ends.setdefault(curve.variant, []).append(int(curve.epoch[curve.val_loss.argmin()]))
     return Result(
-        trained.model, pa.Table.from_pylist(rows, schema=HISTORY.arrow()), pairs,
+        trained.model,
+        pa.Table.from_pylist(rows, schema=HISTORY.arrow()),
+        pairs,
         {name: splits.roles[0].count(letter) for letter, name in parts},
         {n: sum(e) / len(e) for n, e in ends.items()},
     )

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import FRICTION_LAW, Effect, Law, Parameter, Values
 
+
 def _law(law: Law, v: Values) -> None:
     law.scale_pull *= 1.0 + v["a"]
     law.scale_release *= 1.0 - v["a"]

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import FRICTION_LAW, Effect, Law, Parameter, Values
 
+
 def _law(law: Law, v: Values) -> None:
     law.constant_n += v["w_l_n"]
 

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 
+
 def _output(tension: Array, other: Array, _run: Sampling, v: Values) -> Array:
     return tension + v["c_in_to_out"] * other
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from sstl_cli.physics.effect import FRICTION_LAW, Array, Drive, Effect, Law, Parameter, Values
 
+
 def _law(law: Law, v: Values) -> None:
     d_mu, path = v["d_mu"], v["path_n"]
     if d_mu != 0.0:

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 
+
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     return tension * v[f"g_{run.system}"]
 

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import TRANSITION, Effect, Parameter, Position, Values
 
+
 def _position(position: Position, v: Values) -> None:
     position.cubic_per_mm2 += v["k3_per_mm2"]
     position.play_mm += v["play_mm"]

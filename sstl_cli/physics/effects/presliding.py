@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values
 
+
 def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
     transition.breakaway_mm += v["breakaway_mm"]
     transition.spread = v["spread"]

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import FRICTION_LAW, Effect, Law, Parameter, Values
 
+
 def _law(law: Law, v: Values) -> None:
     law.pulley_pull += v["m_p"]
     law.pulley_release += v["m_r"]

@@ -4,6 +4,7 @@ import numpy as np
 
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 
+
 def _rounded(tension: Array, step: float) -> Array:
     return np.round(tension / step) * step if step > 0.0 else tension
 

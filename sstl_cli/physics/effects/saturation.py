@@ -4,6 +4,7 @@ import numpy as np
 
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 
+
 def _output(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
     return np.minimum(tension, v["t_max_out_n"])
 

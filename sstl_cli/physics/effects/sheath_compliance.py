@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import FRICTION_LAW, Array, Effect, Law, Parameter, Position, Values
 
+
 def _law(law: Law, v: Values) -> None:
     c_t = v["c_t_per_n"]
     if c_t != 0.0:

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values
 
+
 def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
     transition.static_ratio *= v["ratio"]
     transition.static_mm_s = v["v_c_mm_s"]

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Position, Transition, Values
 
+
 def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
     transition.creep_fraction += v["fraction"]
     transition.creep_s = v["tau_s"]

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transition, Values
 
+
 def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
     transition.drag_n_s_mm += v["c_l_n_s_per_mm"]
 

@@ -2,6 +2,7 @@
 
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 
+
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     return tension + v[f"z_out_{run.system}_n"]
 

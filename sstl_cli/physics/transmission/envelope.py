@@ -34,7 +34,12 @@ class Envelope:
 
 
 def envelope(
-    law: Law, theta: float, system: str, location: str | None, mechanics: Mechanics, top_n: float,
+    law: Law,
+    theta: float,
+    system: str,
+    location: str | None,
+    mechanics: Mechanics,
+    top_n: float,
     scales: tuple[float, float] = (1.0, 1.0),
 ) -> Envelope:
     """Return the propagation lines of one run.

@@ -50,16 +50,34 @@ def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, s
         factor = factor * f(np.arange(FACTOR_NODES) * factor_step)
     breakaway = _breakaway(transition, len(phi))
     out = _march(
-        drive.tension_n[knots], np.diff(drive.time_s[knots], prepend=drive.time_s[knots[0]] - drive.dt_s),
-        phi * law.scale_pull, phi * law.scale_release, constant, drag, gap, stretch * transition.creep_fraction, transition.creep_s, pulley, breakaway,
-        scale[knots] if scale.size > 1 else scale, factor, factor_step, start_n,
-        transition.static_ratio, transition.static_mm_s, transition.aging, transition.aging_s,
-        transition.stribeck_ratio, transition.stribeck_mm_s,
+        drive.tension_n[knots],
+        np.diff(drive.time_s[knots], prepend=drive.time_s[knots[0]] - drive.dt_s),
+        phi * law.scale_pull,
+        phi * law.scale_release,
+        constant,
+        drag,
+        gap,
+        stretch * transition.creep_fraction,
+        transition.creep_s,
+        pulley,
+        breakaway,
+        scale[knots] if scale.size > 1 else scale,
+        factor,
+        factor_step,
+        start_n,
+        transition.static_ratio,
+        transition.static_mm_s,
+        transition.aging,
+        transition.aging_s,
+        transition.stribeck_ratio,
+        transition.stribeck_mm_s,
     )
     return np.interp(np.arange(len(drive.tension_n)), knots, out)
 
 
-def _nodes(drive: Drive, theta: float, law: Law, transition: Transition) -> tuple[Array, Array, Array, Array, Array, Array]:
+def _nodes(
+    drive: Drive, theta: float, law: Law, transition: Transition
+) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Return per node: bend friction, constant friction (N), drag (N s/mm), compliance behind it (mm/N), of which tendon, pulley."""
     m = drive.mechanics
     before, behind = m.straight(drive.location)
@@ -94,9 +112,27 @@ def _breakaway(transition: Transition, nodes: int) -> Array:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _march(
-    tension: Array, steps: Array, phi_pull: Array, phi_release: Array, constant: Array, drag: Array, elastic: Array, creep: Array,
-    creep_s: float, pulley: Array, breakaway: Array, scale: Array, factor: Array, factor_step: float, start: float, static_ratio: float, static_speed: float,
-    aging: float, aging_s: float, stribeck_ratio: float, stribeck_speed: float,
+    tension: Array,
+    steps: Array,
+    phi_pull: Array,
+    phi_release: Array,
+    constant: Array,
+    drag: Array,
+    elastic: Array,
+    creep: Array,
+    creep_s: float,
+    pulley: Array,
+    breakaway: Array,
+    scale: Array,
+    factor: Array,
+    factor_step: float,
+    start: float,
+    static_ratio: float,
+    static_speed: float,
+    aging: float,
+    aging_s: float,
+    stribeck_ratio: float,
+    stribeck_speed: float,
 ) -> Array:
     """March the line through the input tensions, one implicit step each."""
     n, nodes = tension.size, elastic.size
@@ -181,7 +217,7 @@ def _march(
                 # pass trusts the modes of the step before
                 new = mode[j]
                 if iteration > 0:
-                    if new == 1 and trial < high - MODE_TOLERANCE_N or new == -1 and trial > low + MODE_TOLERANCE_N:
+                    if (new == 1 and trial < high - MODE_TOLERANCE_N) or (new == -1 and trial > low + MODE_TOLERANCE_N):
                         new = 0
                     elif new == 0 and trial > high + MODE_TOLERANCE_N and stiff[j] > 0.0:
                         new = 1

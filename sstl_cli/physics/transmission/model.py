@@ -42,7 +42,12 @@ def activate(effects: Mapping[str, Values]) -> Active:
 
 
 def drive_of(
-    system: str, location: str | None, dt_s: float, tension_n: Array, mechanics: Mechanics, rate_n_s: Array | None = None,
+    system: str,
+    location: str | None,
+    dt_s: float,
+    tension_n: Array,
+    mechanics: Mechanics,
+    rate_n_s: Array | None = None,
     marched: NDArray[np.int64] | None = None,
 ) -> Drive:
     """Return the drive of a run from its true input tension (N), equally spaced by ``dt_s``.
@@ -53,7 +58,14 @@ def drive_of(
     path = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(tension_n)))))
     time = np.arange(len(tension_n)) * dt_s
     return Drive(
-        system, location, dt_s, time, tension_n, np.zeros_like(tension_n) if rate is None else rate, path, mechanics,
+        system,
+        location,
+        dt_s,
+        time,
+        tension_n,
+        np.zeros_like(tension_n) if rate is None else rate,
+        path,
+        mechanics,
         knots(tension_n, dt_s) if marched is None else marched,
     )
 

@@ -12,7 +12,9 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
-def play_operator(tension_in: Array, gamma_p: float, beta_p: float, gamma_r: float, beta_r: float, start: float) -> Array:
+def play_operator(
+    tension_in: Array, gamma_p: float, beta_p: float, gamma_r: float, beta_r: float, start: float
+) -> Array:
     """Return out[k] = clip(out[k-1], Gp in[k] + bp, Gr in[k] + br), Eqs. (3) and (5).
 
     Parameters
@@ -72,7 +74,13 @@ def _row(scale: float, scale0: float, step: float, rows: int) -> tuple[int, floa
 
 @njit(cache=True, nogil=True)
 def bounded_play(
-    tension: Array, pull: Array, release: Array, tension_step: float, scale: Array, scale0: float, scale_step: float,
+    tension: Array,
+    pull: Array,
+    release: Array,
+    tension_step: float,
+    scale: Array,
+    scale0: float,
+    scale_step: float,
     start: float,
 ) -> Array:
     """Return the play between tabulated envelopes whose friction factor may change with time.

@@ -1,0 +1,78 @@
+# Targets are real files with real dependencies: an unchanged step is not run again.
+PYTHON ?= python3.11
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+OUT := build
+SEED := 1
+SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
+
+.DEFAULT_GOAL := help
+.PHONY: help install test test-slow lint reproduce blind blind-full bench sbom statistics effects-table samples clean
+.DELETE_ON_ERROR:
+
+help: ## show this help
+	@awk -F ':.*## ' '/^[a-z][a-z-]*:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+install: $(STAMP) ## make the virtual environment with pinned packages (torch: CPU)
+
+$(STAMP): pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt torch==2.13.0
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[robot,onnx,cluster,bench,dev]'
+	touch $@
+
+test: $(STAMP) ## run linters, type check, layer check and the tests
+	$(MAKE) --no-print-directory lint
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
+
+test-slow: $(STAMP) ## run the tests that take minutes
+	$(BIN)/python -m pytest -m slow
+
+lint: $(STAMP) ## ruff, mypy and import-linter
+	$(BIN)/ruff check sstl_cli tests tools benchmarks
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+reproduce: $(OUT)/reproduce/.done ## rebuild the paper's tables beside the published values
+	@cat $(OUT)/reproduce/tables.txt
+
+$(OUT)/reproduce/.done: $(STAMP) $(SOURCES)
+	mkdir -p $(OUT)/reproduce
+	$(BIN)/sstl reproduce --out $(OUT)/reproduce --seed $(SEED) --force > $(OUT)/reproduce/tables.tmp
+	mv $(OUT)/reproduce/tables.tmp $(OUT)/reproduce/tables.txt
+	touch $@
+
+blind: $(OUT)/blind-quick/score.json ## withheld-effect check, quick subset (about two minutes)
+
+$(OUT)/blind-quick/score.json: $(STAMP) $(SOURCES)
+	rm -rf $(OUT)/blind-quick && mkdir -p $(OUT)
+	$(BIN)/sstl blind make $(OUT)/blind-quick --quick --seed $(SEED)
+	$(BIN)/sstl blind run $(OUT)/blind-quick
+	$(BIN)/sstl blind score $(OUT)/blind-quick --out $@
+
+blind-full: $(STAMP) ## withheld-effect check, published run (hours)
+	mkdir -p $(OUT)
+	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 1500 --seed 20261
+	$(BIN)/sstl blind run $(OUT)/blind-full
+	$(BIN)/sstl blind score $(OUT)/blind-full --out $(OUT)/blind-full/score.json --force
+
+bench: $(STAMP) ## compare with what a user would do instead; writes benchmarks/results.json
+	$(BIN)/python benchmarks/run.py
+
+sbom: $(STAMP) ## licences, bill of materials and pip check
+	$(BIN)/python tools/supply_chain.py
+
+statistics: $(STAMP) ## coverage of every printed interval; writes docs/statistics.md
+	$(BIN)/python tools/statistics_table.py
+
+effects-table: $(STAMP) ## fast model against rig, per effect; writes docs/effects.md
+	$(BIN)/python tools/effects_table.py
+
+samples: data/samples/log.parquet ## remake the sample log
+
+data/samples/log.parquet: sstl_cli/physics/scenarios/sample.toml | $(STAMP)
+	cd data/samples && ../../$(BIN)/sstl simulate --scenario sample --simulator rig --effect pulley_friction:m_p=0.08,m_r=0.06 --seed 7 --out log.parquet --force
+
+clean: ## remove everything that was built
+	rm -rf $(OUT)

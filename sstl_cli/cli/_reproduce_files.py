@@ -1,0 +1,140 @@
+"""The files that ``sstl reproduce`` writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sstl_cli.core.provenance import Provenance
+    from sstl_cli.paper.figures import Drawing
+    from sstl_cli.paper.grid import Grid
+    from sstl_cli.paper.spread import Spread
+    from sstl_cli.steps.reproduce import Reproduction
+    from sstl_cli.steps.reproduce_tracking import Block
+
+FIXED = ("tables.parquet", "tables.tex", "reproduction.html")
+GAP_LOGS = ("stated.parquet", "explained.parquet")
+THETA = {"cp40_theta.parquet": "slopes", "paper150_theta.parquet": "mapping"}
+SCORES = "tracking_scores.parquet"
+EVALUATION = "mapping_evaluation.parquet"
+FIGURES = ("loop", "segmentation", "correlation", "product", "parameters", "tracking", "ablation", "better", "probe")
+
+
+def names() -> tuple[str, ...]:
+    """Return every name that may be written."""
+    return (*FIXED, *THETA, SCORES, EVALUATION, *(f"{n}.svg" for n in FIGURES))
+
+
+def require(folder: Path, wanted: Sequence[str], force: bool) -> None:
+    """Make the folder if it is missing, and refuse before the work begins what could not be written."""
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import require_writable
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SstlError(
+            f"cannot be made a folder: {error.strerror}", where=str(folder), fix="choose another --out", code="E806"
+        ) from None
+    for name in wanted:
+        require_writable(folder / name, force)
+
+
+def write(
+    folder: Path,
+    found: Reproduction,
+    grids: Sequence[Grid],
+    drawings: Sequence[Drawing],
+    facts: Sequence[str],
+    counts: dict[str, int],
+    provenance: Provenance,
+    force: bool,
+) -> list[str]:
+    """Write Parquet, LaTeX, HTML and SVG; return the names."""
+    import pyarrow as pa
+
+    from sstl_cli.core.files import atomic, write_text
+    from sstl_cli.core.parquet import write_table
+    from sstl_cli.core.tables import EVALUATION as EVALUATION_SCHEMA
+    from sstl_cli.core.tables import SCORE
+    from sstl_cli.core.tables import THETA as THETA_SCHEMA
+    from sstl_cli.paper.compare import COMPARISON, table_of
+    from sstl_cli.paper.latex import document
+    from sstl_cli.paper.page import Shown, page
+    from sstl_cli.reporting.drawing import picture, save
+    from sstl_cli.steps.compensate import score_rows
+
+    done = list(FIXED)
+    write_table(folder / FIXED[0], table_of(found.compared), COMPARISON, provenance, force)
+    write_text(folder / FIXED[1], document(grids), force)
+    shown = [Shown(d.name, str(picture(d, None, d.name).svg), d.caption) for d in drawings]  # type: ignore[arg-type]
+    write_text(folder / FIXED[2], page(grids, shown, counts, facts, provenance.command), force)
+    for name, part in THETA.items():
+        made = getattr(found, part)
+        if made is not None:
+            write_table(folder / name, made.theta, THETA_SCHEMA, provenance, force)
+            done.append(name)
+    if found.mapping is not None:
+        rows = [
+            {"variant": v, "seed": i, "rmse_gamma_p": p, "rmse_gamma_r": r, "rmse_total": t, "outside_range_pct": 0.0}
+            for v, values in found.mapping.per_seed.items()
+            for i, (p, r, t) in enumerate(values.tolist())
+        ]
+        table = pa.Table.from_pylist(rows, schema=EVALUATION_SCHEMA.arrow())
+        write_table(folder / EVALUATION, table, EVALUATION_SCHEMA, provenance, force)
+        done.append(EVALUATION)
+    if found.blocks:
+        rows = [
+            {**row, "run_id": f"{b.settings.name}-{row['run_id']}"}
+            for b in found.blocks
+            for r in b.results
+            for row in score_rows(r)
+        ]
+        write_table(folder / SCORES, pa.Table.from_pylist(rows, schema=SCORE.arrow()), SCORE, provenance, force)
+        done.append(SCORES)
+    for d in drawings:
+        with atomic(folder / f"{d.name}.svg", force) as temporary:
+            save(d, None, temporary, "svg")  # type: ignore[arg-type]
+        done.append(f"{d.name}.svg")
+    return done
+
+
+def write_spread(folder: Path, spread: Spread, force: bool) -> None:
+    """Write the sampling spread."""
+    from sstl_cli.core.files import write_text
+
+    write_text(folder / "spread.csv", spread.csv(), force)
+
+
+def write_gap_logs(folder: Path, blocks: Sequence[Block], provenance: Provenance, force: bool) -> list[str]:
+    """Write the tracked runs of both blocks as logs, paired by run_id."""
+    from sstl_cli.core.runs import write_runs
+    from sstl_cli.steps.reproduce_gap import logs
+
+    for name, runs in zip(GAP_LOGS, logs(*blocks), strict=True):
+        write_runs(folder / name, runs, provenance, force)
+    return list(GAP_LOGS)
+
+
+def extras(found: Reproduction) -> dict[str, Any]:
+    """Return what the JSON document holds beside the entries."""
+    document: dict[str, Any] = {}
+    if found.mapping is not None:
+        m = found.mapping
+        document["mapping"] = {
+            "best": m.best,
+            "bayes_total": m.limit.total,
+            "bayes_total_here": m.limit_here.total,
+            "tests": [asdict(t) for t in m.tests],
+            "left_out": {p: {n: e.total for n, e in v.items()} for p, v in m.left_out.items()},
+        }
+    if found.gap is not None:
+        document["gap"] = {**asdict(found.gap), "shrink_pct": found.gap.shrink_pct}
+    if found.better:
+        document["better"] = [asdict(r) for r in found.better]
+    if found.probes:
+        document["probe"] = [asdict(p) for p in found.probes]
+    return document

@@ -1,0 +1,111 @@
+"""``sstl reproduce``: the paper's tables and figures from data, beside the published values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sstl_cli.cli.options import Config, Force, Json, Seed, command_line
+from sstl_cli.cli.render import Screen
+
+EPILOG = "Example: sstl reproduce --table I,II --out results --force"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("reproduce", epilog=EPILOG)(reproduce)
+
+
+def reproduce(
+    table: Annotated[
+        str,
+        typer.Option(help="I, II, III, IV, figures, better, probe (several with commas), or all: I to IV and figures."),
+    ] = "all",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Folder for Parquet, LaTeX, HTML and SVG (made if missing)."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=2, max=1000, help="Training seeds of Table III.")] = 20,
+    seed: Seed = 0,
+    spread: Annotated[
+        bool,
+        typer.Option(
+            "--spread", help="Measure the sampling spread over 50 data sets anew and write spread.csv to --out."
+        ),
+    ] = False,
+    spread_seeds: Annotated[int, typer.Option(min=2, max=10_000, help="Data sets of --spread.")] = 50,
+    gap_logs: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write the tracked runs of Table IV, stated and explained, as two logs."),
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Rebuild the paper's tables and figures from simulated recordings, beside the published values."""
+    from sstl_cli.cli import _reproduce_files as files
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.core.provenance import Provenance
+    from sstl_cli.paper.compare import VERDICTS, count
+    from sstl_cli.paper.grid import text, wrapped
+    from sstl_cli.paper.spread import stored
+    from sstl_cli.steps import reproduce as step
+    from sstl_cli.steps import reproduce_show as show
+
+    screen = Screen(as_json)
+    tables = step.chosen(table)
+    provenance = Provenance(command_line(), seed, {})
+    if spread:
+        if out is None:
+            raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
+        files.require(out, ("spread.csv",), force)
+        with screen.progress("spread", spread_seeds) as advance:
+            measured = step.measure_spread(seed, spread_seeds, advance)
+        files.write_spread(out, measured, force)
+        screen.line(f"spread over {spread_seeds} data sets -> {out / 'spread.csv'}")
+        screen.finish(
+            {"schema": "sstl.reproduce/1", "spread": str(out / "spread.csv"), "seeds": spread_seeds, "seed": seed}
+        )
+    if gap_logs is not None and "IV" not in tables:
+        raise UsageError("needs Table IV", where="--gap-logs", fix="add --table IV", code="E805")
+    if out is not None:
+        files.require(out, files.names(), force)
+    if gap_logs is not None:
+        files.require(gap_logs, files.GAP_LOGS, force)
+    with screen.progress("rebuilding", None) as advance:
+        found = step.run(tables, seed, seeds, stored(), screen.note, advance)
+    grids, facts, counts = show.grids(found), show.facts(found), count(found.compared)
+    for grid in grids:
+        for line in [*text(grid).splitlines(), ""]:
+            screen.line(line)
+    for fact in facts:
+        for line in wrapped(fact):
+            screen.line(line)
+    for verdict, n in counts.items():
+        if n:
+            screen.line(f"{n:4d} entries {verdict}: {VERDICTS[verdict]}")
+    written: list[str] = []
+    if out is not None:
+        drawings = show.drawings(found) if found.figures or found.better or found.probes else []
+        written = files.write(out, found, grids, drawings, facts, counts, provenance, force)
+        screen.line(f"{len(written)} files -> {out}")
+    elif found.figures:
+        screen.note("figures are drawn with --out DIR")
+    if gap_logs is not None:
+        written += files.write_gap_logs(gap_logs, found.blocks, provenance, force)
+        screen.line(f"two logs -> {gap_logs}")
+    screen.finish(
+        {
+            "schema": "sstl.reproduce/1",
+            "tables": list(tables),
+            "seed": seed,
+            "seeds": seeds,
+            "verdicts": counts,
+            "facts": facts,
+            "entries": [c.record() for c in found.compared],
+            "written": written,
+            **files.extras(found),
+        }
+    )
