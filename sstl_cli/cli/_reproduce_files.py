@@ -13,10 +13,9 @@ if TYPE_CHECKING:
     from sstl_cli.paper.grid import Grid
     from sstl_cli.paper.spread import Spread
     from sstl_cli.steps.reproduce import Reproduction
-    from sstl_cli.steps.reproduce_tracking import Block
 
 FIXED = ("tables.parquet", "tables.tex", "reproduction.html")
-GAP_LOGS = ("stated.parquet", "explained.parquet")
+GAP_LOGS = ("explained.parquet", "stated.parquet")
 THETA = {"cp40_theta.parquet": "slopes", "paper150_theta.parquet": "mapping"}
 SCORES = "tracking_scores.parquet"
 EVALUATION = "mapping_evaluation.parquet"
@@ -109,12 +108,13 @@ def write_spread(folder: Path, spread: Spread, force: bool) -> None:
     write_text(folder / "spread.csv", spread.csv(), force)
 
 
-def write_gap_logs(folder: Path, blocks: Sequence[Block], provenance: Provenance, force: bool) -> list[str]:
-    """Write the tracked runs of both blocks as logs, paired by run_id."""
+def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Provenance, force: bool) -> list[str]:
+    """Write the explaining runs and what the stated settings predict for them, paired by run_id."""
     from sstl_cli.core.runs import write_runs
     from sstl_cli.steps.reproduce_gap import logs
 
-    for name, runs in zip(GAP_LOGS, logs(*blocks), strict=True):
+    assert found.prepared is not None
+    for name, runs in zip(GAP_LOGS, logs(found.prepared, found.blocks[-1], seed), strict=True):
         write_runs(folder / name, runs, provenance, force)
     return list(GAP_LOGS)
 

@@ -132,20 +132,20 @@ def _show(screen: Screen, header: Any, found: Any) -> None:
     from sstl_cli.cli.render import cell
 
     def plus(mean: float, sd: float) -> str:
-        return f"{mean:.4f} ±{sd:.4f}"
+        return f"{mean:.4f}±{sd:.4f}"
 
     rows = [
         (
             s.variant,
             *(plus(m, d) for m, d in zip(s.mean, s.spread, strict=True)),
-            f"{s.scatter[0]:.3f}, {s.scatter[1]:.3f}",
+            f"{s.scatter[0]:.3f}/{s.scatter[1]:.3f}",
             cell(float(s.ensemble[2])),
         )
         for s in found.scores
     ]
     screen.table(
         f"Table III: RMSE on {len(found.pairs)} pairs, {len(header.seeds)} seeds",
-        ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p, r", "mean"),
+        ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p/r", "mean"),
         rows,
         "± over seeds; sd|e|: absolute errors over samples; mean: Total of the mean over seeds.",
     )

@@ -38,7 +38,7 @@ def reproduce(
     spread_seeds: Annotated[int, typer.Option(min=2, max=10_000, help="Data sets of --spread.")] = 50,
     gap_logs: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write the tracked runs of Table IV, stated and explained, as two logs."),
+        typer.Option(metavar="DIR", help="Write logs of Table IV for sstl diagnose --against."),
     ] = None,
     force: Force = False,
     as_json: Json = False,
@@ -94,8 +94,10 @@ def reproduce(
     elif found.figures:
         screen.note("figures are drawn with --out DIR")
     if gap_logs is not None:
-        written += files.write_gap_logs(gap_logs, found.blocks, provenance, force)
-        screen.line(f"two logs -> {gap_logs}")
+        written += files.write_gap_logs(gap_logs, found, seed, provenance, force)
+        screen.line(
+            f"two logs; next: sstl diagnose {gap_logs / files.GAP_LOGS[0]} --against {gap_logs / files.GAP_LOGS[1]}"
+        )
     screen.finish(
         {
             "schema": "sstl.reproduce/1",

@@ -77,10 +77,9 @@ def train(
         f"{len(result.pairs)} pairs, {len(header.seeds)} seeds",
         ("variant", "validation RMSE", "best epoch"),
         [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
-        f"{header.default} predicts by default (least validation error, mean over seeds) -> {out}\n"
-        + "Configurations: "
-        + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()),
+        f"{header.default} predicts by default (least validation error, mean over seeds) -> {out}",
     )
+    screen.line("Configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()))
     if header.tendons:
         tried = ", ".join(f"{k} {v:.4g}" for k, v in header.strategy_rmse.items())
         screen.line(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")

@@ -22,7 +22,11 @@ R = TypeVar("R")
 SHAPE_GRID = (0.15, 0.5, 0.85)
 COARSE_ITERATIONS = 6
 RICH_FITS = 4
+# full refits: at least these many, at most these many, and only with this share of the best gain
+LEAST_FITS = 4
 REFINED = 10
+REFINED_SHARE = 0.3
+LEAST_GAIN = 0.005
 PAIR_LEADERS = 2
 PAIR_PARTNERS = 4
 
@@ -136,16 +140,22 @@ def run(
     plain = identity(small.slices(), small.weight, max(spread, 1e-9))
     base = fit(small, plain, (), (), rough.theta, np.zeros(0), 4)
 
-    def alone(effect_id: str) -> Fit | None:
-        free = free_parameters((effect_id,), small.problem.systems)
-        found = None
-        if free:
-            _, start = screen(small, plain, base, (effect_id,))
-            found = fit(small, plain, (effect_id,), free, base.theta, start, COARSE_ITERATIONS)
-        advance(1)
-        return found
+    possible = [i for i in ids if free_parameters((i,), small.problem.systems)]
 
-    coarse = sorted((f for f in _each(alone, ids, workers) if f is not None), key=lambda f: (f.cost, f.ids))
+    def promise(effect_id: str) -> tuple[float, str, Array]:
+        gain, start = screen(small, plain, base, (effect_id,))
+        advance(1)
+        return -gain, effect_id, start
+
+    ranked = sorted(_each(promise, possible, workers), key=lambda p: p[:2])
+
+    def alone(place: int) -> Fit:
+        gain, effect_id, start = ranked[place]
+        # what cannot take half a percent of the error is not worth a fit, unless it is among the best anyway
+        tries = COARSE_ITERATIONS if place < LEAST_FITS or -gain > LEAST_GAIN * base.cost else 1
+        return fit(small, plain, (effect_id,), free_parameters((effect_id,), small.problem.systems), base.theta, start, tries)
+
+    coarse = sorted(_each(alone, range(len(ranked)), workers), key=lambda f: (f.cost, f.ids))
     groups = [r.system for r in small.problem.records]
     sample = fit_whitener(_richest(small, plain, base, coarse), small.weight, small.slices(), groups)
     whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), [r.system for r in sim.problem.records])
@@ -153,7 +163,13 @@ def run(
     start_theta[:] = float(np.mean(base.theta))
     start_theta[chosen] = base.theta
     search = Search(sim, whiten, fit(sim, whiten, (), (), start_theta, np.zeros(0)))
-    fine = sorted(coarse, key=lambda f: (_whitened_cost(small, sample, f), f.ids))
+    costs = {f.ids: _whitened_cost(small, sample, f) for f in coarse}
+    fine = sorted(coarse, key=lambda f: (costs[f.ids], f.ids))
+    reference = _whitened_cost(small, sample, base)
+    best_gain = max(reference - costs[fine[0].ids], 0.0) if fine else 0.0
+    chosen_fits = [
+        f for k, f in enumerate(fine) if k < LEAST_FITS or (k < REFINED and reference - costs[f.ids] > REFINED_SHARE * best_gain)
+    ]
 
     def refined(c: Fit) -> Fit:
         theta = search.base.theta.copy()
@@ -162,7 +178,7 @@ def run(
         advance(1)
         return done
 
-    for f in _each(refined, fine[:REFINED], workers):
+    for f in _each(refined, chosen_fits, workers):
         search.fits[f.ids] = f
     warm = {c.ids[0]: c.values for c in coarse}
     for size in range(2, max_effects + 1):

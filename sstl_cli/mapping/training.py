@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 import torch
@@ -241,7 +242,16 @@ def _steady() -> Iterator[int]:
 
 
 def _per(advance: Callable[[float], None] | None, stacks: int) -> Callable[[float], None]:
-    return (lambda share: advance(share / stacks)) if advance is not None else (lambda share: None)
+    if advance is None:
+        return lambda share: None
+    lock = Lock()
+
+    def told(share: float) -> None:
+        # the stacks report from their own threads
+        with lock:
+            advance(share / stacks)
+
+    return told
 
 
 def _part(x: Array, y: Array, mask: NDArray[np.bool_]) -> _Part:

@@ -34,7 +34,8 @@ def regression(numbers: Mapping[Key, float]) -> dict[Key, str]:
         worst = min(off, key=abs)
         if abs(worst) > margin:
             text = (
-                f"a least-squares line passes through the means, but {slope:g} x mean(act^2) {bias:+g} misses Table II's "
+                f"a least-squares line passes through the means, but {slope:g} x mean(act^2) {bias:+g} "
+                f"misses Table II's "
                 f"{target:g} by {worst:+.4f} (rounding explains {margin:.4f})"
             )
             found["I", row, "slope"] = found["I", row, "bias"] = text
@@ -42,7 +43,7 @@ def regression(numbers: Mapping[Key, float]) -> dict[Key, str]:
 
 
 def rms_inverse(offset: float = OFFSET_N, amplitude: float = AMPLITUDE_N) -> float:
-    """Return rms(1/T) (1/N) over a cycle of T = offset + amplitude sin: sqrt(offset) / (offset^2 - amplitude^2)^(3/4)."""
+    """Return rms(1/T) (1/N) over a cycle of T = o + a sin: sqrt(o) / (o^2 - a^2)^(3/4)."""
     return math.sqrt(offset) / (offset**2 - amplitude**2) ** 0.75
 
 

@@ -197,7 +197,7 @@ def ablation(errors: Mapping[str, Array], limit: float) -> Drawing:
     """Return the total error of every variant over seeds with the limit of the data (Table III)."""
 
     def paint(axes: Any) -> None:
-        for i, (name, values) in enumerate(errors.items()):
+        for i, values in enumerate(errors.values()):
             total = values[:, 2]
             axes.plot(total, np.full(len(total), i) + np.linspace(-0.15, 0.15, len(total)), ".", color=palette.BLUE)
             axes.plot([total.mean()], [i], "D", color=palette.VERMILLION)

@@ -23,7 +23,7 @@ from sstl_cli.steps.reproduce_gap import Gap
 from sstl_cli.steps.reproduce_mapping import Mapping as TableIII
 from sstl_cli.steps.reproduce_probe import Probe
 from sstl_cli.steps.reproduce_slopes import Slopes
-from sstl_cli.steps.reproduce_tracking import Block
+from sstl_cli.steps.reproduce_tracking import Block, Prepared
 
 Key = tuple[str, str, str]
 TABLES = ("I", "II", "III", "IV", "figures", "better", "probe")
@@ -38,6 +38,7 @@ class Reproduction:
     compared: tuple[Compared, ...] = ()
     slopes: Slopes | None = None
     mapping: TableIII | None = None
+    prepared: Prepared | None = None
     blocks: tuple[Block, ...] = ()
     gap: Gap | None = None
     better: tuple[Rung, ...] = ()
@@ -88,7 +89,7 @@ def run(
     """
     say = report or (lambda text: None)
     compared: list[Compared] = []
-    slopes = mapping = gap = None
+    slopes = mapping = gap = prepared = None
     blocks: tuple[Block, ...] = ()
     wants_tracking = "IV" in tables or "figures" in tables
     if {"I", "II"} & set(tables) or wants_tracking:
@@ -126,7 +127,9 @@ def run(
     if "probe" in tables:
         say("a shorter probe: the rig, faster and partial strokes")
         probes = tuple(reproduce_probe.run(seed, calibration))
-    return Reproduction(tuple(compared), slopes, mapping, blocks, gap, better, probes, "figures" in tables, spread)
+    return Reproduction(
+        tuple(compared), slopes, mapping, prepared, blocks, gap, better, probes, "figures" in tables, spread
+    )
 
 
 def biases(slopes: Slopes) -> tuple[float, float]:

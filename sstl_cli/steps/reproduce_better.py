@@ -71,13 +71,16 @@ class Rung:
         return float(np.mean(self.rmse_n[trajectory]))
 
 
+PUBLISHED = Options()
+
+
 @dataclass(frozen=True)
 class Way:
     """Where the lines come from, and how the controller uses them."""
 
     name: str
     lines: str
-    options: Options = Options()
+    options: Options = PUBLISHED
     compensate: bool = True
 
 

@@ -7,10 +7,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from sstl_cli.control.plant import PlayTendon, pulled
+from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper.published import of_table
 from sstl_cli.paper.settings import EXPLAINED, PARTS, STATED, partly
-from sstl_cli.steps.reproduce_tracking import Block, Prepared, block, distance
+from sstl_cli.steps.compensate import Result
+from sstl_cli.steps.reproduce_tracking import Array, Block, Prepared, block, distance, plant_lines
+
+EVERY, NOISE_N = 10, 0.02
+LOGGED = ("none", "proposed")
 
 
 @dataclass(frozen=True)
@@ -62,27 +68,49 @@ def run(prepared: Prepared, seed: int) -> Gap:
     return Gap(value[none], value[whole], tuple(shares))
 
 
-def logs(stated: Block, explained: Block) -> tuple[Iterator[Run], Iterator[Run]]:
-    """Return the tracked runs of both blocks as logs, paired by run_id, for ``sstl diagnose --against``.
+def logs(prepared: Prepared, explained: Block, seed: int) -> tuple[Iterator[Run], Iterator[Run]]:
+    """Return two logs paired by run_id for ``sstl diagnose MEASURED --against SIMULATED``.
 
-    Tensions in N; the reference is the recorded ``tension_ref_n``.
+    The first stands in for the paper's recordings: the tracked runs under the explaining settings as sensors of
+    0.02 N noise show them. The second is what the stated settings predict for the same input tension. Every tenth
+    sample, tensions in N; the recorded ``tension_ref_n`` is the commanded input, which shows the loop lag.
     """
-    return _runs(stated), _runs(explained)
+    return _measured(explained, seed), _predicted(prepared, explained)
 
 
-def _runs(made: Block) -> Iterator[Run]:
-    for r in made.results:
-        yield Run(
-            r.run_id,
-            "act",
-            r.reference.time_s,
-            r.track.tension_in,
-            r.track.tension_out,
-            r.case.config_id,
-            r.case.location,
-            trajectory=r.trajectory,
-            tension_ref_n=r.reference.tension_n,
+def _kept(explained: Block) -> list[Result]:
+    return [r for r in explained.results if r.method in LOGGED]
+
+
+def _measured(explained: Block, seed: int) -> Iterator[Run]:
+    for r in _kept(explained):
+        rng = stream(seed, "gap", r.run_id)
+        seen_in, seen_out = (
+            v[::EVERY] + NOISE_N * rng.standard_normal(len(v[::EVERY]))
+            for v in (r.track.tension_in, r.track.tension_out)
         )
+        yield _run(r, seen_in, seen_out)
+
+
+def _predicted(prepared: Prepared, explained: Block) -> Iterator[Run]:
+    for r in _kept(explained):
+        tendon = PlayTendon(plant_lines(STATED, prepared, str(r.case.location)))
+        out = pulled(tendon, r.track.tension_in, float(r.track.tension_in[0]), r.reference.dt_s)
+        yield _run(r, r.track.tension_in[::EVERY], out[::EVERY])
+
+
+def _run(r: Result, tension_in: Array, tension_out: Array) -> Run:
+    return Run(
+        r.run_id,
+        "act",
+        r.reference.time_s[::EVERY],
+        tension_in,
+        tension_out,
+        r.case.config_id,
+        r.case.location,
+        trajectory=f"{r.trajectory} {r.method}",
+        tension_ref_n=r.track.command[::EVERY],
+    )
 
 
 __all__ = ["EXPLAINED", "STATED", "Gap", "Share", "logs", "run"]

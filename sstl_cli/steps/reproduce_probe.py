@@ -1,4 +1,4 @@
-"""A shorter probe: how the error of Theta and of tracking grows as the 12 s probe gets faster or goes only part of the way."""
+"""A shorter probe: errors of Theta and of tracking as the 12 s probe gets faster or goes only part of the way."""
 
 from __future__ import annotations
 

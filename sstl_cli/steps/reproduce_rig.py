@@ -1,4 +1,4 @@
-"""The paper's gap on the rig: an elastic tendon with the effects its tables ask for, and how it is probed and tracked."""
+"""The paper's gap on the rig: a tendon with the effects its tables ask for, and how it is probed and tracked."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from sstl_cli.identification import PHASE_NAMES
@@ -33,7 +31,8 @@ def facts(found: Reproduction) -> list[str]:
     said = []
     if found.spread.seeds:
         said.append(
-            f"Verdicts: the published value against mean and 2 sd of ours over {found.spread.seeds} data sets (Table III: over training seeds)."
+            f"Verdicts: the published value against mean and 2 sd of ours over {found.spread.seeds} data sets "
+            "(Table III: over training seeds)."
         )
     m = found.mapping
     if m is not None:
@@ -60,7 +59,8 @@ def facts(found: Reproduction) -> list[str]:
     if found.probes:
         a, b = shortest(found.probes, "lines_error"), shortest(found.probes, "tracking_n")
         said.append(
-            f"Shortest probe within 10 % of 12 s: {a.time_s:.1f} s by Theta ({a.kind}), {b.time_s:.1f} s by tracking ({b.kind})."
+            f"Shortest probe within 10 % of 12 s: {a.time_s:.1f} s by Theta ({a.kind}), "
+            f"{b.time_s:.1f} s by tracking ({b.kind})."
         )
     return said
 
@@ -157,7 +157,8 @@ def _probe(found: Reproduction) -> list[Grid]:
             ("probe", "s", "top N", "slopes %, fit", "slopes %, segm.", "RMSE N"),
             rows,
             (
-                "fit: one theta fitted to the whole recording; segm.: segmentation and linear map, '-' where a bend shows no release line.",
+                "fit: one theta fitted to the whole recording; segm.: segmentation and linear map, "
+                "'-' where a bend shows no release line.",
             ),
         )
     ]
@@ -202,8 +203,8 @@ def drawings(found: Reproduction) -> list[Drawing]:
         curves = {}
         for kind in (FULL, PARTIAL):
             own_probes = [p for p in found.probes if p.kind == kind or p is found.probes[0]]
-            pick: Callable[[str], np.ndarray] = lambda n, q=own_probes: np.array([getattr(p, n) for p in q])  # noqa: E731
-            curves[kind] = (pick("time_s"), pick("lines_error"), pick("tracking_n"))
+            time, lines, error = np.array([(p.time_s, p.lines_error, p.tracking_n) for p in own_probes]).T
+            curves[kind] = (time, lines, error)
         done.append(figures.probe(curves))
     return done
 

@@ -79,7 +79,7 @@ def block(settings: Settings, prepared: Prepared, seed: int, methods: Sequence[s
     """Return Table IV under the given settings."""
     cases = {place: _case(settings, prepared, place) for place in prepared.cases}
     plants = {
-        c.config_id: Plant(PlayTendon(_plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()
+        c.config_id: Plant(PlayTendon(plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()
     }
 
     def wanted(case: Case) -> list[references.Reference]:
@@ -127,7 +127,8 @@ def _loop(settings: Settings) -> TensionLoop:
     return TensionLoop(tau_s=settings.lag_s, noise_n=0.02)
 
 
-def _plant_lines(settings: Settings, prepared: Prepared, place: str) -> Theta:
+def plant_lines(settings: Settings, prepared: Prepared, place: str) -> Theta:
+    """Return the lines of the plant at a location under the given settings."""
     act = prepared.truth[place].act
     assert act is not None
     own = Theta(act.gamma_p, act.beta_p, act.gamma_r, act.beta_r)
@@ -139,7 +140,7 @@ def _opened(lines: Theta, friction: float) -> Theta:
 
 
 def _case(settings: Settings, prepared: Prepared, place: str) -> Case:
-    """Return what the controller believes: with other lines of the plant, the errors of identification and mapping stay."""
+    """Return what the controller believes; with other lines of the plant, its errors stay as identified and mapped."""
     case, act = prepared.cases[place], prepared.truth[place].act
     if settings.lines is None or act is None:
         return case

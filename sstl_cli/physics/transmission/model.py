@@ -15,7 +15,7 @@ from sstl_cli.physics.transmission.line import elastic_line
 from sstl_cli.physics.transmission.play import bounded_play, play_operator
 
 Array = NDArray[np.float64]
-MARCH_S = 0.01
+MARCH_S = 0.02
 ONE = np.ones(1)
 
 

@@ -1,0 +1,47 @@
+"""``sstl reproduce`` as a user calls it."""
+
+import json
+import subprocess
+import sys
+
+import pyarrow.parquet as pq
+
+
+def sstl(*words):
+    return subprocess.run(
+        [sys.executable, "-m", "sstl_cli", "reproduce", *words], capture_output=True, text=True, timeout=300
+    )
+
+
+def test_tables_and_files(tmp_path):
+    out = tmp_path / "new" / "results"
+    done = sstl("--table", "I,II", "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert "Table I:" in done.stdout and max(len(line) for line in done.stdout.splitlines()[:-1]) <= 80
+    table = pq.read_table(out / "tables.parquet")
+    assert table.num_rows == 42 and set(table.column("verdict").to_pylist()) == {"met"}
+    page = (out / "reproduction.html").read_text()
+    assert "<table" in page and "http" not in page and "<script" not in page
+    assert r"\toprule" in (out / "tables.tex").read_text()
+    first = {p.name: p.read_bytes() for p in out.iterdir()}
+    again = sstl("--table", "I,II", "--out", str(out))
+    assert again.returncode == 1 and "E102" in again.stderr
+    assert sstl("--table", "I,II", "--out", str(out), "--force").returncode == 0
+    differing = [n for n, b in first.items() if n.endswith(".tex") and b != (out / n).read_bytes()]
+    assert not differing
+
+
+def test_json_and_usage():
+    done = sstl("--table", "I", "--json")
+    document = json.loads(done.stdout)
+    assert document["schema"] == "sstl.reproduce/1" and document["verdicts"]["met"] == 10
+    wrong = sstl("--table", "VI")
+    assert wrong.returncode == 2 and "E803" in wrong.stderr and "Traceback" not in wrong.stderr
+    assert "E804" in sstl("--spread").stderr
+    assert "E805" in sstl("--table", "I", "--gap-logs", "x").stderr
+
+
+def test_folder_that_is_a_file(tmp_path):
+    (tmp_path / "f").write_text("x")
+    done = sstl("--table", "I", "--out", str(tmp_path / "f"))
+    assert done.returncode == 1 and "E806" in done.stderr

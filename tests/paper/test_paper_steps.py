@@ -1,0 +1,99 @@
+"""The steps of the reproduction on small inputs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.errors import UsageError
+from sstl_cli.paper.published import entries
+from sstl_cli.paper.settings import EXPLAINED, PARTS, STATED, partly
+from sstl_cli.steps import reproduce, reproduce_mapping, reproduce_probe, reproduce_slopes, reproduce_tracking
+from sstl_cli.steps.reproduce_probe import FULL, PARTIAL, Probe
+
+
+@pytest.fixture(scope="module")
+def slopes():
+    return reproduce_slopes.run(0)
+
+
+@pytest.fixture(scope="module")
+def prepared(slopes):
+    truth = reproduce_tracking.tracked(0)
+    exact = np.array([[truth[p].act.gamma_p, truth[p].act.gamma_r] for p in ("NP", "CP", "ND")])
+    # cases come in the order NP, CP, ND: a perfect mapping
+    return reproduce_tracking.prepare(0, lambda sstl: exact, reproduce.biases(slopes))
+
+
+def test_chosen():
+    assert reproduce.chosen("all") == reproduce.DEFAULT
+    assert reproduce.chosen("II, I") == ("I", "II")
+    with pytest.raises(UsageError, match="E803"):
+        reproduce.chosen("V")
+    with pytest.raises(UsageError, match="E803"):
+        reproduce.chosen(",")
+
+
+def test_tables_come_from_the_recordings_not_from_the_generator(slopes):
+    rows = slopes.theta.to_pylist()
+    assert len(rows) == 80 and {r["status"] for r in rows} == {"ok"}
+    act = np.array([[r["gamma_p"], r["gamma_r"]] for r in rows if r["system"] == "act"])
+    assert slopes.entries["II", "act_gamma_p", "mean"] == pytest.approx(act[:, 0].mean())
+    assert slopes.entries["II", "act_product", "max"] == pytest.approx(act.prod(axis=1).max())
+    assert slopes.entries["I", "release", "R"] > 0.9
+
+
+def test_moments():
+    k = ("I", "a", "b")
+    assert reproduce_slopes.moments([{k: 1.0}, {k: 3.0}])[k] == pytest.approx((2.0, math.sqrt(2.0)))
+
+
+def test_stated_block_meets_the_checked_facts(prepared):
+    """PAPER.md: Table II's means and an ideal loop give 4.45/3.54 without compensation, at CP within the lines' scatter."""
+    made = reproduce_tracking.block(STATED, prepared, 0, ("none", "DI"))
+    assert made.entries["IV", "sinusoid none", "rmse_CP"] == pytest.approx(4.45, abs=0.25)
+    assert made.entries["IV", "sinusoid none", "std_CP"] == pytest.approx(3.54, abs=0.1)
+    assert made.entries["IV", "sinusoid DI", "rmse_CP"] < 0.05
+
+
+def test_explained_block_meets_the_uncompensated_row(prepared):
+    made = reproduce_tracking.block(EXPLAINED, prepared, 0, ("none",))
+    for place, rmse, std in (("NP", 5.69, 3.66), ("CP", 5.75, 3.65), ("ND", 5.79, 3.78)):
+        assert made.entries["IV", "sinusoid none", f"rmse_{place}"] == pytest.approx(rmse, abs=0.15)
+        assert made.entries["IV", "sinusoid none", f"std_{place}"] == pytest.approx(std, abs=0.15)
+
+
+def test_partly_switches_every_part():
+    assert replace(partly(tuple(PARTS)), name="", title="") == replace(EXPLAINED, name="", title="")
+    assert replace(partly(()), name="", title="") == replace(STATED, name="", title="")
+    assert partly(("loop lag",)).lag_s == 0.3 and partly(("loop lag",)).lines is None
+
+
+def test_distance():
+    published = {(e.table, e.row, e.column): e.value for e in entries()}
+    assert reproduce_tracking.distance(published, published) == 0.0
+    off = {k: v + 0.5 for k, v in published.items()}
+    assert reproduce_tracking.distance(off, published) == pytest.approx(0.5)
+
+
+def test_paired_test_by_hand():
+    per_seed = {
+        "a": np.array([[0, 0, x] for x in (1.0, 2.0, 4.0)]),
+        "b": np.array([[0, 0, x] for x in (0.0, 1.0, 1.0)]),
+    }
+    t = reproduce_mapping.paired_test(per_seed, "a", "b", 1 / 3)
+    assert t.difference == pytest.approx(5 / 3)
+    # d = 1, 1, 3: variance 4/3; t = (5/3) / sqrt((1/3 + 1/3) 4/3) = 1.768 with 2 degrees of freedom
+    assert t.p_corrected == pytest.approx(0.2191, abs=1e-3)
+
+
+def test_shortest_probe():
+    curve = [
+        Probe(FULL, 12.0, 80.0, 0.010, 0.02, 0.3),
+        Probe(FULL, 6.0, 80.0, 0.0109, None, 0.4),
+        Probe(PARTIAL, 3.0, 20.0, 0.02, None, 0.32),
+    ]
+    assert reproduce_probe.shortest(curve, "lines_error").time_s == 6.0
+    assert reproduce_probe.shortest(curve, "segmented_error").time_s == 12.0
+    assert reproduce_probe.shortest(curve, "tracking_n").time_s == 3.0
