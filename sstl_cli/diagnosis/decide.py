@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.heldout import Folds, block_scores, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.sawtooth import FAMILY, sawtooth
 from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.where import phases
 
 Array = NDArray[np.float64]
 
@@ -70,6 +73,35 @@ class Decision:
     explained: float
 
 
+# below this share of the reducible error a named effect has to stand against the shape of stick-slip
+DOUBTFUL_SHARE = 0.85
+# members of the stick-slip family that reach this share of the winner's gain are not told apart from it
+FAMILY_SHARE = 0.6
+
+
+def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], coloured: float) -> Decision:
+    """Return an ambiguous verdict for the family of stick-slip effects where an unknown gap has its shape.
+
+    Their waveform is chaotic: no simulation meets its jumps, so fits fail although the cause is plain. Where
+    a member of the family is not a candidate the verdict stays unknown.
+    """
+    around = (d.winner or d.base).fit
+    doubtful = d.status == "unknown" or (d.status != "none" and d.explained < DOUBTFUL_SHARE)
+    if not doubtful or not all(e in candidates for e in FAMILY):
+        return d
+    if not sawtooth(search.sim, around.residual, phases(search.sim, around.prediction)).present(coloured):
+        return d
+    members = [c for c in d.candidates if len(c.ids) == 1 and c.ids[0] in FAMILY]
+    if not members:
+        return d
+    group = (members[0].ids, *((e,) for e in FAMILY if e != members[0].ids[0]))
+    why = "the output lags and jumps along the motion, again and again: friction that falls once it slips"
+    probability = {**dict.fromkeys(d.probability, 0.0), **dict.fromkeys(group, 0.9 / len(group))}
+    return replace(
+        d, status="ambiguous", winner=members[0], group=group, confidence=0.9, why=why, probability=probability
+    )
+
+
 def assess(search: Search, f: Fit, folds: Folds, index: NDArray[np.int64]) -> Candidate:
     """Return a fit with its held-out block scores; the charge for its parameters is half a log-sample each."""
     raw, white = held_out_residual(search.sim, search.whiten, f, folds)
@@ -104,7 +136,8 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
         why = "no candidate improves the held-out error by more than noise can"
         return _decision("none", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
     left, gap = _leftover(winner.rms_n, noise_n), _leftover(base.rms_n, noise_n)
-    if left > rules.leftover_over_noise * noise_n and (share < rules.explained or left > rules.leftover_share * gap):
+    weak = share < rules.explained or left > rules.leftover_share * gap
+    if (left > rules.leftover_over_noise * noise_n and weak) or (left > 0.5 * noise_n and share < 0.6):
         why = (
             f"the best candidate, {' + '.join(winner.ids)}, explains {100 * share:.0f} % of the reducible error and leaves "
             f"{left:.3g} N beyond the noise"
@@ -121,6 +154,16 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
         f"; {', '.join(' + '.join(r) for r in rivals)} explain it as well" if rivals else ""
     )
     return _decision(status, winner, group, 0.0, why, base, found, folds, noise_n, share, rules)
+
+
+def _same_family(c: Candidate, winner: Candidate, base: Candidate) -> bool:
+    """Whether a model differs from the winner only by the member of the stick-slip family, and does nearly as well.
+
+    Which member it is rests on the moments of jumps, which no fit meets.
+    """
+    swapped = set(c.ids) ^ set(winner.ids)
+    gain = winner.score - base.score
+    return len(swapped) == 2 and swapped <= set(FAMILY) and c.score - base.score > FAMILY_SHARE * gain
 
 
 def advantage(a: Candidate, b: Candidate) -> float:

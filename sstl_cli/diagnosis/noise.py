@@ -42,6 +42,12 @@ class Floor:
     prediction_n: float
     fine_n: float
     push_n: Array
+    white_n: float
+
+    @property
+    def coloured(self) -> float:
+        """How much of the output noise is coloured: 0 (white) to 1."""
+        return float(np.clip(self.output_n / max(self.white_n, 1e-12) - 1.0, 0.0, 1.0))
 
     @property
     def total_n(self) -> float:
@@ -67,13 +73,13 @@ def noise_floor(sim: Simulator, theta: Array, prediction: Array) -> Floor:
         white = [(_white(r.y), _white(r.y_fine)) for r in sim.problem.records]
         output, fine_n = (float(np.median(x)) for x in zip(*white, strict=True))
         scatter, push = _passed_on(sim, theta, np.array([1.0]), output)
-        return Floor(output, scatter, fine_n, push)
+        return Floor(output, scatter, fine_n, push, output)
     coefficients, sigma = _autoregression(np.array(series))
     fine = [_white(r.y_fine) for r in sim.problem.records]
     coarse = [_white(r.y) for r in sim.problem.records]
     above = float(np.sqrt(max(np.median(fine) ** 2 - np.median(coarse) ** 2, 0.0)))
     scatter, push = _passed_on(sim, theta, coefficients, sigma)
-    return Floor(sigma, scatter, float(np.hypot(sigma, above)), push)
+    return Floor(sigma, scatter, float(np.hypot(sigma, above)), push, float(np.median(coarse)))
 
 
 def _windows(r: Record, prediction: Array, length: int) -> list[Array]:

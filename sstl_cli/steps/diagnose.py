@@ -10,7 +10,7 @@ import numpy as np
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import faults, following, search, sentence, shrink, where
-from sstl_cli.diagnosis.decide import Candidate, Decision, Rules, decide
+from sstl_cli.diagnosis.decide import Candidate, Decision, Rules, decide, jumps_instead
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.noise import Floor, noise_floor
 from sstl_cli.diagnosis.records import Problem, prepare
@@ -110,6 +110,7 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
     fine = sim.predict_fine(found.base.theta, {})
     recorder = [e for e in faults.recorder_effects(problem.records, fine, max(floor.fine_n, 1e-9)) if e.id in ids]
     decision = decide(found, floor.total_n, options.rules)
+    decision = jumps_instead(found, decision, fitted, floor.coloured)
     body = _document(problem, found, decision, recorder, options, nominal, floor, scenario)
     return Diagnosis(problem, found, decision, recorder, options, body)
 
