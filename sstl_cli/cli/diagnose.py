@@ -35,6 +35,9 @@ def diagnose(
     max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None,
     max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None,
     expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None,
+    position: Annotated[
+        bool, typer.Option("--position", help="Diagnose the recorded position too (the simulator claims a rigid tendon).")
+    ] = False,
     workers: Annotated[int, typer.Option(min=1, max=64, help="Threads; the answer does not depend on it.")] = 2,
     force: Force = False,
     as_json: Json = False,
@@ -62,7 +65,7 @@ def diagnose(
         effects=_ids(effects) or None,
         exclude=_ids(exclude),
         max_effects=max_effects,
-        workers=workers,
+        workers=workers, position=position,
     )
     runs = [run for path in logs for run in read_runs(path)]
     if against is not None:

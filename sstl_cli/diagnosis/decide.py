@@ -29,6 +29,9 @@ class Rules:
     margin_nats: float = 8.0
     # a further effect must carry this share of the explained gap, and more than noise
     partner_share: float = 0.05
+    # ... or, while this much (RMS over noise) is left, this share of what is left
+    room_over_noise: float = 0.7
+    clears: float = 0.6
     # the winner must explain this share of the reducible squared error
     explained: float = 0.7
     # a small gap of which the winner explains less than this is what noise does, not an effect
@@ -77,6 +80,10 @@ class Decision:
 DOUBTFUL_SHARE = 0.85
 # members of the stick-slip family that reach this share of the winner's gain are not told apart from it
 FAMILY_SHARE = 0.6
+# a member of the family that wins and explains this much is let off the jumps that it misses
+FAMILY_LEAD = 0.45
+# jumps that a fit misses invite partners: beside a member of the family they have to carry this share of the gap
+FAMILY_PARTNER = 0.25
 
 
 def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], coloured: float) -> Decision:
@@ -85,14 +92,18 @@ def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], colour
     Their waveform is chaotic: no simulation meets its jumps, so fits fail although the cause is plain. Where
     a member of the family is not a candidate the verdict stays unknown.
     """
-    around = (d.winner or d.base).fit
     doubtful = d.status == "unknown" or (d.status != "none" and d.explained < DOUBTFUL_SHARE)
     if not doubtful or not all(e in candidates for e in FAMILY):
         return d
-    if not sawtooth(search.sim, around.residual, phases(search.sim, around.prediction)).present(coloured):
-        return d
     members = [c for c in d.candidates if len(c.ids) == 1 and c.ids[0] in FAMILY]
     if not members:
+        return d
+    leads = d.winner is not None and d.winner.ids == members[0].ids and d.explained > FAMILY_LEAD
+    fits = [d.base.fit, *([d.winner.fit] if d.winner else [])]
+    if d.status != "unknown":
+        fits = fits[1:]
+    shapes = [sawtooth(search.sim, f.residual, phases(search.sim, f.prediction)) for f in fits]
+    if not leads and not any(shape.present(coloured) for shape in shapes):
         return d
     group = (members[0].ids, *((e,) for e in FAMILY if e != members[0].ids[0]))
     why = "the output lags and jumps along the motion, again and again: friction that falls once it slips"
@@ -192,9 +203,13 @@ def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rul
         rival = max((rival, winner), key=lambda c: c.score)
         gap = base.rms_n**2 - best.rms_n**2
         added = rival.rms_n**2 - best.rms_n**2
+        share = FAMILY_PARTNER if set(best.ids) & set(FAMILY) else rules.partner_share
+        left = rival.rms_n**2 - noise_n**2
+        # a strong first effect dwarfs the second: what counts then is that it clears up what is left
+        clears = left > (rules.room_over_noise * noise_n) ** 2 and added > rules.clears * left
         worth = (
             advantage(best, rival) > rules.gain_nats
-            and added > rules.partner_share * gap
+            and (added > share * gap or (clears and share < FAMILY_PARTNER))
             and added > (rules.gap_over_noise * noise_n) ** 2
         )
         if not worth:

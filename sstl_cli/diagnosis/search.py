@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.fit import Fit, fit, jacobian, normal_equations
 from sstl_cli.diagnosis.records import representatives
+from sstl_cli.diagnosis.sawtooth import FAMILY
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects, free_parameters
 from sstl_cli.diagnosis.whitening import Whitener, fit_whitener, identity, spread_whitener
 
@@ -171,6 +172,10 @@ def run(
         f for k, f in enumerate(fine) if k < LEAST_FITS or (k < REFINED and reference - costs[f.ids] > REFINED_SHARE * best_gain)
     ]
 
+    # the stick-slip family is judged by its shape as well: its best member stays at hand
+    kin = [f for f in fine if f.ids[0] in FAMILY][:1]
+    chosen_fits += [f for f in kin if all(f is not c for c in chosen_fits)]
+
     def refined(c: Fit) -> Fit:
         theta = search.base.theta.copy()
         theta[chosen] = c.theta
@@ -211,7 +216,8 @@ def _room(search: Search, size: int, noise_n: float, partner_share: float) -> bo
         return float(np.sum(w * f.residual**2) / max(w.sum(), 1.0))
 
     left, base = min(power(f) for f in leaders[:3]), power(search.base)
-    return left - noise_n**2 > partner_share * max(base - left, 0.0) and left > (1.05 * noise_n) ** 2
+    over = left - noise_n**2
+    return over > 0.1 * noise_n**2 and over > min(partner_share * max(base - left, 0.0), 0.4 * noise_n**2)
 
 
 def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:

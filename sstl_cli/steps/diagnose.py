@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import faults, following, search, sentence, shrink, where
+from sstl_cli.diagnosis import channels, faults, following, search, sentence, shrink, where
 from sstl_cli.diagnosis.decide import Candidate, Decision, Rules, decide, jumps_instead
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.noise import Floor, noise_floor
@@ -31,6 +31,7 @@ class DiagnoseOptions:
     exclude: tuple[str, ...] = ()
     max_effects: int = 3
     workers: int = 1
+    position: bool = False
     rules: Rules = field(default_factory=Rules)
 
 
@@ -111,8 +112,60 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
     recorder = [e for e in faults.recorder_effects(problem.records, fine, max(floor.fine_n, 1e-9)) if e.id in ids]
     decision = decide(found, floor.total_n, options.rules)
     decision = jumps_instead(found, decision, fitted, floor.coloured)
+    if not _propagates(problem, floor.output_n):
+        why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
+        decision = replace(decision, status="unknown", winner=None, group=(), confidence=1.0, why=why)
     body = _document(problem, found, decision, recorder, options, nominal, floor, scenario)
+    beside = channels.loop_gap(problem.records) if "tension_loop_lag" in ids else None
+    if beside is None and options.position:
+        beside = channels.position_gap(sim, found.base, ids)
+    _add_channel(body, beside)
     return Diagnosis(problem, found, decision, recorder, options, body)
+
+
+def _add_channel(body: dict[str, Any], gap: channels.ChannelGap | None) -> None:
+    """Add a gap beside the output tension; it is the verdict where the output tension has none."""
+    if gap is None:
+        return
+    shrunk = 100.0 * (1.0 - gap.rmse_with / gap.rmse_base)
+    body["beside"] = {
+        "channel": gap.channel, "unit": gap.unit, "effects": list(gap.effects), "rmse_base": gap.rmse_base,
+        "rmse_with_effect": gap.rmse_with, "shrink_pct": shrunk, "parameters": gap.values,
+    }
+    what = f"{gap.channel}: {gap.effects[0]} takes its error from {gap.rmse_base:.3g} to {gap.rmse_with:.3g} {gap.unit}"
+    body["notes"].append(what)
+    if body["verdict"]["status"] != "none":
+        return
+    status = "identified" if len(gap.effects) == 1 else "ambiguous"
+    body["verdict"] = {
+        "status": status, "effects": [gap.effects[0]], "confidence": 0.95, "ambiguity_group": list(gap.effects), "why": what,
+    }
+    if gap.unit == "N":
+        body["gap"].update(
+            rmse_base_n=gap.rmse_base, rmse_retuned_n=gap.rmse_base, rmse_with_effect_n=gap.rmse_with,
+            noise_floor_n=min(gap.rmse_with, body["gap"]["noise_floor_n"]), shrink_pct=shrunk,
+            shrink_ci95_pct=[shrunk, shrunk], explained_of_reducible_pct=100.0, held_out=False,
+        )
+    body["candidates"].insert(
+        0,
+        {
+            "id": gap.effects[0], "probability": 0.95, "rmse_held_out_n": gap.rmse_with if gap.unit == "N" else None,
+            "shrink_pct": shrunk, "score": None,
+            "parameters": [
+                {"name": k, "effect": gap.effects[0], "unit": get(gap.effects[0]).parameter(k).unit, "estimate": v,
+                 "ci95": [v, v], "at_bound": False, "identifiability": "identifiable"}
+                for k, v in gap.values.items()
+            ],
+            "identifiability": "identifiable",
+        },
+    )
+    body["sentence"] = sentence.sentence(body)
+
+
+def _propagates(problem: Problem, noise_n: float) -> bool:
+    """Whether the output of any run moves by clearly more than its noise."""
+    spans = [np.ptp(np.convolve(r.y, np.full(9, 1 / 9), mode="valid")) for r in problem.records if len(r) > 20]
+    return max(spans, default=0.0) > 8.0 * noise_n
 
 
 def _document(

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 NODES = 161
 STEPS = 8
 SCALE_NODES = 33
+CEILING_N = 1e5
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,8 @@ def _integrate(law: Law, tension: Array, angle: Array, arc: float) -> Array:
     h = 1.0 / STEPS
 
     def slope(t: Array) -> Array:
-        t = np.maximum(t, 0.0)
+        # far outside the range of any tendon a fit may ask for the absurd; it must only not overflow
+        t = np.clip(t, 0.0, CEILING_N)
         friction = t
         for factor in law.factors:
             friction = friction * factor(t)
@@ -110,5 +112,5 @@ def _integrate(law: Law, tension: Array, angle: Array, arc: float) -> Array:
         k2 = slope(tension + 0.5 * h * k1)
         k3 = slope(tension + 0.5 * h * k2)
         k4 = slope(tension + h * k3)
-        tension = tension + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        tension = np.clip(tension + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4), -CEILING_N, CEILING_N)
     return tension

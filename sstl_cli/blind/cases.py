@@ -1,0 +1,216 @@
+"""One case: a bench, what is withheld, its recordings, and the truth that goes under seal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.blind import bench as benches
+from sstl_cli.blind.record import Source
+from sstl_cli.blind.schedule import Entry, two_effects
+from sstl_cli.blind.strength import Direction, band, direction, find_scale
+from sstl_cli.blind.unlisted import UNLISTED
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import stream
+from sstl_cli.core.runs import Run
+from sstl_cli.physics.effects import catalogue, get
+from sstl_cli.physics.scenario import Scenario
+
+ATTEMPTS, PAIR_ATTEMPTS = 6, 8
+# each part of a pair carries at least this share of its gap
+PAIR_SHARE = 1.0 / 3.0
+# quieter sensors than these do not exist (N)
+QUIETEST_N = 0.004
+Effects = dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Recordings to diagnose, one more recording for the score, the simulator as the lab states it, and the truth."""
+
+    runs: list[Run]
+    fresh: list[Run]
+    sim: Scenario
+    exclude: tuple[str, ...]
+    truth: dict[str, Any]
+
+
+def draw(entry: Entry, seed: int, quick: bool = False) -> Case:
+    """Return the case that belongs to a schedule entry and a seed.
+
+    Raises
+    ------
+    SstlError
+        If no bench of several drawn ones could be simulated.
+    """
+    reason = ""
+    for attempt in range(ATTEMPTS):
+        rng = stream(seed, "case", attempt)
+        try:
+            return _draw(entry, rng, seed, quick)
+        except (SstlError, ValueError) as error:
+            # a stick-slip bench may be too violent for the solver: another one is drawn, by the same rules
+            reason = str(error)
+    raise SstlError(f"no bench could be simulated in {ATTEMPTS} attempts ({reason})", where=f"seed {seed}", code="E950")
+
+
+def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool) -> Case:
+    poor = ("slow", "still")[int(rng.integers(2))] if entry.kind == "poor" else None
+    bench = benches.draw(rng, quick, entry.kind == "nominal", poor)
+    channels = {get(e).channel for e in entry.effects if e not in UNLISTED}
+    bench = replace(
+        bench,
+        position="position" in channels or bool(rng.random() < 0.3),
+        reference="loop" in channels or bool(rng.random() < 0.3),
+    )
+    if bench.position:
+        # to judge a position, a lab has to know its stiffnesses; a rigid tendon is the claim that is wrong then
+        if "tendon_elasticity" in entry.effects:
+            bench = replace(bench, spec=replace(bench.spec, ea_n=1e6))
+        known = bench.known.model_copy(
+            update={"ea_n": bench.spec.ea_n, "load_n_per_mm": bench.spec.load_k1_n_per_mm}
+        )
+        bench = replace(bench, known=known)
+    if "slack" in entry.effects:
+        bench = benches.with_low_tension(bench)
+    source = Source(bench, seed)
+    null_n, _ = source.gap({})
+    source, effects, facts = _withheld(entry, source, rng, null_n)
+    gap, theta = source.gap(effects)
+    own = _beyond(gap, null_n)
+    noise = source.noise_n
+    channel = next((c for c in channels if c != "out"), "out")
+    strength = own / noise
+    if channel != "out" and effects:
+        strength = source.channel_gap(effects, channel) / _channel_noise(source, channel)
+    exclude = _exclude(entry, effects, rng)
+    claims = {}
+    if bench.position and "tendon_elasticity" not in effects:
+        claims = {"tendon_elasticity": {"compliance_per_kn": 1000.0 / bench.spec.ea_n}}
+    truth = {
+        "kind": entry.kind,
+        "effects": effects,
+        "strength_target": entry.strength,
+        "strength": strength if effects else 0.0,
+        "band": band(strength) if effects else None,
+        "channel": channel,
+        "gap_n": gap,
+        "gap_null_n": null_n,
+        "noise_n": noise,
+        "excluded": entry.kind == "excluded",
+        "unlisted": [e for e in effects if e in UNLISTED],
+        "wrong_nominal": entry.kind == "nominal",
+        "poor": poor,
+        "theta": list(bench.theta),
+        "theta_retuned": theta,
+        "nominal": list(bench.nominal),
+        "seed": seed,
+        "rate_hz": bench.rate_hz,
+        "noise": {k: float(getattr(source.bench.noise, k)) for k in ("white_n", "coloured_n", "correlation_s")},
+        "nodes": bench.spec.nodes,
+        **facts,
+    }
+    return Case(
+        source.record(bench.runs, effects),
+        source.record(bench.fresh, effects),
+        bench.claims(claims),
+        exclude,
+        truth,
+    )
+
+
+def _withheld(
+    entry: Entry, source: Source, rng: np.random.Generator, null_n: float
+) -> tuple[Source, Effects, dict[str, Any]]:
+    if not entry.effects:
+        return source, {}, {}
+    if entry.kind == "pair":
+        return _two(entry, source, rng, null_n)
+    effect_id = entry.effects[0]
+    if entry.kind == "poor" and source.bench.runs[0].command_n.min() > 0.8 * source.bench.runs[0].command_n.max():
+        # nothing shows in backlash: a strength that would be plain to see on other movements
+        return source, {effect_id: _direction(effect_id, rng, source).at(0.3)}, {}
+    channel = "out" if effect_id in UNLISTED else get(effect_id).channel
+    way = _direction(effect_id, rng, source)
+    noise = _channel_noise(source, channel) if channel != "out" else source.noise_n
+    target = entry.strength * noise
+    scale, gap = find_scale(_gap_of(source, way, channel, null_n), target)
+    if gap < 0.8 * target:
+        # at its physical bound the effect is too small for these sensors: take better ones
+        source = source.with_noise(max(gap / target, min(QUIETEST_N / source.noise_n, 1.0)))
+    return source, {effect_id: way.at(scale)}, {"scale": scale}
+
+
+def _two(
+    entry: Entry, source: Source, rng: np.random.Generator, null_n: float
+) -> tuple[Source, Effects, dict[str, Any]]:
+    """Return two effects of which each carries at least a third of the gap, alone and when the other is left out."""
+    ids = entry.effects
+    for _ in range(PAIR_ATTEMPTS):
+        first = float(rng.uniform(0.55, 0.83))
+        effects: Effects = {}
+        alone = []
+        for effect_id, share in zip(ids, (first, np.sqrt(1.0 - first**2)), strict=True):
+            way = _direction(effect_id, rng, source)
+            scale, gap = find_scale(_gap_of(source, way, "out", null_n), entry.strength * share * source.noise_n)
+            effects[effect_id] = way.at(scale)
+            alone.append(gap)
+        both = _beyond(source.gap(effects)[0], null_n)
+        dropped = [_beyond(both, other) for other in reversed(alone)]
+        if both > 0.0 and min(*alone, *dropped) >= PAIR_SHARE * both and both > 0.5 * entry.strength * source.noise_n:
+            shares = {k: a / both for k, a in zip(ids, alone, strict=True)}
+            return source, effects, {"shares": shares}
+        # these two hide one another, or one reaches its bound: another two
+        ids = two_effects([e for e in catalogue() if get(e).channel == "out"], rng)
+    raise SstlError("no pair found of which both parts show", code="E951")
+
+
+def _direction(effect_id: str, rng: np.random.Generator, source: Source) -> Direction:
+    if effect_id in UNLISTED:
+        return _unlisted(effect_id, rng)
+    runs = source.bench.runs
+    top_in = max(float(r.command_n.max()) for r in runs)
+    top_out = max(float(source.truth(r, {})[1].max()) for r in runs)
+    return direction(effect_id, rng, top_in, top_out)
+
+
+class _Unlisted(Direction):
+    def at(self, scale: float) -> dict[str, float]:
+        return {**self.shapes, **{k: v * scale for k, v in self.full.items()}}
+
+
+def _unlisted(kind: str, rng: np.random.Generator) -> Direction:
+    if kind == "position_ripple":
+        return _Unlisted(kind, {"ripple": 0.8}, {"wave_mm": float(rng.uniform(0.5, 2.0))})
+    if kind == "moved_tube":
+        return _Unlisted(kind, {"jump": 0.5 * float(rng.choice((-1.0, 1.0)))}, {"at": float(rng.uniform(0.3, 0.7))})
+    return _Unlisted(kind, {"amplitude_n": 1.0})
+
+
+def _gap_of(source: Source, way: Direction, channel: str, null_n: float) -> Callable[[float], float]:
+    def gap(scale: float) -> float:
+        effects = {way.id: way.at(scale)}
+        if channel != "out":
+            return source.channel_gap(effects, channel)
+        return _beyond(source.gap(effects)[0], null_n)
+
+    return gap
+
+
+def _channel_noise(source: Source, channel: str) -> float:
+    return source.bench.noise.position_mm if channel == "position" else source.noise_n
+
+
+def _beyond(rms: float, floor: float) -> float:
+    return float(np.sqrt(max(rms**2 - floor**2, 0.0)))
+
+
+def _exclude(entry: Entry, effects: Effects, rng: np.random.Generator) -> tuple[str, ...]:
+    """Return the one effect that is no candidate; half of all other cases name one too, so that it tells nothing."""
+    if entry.kind == "excluded":
+        return tuple(effects)
+    others = [e for e in catalogue() if e not in effects]
+    return (others[int(rng.integers(len(others)))],) if rng.random() < 0.5 else ()

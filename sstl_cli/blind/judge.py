@@ -1,0 +1,128 @@
+"""What a verdict is worth against the truth of one case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+COMMITTED, NAMED = ("identified",), ("identified", "ambiguous")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One case with its verdict; ``band`` is the nominal strength (0.4, 1.2, 4), None where nothing shows."""
+
+    case: str
+    truth: Mapping[str, Any]
+    status: str
+    effects: tuple[str, ...]
+    group: tuple[str, ...]
+    confidence: float
+    seconds: float
+    baselines: Mapping[str, str | None]
+    predicted_pct: float | None
+    realised_pct: float | None
+
+    @property
+    def kind(self) -> str:
+        """``none``, ``single``, ``pair``, ``outside`` or ``poor``: what the scores tell apart."""
+        if self.truth["poor"]:
+            return "poor"
+        if self.truth["excluded"] or self.truth["unlisted"]:
+            return "outside"
+        return ("none", "single", "pair")[min(len(self.withheld), 2)]
+
+    @property
+    def withheld(self) -> frozenset[str]:
+        return frozenset(self.truth["effects"])
+
+    @property
+    def band(self) -> float | None:
+        return self.truth["band"]
+
+    @property
+    def named(self) -> frozenset[str]:
+        return frozenset(self.effects) if self.status in NAMED else frozenset()
+
+    @property
+    def exact(self) -> bool:
+        """The verdict commits itself to exactly what was withheld."""
+        return self.status == "identified" and self.named == self.withheld
+
+    @property
+    def wrong_commit(self) -> bool:
+        """The verdict commits itself to a name that was not withheld (or could not be seen as a candidate)."""
+        true = frozenset() if self.kind in ("outside", "none") else self.withheld
+        return self.status in COMMITTED and not self.named <= true
+
+    @property
+    def covered(self) -> bool:
+        """Everything withheld is in the ambiguity group."""
+        return self.withheld <= set(self.group) | set(self.effects)
+
+    @property
+    def right(self) -> bool:
+        """What the stated confidence is about: a group that holds the truth, or the right kind of no."""
+        if self.status in NAMED:
+            return self.kind in ("single", "pair", "poor") and bool(self.withheld) and self.covered
+        if self.status == "none":
+            return self.kind == "none" or (self.kind == "poor" and self.band is None)
+        return self.kind == "outside"
+
+    def answer(self) -> str:
+        """Return the verdict as a label: an effect, several, ``ambiguous``, ``unknown`` or ``none``."""
+        if self.status == "identified":
+            return " + ".join(sorted(self.effects))
+        return self.status
+
+
+def judge(case: str, truth: Mapping[str, Any], result: Mapping[str, Any], realised_pct: float | None) -> Judged:
+    """Return a case with its verdict, from a result file of ``blind run``."""
+    document = result["diagnosis"]
+    verdict, gap = document["verdict"], document["gap"]
+    named = verdict["status"] in NAMED
+    return Judged(
+        case,
+        truth,
+        verdict["status"],
+        tuple(verdict["effects"]),
+        tuple(verdict["ambiguity_group"]),
+        float(verdict["confidence"]),
+        float(result["seconds"]),
+        dict(document.get("baselines", {})),
+        gap["shrink_pct"] if named else None,
+        realised_pct if named else None,
+    )
+
+
+def wilson(k: int, n: int, z: float = 1.959964) -> tuple[float, float]:
+    """Return the Wilson interval of a share of k in n (Wilson 1927).
+
+    Examples
+    --------
+    >>> low, high = wilson(8, 10)
+    >>> round(low, 3), round(high, 3)
+    (0.49, 0.943)
+    """
+    if n == 0:
+        return float("nan"), float("nan")
+    p = k / n
+    middle, half = p + z * z / (2 * n), z * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return max(0.0, (middle - half) / (1 + z * z / n)), min(1.0, (middle + half) / (1 + z * z / n))
+
+
+def share(hits: Iterable[bool]) -> dict[str, Any] | None:
+    """Return a proportion as {k, n, share, low, high}; None where there is no case."""
+    found = list(hits)
+    if not found:
+        return None
+    k, n = sum(found), len(found)
+    low, high = wilson(k, n)
+    return {"k": k, "n": n, "share": k / n, "low": low, "high": high}
+
+
+def of(cases: Sequence[Judged], *kinds: str) -> list[Judged]:
+    """Return the cases of some kinds."""
+    return [c for c in cases if c.kind in kinds]

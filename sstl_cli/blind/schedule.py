@@ -1,0 +1,76 @@
+"""Which cases a set holds: kinds in fixed shares, effects and strengths in turn, the order shuffled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.blind.unlisted import UNLISTED
+from sstl_cli.core.rng import stream
+from sstl_cli.physics.effects import catalogue, get
+
+# nothing missing; one effect; two; the true one no candidate; no catalogue holds it; poor excitation; wrong theta
+SHARES = {"single": 0.5, "none": 0.16, "pair": 0.09, "excluded": 0.09, "unlisted": 0.07, "nominal": 0.05, "poor": 0.04}
+KINDS = tuple(SHARES)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What one case is to be: its kind, the withheld effects and the strength aimed at."""
+
+    kind: str
+    effects: tuple[str, ...] = ()
+    strength: float = 0.0
+
+
+def schedule(cases: int, seed: int) -> list[Entry]:
+    """Return the cases of a set in shuffled order; every effect comes once before any comes twice."""
+    rng = stream(seed, "schedule")
+    counts = _counts(cases)
+    entries: list[Entry] = []
+    everything = list(catalogue())
+    audible = [e for e in everything if get(e).channel == "out"]
+    turns = {
+        "single": _turns(everything, rng),
+        "excluded": _turns(audible, rng),
+        "nominal": _turns(audible, rng),
+        "poor": _turns([e for e in audible if get(e).fitted], rng),
+        "unlisted": _turns(list(UNLISTED), rng),
+    }
+    for kind in KINDS:
+        for i in range(counts[kind]):
+            if kind == "none" or (kind == "nominal" and i % 2 == 0):
+                entries.append(Entry(kind))
+            elif kind == "pair":
+                entries.append(Entry(kind, two_effects(audible, rng), STRENGTHS[(i + 2) % 3]))
+            else:
+                names, offsets = turns[kind]
+                at = i % len(names)
+                entries.append(Entry(kind, (names[at],), STRENGTHS[(i // len(names) + offsets[at]) % 3]))
+    return [entries[i] for i in rng.permutation(len(entries))]
+
+
+def _counts(cases: int) -> dict[str, int]:
+    """Return how many cases each kind has: largest remainders of the shares."""
+    exact = {k: cases * s for k, s in SHARES.items()}
+    counts = {k: int(v) for k, v in exact.items()}
+    for kind in sorted(KINDS, key=lambda k: (counts[k] - exact[k], KINDS.index(k)))[: cases - sum(counts.values())]:
+        counts[kind] += 1
+    return counts
+
+
+def _turns(names: list[str], rng: np.random.Generator) -> tuple[list[str], list[int]]:
+    """Return the names in a random order, each with the strength it starts from."""
+    order = [names[i] for i in rng.permutation(len(names))]
+    return order, [int(k) for k in (np.arange(len(order)) + int(rng.integers(3))) % 3]
+
+
+def two_effects(audible: list[str], rng: np.random.Generator) -> tuple[str, ...]:
+    """Return two fitted effects that the catalogue does not list as look-alikes of each other."""
+    fitted = [e for e in audible if get(e).fitted]
+    while True:
+        a, b = (fitted[i] for i in rng.choice(len(fitted), 2, replace=False))
+        if a not in get(b).look_alikes and b not in get(a).look_alikes:
+            return a, b

@@ -1,0 +1,287 @@
+"""Scores of a set of judged cases: by strength, by effect, beside simple rules, against the targets."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.blind.judge import NAMED, Judged, of, share
+from sstl_cli.blind.strength import STRENGTHS
+
+SCHEMA = "sstl.blind.score/1"
+BINS = 10
+# name, value at most or at least, how it is said
+TARGETS = (
+    ("false_alarm", "max", 0.05),
+    ("isolation", "min", 0.95),
+    ("isolation_weak", "min", 0.80),
+    ("wrong_commits", "max", 0.05),
+    ("unknown_recall", "min", 0.90),
+    ("both_of_a_pair", "min", 0.80),
+    ("ece", "max", 0.05),
+    ("coverage", "within", 0.90),
+)
+WITHIN = 0.05
+SAID = {
+    "false_alarm": "false alarm",
+    "isolation": "isolation above 0.6 x noise",
+    "isolation_weak": "isolation at 0.1-0.6 x noise",
+    "wrong_commits": "wrong commits",
+    "unknown_recall": "unknown recall",
+    "both_of_a_pair": "both of a pair",
+    "ece": "expected calibration error",
+    "coverage": "coverage of the ambiguity set",
+}
+
+
+def document(cases: Sequence[Judged]) -> dict[str, Any]:
+    """Return the score of a set as JSON-ready ``sstl.blind.score/1``, without file names."""
+    cases = sorted(cases, key=lambda c: c.case)
+    bins, ece = reliability(cases)
+    pairs = [
+        {"case": c.case, "predicted_pct": c.predicted_pct, "realised_pct": c.realised_pct}
+        for c in cases
+        if c.predicted_pct is not None and c.realised_pct is not None
+    ]
+    body: dict[str, Any] = {
+        "schema": SCHEMA,
+        "cases": len(cases),
+        "kinds": dict(sorted(Counter(c.kind for c in cases).items())),
+        "confusion": confusion(cases),
+        "by_strength": [_row(cases, s) for s in STRENGTHS] + [_nothing(cases)],
+        "by_effect": by_effect(cases),
+        "baselines": baselines(cases),
+        "reliability": bins,
+        "ece": ece,
+        "group": group(cases),
+        "shrink": pairs,
+        "shrink_mean_difference_pct": float(np.mean([abs(p["predicted_pct"] - p["realised_pct"]) for p in pairs]))
+        if pairs
+        else None,
+        "poor": _poor(cases),
+        "wrong_nominal": {
+            "false_alarm": share(c.status != "none" for c in cases if c.truth["wrong_nominal"] and c.kind == "none"),
+            "isolation": share(c.exact for c in cases if c.truth["wrong_nominal"] and c.kind == "single"),
+        },
+        "seconds": {
+            "mean": float(np.mean([c.seconds for c in cases])) if cases else None,
+            "max": max((c.seconds for c in cases), default=None),
+        },
+        "verdicts": [_line(c) for c in cases],
+    }
+    body["scores"] = _scores(cases, ece)
+    body["targets"] = targets(body["scores"])
+    return body
+
+
+def _scores(cases: Sequence[Judged], ece: float | None) -> dict[str, Any]:
+    single = of(cases, "single")
+    return {
+        "false_alarm": share(c.status != "none" for c in of(cases, "none")),
+        "isolation": share(c.exact for c in single if c.band in STRENGTHS[1:]),
+        "isolation_weak": share(c.exact for c in single if c.band == STRENGTHS[0]),
+        "wrong_commits": share(c.wrong_commit for c in cases if c.kind != "none"),
+        "unknown_recall": share(c.status == "unknown" for c in of(cases, "outside")),
+        "both_of_a_pair": share(c.withheld <= c.named for c in of(cases, "pair")),
+        "ece": ece,
+        "coverage": share(c.covered for c in of(cases, "single", "pair") if c.status in NAMED),
+    }
+
+
+def targets(scores: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return each target with what was measured; ``met`` is None where no case of the set bears on it."""
+    rows = []
+    for name, rule, wanted in TARGETS:
+        found = scores[name]
+        value = found["share"] if isinstance(found, dict) else found
+        met = None
+        if value is not None:
+            met = {
+                "max": value <= wanted + 1e-12,
+                "min": value >= wanted - 1e-12,
+                "within": abs(value - wanted) <= WITHIN + 1e-12,
+            }[rule]
+        interval = {k: found[k] for k in ("k", "n", "low", "high")} if isinstance(found, dict) else {}
+        rows.append({"id": name, "name": SAID[name], "value": value, "target": wanted, "rule": rule, "met": met} | interval)
+    return rows
+
+
+def _row(cases: Sequence[Judged], strength: float) -> dict[str, Any]:
+    at = [c for c in cases if c.band == strength and c.kind != "none"]
+    single = of(at, "single")
+    return {
+        "strength": strength,
+        "isolation": share(c.exact for c in single),
+        "first_named": share(c.status in NAMED and c.named == c.withheld for c in single),
+        "in_group": share(c.status in NAMED and c.covered for c in single),
+        "said_none": share(c.status == "none" for c in single),
+        "wrong_commits": share(c.wrong_commit for c in at if c.kind != "poor"),
+        "unknown_recall": share(c.status == "unknown" for c in of(at, "outside")),
+        "both_of_a_pair": share(c.withheld <= c.named for c in of(at, "pair")),
+        "coverage": share(c.covered for c in of(at, "single", "pair") if c.status in NAMED),
+        "group_size": _mean(len(c.group) for c in at if c.status in NAMED),
+    }
+
+
+def _nothing(cases: Sequence[Judged]) -> dict[str, Any]:
+    nothing = of(cases, "none")
+    return {
+        "strength": None,
+        "nothing_missing": True,
+        "false_alarm": share(c.status != "none" for c in nothing),
+        "named": share(c.status in NAMED for c in nothing),
+        "said_unknown": share(c.status == "unknown" for c in nothing),
+    }
+
+
+def _poor(cases: Sequence[Judged]) -> dict[str, Any]:
+    poor = of(cases, "poor")
+    return {
+        "wrong_commits": share(c.wrong_commit for c in poor),
+        "abstained": share(c.status in ("none", "unknown", "ambiguous") for c in poor),
+        "coverage": share(c.covered for c in poor if c.status in NAMED),
+    }
+
+
+def group(cases: Sequence[Judged]) -> dict[str, Any]:
+    """Return size and coverage of the ambiguity set where a verdict names something that was withheld."""
+    named = [c for c in of(cases, "single", "pair") if c.status in NAMED]
+    return {
+        "mean_size": _mean(len(c.group) for c in named),
+        "largest": max((len(c.group) for c in named), default=None),
+        "coverage": share(c.covered for c in named),
+    }
+
+
+def confusion(cases: Sequence[Judged]) -> dict[str, Any]:
+    """Return counts of truth (rows) against verdict (columns).
+
+    Rows are single effects, ``pair``, ``unknown`` (nothing in the list of candidates explains it) and ``none``. An
+    ambiguous verdict counts under the effect it puts first if that is the true one, else under ``ambiguous``; several
+    named effects count under ``pair`` where they are the withheld ones, else under ``other pair``.
+    """
+    counts: Counter[tuple[str, str]] = Counter()
+    for c in cases:
+        row = _truth_label(c)
+        if row is not None:
+            counts[row, _answer_label(c)] += 1
+    last = ["pair", "unknown", "none"]
+    effects = sorted(({r for r, _ in counts} | {a for _, a in counts}) - {*last, "other pair", "ambiguous"})
+    rows = [e for e in [*effects, *last] if any(r == e for r, _ in counts)]
+    columns = [*effects, *last, "other pair", "ambiguous"]
+    return {"labels": rows, "columns": columns, "matrix": [[counts[r, a] for a in columns] for r in rows]}
+
+
+def _truth_label(c: Judged) -> str | None:
+    if c.kind == "poor":
+        return None
+    return {"none": "none", "outside": "unknown", "pair": "pair"}.get(c.kind) or next(iter(c.withheld))
+
+
+def _answer_label(c: Judged) -> str:
+    if c.status not in NAMED:
+        return c.status
+    if c.status == "ambiguous" and c.named != c.withheld:
+        return "ambiguous"
+    if len(c.named) > 1:
+        return "pair" if c.kind == "pair" and c.named == c.withheld else "other pair"
+    return next(iter(c.named), "ambiguous")
+
+
+def by_effect(cases: Sequence[Judged]) -> list[dict[str, Any]]:
+    """Return isolation of each effect at each strength, and its misses."""
+    rows = []
+    single = of(cases, "single")
+    for effect in sorted({e for c in single for e in c.withheld}):
+        own = [c for c in single if effect in c.withheld]
+        rows.append(
+            {
+                "effect": effect,
+                "isolation": {f"{s:g}": share(c.exact for c in own if c.band == s) for s in STRENGTHS},
+                "below_0.1": sum(c.band is None for c in own),
+                "misses": [_line(c) for c in own if not c.exact],
+            }
+        )
+    return rows
+
+
+def reliability(cases: Sequence[Judged]) -> tuple[list[dict[str, Any]], float | None]:
+    """Return bins of stated confidence with the share that was right, and the expected calibration error."""
+    if not cases:
+        return [], None
+    stated = np.array([c.confidence for c in cases])
+    right = np.array([c.right for c in cases], dtype=float)
+    place = np.minimum((stated * BINS).astype(int), BINS - 1)
+    rows, ece = [], 0.0
+    for b in range(BINS):
+        inside = place == b
+        n = int(inside.sum())
+        if n:
+            p, r = float(stated[inside].mean()), float(right[inside].mean())
+            ece += n / len(cases) * abs(p - r)
+            rows.append({"p_low": b / BINS, "p_high": (b + 1) / BINS, "mean_p": p, "share_right": r, "n": n})
+    return rows, ece
+
+
+def baselines(cases: Sequence[Judged]) -> list[dict[str, Any]]:
+    """Return what simpler rules answer on the same cases, strength by strength; None stands for "none"."""
+    rules: dict[str, Callable[[Judged], str | None]] = {
+        "always none": lambda c: None,
+        "smallest RMSE": lambda c: c.baselines.get("smallest_rmse"),
+        "iid BIC": lambda c: c.baselines.get("iid_bic"),
+    }
+    rows = []
+    for strength in STRENGTHS:
+        at = [c for c in cases if c.band == strength]
+        single, outside = of(at, "single"), of(at, "outside")
+        something = of(at, "single", "pair", "outside")
+        if not something:
+            continue
+        nothing = of(cases, "none")
+        rows.append(
+            {
+                "name": f"sstl diagnose at {strength:g}",
+                "strength": strength,
+                "isolation": share(c.exact for c in single),
+                "false_alarm": share(c.status != "none" for c in nothing),
+                "wrong_commits": share(c.wrong_commit for c in something),
+                "unknown_recall": share(c.status == "unknown" for c in outside),
+            }
+        )
+        for name, rule in rules.items():
+            rows.append(
+                {
+                    "name": f"{name} at {strength:g}",
+                    "strength": strength,
+                    "isolation": share({rule(c)} == c.withheld for c in single),
+                    "false_alarm": share(rule(c) is not None for c in nothing),
+                    "wrong_commits": share(
+                        rule(c) is not None and (c.kind == "outside" or rule(c) not in c.withheld) for c in something
+                    ),
+                    "unknown_recall": share(False for _ in outside),
+                }
+            )
+    return rows
+
+
+def _line(c: Judged) -> dict[str, Any]:
+    return {
+        "case": c.case,
+        "kind": c.kind,
+        "withheld": sorted(c.withheld),
+        "strength": c.truth["strength"],
+        "status": c.status,
+        "effects": list(c.effects),
+        "ambiguity_group": list(c.group),
+        "confidence": c.confidence,
+        "right": c.right,
+        "wrong_commit": c.wrong_commit,
+    }
+
+
+def _mean(values: Any) -> float | None:
+    found = [float(v) for v in values]
+    return float(np.mean(found)) if found else None

@@ -1,0 +1,80 @@
+"""Seals: salted hashes of every truth, published before anything is diagnosed, and the checks that they hold."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.files import dumps
+from sstl_cli.core.rng import stream
+
+HASHES, TRUTH, PLAN = "sstl.blind.hashes/1", "sstl.blind.truth/1", "sstl.blind.plan/1"
+PURPOSES = ("blind", "calibration")
+
+
+def digest(salt: str, content: Any) -> str:
+    """Return the SHA-256 of a salt and a document in canonical form."""
+    plain = json.dumps(json.loads(dumps(content)), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(f"{salt}|{plain}".encode()).hexdigest()
+
+
+def seal(
+    truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: bool
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the hashes to publish and the truth document that stays closed.
+
+    The salts follow from the seed, so that the same call gives the same bytes; who wants to keep the truth
+    from people, and not only from the diagnosis, draws a seed that nobody guesses.
+    """
+    rng = stream(seeds[0], "salt")
+    salts = {name: rng.bytes(16).hex() for name in ("set", *truths)}
+    facts = {"purpose": purpose, "seeds": list(seeds), "quick": quick, "cases": len(truths)}
+    closed = {"schema": TRUTH, **facts, "salts": salts, "truths": dict(truths)}
+    published = {
+        "schema": HASHES,
+        "purpose": purpose,
+        "set": digest(salts["set"], facts),
+        "cases": {name: digest(salts[name], truth) for name, truth in truths.items()},
+    }
+    return published, closed
+
+
+def verify(published: Mapping[str, Any], closed: Mapping[str, Any], where: str) -> None:
+    """Raise SstlError unless the opened truth is the one that was sealed, case by case."""
+    salts, truths = closed.get("salts", {}), closed.get("truths", {})
+    facts = {k: closed.get(k) for k in ("purpose", "seeds", "quick", "cases")}
+    if set(truths) != set(published.get("cases", {})) or set(salts) != {"set", *truths}:
+        raise SstlError("truth and hashes do not list the same cases", where=where, fix=_FIX, code="E952")
+    if digest(salts["set"], facts) != published.get("set") or facts["purpose"] != published.get("purpose"):
+        raise SstlError("purpose or seeds differ from what was sealed", where=where, fix=_FIX, code="E952")
+    for name, truth in truths.items():
+        if digest(salts[name], truth) != published["cases"][name]:
+            raise SstlError(f"the truth of {name} differs from what was sealed", where=where, fix=_FIX, code="E952")
+
+
+def require_purpose(closed: Mapping[str, Any], wanted: str, where: str) -> None:
+    """Raise SstlError if a set was made for something else: calibrating on a blind set would spoil it."""
+    if closed.get("purpose") != wanted:
+        raise SstlError(
+            f"the set was made for {closed.get('purpose')}, not for {wanted}",
+            where=where,
+            fix=f"make a set with --purpose {wanted} and another seed",
+            code="E953",
+        )
+
+
+def require_apart(ours: Sequence[int], theirs: Sequence[int], where: str) -> None:
+    """Raise SstlError if two inclusive ranges of seeds overlap."""
+    if ours[0] <= theirs[1] and theirs[0] <= ours[1]:
+        raise SstlError(
+            f"seeds {ours[0]}..{ours[1]} overlap with the calibration's {theirs[0]}..{theirs[1]}",
+            where=where,
+            fix="make one of the two sets with seeds far from the other",
+            code="E954",
+        )
+
+
+_FIX = "the set was changed after it was made; make it again"

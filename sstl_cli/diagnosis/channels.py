@@ -1,0 +1,155 @@
+"""Gaps in the channels recorded beside the two tensions: the tracked reference and the position.
+
+The output tension cannot show these effects. The loop is compared where the input tension follows the
+recorded reference; the position only on request, because a simulator need not claim to predict it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.records import Record
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.smoothing import block_mean
+from sstl_cli.physics.effect import Effect
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.filters import first_order
+from sstl_cli.physics.transmission import activate, predict, predict_position
+from sstl_cli.physics.transmission.model import drive_of
+
+Array = NDArray[np.float64]
+TRACKS = 0.9
+LEAST_SHRINK = 0.3
+OVER_NOISE = 3.0
+LEFT_SHARE = 0.15
+# rivals whose error is within this factor of the best explain the position equally well
+TIE = 1.15
+
+
+@dataclass(frozen=True)
+class ChannelGap:
+    """A gap beside the output tension: RMSE before and after, in the unit of the channel."""
+
+    channel: str
+    unit: str
+    effects: tuple[str, ...]
+    values: dict[str, float]
+    rmse_base: float
+    rmse_with: float
+
+
+def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
+    """Return the lag of the tension loop where the input follows a recorded reference, or None."""
+    pairs = [(r.raw, r.faults_in.noise_n) for r in records if r.raw.tension_ref_n is not None and _tracks(r.raw)]
+    if not pairs:
+        return None
+    noise = float(np.median([n for _, n in pairs]))
+
+    def residual(p: Array) -> Array:
+        parts = []
+        for run, _ in pairs:
+            reference = np.asarray(run.tension_ref_n)
+            lagged = first_order(np.nan_to_num(reference), run.dt_s, max(p[0], 0.0), max(p[1], 0.0))
+            parts.append(run.tension_in_n - lagged)
+        return np.concatenate(parts)
+
+    base = residual(np.zeros(2))
+    low, high = np.zeros(2), np.array([0.5, 0.2])
+    fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in ([0.02, 1e-6], [0.2, 1e-6])]
+    best = min(fits, key=lambda f: f.cost)
+    before, after = _rms(base), _rms(residual(best.x))
+    if before < OVER_NOISE * max(noise, 1e-9) or after > (1.0 - LEAST_SHRINK) * before:
+        return None
+    values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
+    return ChannelGap("tension_in", "N", ("tension_loop_lag",), values, before, after)
+
+
+def _tracks(run: Run) -> bool:
+    reference = np.asarray(run.tension_ref_n)
+    good = np.isfinite(reference)
+    if good.sum() < 100 or np.ptp(reference[good]) < 0.5:
+        return False
+    slope, _ = np.polyfit(reference[good], run.tension_in_n[good], 1)
+    return bool(np.corrcoef(reference[good], run.tension_in_n[good])[0, 1] > TRACKS and abs(slope - 1.0) < 0.2)
+
+
+def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> ChannelGap | None:
+    """Return what a position recorded beside the tensions shows of a line claimed to be rigid, or None.
+
+    The base predicts the travel of the load alone, with free origin and stiffness for each run.
+    """
+    effects = [get(i) for i in candidates if get(i).position is not None]
+    records = [(i, r) for i, r in enumerate(sim.problem.records) if r.raw.position_in_mm is not None]
+    if not records or not effects:
+        return None
+    measured = [block_mean(_grid(r), r.factor) for _, r in records]
+    noise = float(np.median([1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0) for x in measured]))
+    before = _rms(np.concatenate([_affine(x, [y]) for x, y in zip(measured, _loads(sim, tension, records), strict=True)]))
+    if before < OVER_NOISE * max(noise, 1e-4):
+        return None
+    found = sorted((_fit_position(sim, tension, records, measured, e) for e in effects), key=lambda f: f[0])
+    after, effect, values = found[0]
+    if after > max(OVER_NOISE * noise, LEFT_SHARE * before):
+        # the best candidate leaves a gap of its own: no name is better than a wrong one
+        return None
+    ties = tuple(e.id for rms, e, _ in found if rms <= TIE * max(after, noise))
+    names = tuple(dict.fromkeys((effect.id, *ties)))
+    return ChannelGap("position_in", "mm", names, values, before, after)
+
+
+def _grid(r: Record) -> Array:
+    position = np.asarray(r.raw.position_in_mm)
+    n = len(r) * r.factor
+    thin = max(1, len(position) // n)
+    return block_mean(position, thin)[:n]
+
+
+def _loads(sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]]) -> list[Array]:
+    slices = sim.slices()
+    return [tension.prediction[slices[i]] for i, _ in records]
+
+
+def _affine(x: Array, columns: Sequence[Array]) -> Array:
+    """Return what is left of ``x`` after its best combination of a constant and the columns."""
+    a = np.stack([np.ones_like(x), *columns], axis=1)
+    return np.asarray(x - a @ np.linalg.lstsq(a, x, rcond=None)[0])
+
+
+def _fit_position(
+    sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]], measured: Sequence[Array], effect: Effect
+) -> tuple[float, Effect, dict[str, float]]:
+    parameters = [p for p in effect.parameters if p.name not in ("c_t_per_n",)]
+    drives = [drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics) for _, r in records]
+    none = activate({})
+    outputs = [predict(d, float(tension.theta[r.config]), none, r.start_n) for d, (_, r) in zip(drives, records, strict=True)]
+
+    def residual(p: Array) -> Array:
+        values = {q.name: float(np.clip(v, q.low, q.high)) for q, v in zip(parameters, p, strict=True)}
+        active = activate({effect.id: values})
+        parts = []
+        for x, d, out, (_, r) in zip(measured, drives, outputs, records, strict=True):
+            theta = float(tension.theta[r.config])
+            extra = predict_position(d, theta, active, out) - predict_position(d, theta, none, out)
+            parts.append(_affine(x - block_mean(extra, r.factor), [block_mean(out, r.factor)]))
+        return np.concatenate(parts)
+
+    low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
+    best = None
+    for share in (0.1, 0.5):
+        start = low + share * (high - low)
+        done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=1e-3, max_nfev=20)
+        best = done if best is None or done.cost < best.cost else best
+    assert best is not None
+    values = {p.name: float(v) for p, v in zip(parameters, best.x, strict=True)}
+    return _rms(residual(best.x)), effect, values
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(x))))

@@ -1,0 +1,100 @@
+"""The document: exact shares, intervals, contract fields, the same for any number of workers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rig_logs import record
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.files import dumps
+from sstl_cli.core.runs import Run
+from sstl_cli.physics.scenario import load
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
+
+PULLEY = {"pulley_friction": {"m_p": 0.06, "m_r": 0.05}}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return record(PULLEY)
+
+
+@pytest.fixture(scope="module")
+def diagnosis(runs):
+    return run(runs, DiagnoseOptions(max_effects=1))
+
+
+def test_shares_sum_to_100(diagnosis):
+    document = diagnosis.document()
+    assert sum(row["share_pct"] for row in document["where"]) == pytest.approx(100.0, abs=1e-9)
+    for rows in document["where_bands"].values():
+        assert sum(row["share_pct"] for row in rows) == pytest.approx(100.0, abs=1e-6)
+
+
+def test_the_gap_shrinks_from_as_given_to_floor(diagnosis):
+    gap = diagnosis.document()["gap"]
+    assert gap["rmse_base_n"] >= gap["rmse_retuned_n"] > gap["rmse_with_effect_n"] >= gap["noise_floor_n"]
+    low, high = gap["shrink_ci95_pct"]
+    assert low <= gap["shrink_pct"] <= high
+    assert gap["noise_floor_n"] == pytest.approx(0.02, rel=0.25)
+    assert gap["held_out"] is True
+
+
+def test_parameters_cover_the_truth(diagnosis):
+    best = diagnosis.document()["candidates"][0]
+    assert best["id"] == "pulley_friction"
+    found = {p["name"]: p for p in best["parameters"]}
+    for name, value in PULLEY["pulley_friction"].items():
+        assert abs(found[name]["estimate"] - value) < 0.003
+        assert found[name]["ci95"][0] < found[name]["ci95"][1]
+
+
+def test_the_answer_does_not_depend_on_workers_or_order(runs, diagnosis):
+    again = run(list(reversed(runs)), DiagnoseOptions(max_effects=1, workers=3))
+    assert dumps(again.document()) == dumps(diagnosis.document())
+
+
+def test_the_accepted_model_explains_the_log(runs, diagnosis, tmp_path):
+    from sstl_cli.physics.scenario_file import dump
+
+    path = tmp_path / "rig.toml"
+    path.write_text(dump(diagnosis.model()))
+    closed = run(runs, DiagnoseOptions(sim=load(str(path)), max_effects=1)).document()
+    assert closed["verdict"]["status"] == "none"
+    assert closed["gap"]["rmse_base_n"] < 1.2 * closed["gap"]["noise_floor_n"]
+
+
+@pytest.mark.parametrize("keep", ["act", "sstl"])
+def test_one_system_alone_works(runs, keep):
+    document = run([r for r in runs if r.system == keep], DiagnoseOptions(max_effects=1)).document()
+    assert document["verdict"]["status"] in ("identified", "ambiguous", "none", "unknown")
+    assert any(keep in note for note in document["notes"])
+    if keep == "act":
+        # the pulley does not show in the actuation tendon
+        assert document["verdict"]["status"] == "none"
+
+
+def flat(value=10.0, n=500, moving=None):
+    t = np.arange(n) * 0.01
+    x = np.full(n, value) if moving is None else moving(t)
+    return Run("flat", "act", t, x, 0.5 * x)
+
+
+def test_constant_input_is_an_error_not_a_guess():
+    with pytest.raises(SstlError, match="hardly moves"):
+        run([flat()], DiagnoseOptions())
+
+
+def test_too_short_is_an_error():
+    with pytest.raises(SstlError, match="fewer than"):
+        run([flat(n=50)], DiagnoseOptions())
+
+
+def test_without_propagation_nothing_is_named():
+    """Small movements inside the backlash: the output never moves, so no effect can show."""
+    rng = np.random.default_rng(0)
+    run_ = flat(n=4000, moving=lambda t: 10.0 + 1.0 * np.sin(t))
+    held = Run("held", "act", run_.time_s, run_.tension_in_n + 0.01 * rng.standard_normal(4000), 10.0 + 0.01 * rng.standard_normal(4000))
+    document = run([held], DiagnoseOptions(max_effects=1)).document()
+    assert document["verdict"]["status"] in ("none", "unknown")
