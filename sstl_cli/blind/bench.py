@@ -110,7 +110,7 @@ def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str |
         for config in range(1 if last else configs):
             for system in ("act", "sstl"):
                 movement = _fit_range(trajectory, system, rng, poor)
-                planned = _plan(bench, movement, config, system, len(runs) + 1, rng)
+                planned = _plan(bench, movement, config, system, len(runs) + len(fresh) + 1, rng)
                 (fresh if last else runs).append(planned)
         if poor:
             break

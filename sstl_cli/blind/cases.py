@@ -70,9 +70,7 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool) -> Cas
         # to judge a position, a lab has to know its stiffnesses; a rigid tendon is the claim that is wrong then
         if "tendon_elasticity" in entry.effects:
             bench = replace(bench, spec=replace(bench.spec, ea_n=1e6))
-        known = bench.known.model_copy(
-            update={"ea_n": bench.spec.ea_n, "load_n_per_mm": bench.spec.load_k1_n_per_mm}
-        )
+        known = bench.known.model_copy(update={"ea_n": bench.spec.ea_n, "load_n_per_mm": bench.spec.load_k1_n_per_mm})
         bench = replace(bench, known=known)
     if "slack" in entry.effects:
         bench = benches.with_low_tension(bench)

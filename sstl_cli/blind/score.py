@@ -105,7 +105,9 @@ def targets(scores: dict[str, Any]) -> list[dict[str, Any]]:
                 "within": abs(value - wanted) <= WITHIN + 1e-12,
             }[rule]
         interval = {k: found[k] for k in ("k", "n", "low", "high")} if isinstance(found, dict) else {}
-        rows.append({"id": name, "name": SAID[name], "value": value, "target": wanted, "rule": rule, "met": met} | interval)
+        rows.append(
+            {"id": name, "name": SAID[name], "value": value, "target": wanted, "rule": rule, "met": met} | interval
+        )
     return rows
 
 

@@ -46,6 +46,7 @@ def diagnose(
     """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable, write_json, write_text
+    from sstl_cli.core.parquet import schema_id_of
     from sstl_cli.core.provenance import inputs_of
     from sstl_cli.core.runs import read_runs
     from sstl_cli.diagnosis.sentence import lines
@@ -67,6 +68,8 @@ def diagnose(
         max_effects=max_effects,
         workers=workers, position=position,
     )
+    if any(schema_id_of(path) == "sstl.command" for path in logs):
+        _stages(screen, logs, out, force)
     runs = [run for path in logs for run in read_runs(path)]
     if against is not None:
         from sstl_cli.steps.against import rebase
@@ -95,6 +98,27 @@ def diagnose(
     for run_id, reason in document["analysis"]["set_aside"].items():
         screen.note(f"set aside: run {run_id}: {reason}")
     screen.finish(document, code)
+
+
+def _stages(screen: Screen, files: list[Path], out: Path | None, force: bool) -> None:
+    """Share the tracking error of command streams out over the controller's stages, and end."""
+    import pyarrow as pa
+
+    from sstl_cli.core.errors import EXIT_DONE, EXIT_SET_ASIDE
+    from sstl_cli.core.files import write_json
+    from sstl_cli.core.parquet import open_table
+    from sstl_cli.core.tables import COMMAND
+    from sstl_cli.steps.diagnose_control import run
+
+    document = run(pa.concat_tables([open_table(path, COMMAND).table() for path in files]))
+    if out is not None:
+        write_json(out, document, force)
+    names = list(document["streams"][0]["share_pct"])
+    rows = [(s["run_id"], s["rmse_n"], *(s["share_pct"][n] for n in names)) for s in document["streams"]]
+    screen.table("tracking error by stage (%)", ("stream", "RMSE N", *names), rows)
+    for run_id, reason in document["set_aside"].items():
+        screen.note(f"set aside: {run_id}: {reason}")
+    screen.finish(document, EXIT_SET_ASIDE if document["set_aside"] else EXIT_DONE)
 
 
 def _ids(text: str | None) -> tuple[str, ...]:

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, faults, following, search, sentence, shrink, where
+from sstl_cli.diagnosis import channels, downstream, faults, following, search, sentence, shrink, where
 from sstl_cli.diagnosis.decide import Candidate, Decision, Rules, decide, jumps_instead
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.noise import Floor, noise_floor
@@ -120,7 +121,9 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
     if beside is None and options.position:
         beside = channels.position_gap(sim, found.base, ids)
     _add_channel(body, beside)
-    return Diagnosis(problem, found, decision, recorder, options, body)
+    result = Diagnosis(problem, found, decision, recorder, options, body)
+    _add_downstream(result)
+    return result
 
 
 def _add_channel(body: dict[str, Any], gap: channels.ChannelGap | None) -> None:
@@ -160,6 +163,27 @@ def _add_channel(body: dict[str, Any], gap: channels.ChannelGap | None) -> None:
         },
     )
     body["sentence"] = sentence.sentence(body)
+
+
+def _add_downstream(result: Diagnosis) -> None:
+    """Add what the named effect is worth to a controller, on the configuration nearest the middle."""
+    winner = result.decision.winner
+    if winner is None or not result.body["verdict"]["effects"] or winner.ids[0] not in result.body["verdict"]["effects"]:
+        return
+    theta = winner.fit.theta
+    middle = int(np.argsort(theta)[len(theta) // 2])
+    name = result.problem.configs[middle]
+    try:
+        found = downstream.tracking(result.model(), name, float(result.search.base.theta[middle]))
+    except SstlError as error:
+        result.body["notes"].append(f"downstream: {error.what}")
+        return
+    result.body["downstream"] = {
+        "config_id": name,
+        "tracking": [
+            {"reference": t.reference, "rmse_without_n": t.rmse_without_n, "rmse_with_n": t.rmse_with_n} for t in found
+        ],
+    }
 
 
 def _propagates(problem: Problem, noise_n: float) -> bool:

@@ -1,0 +1,207 @@
+"""The folder of a withheld-effect check: what lies where, and who may open it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sstl_cli.blind.cases import Case
+    from sstl_cli.core.runs import Run
+
+
+@dataclass(frozen=True)
+class Folder:
+    """Paths of a set; ``truth`` is opened by scoring and calibrating only, ``fresh`` by scoring only."""
+
+    root: Path
+
+    @property
+    def hashes(self) -> Path:
+        return self.root / "hashes.json"
+
+    @property
+    def plan(self) -> Path:
+        return self.root / "plan.json"
+
+    @property
+    def truth(self) -> Path:
+        return self.root / "truth.json"
+
+    def log(self, case: str) -> Path:
+        return self.root / "cases" / f"{case}.parquet"
+
+    def fresh(self, case: str) -> Path:
+        return self.root / "fresh" / f"{case}.parquet"
+
+    def result(self, case: str) -> Path:
+        return self.root / "results" / f"{case}.json"
+
+
+def write_set(
+    folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, purpose: str, quick: bool, force: bool
+) -> dict[str, Any]:
+    """Write a set: hashes first, then the recordings and the plan; the truth goes into its one file last."""
+    from sstl_cli.blind import seal
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import write_json
+    from sstl_cli.core.provenance import Provenance, sha256
+    from sstl_cli.core.runs import write_runs
+
+    root = folder.root
+    if root.exists() and (not root.is_dir() or any(root.iterdir())):
+        if not force or not (folder.hashes.exists() or not root.is_dir()):
+            raise SstlError(
+                "exists already and is not empty", where=str(root), fix="give a new folder, or --force", code="E956"
+            )
+        if not root.is_dir():
+            raise SstlError("is not a folder", where=str(root), fix="give a folder", code="E956")
+        for name in ("cases", "fresh", "results"):
+            shutil.rmtree(root / name, ignore_errors=True)
+        for path in (folder.hashes, folder.plan, folder.truth, root / "score.json"):
+            path.unlink(missing_ok=True)
+    root.mkdir(parents=True, exist_ok=True)
+    # the same words for every case: nothing of how it was made
+    provenance = Provenance("sstl blind make", None, {})
+    hidden = root / ".unfinished"
+    shutil.rmtree(hidden, ignore_errors=True)
+    truths: dict[str, Any] = {}
+    rows: list[dict[str, Any]] = []
+    samples = 0
+    try:
+        for part in ("cases", "fresh"):
+            (hidden / part).mkdir(parents=True)
+        for name, case in cases:
+            path = hidden / "cases" / f"{name}.parquet"
+            samples += write_runs(path, case.runs, provenance)
+            if case.fresh:
+                write_runs(hidden / "fresh" / f"{name}.parquet", case.fresh, provenance)
+            truths[name] = case.truth
+            sim = case.sim.model_dump(mode="json", by_alias=True, exclude_none=True)
+            rows.append({"case": name, "sha256": sha256(path), "exclude": list(case.exclude), "sim": sim})
+        published, closed = seal.seal(truths, purpose, [seed, seed + count - 1], quick)
+        write_json(folder.hashes, published)
+        for part in ("cases", "fresh"):
+            (hidden / part).rename(root / part)
+        write_json(folder.plan, {"schema": seal.PLAN, "purpose": purpose, "cases": rows})
+        write_json(folder.truth, closed)
+    finally:
+        shutil.rmtree(hidden, ignore_errors=True)
+    return {"cases": len(truths), "samples": samples, "seal": published["set"]}
+
+
+def read_plan(folder: Folder) -> dict[str, dict[str, Any]]:
+    """Return what is asked of each case, by name."""
+    from sstl_cli.blind import seal
+    from sstl_cli.core.files import read_json
+
+    return {row["case"]: row for row in read_json(folder.plan, seal.PLAN)["cases"]}
+
+
+def open_truth(folder: Folder) -> dict[str, Any]:
+    """Return the truth once it is shown to be the one that was sealed."""
+    from sstl_cli.blind import seal
+    from sstl_cli.core.files import read_json
+
+    published, closed = read_json(folder.hashes, seal.HASHES), read_json(folder.truth, seal.TRUTH)
+    seal.verify(published, closed, str(folder.truth))
+    opened: dict[str, Any] = closed
+    return opened
+
+
+def published_seal(folder: Folder) -> str:
+    """Return the published seal of the whole set."""
+    from sstl_cli.blind import seal
+    from sstl_cli.core.files import read_json
+
+    return str(read_json(folder.hashes, seal.HASHES)["set"])
+
+
+def check_log(folder: Folder, case: str, asked: dict[str, Any]) -> None:
+    """Raise SstlError unless the recording of a case is the one that was planned."""
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.provenance import sha256
+
+    path = folder.log(case)
+    if not path.is_file():
+        raise SstlError("recording is missing", where=str(path), fix="make the set again", code="E952")
+    if sha256(path) != asked["sha256"]:
+        raise SstlError(
+            "recording differs from the planned one", where=str(path), fix="make the set again", code="E952"
+        )
+
+
+def finished(folder: Folder, case: str, asked: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the result of a case if it is there and answers this recording and these options."""
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import read_json
+    from sstl_cli.steps.blind_run import SCHEMA
+
+    if not folder.result(case).exists():
+        return None
+    try:
+        result: dict[str, Any] = read_json(folder.result(case), SCHEMA)
+    except SstlError:
+        return None
+    same = result.get("log_sha256") == asked["sha256"] and result.get("exclude") == asked["exclude"]
+    return result if same else None
+
+
+def fresh_runs(folder: Folder, case: str) -> list[Run]:
+    """Return the recordings of a case that nobody diagnosed (none for poor excitation)."""
+    from sstl_cli.core.runs import read_runs
+
+    path = folder.fresh(case)
+    return list(read_runs(path)) if path.is_file() else []
+
+
+def diagnose_all(
+    folder: Folder, plan: dict[str, dict[str, Any]], workers: int, redo: bool, advance: Callable[[float], None]
+) -> tuple[int, int]:
+    """Diagnose what has no result yet, one file a case; return how many were done and how many were there."""
+    from multiprocessing import get_context
+
+    waiting = [c for c, asked in plan.items() if redo or finished(folder, c, asked) is None]
+    there = len(plan) - len(waiting)
+    advance(there)
+    (folder.root / "results").mkdir(exist_ok=True)
+    jobs = [(str(folder.root), c, plan[c]) for c in waiting]
+    if workers <= 1 or len(jobs) <= 1:
+        for job in jobs:
+            _diagnose_one(job)
+            advance(1)
+        return len(jobs), there
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        futures = [pool.submit(_diagnose_one, job) for job in jobs]
+        try:
+            for future in as_completed(futures):
+                future.result()
+                advance(1)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return len(jobs), there
+
+
+def _diagnose_one(job: tuple[str, str, dict[str, Any]]) -> None:
+    """Diagnose one case; this process opens the recording of the case and nothing else of the set."""
+    from threadpoolctl import threadpool_limits
+
+    from sstl_cli.core.config import parse
+    from sstl_cli.core.files import write_json
+    from sstl_cli.core.runs import read_runs
+    from sstl_cli.physics.scenario import Scenario
+    from sstl_cli.steps import blind_run
+
+    root, case, asked = job
+    folder = Folder(Path(root))
+    check_log(folder, case, asked)
+    sim = parse(Scenario, asked["sim"], f"plan, {case}")
+    with threadpool_limits(1):
+        result = blind_run.run(case, list(read_runs(folder.log(case))), sim, tuple(asked["exclude"]))
+    result = {**result, "log_sha256": asked["sha256"], "exclude": asked["exclude"]}
+    write_json(folder.result(case), result, force=True)

@@ -1,0 +1,204 @@
+"""``sstl blind``: the withheld-effect check, from drawing cases to the score."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from sstl_cli.cli import _blind_show
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed
+from sstl_cli.cli.render import Screen
+
+Set = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the set.")]
+Workers = Annotated[int, typer.Option(min=1, max=64, help="Processes; the answer does not depend on it.")]
+QUICK_CASES, FULL_CASES = 12, 150
+
+blind = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Check the diagnosis on effects it cannot see.")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand with its steps."""
+    app.add_typer(blind, name="blind", epilog="Example: sstl blind make set --cases 60 --seed 7; sstl blind run set")
+
+
+@blind.command("make", epilog="Example: sstl blind make set --cases 60 --seed 7")
+def make(
+    out: Set,
+    cases: Annotated[
+        int | None, typer.Option(min=1, max=100_000, help=f"Cases (default {FULL_CASES}, quick {QUICK_CASES}).")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False,
+    purpose: Annotated[
+        Literal["blind", "calibration"], typer.Option(help="A set is for scoring or for calibrating, never both.")
+    ] = "blind",
+    workers: Workers = 2,
+    seed: Seed = 0,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Draw cases from the rig: recordings under neutral names, truth sealed apart."""
+    from sstl_cli.cli import _blind_files as files
+    from sstl_cli.steps import blind_make
+
+    screen = Screen(as_json)
+    count = cases or (QUICK_CASES if quick else FULL_CASES)
+    folder = files.Folder(out)
+    with screen.progress("drawing cases", count) as advance:
+        drawn = blind_make.run(count, seed, quick, workers, advance)
+        made = files.write_set(folder, drawn, count, seed, purpose, quick, force)
+    screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
+    screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "purpose": purpose, "quick": quick, **made})
+
+
+@blind.command("run", epilog="Example: sstl blind run set --workers 2")
+def run(
+    out: Set,
+    workers: Workers = 2,
+    force: Annotated[bool, typer.Option("--force", help="Diagnose cases again that have a result.")] = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Diagnose every case from its recordings alone; an interrupted run goes on where it stopped."""
+    from sstl_cli.cli import _blind_files as files
+
+    screen = Screen(as_json)
+    folder = files.Folder(out)
+    plan = files.read_plan(folder)
+    with screen.progress("diagnosing cases", len(plan)) as advance:
+        done, there = files.diagnose_all(folder, plan, workers, force, advance)
+    screen.line(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
+    screen.finish({"schema": "sstl.blind.run/1", "out": str(out), "diagnosed": done, "kept": there})
+
+
+@blind.command("score", epilog="Example: sstl blind score set --max-false-alarm 0.05 --out score.json")
+def score(
+    out: Set,
+    out_file: Annotated[Path | None, typer.Option("--out", "-o", help="Write the score as JSON.")] = None,
+    calibration: Annotated[
+        Path | None, typer.Option(help="The calibration in use (default: the package's); seeds must not overlap.")
+    ] = None,
+    realised: Annotated[bool, typer.Option(help="Apply accepted models to recordings nobody diagnosed.")] = True,
+    max_false_alarm: _blind_show.Gate("max_false_alarm") = None,  # type: ignore[valid-type]
+    min_isolation: _blind_show.Gate("min_isolation") = None,  # type: ignore[valid-type]
+    min_isolation_weak: _blind_show.Gate("min_isolation_weak") = None,  # type: ignore[valid-type]
+    max_wrong_commits: _blind_show.Gate("max_wrong_commits") = None,  # type: ignore[valid-type]
+    min_unknown_recall: _blind_show.Gate("min_unknown_recall") = None,  # type: ignore[valid-type]
+    min_pairs: _blind_show.Gate("min_pairs") = None,  # type: ignore[valid-type]
+    max_ece: _blind_show.Gate("max_ece") = None,  # type: ignore[valid-type]
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Check the seals, open the truth, and say how well the diagnosis did, by strength."""
+    from sstl_cli.blind import seal
+    from sstl_cli.cli import _blind_files as files
+    from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, SstlError
+    from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.steps import blind_score as step
+
+    screen = Screen(as_json)
+    if out_file is not None:
+        require_writable(out_file, force)
+    folder = files.Folder(out)
+    plan = files.read_plan(folder)
+    results = {c: r for c, asked in plan.items() if (r := files.finished(folder, c, asked)) is not None}
+    if not results:
+        raise SstlError("no case has a result", where=str(out), fix="run 'sstl blind run' first", code="E959")
+    truth = files.open_truth(folder)
+    seal.require_purpose(truth, "blind", str(out))
+    used = _blind_show.calibration_in_use(calibration)
+    if used is not None:
+        seal.require_apart(truth["seeds"], used["seeds"], str(out))
+    with screen.progress("scoring", len(results)) as advance:
+        fresh = (lambda case: files.fresh_runs(folder, case)) if realised else None
+        document = step.run(truth, plan, results, fresh, advance)
+    document["seal"] = files.published_seal(folder)
+    document["calibration"] = None if used is None else {k: used[k] for k in ("temperature", "seeds")}
+    gates = {
+        "max_false_alarm": max_false_alarm,
+        "min_isolation": min_isolation,
+        "min_isolation_weak": min_isolation_weak,
+        "max_wrong_commits": max_wrong_commits,
+        "min_unknown_recall": min_unknown_recall,
+        "min_pairs": min_pairs,
+        "max_ece": max_ece,
+    }
+    missed = _blind_show.missed(document, gates)
+    document["gates_missed"] = missed
+    if out_file is not None:
+        write_json(out_file, document, force)
+    _blind_show.score(screen, document)
+    for text in missed:
+        screen.note(f"gate missed: {text}")
+    if document["missing_results"]:
+        screen.note(f"set aside: {document['missing_results']} cases without a result")
+    code = EXIT_GATE if missed else (EXIT_SET_ASIDE if document["missing_results"] else EXIT_DONE)
+    screen.finish(document, code)
+
+
+@blind.command("calibrate", epilog="Example: sstl blind calibrate library --out calibration.json")
+def calibrate(
+    library: Annotated[Path, typer.Argument(help="A set made with --purpose calibration, diagnosed.")],
+    out: Out,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Fit the temperature that turns score differences into probabilities, on a library kept apart."""
+    from sstl_cli.blind import seal
+    from sstl_cli.cli import _blind_files as files
+    from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.steps import blind_score as step
+
+    screen = Screen(as_json)
+    require_writable(out, force)
+    folder = files.Folder(library)
+    plan = files.read_plan(folder)
+    truth = files.open_truth(folder)
+    seal.require_purpose(truth, "calibration", str(library))
+    results = {c: r for c, asked in plan.items() if (r := files.finished(folder, c, asked)) is not None}
+    document: dict[str, Any] = step.calibration(truth, results)
+    write_json(out, document, force)
+    screen.line(
+        f"temperature {document['temperature']:.4g} from {document['cases']} cases, seeds "
+        f"{document['seeds'][0]}..{document['seeds'][1]} -> {out}"
+    )
+    screen.finish(document)
+
+
+@blind.command("real", epilog="Example: sstl blind real log.parquet --plant zero_offset,channel_delay")
+def real(
+    logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) of a real rig.")],
+    model: Annotated[str | None, typer.Option(help="The accepted simulator (default: diagnose the logs).")] = None,
+    plant: Annotated[
+        str | None, typer.Option(help="Effects to add and take out again, comma-separated (default: if none is there).")
+    ] = None,
+    strength: Annotated[float, typer.Option(min=0.05, max=100, help="Their gap over the residual RMS.")] = 2.0,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the result as JSON.")] = None,
+    seed: Seed = 0,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Fit the accepted model to recordings, take one term out of it, and diagnose it back."""
+    from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.core.provenance import inputs_of
+    from sstl_cli.core.runs import read_runs
+    from sstl_cli.physics.scenario import load
+    from sstl_cli.steps import blind_real as step
+
+    screen = Screen(as_json)
+    if out is not None:
+        require_writable(out, force)
+    runs = [r for path in logs for r in read_runs(path)]
+    terms = None if plant is None else [e.strip() for e in plant.split(",") if e.strip()]
+    with screen.progress("diagnosing back") as advance:
+        document = step.run(runs, load(model) if model else None, terms, strength, seed, advance=advance)
+    document["inputs"] = inputs_of(list(logs))
+    if out is not None:
+        write_json(out, document, force)
+    _blind_show.real(screen, document)
+    screen.finish(document)

@@ -1,0 +1,50 @@
+"""Draw the cases of a withheld-effect check from the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+
+from sstl_cli.blind.cases import Case, draw
+from sstl_cli.blind.schedule import Entry, schedule
+
+Named = tuple[str, Case]
+
+
+def names(cases: int) -> list[str]:
+    """Return the neutral names of the cases of a set."""
+    return [f"case-{i + 1:04d}" for i in range(cases)]
+
+
+def run(
+    cases: int, seed: int, quick: bool = False, workers: int = 1, advance: Callable[[float], None] = lambda _: None
+) -> Iterator[Named]:
+    """Yield name and case in order; case k belongs to seed + k, whatever the number of workers.
+
+    Raises
+    ------
+    SstlError
+        If a case cannot be simulated.
+    """
+    entries = schedule(cases, seed)
+    jobs = [(entry, seed + k, quick) for k, entry in enumerate(entries)]
+    if workers <= 1:
+        for name, job in zip(names(cases), jobs, strict=True):
+            yield name, _draw(job)
+            advance(1)
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        # a few at a time: finished cases wait in memory until they are written
+        for start in range(0, cases, 4 * workers):
+            part = slice(start, start + 4 * workers)
+            for name, case in zip(names(cases)[part], pool.map(_draw, jobs[part]), strict=True):
+                yield name, case
+                advance(1)
+
+
+def _draw(job: tuple[Entry, int, bool]) -> Case:
+    np.seterr(all="ignore")
+    return draw(*job)

@@ -1,0 +1,66 @@
+"""Diagnose the cases of a withheld-effect check, each from its recordings alone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.physics.scenario import Scenario
+
+SCHEMA = "sstl.blind.result/1"
+# recordings, the simulator as stated, effects that are no candidates -> diagnosis document and accepted simulator
+Diagnoser = Callable[[Sequence[Run], Scenario, tuple[str, ...]], tuple[dict[str, Any], Scenario | None]]
+# parts of a diagnosis that are for drawing only
+DRAWN = ("loops",)
+
+
+def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> tuple[dict[str, Any], Scenario | None]:
+    """Return the diagnosis of recordings as ``sstl diagnose`` makes it, and the accepted simulator."""
+    from sstl_cli.steps import diagnose as step
+
+    found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1))
+    return found.document(), found.model()
+
+
+def run(
+    case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose
+) -> dict[str, Any]:
+    """Return the result of one case (``sstl.blind.result/1``); a diagnosis that fails is a result, too.
+
+    Parameters
+    ----------
+    case : str
+        Neutral name; it goes into the result and nowhere else.
+    diagnoser : callable
+        What is being checked; by default the diagnosis of this package.
+    """
+    started = time.perf_counter()
+    error, model = None, None
+    try:
+        document, model = diagnoser(runs, sim, exclude)
+    except SstlError as failure:
+        error = failure.line()
+        document = failed(error)
+    seconds = time.perf_counter() - started
+    return {
+        "schema": SCHEMA,
+        "case": case,
+        "seconds": seconds,
+        "error": error,
+        "diagnosis": {k: v for k, v in document.items() if k not in DRAWN},
+        "model": None if model is None else model.model_dump(mode="json", by_alias=True, exclude_none=True),
+    }
+
+
+def failed(why: str) -> dict[str, Any]:
+    """Return the diagnosis that stands for a failure: no verdict, no confidence."""
+    return {
+        "verdict": {"status": "failed", "effects": [], "confidence": 0.0, "ambiguity_group": [], "why": why},
+        "gap": {"shrink_pct": None},
+        "candidates": [],
+        "baselines": {},
+        "analysis": {"theta": {}},
+    }

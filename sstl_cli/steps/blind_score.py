@@ -1,0 +1,81 @@
+"""Score the results of a withheld-effect check against its opened truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from sstl_cli.blind import accepted, calibrate, seal
+from sstl_cli.blind.judge import Judged, judge
+from sstl_cli.blind.score import document
+from sstl_cli.core.config import parse
+from sstl_cli.core.runs import Run
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.scenario import Scenario
+
+Fresh = Callable[[str], Sequence[Run]]
+
+
+def run(
+    truth: Mapping[str, Any],
+    plan: Mapping[str, Mapping[str, Any]],
+    results: Mapping[str, Mapping[str, Any]],
+    fresh: Fresh | None,
+    advance: Callable[[float], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Return the score of a set, ``sstl.blind.score/1``.
+
+    Parameters
+    ----------
+    truth : mapping
+        The opened and verified truth document.
+    plan, results : mappings by case name
+        What was asked, and what came out; cases without a result are left out and counted.
+    fresh : callable or None
+        Returns the recordings of a case that nobody diagnosed, for the realised shrinkage.
+    """
+    judged: list[Judged] = []
+    for name in sorted(results):
+        realised = None
+        if fresh is not None:
+            realised = _realised(plan[name], results[name], lambda name=name: fresh(name))
+        judged.append(judge(name, truth["truths"][name], results[name], realised))
+        advance(1)
+    body = document(judged)
+    body["missing_results"] = len(truth["truths"]) - len(judged)
+    body["purpose"], body["quick"] = truth["purpose"], truth["quick"]
+    return body
+
+
+def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Callable[[], Sequence[Run]]) -> float | None:
+    verdict = result["diagnosis"]["verdict"]
+    if verdict["status"] not in ("identified", "ambiguous") or result["model"] is None:
+        return None
+    if not all(get(e).fitted and get(e).channel == "out" for e in verdict["effects"]):
+        # a fault of the recorder is masked, not simulated: there is nothing to apply to other recordings
+        return None
+    model = parse(Scenario, result["model"], "model of a result")
+    base = accepted.retuned(parse(Scenario, asked["sim"], "plan"), result["diagnosis"]["analysis"]["theta"])
+    runs = list(fresh())
+    return accepted.realised_shrink_pct(base, model, runs) if runs else None
+
+
+def calibration(truth: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the calibration that a library gives, ``sstl.blind.calibration/1``; SstlError if it is too small."""
+    cases = [
+        s
+        for name in sorted(results)
+        if (s := calibrate.scored(truth["truths"][name], results[name]["diagnosis"])) is not None
+    ]
+    found = calibrate.temperature(cases)
+    return {
+        "schema": calibrate.SCHEMA,
+        "temperature": found,
+        "loss_nats": calibrate.loss(cases, found),
+        "loss_at_1_nats": calibrate.loss(cases, 1.0),
+        "cases": len(cases),
+        "library_cases": len(results),
+        "seeds": truth["seeds"],
+        "purpose": truth["purpose"],
+        "library": seal.digest(truth["salts"]["set"], {k: truth[k] for k in ("purpose", "seeds", "quick", "cases")}),
+    }
