@@ -103,7 +103,8 @@ def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str |
     bench = Bench(spec, noise, rate, theta, locations, nominal, known, (), ())
     seconds = total / rate / (2 * configs * kinds)
     chosen = [str(k) for k in rng.permutation(KINDS)[: kinds + 1]]
-    runs, fresh = [], []
+    runs: list[PlannedRun] = []
+    fresh: list[PlannedRun] = []
     for place, kind in enumerate(chosen):
         last = place == len(chosen) - 1 and not poor
         trajectory = _poor(poor, seconds, rng) if poor else _trajectory(kind, seconds, rng)

@@ -72,7 +72,7 @@ def temperature(cases: Sequence[Scored]) -> float:
             fix="make a larger library and run it",
             code="E955",
         )
-    grid = np.linspace(*np.log(RANGE), 60)
+    grid = np.linspace(float(np.log(RANGE[0])), float(np.log(RANGE[1])), 60)
     best = int(np.argmin([loss(cases, float(np.exp(g))) for g in grid]))
     bounds = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
     found = minimize_scalar(lambda g: loss(cases, float(np.exp(g))), bounds=bounds, method="bounded")

@@ -24,6 +24,7 @@ ATTEMPTS, PAIR_ATTEMPTS = 6, 8
 PAIR_SHARE = 1.0 / 3.0
 # quieter sensors than these do not exist (N)
 QUIETEST_N = 0.004
+RIGID_N = 1e6
 Effects = dict[str, dict[str, float]]
 
 
@@ -68,9 +69,12 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool) -> Cas
     )
     if bench.position:
         # to judge a position, a lab has to know its stiffnesses; a rigid tendon is the claim that is wrong then
+        stiff = {"load_n_per_mm": bench.spec.load_k1_n_per_mm}
         if "tendon_elasticity" in entry.effects:
-            bench = replace(bench, spec=replace(bench.spec, ea_n=1e6))
-        known = bench.known.model_copy(update={"ea_n": bench.spec.ea_n, "load_n_per_mm": bench.spec.load_k1_n_per_mm})
+            bench = replace(bench, spec=replace(bench.spec, ea_n=RIGID_N))
+        else:
+            stiff["ea_n"] = bench.spec.ea_n
+        known = bench.known.model_copy(update=stiff)
         bench = replace(bench, known=known)
     if "slack" in entry.effects:
         bench = benches.with_low_tension(bench)

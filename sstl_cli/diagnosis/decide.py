@@ -99,11 +99,12 @@ def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], colour
     if not members:
         return d
     leads = d.winner is not None and d.winner.ids == members[0].ids and d.explained > FAMILY_LEAD
-    fits = [d.base.fit, *([d.winner.fit] if d.winner else [])]
+    shapes = [sawtooth(search.sim, c.fit.residual, phases(search.sim, c.fit.prediction)) for c in (d.base, d.winner) if c]
+    # drag and presliding can be met half-way by a member of the family, but they skew the other way
+    certain = shapes[0].forward and (leads or any(shape.present(coloured) for shape in shapes))
     if d.status != "unknown":
-        fits = fits[1:]
-    shapes = [sawtooth(search.sim, f.residual, phases(search.sim, f.prediction)) for f in fits]
-    if not leads and not any(shape.present(coloured) for shape in shapes):
+        certain = certain and shapes[-1].present(coloured)
+    if not certain:
         return d
     group = (members[0].ids, *((e,) for e in FAMILY if e != members[0].ids[0]))
     why = "the output lags and jumps along the motion, again and again: friction that falls once it slips"

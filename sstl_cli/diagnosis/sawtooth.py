@@ -31,13 +31,18 @@ class Sawtooth:
     error: float
     power_ratio: float
 
+    @property
+    def forward(self) -> bool:
+        """Whether increments are skewed along the motion beyond chance."""
+        return self.skewness > LEAST_SKEWNESS and self.skewness > 4.0 * self.error
+
     def present(self, coloured: float) -> bool:
         """Whether jumps along the motion are beyond doubt; ``coloured`` is the share of coloured noise, 0 to 1.
 
         Coloured noise of the input passes through only while the line slides, which raises the ratio too.
         """
         quiet = LEAST_RATIO + COLOURED_RATIO * coloured
-        return self.skewness > LEAST_SKEWNESS and self.skewness > 4.0 * self.error and self.power_ratio > quiet
+        return self.forward and self.power_ratio > quiet
 
 
 def sawtooth(sim: Simulator, residual: Array, code: NDArray[np.int64]) -> Sawtooth:

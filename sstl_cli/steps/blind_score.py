@@ -38,7 +38,7 @@ def run(
     for name in sorted(results):
         realised = None
         if fresh is not None:
-            realised = _realised(plan[name], results[name], lambda name=name: fresh(name))
+            realised = _realised(plan[name], results[name], fresh, name)
         judged.append(judge(name, truth["truths"][name], results[name], realised))
         advance(1)
     body = document(judged)
@@ -47,7 +47,7 @@ def run(
     return body
 
 
-def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Callable[[], Sequence[Run]]) -> float | None:
+def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Fresh, name: str) -> float | None:
     verdict = result["diagnosis"]["verdict"]
     if verdict["status"] not in ("identified", "ambiguous") or result["model"] is None:
         return None
@@ -56,7 +56,7 @@ def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Callab
         return None
     model = parse(Scenario, result["model"], "model of a result")
     base = accepted.retuned(parse(Scenario, asked["sim"], "plan"), result["diagnosis"]["analysis"]["theta"])
-    runs = list(fresh())
+    runs = list(fresh(name))
     return accepted.realised_shrink_pct(base, model, runs) if runs else None
 
 
