@@ -67,9 +67,10 @@ class Judged:
         """What the stated confidence is about: a group that holds the truth, or the right kind of no."""
         if self.status in NAMED:
             return self.kind in ("single", "pair", "poor") and bool(self.withheld) and self.covered
-        if self.status == "none":
-            return self.kind == "none" or (self.kind == "poor" and self.band is None)
-        return self.kind == "outside"
+        if self.kind == "poor" and self.band is None:
+            # nothing shows on such a movement: to say so, in either way, is right
+            return self.status in ("none", "unknown")
+        return self.kind == {"none": "none", "unknown": "outside"}.get(self.status)
 
     def answer(self) -> str:
         """Return the verdict as a label: an effect, several, ``ambiguous``, ``unknown`` or ``none``."""

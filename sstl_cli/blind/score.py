@@ -41,8 +41,8 @@ def document(cases: Sequence[Judged]) -> dict[str, Any]:
     """Return the score of a set as JSON-ready ``sstl.blind.score/1``, without file names."""
     cases = sorted(cases, key=lambda c: c.case)
     bins, ece = reliability(cases)
-    pairs = [
-        {"case": c.case, "predicted_pct": c.predicted_pct, "realised_pct": c.realised_pct}
+    shrunk = [
+        (c.case, c.predicted_pct, c.realised_pct)
         for c in cases
         if c.predicted_pct is not None and c.realised_pct is not None
     ]
@@ -57,10 +57,8 @@ def document(cases: Sequence[Judged]) -> dict[str, Any]:
         "reliability": bins,
         "ece": ece,
         "group": group(cases),
-        "shrink": pairs,
-        "shrink_mean_difference_pct": float(np.mean([abs(p["predicted_pct"] - p["realised_pct"]) for p in pairs]))
-        if pairs
-        else None,
+        "shrink": [{"case": c, "predicted_pct": p, "realised_pct": r} for c, p, r in shrunk],
+        "shrink_mean_difference_pct": _mean(abs(p - r) for _, p, r in shrunk),
         "poor": _poor(cases),
         "wrong_nominal": {
             "false_alarm": share(c.status != "none" for c in cases if c.truth["wrong_nominal"] and c.kind == "none"),

@@ -67,7 +67,7 @@ def missed(document: dict[str, Any], gates: dict[str, float | None]) -> list[str
 
 def score(screen: Screen, document: dict[str, Any]) -> None:
     """Print targets, scores by strength, baselines and misses."""
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for t in document["targets"]:
         sign = {"max": "<=", "min": ">=", "within": "+-0.05 of"}[t["rule"]]
         count = f"{t['k']}/{t['n']}" if "k" in t else ""
@@ -77,12 +77,12 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
     screen.table("targets", ("score", "value", "cases", "95 %", "target", ""), rows)
     header = ("strength", "isolation", "in group", "wrong commits", "unknown recall", "pairs", "coverage")
     fields = ("isolation", "in_group", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
-    rows = [
+    strengths = [
         (f"{r['strength']:g} x noise", *(_share(r[f]) for f in fields))
         for r in document["by_strength"]
         if r["strength"] is not None
     ]
-    screen.table("by strength (right of all)", header, rows)
+    screen.table("by strength (right of all)", header, strengths)
     fields = ("isolation", "false_alarm", "wrong_commits", "unknown_recall")
     screen.table(
         "beside simple rules",

@@ -111,20 +111,30 @@ def load_cases(
         raise SstlError("no usable configuration" + (f" ({reasons})" if reasons else ""), where=str(path), code="E405")
     beta_p, beta_r, bias_theta = biases
     if model is not None:
-        known = step.mean_biases(step.cases_of(open_table(bias_theta, THETA).table())[0] if bias_theta else cases)
-        pair = (known[0] if beta_p is None and known else beta_p, known[1] if beta_r is None and known else beta_r)
-        if pair[0] is None or pair[1] is None:
-            raise UsageError(
-                "the biases of the actuation tendon are not known",
-                where=str(path),
-                fix="give --beta-p and --beta-r, or --bias-theta",
-                code="E405",
-            )
+        from functools import partial
+
         from sstl_cli.mapping import load_model
 
         mapping = load_model(model)
-        outside = getattr(mapping, "outside", None)
-        cases, unmapped = step.with_mapping(cases, mapping.predict, (pair[0], pair[1]), outside)
+        # biases are pre-calibrated: those of the training data, unless the user gives others
+        known = step.mean_biases(step.cases_of(open_table(bias_theta, THETA).table())[0]) if bias_theta else None
+        names = list(mapping.header.tendons) or [None]
+        done, unmapped = list(cases), {}
+        for tendon in names:
+            own = known or mapping.beta_act_of(tendon)
+            if own is None and (beta_p is None or beta_r is None):
+                raise UsageError(
+                    "the biases of the actuation tendon are not known", where=str(path),
+                    fix="give --beta-p and --beta-r, or --bias-theta", code="E405",
+                )
+            pair = (own[0] if beta_p is None else beta_p, own[1] if beta_r is None else beta_r)
+            chosen = [i for i, c in enumerate(cases) if tendon is None or c.config_id.endswith(f"/{tendon}")]
+            predict = partial(mapping.predict, tendon=tendon) if tendon is not None else mapping.predict
+            mapped, missing = step.with_mapping([cases[i] for i in chosen], predict, pair, mapping.outside)
+            for i, case in zip(chosen, mapped, strict=True):
+                done[i] = case
+            unmapped.update(missing)
+        cases = done
         aside.update(unmapped)
     if config_id is not None:
         cases = [cases[parameters.index_of([c.config_id for c in cases], config_id)]]

@@ -6,21 +6,14 @@ import importlib
 import os
 import pkgutil
 import sys
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from sstl_cli import cli
 from sstl_cli.core.errors import EXIT_FAILED, SstlError, printable
 
-app = typer.Typer(
-    name="sstl",
-    help="Identify, compensate and diagnose tendon-sheath hysteresis from recorded tension logs.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"auto_envvar_prefix": "SSTL", "help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-)
 _NOT_COMMANDS = {"app", "options", "render"}
 _ORDER = [
     "simulate",
@@ -35,7 +28,42 @@ _ORDER = [
     "blind",
     "reproduce",
     "report",
+    "effects",
+    "export",
+    "batch",
 ]
+
+
+def _rank(name: str) -> tuple[int, str]:
+    """Return the place of a command in the help: the order of the work, then the alphabet."""
+    return (_ORDER.index(name) if name in _ORDER else len(_ORDER), name)
+
+
+class Commands(TyperGroup):
+    """The subcommands in the order of the work."""
+
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
+        """Return the names in the order in which a user meets them."""
+        return sorted(super().list_commands(ctx), key=_rank)
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run a subcommand; Ctrl-C becomes an error of ours before typer makes a silent exit of it."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise SstlError("interrupted; nothing half-written was left behind", code="E001") from None
+
+
+app = typer.Typer(
+    name="sstl",
+    cls=Commands,
+    help="Identify, compensate and diagnose tendon-sheath hysteresis from recorded tension logs.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"auto_envvar_prefix": "SSTL", "help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+)
 
 
 def _register() -> None:
@@ -43,8 +71,7 @@ def _register() -> None:
     names = [
         m.name for m in pkgutil.iter_modules(cli.__path__) if m.name not in _NOT_COMMANDS and not m.name.startswith("_")
     ]
-    rank = {n: i for i, n in enumerate(_ORDER)}
-    for name in sorted(names, key=lambda n: (rank.get(n.removesuffix("_"), 99), n)):
+    for name in sorted(names, key=lambda n: _rank(n.removesuffix("_"))):
         importlib.import_module(f"sstl_cli.cli.{name}").register(app)
 
 
@@ -58,16 +85,22 @@ def _version(value: bool) -> None:
 
 @app.callback()
 def _root(
-    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Print the version."),
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, allow_from_autoenv=False, help="Print the version."
+    ),
 ) -> None:
     pass
 
 
 def main() -> None:
     """Run the program; errors print one line on standard error and set the exit code."""
-    _register()
     try:
-        app()
+        _register()
+        try:
+            app()
+        finally:
+            # what is still buffered must fail here, where it can be told, not while Python shuts down
+            sys.stdout.flush()
     except SstlError as error:
         _end(error.line(), error.exit_code)
     except KeyboardInterrupt:

@@ -10,25 +10,54 @@ import typer
 
 
 def _load_config(context: typer.Context, path: Path | None) -> Path | None:
-    """Make the TOML file (or its table named like the subcommand) the defaults of this command."""
+    """Make the TOML file the defaults of this command: top-level keys, then the command's own table.
+
+    ``[blind.make]`` is the table of ``sstl blind make``. A top-level key that only other commands know is theirs.
+    """
     if path is None:
         return None
     from sstl_cli.core.config import read_toml
     from sstl_cli.core.errors import UsageError, nearest
 
+    known = _names(context.command)
     document = read_toml(path)
-    name = context.info_name or ""
-    values: dict[str, Any] = document.get(name, {k: v for k, v in document.items() if not isinstance(v, dict)})
-    known = {p.name: p for p in context.command.params if p.name not in ("config", "help")}
+    table: Any = document
+    for name in context.command_path.split()[1:]:
+        table = table.get(name, {})
+        if not isinstance(table, dict):
+            raise UsageError(f"'{name}' is not a table", where=str(path), fix=f"write [{name}]", code="E151")
+    shared = {k: v for k, v in document.items() if not isinstance(v, dict)}
+    # looked for only where needed: it visits every command
+    others = _names_of_all(context.find_root().command) if any(_plain(k) not in known for k in shared) else set()
     defaults = {}
-    for key, value in values.items():
-        parameter = key.replace("-", "_")
-        if parameter not in known:
-            hint = nearest(key, [k.replace("_", "-") for k in known if k])
+    for key, value in [*shared.items(), *((k, v) for k, v in table.items() if table is not document)]:
+        if _plain(key) in known:
+            defaults[known[_plain(key)]] = value
+        elif isinstance(value, dict) or (key in shared and _plain(key) in others):
+            continue
+        else:
+            hint = nearest(key, [k.replace("_", "-") for k in known])
             raise UsageError(f"unknown key '{key}' ({hint})", where=str(path), code="E150")
-        defaults[parameter] = value
     context.default_map = {**(context.default_map or {}), **defaults}
     return path
+
+
+def _plain(key: str) -> str:
+    return key.replace("-", "_")
+
+
+def _names(command: Any) -> dict[str, str]:
+    """Return the parameter of each option (``cutoff_hz``) and argument of a command."""
+    found = {}
+    for parameter in command.params:
+        words = [o.lstrip("-") for o in parameter.opts if o.startswith("--")] or [parameter.name]
+        found.update({_plain(word): parameter.name for word in words})
+    return {k: v for k, v in found.items() if k not in ("config", "help")}
+
+
+def _names_of_all(command: Any) -> set[str]:
+    inner = getattr(command, "commands", {}).values()
+    return set(_names(command)).union(*(_names_of_all(c) for c in inner))
 
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout; narration on stderr.")]
@@ -48,9 +77,27 @@ Out = Annotated[Path, typer.Option("--out", "-o", help="Output file.")]
 
 
 def command_line() -> str:
-    """Return the command line for provenance: option values as typed, folders removed.
+    """Return the command line for provenance: what decides the bytes of the output, folders removed.
 
-    Folders are dropped so that the same inputs in another folder give the same bytes.
+    Folders are dropped so that the same inputs in another folder give the same bytes; so is how often a file was
+    made (``--force``), how it was shown (``--json``) and how many worked on it (``--workers``).
     """
-    words = [Path(w).name if "/" in w and "://" not in w else w for w in sys.argv[1:]]
-    return " ".join(["sstl", *words])
+    words, given = ["sstl"], iter(sys.argv[1:])
+    for word in given:
+        name, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
+        if name in ("--force", "--json") and not equals:
+            continue
+        if name == "--workers":
+            if not equals:
+                next(given, None)
+            continue
+        if name == "--map":
+            # its /patterns/ are not paths
+            words += [word] if equals else [word, next(given, "")]
+            continue
+        words.append(f"{name}{equals}{_without_folder(value)}")
+    return " ".join(words)
+
+
+def _without_folder(word: str) -> str:
+    return Path(word).name if "/" in word and "://" not in word else word

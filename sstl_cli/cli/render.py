@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -14,6 +15,7 @@ from sstl_cli.core.errors import printable
 
 T = TypeVar("T")
 SHOW_PROGRESS_AFTER_S = 2.0
+PIPE_COLUMNS = 200
 
 
 class Screen:
@@ -41,13 +43,20 @@ class Screen:
         from rich.text import Text
 
         rows = [list(r) for r in rows]
-        table = Table(title=Text(title), box=box.SIMPLE_HEAD, pad_edge=False, title_justify="left", title_style="bold")
+        table = Table(
+            title=Text(title), box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title_justify="left", title_style="bold"
+        )
         for i, name in enumerate(header):
             numeric = all(isinstance(r[i], (int, float)) or r[i] is None for r in rows) if rows else False
-            table.add_column(Text(name), justify="right" if numeric else "left", overflow="fold")
+            # half a number is a wrong number: only text is folded
+            table.add_column(
+                Text(name), justify="right" if numeric else "left", overflow="fold", no_wrap=numeric, min_width=4
+            )
         for row in rows:
             table.add_row(*(Text(printable(cell(v))) for v in row))
-        Console(soft_wrap=False, highlight=False).print(table)
+        # a file or a pipe has no width to keep to
+        width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
+        Console(width=width, soft_wrap=False, highlight=False).print(table)
         if notes:
             self.line(notes)
 

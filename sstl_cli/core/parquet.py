@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -63,10 +63,13 @@ class TableWriter:
 
 
 class TableReader:
-    """A Parquet table checked against a schema and read in blocks."""
+    """A Parquet table checked against a schema and read in blocks.
 
-    def __init__(self, path: Path, file: pq.ParquetFile, schema: Schema) -> None:
-        self.path, self.file, self.schema = path, file, schema
+    The text columns named in ``coded`` come as Arrow dictionaries where the file allows it.
+    """
+
+    def __init__(self, path: Path, file: pq.ParquetFile, schema: Schema, coded: Sequence[str] = ()) -> None:
+        self.path, self.file, self.schema, self.coded = path, file, schema, coded
         self.metadata: dict[str, object] = metadata_of(file)
 
     @property
@@ -77,7 +80,7 @@ class TableReader:
         """Yield tables with the schema's columns in the schema's types (missing nullable ones as null)."""
         try:
             for batch in self.file.iter_batches(ROWS_PER_BLOCK):
-                yield conform(pa.Table.from_batches([batch]), self.schema, str(self.path))
+                yield conform(pa.Table.from_batches([batch]), self.schema, str(self.path), self.coded)
         except (pa.ArrowException, OSError) as error:
             raise SstlError(f"is damaged ({str(error)[:120]})", where=str(self.path), code="E133") from None
 
@@ -87,9 +90,9 @@ class TableReader:
         return pa.concat_tables(blocks) if blocks else self.schema.arrow().empty_table()
 
 
-def open_table(path: Path, schema: Schema) -> TableReader:
+def open_table(path: Path, schema: Schema, coded: Sequence[str] = ()) -> TableReader:
     """Open a Parquet file that holds ``schema``; SstlError names what does not fit."""
-    file = _open(Path(path))
+    file = _open(Path(path), coded)
     found = metadata_of(file)
     if found and (found.get("schema") not in (schema.id, None)):
         raise SstlError(f"holds {found['schema']!r}, not {schema.id!r}", where=str(path), code="E131")
@@ -101,7 +104,7 @@ def open_table(path: Path, schema: Schema) -> TableReader:
             code="E132",
         )
     check_columns(file.schema_arrow.names, schema, str(path))
-    return TableReader(Path(path), file, schema)
+    return TableReader(Path(path), file, schema, coded)
 
 
 def schema_id_of(path: Path) -> str | None:
@@ -133,15 +136,21 @@ def check_columns(names: list[str], schema: Schema, where: str) -> None:
         )
 
 
-def conform(table: pa.Table, schema: Schema, where: str) -> pa.Table:
-    """Return the table with the schema's columns and types; extra columns are kept behind them."""
+def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = ()) -> pa.Table:
+    """Return the table with the schema's columns and types; extra columns are kept behind them.
+
+    Columns in ``coded`` may stay dictionaries of the schema's type.
+    """
     check_columns(table.column_names, schema, where)
     arrays, fields = [], []
     for column in schema.columns:
         if column.name in table.column_names:
             values = table.column(column.name)
+            kind = column.type
+            if column.name in coded and pa.types.is_dictionary(values.type) and values.type.value_type == kind:
+                kind = values.type
             try:
-                values = values.cast(column.type)
+                values = values.cast(kind)
             except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
                 raise SstlError(
                     f"column '{column.name}' holds {values.type}, not {column.type}",
@@ -159,7 +168,7 @@ def conform(table: pa.Table, schema: Schema, where: str) -> pa.Table:
         else:
             values = pa.chunked_array([pa.nulls(table.num_rows, column.type)])
         arrays.append(values)
-        fields.append(pa.field(column.name, column.type, column.nullable, {"unit": column.unit}))
+        fields.append(pa.field(column.name, values.type, column.nullable, {"unit": column.unit}))
     for name in table.column_names:
         if name not in schema.names:
             arrays.append(table.column(name))
@@ -180,13 +189,13 @@ def write_table(
         writer.write(table)
 
 
-def _open(path: Path) -> pq.ParquetFile:
+def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
     if not path.exists():
         raise SstlError("file not found", where=str(path), code="E130")
     if path.is_dir():
         raise SstlError("is a folder, not a file", where=str(path), code="E130")
     try:
-        return pq.ParquetFile(path)
+        return pq.ParquetFile(path, read_dictionary=list(coded) or None)
     except (pa.ArrowException, OSError) as error:
         raise SstlError(
             f"is not a readable Parquet file ({str(error)[:100]})",

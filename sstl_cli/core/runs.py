@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
@@ -18,7 +17,7 @@ from sstl_cli.core.tables import LOG, TENDON
 
 Array = NDArray[np.float64]
 SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
+TEXTS = ("run_id", "config_id", "system", "location", "trajectory", "tendon")
 PASSES = {"act": 1, "sstl": 2}
 
 
@@ -97,54 +96,70 @@ def read_runs(path: Path) -> Iterator[Run]:
     Raises
     ------
     SstlError
-        If the file is not a log, a required value is null, or a run comes in two pieces.
+        If the file is not a log, a required value is null, a label changes within a run, or a run comes in two
+        pieces.
     """
-    pending: pa.Table | None = None
+    pending: list[pa.Table] = []
     seen: set[str] = set()
-    reader = open_table(path, LOG)
-    for block in reader.blocks():
-        ids = block.column("run_id")
-        if ids.null_count:
+    for block in open_table(path, LOG, coded=TEXTS).blocks():
+        if block.column("run_id").null_count:
             raise SstlError("run_id is null", where=str(path), fix="give every sample a run_id", code="E121")
-        encoded = ids.combine_chunks().dictionary_encode()
-        if isinstance(encoded, pa.ChunkedArray):
-            encoded = encoded.combine_chunks()
-        codes = encoded.indices.to_numpy(zero_copy_only=False)
-        starts = np.concatenate(([0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]))
+        changes = {name: _changes(block.column(name)) for name in TEXTS if name in block.column_names}
+        starts = [0, *changes["run_id"].tolist(), block.num_rows]
         for a, b in zip(starts[:-1], starts[1:], strict=True):
             if a == b:
                 continue
             piece = block.slice(a, b - a)
-            if pending is not None and pending.column("run_id")[0].as_py() == piece.column("run_id")[0].as_py():
-                pending = pa.concat_tables([pending, piece])
-                continue
-            if pending is not None:
+            if pending and _text(pending[0], "run_id") != _text(piece, "run_id"):
                 yield _run(pending, path, seen)
-            pending = piece
-    if pending is not None:
+                pending = []
+            pending.append(piece)
+            for name, at in changes.items():
+                within = np.searchsorted(at, a, "right") != np.searchsorted(at, b, "left")
+                if within or _text(piece, name) != _text(pending[0], name):
+                    where = f"{path}, run {_text(piece, 'run_id')!r}"
+                    raise SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
+    if pending:
         yield _run(pending, path, seen)
 
 
-def _run(table: pa.Table, path: Path, seen: set[str]) -> Run:
-    run_id = table.column("run_id")[0].as_py()
+def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
+    """Return the positions whose value differs from the one before (codes are compared, not texts)."""
+    values = column.combine_chunks() if column.num_chunks != 1 else column.chunk(0)
+    if isinstance(values, pa.ChunkedArray):
+        values = values.unify_dictionaries().combine_chunks()
+    if pa.types.is_null(values.type) or values.null_count == len(values):
+        return np.empty(0, np.int64)
+    coded = values if pa.types.is_dictionary(values.type) else values.dictionary_encode()
+    codes = coded.indices
+    numbers = (codes.fill_null(-1) if codes.null_count else codes).to_numpy(zero_copy_only=False)
+    at = np.flatnonzero(numbers[1:] != numbers[:-1]) + 1
+    # a foreign file may hold one text under two codes
+    texts = coded.dictionary
+    if len(texts) != len(texts.unique()):
+        at = np.array([i for i in at.tolist() if coded[i].as_py() != coded[i - 1].as_py()], np.int64)
+    return at
+
+
+def _text(table: pa.Table, name: str) -> str | None:
+    value = table.column(name)[0].as_py()
+    return None if value is None else str(value)
+
+
+def _run(pieces: list[pa.Table], path: Path, seen: set[str]) -> Run:
+    head = pieces[0]
+    run_id = head.column("run_id")[0].as_py()
     where = f"{path}, run {run_id!r}"
     if run_id in seen:
         raise SstlError("the run comes in two pieces", where=where, fix="sort the file by run_id", code="E122")
     seen.add(run_id)
-    values: dict[str, object] = {}
-    for name in LABELS:
-        if name in table.column_names:
-            column = table.column(name)
-            first = column[0].as_py()
-            if name == "lead_mm" and first is not None and first != first:
-                first = None
-            if name != "lead_mm" and first is not None and pc.count_distinct(column, mode="all").as_py() > 1:
-                raise SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
-            values[name] = first
+    values: dict[str, object] = {n: _text(head, n) for n in TEXTS if n in head.column_names}
+    lead = head.column("lead_mm")[0].as_py()
+    values["lead_mm"] = None if lead is None or lead != lead else lead
     if values["system"] not in PASSES:
         raise SstlError(f"system is {values['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
     for name in SIGNALS:
-        column = table.column(name)
+        column = pa.chunked_array([c for piece in pieces for c in piece.column(name).chunks], pa.float64())
         if name in ("position_in_mm", "tension_ref_n") and column.null_count == len(column):
             values[name] = None
             continue

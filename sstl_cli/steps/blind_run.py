@@ -21,7 +21,9 @@ def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> tu
     """Return the diagnosis of recordings as ``sstl diagnose`` makes it, and the accepted simulator."""
     from sstl_cli.steps import diagnose as step
 
-    found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1))
+    # who records the position wants it explained
+    position = any(r.position_in_mm is not None for r in runs)
+    found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1, position=position))
     return found.document(), found.model()
 
 

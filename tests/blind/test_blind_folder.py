@@ -1,0 +1,262 @@
+"""The folder of a set: what is written, who opens what, scoring, gates and the split of purposes."""
+
+import json
+import shutil
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from sstl_cli.cli import _blind_files as files
+from sstl_cli.cli import blind
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.provenance import sha256
+from sstl_cli.physics.effects import catalogue
+from sstl_cli.reporting.figures import baselines, confusion, reliability, strength
+from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.sections import blind as section
+from sstl_cli.steps import blind_run
+from sstl_cli.steps.blind_run import SCHEMA
+
+CASES = 7
+
+
+def call(*words):
+    app = typer.Typer()
+    blind.register(app)
+    app.command("other")(lambda: None)
+    found = CliRunner().invoke(app, ["blind", *map(str, words)])
+    if isinstance(found.exception, SstlError):
+        raise found.exception
+    return found
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    root = tmp_path_factory.mktemp("blind") / "set"
+    assert call("make", root, "--cases", CASES, "--quick", "--seed", 900, "--workers", 1).exit_code == 0
+    return root
+
+
+@pytest.fixture
+def own(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "set")
+
+
+def oracle(root, spoil=lambda name, verdict: verdict):
+    """Write results that know the truth: what a perfect diagnosis would have said."""
+    folder = files.Folder(root)
+    truth, plan = json.loads(folder.truth.read_text()), files.read_plan(folder)
+    (root / "results").mkdir(exist_ok=True)
+    for name, t in truth["truths"].items():
+        effects = sorted(t["effects"])
+        outside = t["excluded"] or t["unlisted"]
+        status = "unknown" if outside else ("identified" if effects else "none")
+        named = [] if outside else effects
+        rows = [{"id": e, "score": 50.0 if [e] == effects else 10.0} for e in sorted(catalogue())]
+        verdict = {"status": status, "effects": named, "ambiguity_group": named, "confidence": 1.0, "why": ""}
+        result = {
+            "schema": SCHEMA,
+            "case": name,
+            "seconds": 1.0,
+            "error": None,
+            "model": None,
+            "log_sha256": plan[name]["sha256"],
+            "exclude": plan[name]["exclude"],
+            "diagnosis": {
+                "verdict": spoil(name, verdict),
+                "gap": {"shrink_pct": 50.0 if named else None},
+                "candidates": rows,
+                "base_score": 0.0 if effects else 60.0,
+                "baselines": {"smallest_rmse": "viscous", "iid_bic": None},
+                "analysis": {"theta": {}},
+            },
+        }
+        folder.result(name).write_text(json.dumps(result))
+
+
+def test_nothing_outside_the_truth_file_names_what_is_withheld(made):
+    truth = json.loads((made / "truth.json").read_text())
+    withheld = {e for t in truth["truths"].values() for e in t["effects"]}
+    assert withheld
+    everything = [*catalogue(), "position_ripple", "moved_tube", "mains_hum", "kind", "unlisted"]
+    for path in [*sorted((made / "cases").iterdir()), *sorted((made / "fresh").iterdir())]:
+        content = path.read_bytes()
+        found = [e for e in everything if e.encode() in content]
+        assert found == [], path
+    assert not any(e in (made / "hashes.json").read_text() for e in everything)
+
+
+def test_the_provenance_is_the_same_for_every_case(made):
+    import pyarrow.parquet as pq
+
+    found = {pq.read_schema(p).metadata[b"sstl"] for p in sorted((made / "cases").iterdir())}
+    assert len(found) == 1
+    body = json.loads(found.pop())
+    assert body["command"] == "sstl blind make" and body["seed"] is None and body["inputs"] == {}
+
+
+def test_the_plan_asks_the_same_of_every_kind(made):
+    plan = json.loads((made / "plan.json").read_text())
+    assert {frozenset(row) for row in plan["cases"]} == {frozenset({"case", "sha256", "exclude", "sim"})}
+    assert all(len(row["exclude"]) <= 1 for row in plan["cases"])
+    assert all(set(row["sim"]["effects"]) <= {"tendon_elasticity"} for row in plan["cases"])
+
+
+def test_hashes_are_written_before_any_recording_shows(tmp_path, monkeypatch):
+    order = []
+    from sstl_cli.core import files as core
+
+    written = core.write_json
+    monkeypatch.setattr(
+        core,
+        "write_json",
+        lambda path, *a, **k: (order.append((path.name, (path.parent / "cases").exists())), written(path, *a, **k)),
+    )
+    call("make", tmp_path / "s", "--cases", 1, "--quick", "--seed", 3, "--workers", 1)
+    assert order == [("hashes.json", False), ("plan.json", True), ("truth.json", True)]
+
+
+def test_the_same_seed_gives_the_same_bytes_for_any_number_of_workers(made, tmp_path):
+    call("make", tmp_path / "again", "--cases", CASES, "--quick", "--seed", 900, "--workers", 2)
+    for path in sorted(p for p in made.rglob("*") if p.is_file()):
+        assert sha256(path) == sha256(tmp_path / "again" / path.relative_to(made)), path.name
+
+
+def test_an_existing_set_is_kept(made):
+    with pytest.raises(SstlError, match="E956"):
+        call("make", made, "--cases", 1, "--quick")
+
+
+def test_a_foreign_folder_survives_force(tmp_path):
+    (tmp_path / "keep.txt").write_text("mine")
+    with pytest.raises(SstlError, match="E956"):
+        call("make", tmp_path, "--cases", 1, "--quick", "--force")
+    assert (tmp_path / "keep.txt").exists()
+
+
+def test_diagnosing_needs_one_recording_and_no_name(made, tmp_path):
+    """The leak test: everything but the recording taken away, the case renamed: the same diagnosis."""
+    plan = files.read_plan(files.Folder(made))
+    name = "case-0001"
+    with_all = tmp_path / "all"
+    shutil.copytree(made, with_all)
+    (with_all / "results").mkdir()
+    files._diagnose_one((str(with_all), name, plan[name]))
+    bare = tmp_path / "bare"
+    (bare / "cases").mkdir(parents=True)
+    (bare / "results").mkdir()
+    shutil.copy(made / "cases" / f"{name}.parquet", bare / "cases" / "other-77.parquet")
+    files._diagnose_one((str(bare), "other-77", {**plan[name], "case": "other-77"}))
+    a, b = (json.loads(p.read_text()) for p in (with_all / "results" / f"{name}.json", bare / "results/other-77.json"))
+    for r in (a, b):
+        assert r.pop("seconds") > 0
+        r.pop("case")
+    assert a == b
+
+
+def test_running_never_opens_truth_or_fresh(own, monkeypatch):
+    (own / "truth.json").unlink()
+    shutil.rmtree(own / "fresh")
+    asked = []
+    monkeypatch.setattr(files, "_diagnose_one", lambda job: asked.append(job[1]))
+    assert call("run", own, "--workers", 1).exit_code == 0
+    assert asked == [f"case-{i + 1:04d}" for i in range(CASES)]
+
+
+def test_an_interrupted_run_goes_on(own, monkeypatch):
+    oracle(own)
+    (own / "results" / "case-0003.json").write_text("{ half")
+    stale = json.loads((own / "results" / "case-0005.json").read_text())
+    (own / "results" / "case-0005.json").write_text(json.dumps({**stale, "log_sha256": "0"}))
+    (own / "results" / "case-0006.json").unlink()
+    asked = []
+    monkeypatch.setattr(files, "_diagnose_one", lambda job: asked.append(job[1]))
+    call("run", own, "--workers", 1)
+    assert asked == ["case-0003", "case-0005", "case-0006"]
+
+
+def test_a_changed_recording_is_refused(own):
+    plan = files.read_plan(files.Folder(own))
+    (own / "results").mkdir()
+    shutil.copy(own / "cases" / "case-0002.parquet", own / "cases" / "case-0001.parquet")
+    with pytest.raises(SstlError, match="E952"):
+        files._diagnose_one((str(own), "case-0001", plan["case-0001"]))
+
+
+def test_a_failing_diagnosis_is_a_result():
+    def fails(runs, sim, exclude):
+        raise SstlError("nothing usable", code="E901")
+
+    found = blind_run.run("c", [], None, (), fails)
+    assert found["diagnosis"]["verdict"]["status"] == "failed" and "E901" in found["error"]
+
+
+def test_an_oracle_meets_the_targets_and_draws_the_report(own, tmp_path):
+    oracle(own)
+    found = call("score", own, "--json", "--out", tmp_path / "score.json")
+    document = json.loads(found.stdout)
+    assert found.exit_code == 0 and document["cases"] == CASES
+    met = {t["id"]: t["met"] for t in document["targets"]}
+    # a perfect tool covers more than 90 +- 5 %
+    assert met.pop("coverage") is False
+    assert set(met.values()) <= {True, None} and True in met.values()
+    matrix = document["confusion"]
+    assert sum(map(sum, matrix["matrix"])) == CASES - document["kinds"].get("poor", 0)
+    inputs = Inputs(blind=[{**document, "file": "score.json"}])
+    for figure in (confusion, reliability, strength, baselines):
+        assert figure.default(inputs, None) is not None, figure.__name__
+    block = section.context(inputs)["blocks"][0]
+    assert block["of"] == len(document["targets"]) and len(block["tables"]) == 3
+
+
+def test_gates_fail_with_exit_4(own):
+    oracle(own, lambda name, v: {**v, "status": "identified", "effects": ["slack"], "ambiguity_group": ["slack"]})
+    assert call("score", own).exit_code == 0
+    found = call("score", own, "--max-false-alarm", "0.05", "--min-isolation", "0.9")
+    assert found.exit_code == 4
+    assert "gate missed: false alarm 1" in found.stderr
+
+
+def test_missing_results_are_said(own):
+    oracle(own)
+    (own / "results" / "case-0001.json").unlink()
+    found = call("score", own, "--json")
+    assert found.exit_code == 3 and json.loads(found.stdout)["missing_results"] == 1
+
+
+def test_no_results_at_all_is_an_error(own):
+    with pytest.raises(SstlError, match="E959"):
+        call("score", own)
+
+
+def test_a_truth_changed_after_the_fact_is_refused(own):
+    oracle(own)
+    closed = json.loads((own / "truth.json").read_text())
+    closed["truths"]["case-0001"]["effects"] = {"viscous": {"c_l_n_s_per_mm": 0.01}}
+    (own / "truth.json").write_text(json.dumps(closed))
+    with pytest.raises(SstlError, match="E952"):
+        call("score", own)
+
+
+def test_a_blind_set_cannot_calibrate(own, tmp_path):
+    oracle(own)
+    with pytest.raises(SstlError, match="E953"):
+        call("calibrate", own, "--out", tmp_path / "c.json")
+
+
+def test_calibration_comes_from_a_library_kept_apart(own, tmp_path):
+    library = tmp_path / "library"
+    call("make", library, "--cases", 24, "--quick", "--seed", 4000, "--purpose", "calibration", "--workers", 2)
+    oracle(library)
+    out = tmp_path / "calibration.json"
+    assert call("calibrate", library, "--out", out).exit_code == 0
+    body = json.loads(out.read_text())
+    assert body["seeds"] == [4000, 4023] and body["cases"] >= 10 and body["temperature"] > 0
+    with pytest.raises(SstlError, match="E953"):
+        call("score", library)
+    oracle(own)
+    assert call("score", own, "--calibration", out).exit_code == 0
+    out.write_text(json.dumps({**body, "seeds": [890, 900]}))
+    with pytest.raises(SstlError, match="E954"):
+        call("score", own, "--calibration", out)

@@ -1,0 +1,164 @@
+"""Judging verdicts: hand-made truths and verdicts with known answers."""
+
+import pytest
+from scipy.stats import binomtest
+
+from sstl_cli.blind.judge import judge, share, wilson
+from sstl_cli.blind.score import baselines, confusion, document, reliability, targets
+
+
+def truth(effects=(), band=1.2, excluded=False, unlisted=(), poor=None, wrong_nominal=False):
+    return {
+        "effects": {e: {} for e in effects},
+        "band": band,
+        "strength": band or 0.0,
+        "excluded": excluded,
+        "unlisted": list(unlisted),
+        "poor": poor,
+        "wrong_nominal": wrong_nominal,
+    }
+
+
+def verdict(status, effects=(), group=None, confidence=0.9, baseline=None, shrink=50.0):
+    return {
+        "seconds": 1.0,
+        "diagnosis": {
+            "verdict": {
+                "status": status,
+                "effects": list(effects),
+                "ambiguity_group": list(group if group is not None else effects),
+                "confidence": confidence,
+            },
+            "gap": {"shrink_pct": shrink},
+            "baselines": {"smallest_rmse": baseline, "iid_bic": baseline},
+        },
+    }
+
+
+def case(t, v, name="case-0001", realised=None):
+    return judge(name, t, v, realised)
+
+
+@pytest.mark.parametrize(
+    ("t", "v", "exact", "wrong", "right"),
+    [
+        (truth(["a"]), verdict("identified", ["a"]), True, False, True),
+        (truth(["a"]), verdict("identified", ["b"]), False, True, False),
+        (truth(["a"]), verdict("identified", ["a", "b"]), False, True, True),
+        (truth(["a"]), verdict("ambiguous", ["b"], ["b", "a"]), False, False, True),
+        (truth(["a"]), verdict("ambiguous", ["b"], ["b", "c"]), False, False, False),
+        (truth(["a"]), verdict("none"), False, False, False),
+        (truth(["a", "b"]), verdict("identified", ["a"]), False, False, False),
+        (truth(["a", "b"]), verdict("identified", ["b", "a"]), True, False, True),
+        (truth(["a"], excluded=True), verdict("unknown"), False, False, True),
+        (truth(["a"], excluded=True), verdict("identified", ["b"]), False, True, False),
+        (truth(["hum"], unlisted=["hum"]), verdict("none"), False, False, False),
+        (truth(band=None), verdict("none"), False, False, True),
+        (truth(band=None), verdict("identified", ["b"]), False, True, False),
+        (truth(["a"], band=None, poor="still"), verdict("unknown"), False, False, True),
+        (truth(["a"], band=4.0, poor="slow"), verdict("none"), False, False, False),
+        (truth(["a"]), verdict("failed", confidence=0.0), False, False, False),
+    ],
+)
+def test_verdict_is_judged(t, v, exact, wrong, right):
+    found = case(t, v)
+    assert (found.exact, found.wrong_commit, found.right) == (exact, wrong, right)
+
+
+@pytest.mark.parametrize(("k", "n"), [(0, 7), (3, 10), (20, 20), (57, 60)])
+def test_wilson_agrees_with_scipy(k, n):
+    expected = binomtest(k, n).proportion_ci(0.95, "wilson")
+    assert wilson(k, n) == pytest.approx((expected.low, expected.high), abs=1e-6)
+
+
+def test_no_case_is_no_share():
+    assert share([]) is None
+    assert share([True, False, True])["share"] == pytest.approx(2 / 3)
+
+
+def test_reliability_of_a_liar():
+    # always 0.95 sure and right in half of the cases: the error is 0.45
+    cases = [case(truth(["a"]), verdict("identified", [e], confidence=0.95), f"c{i}") for i, e in enumerate("ab" * 10)]
+    bins, ece = reliability(cases)
+    assert ece == pytest.approx(0.45)
+    assert [b["n"] for b in bins] == [20]
+    assert bins[0]["share_right"] == 0.5
+
+
+def test_score_counts_what_was_put_in():
+    cases = [
+        case(truth(["a"], 4.0), verdict("identified", ["a"], shrink=80.0), "c1", 70.0),
+        case(truth(["a"], 1.2), verdict("identified", ["b"], baseline="a"), "c2"),
+        case(truth(["b"], 0.4), verdict("ambiguous", ["b"], ["b", "a"]), "c3"),
+        case(truth(["b"], None), verdict("none"), "c4"),
+        case(truth(band=None), verdict("identified", ["a"], baseline="a"), "c5"),
+        case(truth(band=None, wrong_nominal=True), verdict("none"), "c6"),
+        case(truth(["a", "b"], 4.0), verdict("identified", ["b", "a"]), "c7"),
+        case(truth(["a"], 4.0, excluded=True), verdict("unknown"), "c8"),
+        case(truth(["hum"], 1.2, unlisted=["hum"]), verdict("identified", ["b"]), "c9"),
+    ]
+    body = document(cases)
+    scores = body["scores"]
+    assert (scores["isolation"]["k"], scores["isolation"]["n"]) == (1, 2)
+    assert (scores["isolation_weak"]["k"], scores["isolation_weak"]["n"]) == (0, 1)
+    assert (scores["false_alarm"]["k"], scores["false_alarm"]["n"]) == (1, 2)
+    assert (scores["wrong_commits"]["k"], scores["wrong_commits"]["n"]) == (2, 7)
+    assert (scores["unknown_recall"]["k"], scores["unknown_recall"]["n"]) == (1, 2)
+    assert (scores["both_of_a_pair"]["k"], scores["both_of_a_pair"]["n"]) == (1, 1)
+    assert (scores["coverage"]["k"], scores["coverage"]["n"]) == (3, 4)
+    assert body["shrink"] == [{"case": "c1", "predicted_pct": 80.0, "realised_pct": 70.0}]
+    rows = {r["strength"]: r for r in body["by_strength"]}
+    assert set(rows) == {0.4, 1.2, 4.0, None}
+    assert rows[4.0]["isolation"]["n"] == 1 and rows[None]["false_alarm"]["n"] == 2
+    assert "isolation" not in rows[None] and "false_alarm" not in rows[4.0]
+    misses = {e["effect"]: [m["case"] for m in e["misses"]] for e in body["by_effect"]}
+    assert misses == {"a": ["c2"], "b": ["c3", "c4"]}
+
+
+def test_confusion_holds_every_case_once():
+    cases = [
+        case(truth(["a"]), verdict("identified", ["b"])),
+        case(truth(["a"]), verdict("ambiguous", ["b"], ["b", "a"])),
+        case(truth(["a"]), verdict("ambiguous", ["a"], ["b", "a"])),
+        case(truth(["a", "b"]), verdict("identified", ["a", "c"])),
+        case(truth(band=None), verdict("unknown")),
+        case(truth(["a"], poor="slow"), verdict("none")),
+    ]
+    found = confusion(cases)
+    cells = {
+        (r, c): n
+        for r, row in zip(found["labels"], found["matrix"], strict=True)
+        for c, n in zip(found["columns"], row, strict=True)
+        if n
+    }
+    assert cells == {
+        ("a", "b"): 1,
+        ("a", "ambiguous"): 1,
+        ("a", "a"): 1,
+        ("pair", "other pair"): 1,
+        ("none", "unknown"): 1,
+    }
+
+
+def test_baselines_stand_beside_each_strength():
+    cases = [
+        case(truth(["a"], 4.0), verdict("none", baseline="a"), "c1"),
+        case(truth(["a"], 0.4), verdict("none", baseline="b"), "c2"),
+        case(truth(band=None), verdict("none", baseline="b"), "c3"),
+    ]
+    rows = {r["name"]: r for r in baselines(cases)}
+    assert rows["smallest RMSE at 4"]["isolation"]["k"] == 1
+    assert rows["smallest RMSE at 0.4"]["wrong_commits"]["k"] == 1
+    assert rows["iid BIC at 4"]["false_alarm"]["k"] == 1
+    assert rows["always none at 4"]["false_alarm"]["k"] == 0
+    assert not any("1.2" in name for name in rows)
+
+
+def test_targets_without_cases_are_neither_met_nor_missed():
+    empty = dict.fromkeys(
+        ("isolation", "isolation_weak", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
+    )
+    scores = {**empty, "false_alarm": share([False] * 19 + [True]), "ece": 0.2}
+    met = {t["id"]: t["met"] for t in targets(scores)}
+    assert met["false_alarm"] is True and met["ece"] is False
+    assert met["isolation"] is None and met["coverage"] is None
