@@ -15,6 +15,7 @@ from sstl_cli.diagnosis.records import Record, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
+from sstl_cli.physics.transmission.model import Active, activate, observed_output
 
 Array = NDArray[np.float64]
 # length of the stretches of residual that are put together anew, longer than the noise remembers (s)
@@ -26,12 +27,32 @@ def audible(scenario: Scenario) -> dict[str, dict[str, float]]:
     return {k: dict(v) for k, v in scenario.effects.items() if get(k).fitted and get(k).channel == "out"}
 
 
-def predictions(scenario: Scenario, runs: Sequence[Run]) -> list[tuple[Record, Array]]:
-    """Return each usable run with the output (N) that the scenario predicts for its measured input."""
+def predictions(
+    scenario: Scenario, runs: Sequence[Run], started_by: Scenario | None = None
+) -> list[tuple[Record, Array]]:
+    """Return each usable run with the output (N) that the scenario predicts for its measured input.
+
+    The output starts where it was measured; with ``started_by`` it starts from the true tension that this other
+    scenario sees behind the measured one, as it must where the recording was not made by ``scenario``.
+    """
     problem = prepare(runs)
     theta = np.array([scenario.theta_of(c) for c in problem.configs])
+    if started_by is not None:
+        before, after = activate(audible(started_by)), activate(audible(scenario))
+        records = tuple(replace(r, start_n=_restarted(r, before, after)) for r in problem.records)
+        problem = replace(problem, records=records)
     sim = Simulator(problem, scenario.rig.mechanics(), audible(scenario))
     return list(zip(problem.records, sim.predict_fine(theta, {}), strict=True))
+
+
+def _restarted(r: Record, before: Active, after: Active) -> float:
+    """Return the first reading (N) under other sensor effects, for the same true tension."""
+
+    def seen(value: float, active: Active) -> float:
+        return float(observed_output(r.system, r.dt_s, r.u[:2], np.full(2, value), active)[0])
+
+    true = 2.0 * r.start_n - seen(r.start_n, before)
+    return seen(true, after)
 
 
 def rms_n(scenario: Scenario, runs: Sequence[Run]) -> float:
@@ -71,7 +92,7 @@ def remade(scenario: Scenario, residual_of: Scenario, runs: Sequence[Run], seed:
         If a run has no sound residuals.
     """
     made = []
-    pairs = zip(predictions(scenario, runs), predictions(residual_of, runs), strict=True)
+    pairs = zip(predictions(scenario, runs, residual_of), predictions(residual_of, runs), strict=True)
     for (record, output), (_, usual) in pairs:
         n = len(output)
         residual = record.y_fine[:n] - usual

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
-THETA_MAX = 2.0
 
 
 @njit(cache=True)
@@ -61,7 +60,7 @@ def retune(pairs: Sequence[Pair], first: Sequence[float]) -> list[float]:
 
         grid = np.linspace(0.5, 1.6, 23) * max(theta[config], 0.05)
         best = int(np.argmin([cost(float(g)) for g in grid]))
-        low, high = grid[max(best - 1, 0)], min(grid[min(best + 1, len(grid) - 1)], THETA_MAX)
+        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
         theta[config] = float(minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-7}).x)
     return theta
 

@@ -66,7 +66,7 @@ def missed(document: dict[str, Any], gates: dict[str, float | None]) -> list[str
 
 
 def score(screen: Screen, document: dict[str, Any]) -> None:
-    """Print targets, scores by strength, baselines and misses."""
+    """Print targets, scores by strength, baselines, misses and wrong names."""
     rows: list[tuple[object, ...]] = []
     for t in document["targets"]:
         sign = {"max": "<=", "min": ">=", "within": "+-0.05 of"}[t["rule"]]
@@ -77,17 +77,17 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
     screen.table("targets", ("score", "value", "cases", "95 %", "target", ""), rows)
     header = ("strength", "isolation", "in group", "wrong commits", "unknown recall", "pairs", "coverage")
     fields = ("isolation", "in_group", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
-    strengths = [
+    strengths: list[tuple[object, ...]] = [
         (f"{r['strength']:g} x noise", *(_share(r[f]) for f in fields))
         for r in document["by_strength"]
         if r["strength"] is not None
     ]
     screen.table("by strength (right of all)", header, strengths)
-    fields = ("isolation", "false_alarm", "wrong_commits", "unknown_recall")
+    compared = ("isolation", "false_alarm", "wrong_commits", "unknown_recall")
     screen.table(
         "beside simple rules",
-        ("rule", *(f.replace("_", " ") for f in fields)),
-        [(b["name"], *(_share(b[f]) for f in fields)) for b in document["baselines"]],
+        ("rule", *(f.replace("_", " ") for f in compared)),
+        [(b["name"], *(_share(b[f]) for f in compared)) for b in document["baselines"]],
     )
     misses = [v for e in document["by_effect"] for v in e["misses"]]
     if misses:
@@ -99,6 +99,16 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
                 for m in misses[:MISSES_SHOWN]
             ],
             f"and {len(misses) - MISSES_SHOWN} more in --json" if len(misses) > MISSES_SHOWN else "",
+        )
+    wrong = [v for v in document["verdicts"] if v["wrong_commit"]]
+    if wrong:
+        screen.table(
+            "wrong names",
+            ("case", "kind", "withheld", "strength", "named", "confidence"),
+            [
+                (w["case"], w["kind"], "+".join(w["withheld"]), w["strength"], "+".join(w["effects"]), w["confidence"])
+                for w in wrong[:MISSES_SHOWN]
+            ],
         )
     size, off = document["group"]["mean_size"], document["shrink_mean_difference_pct"]
     if size is not None:
@@ -123,6 +133,10 @@ def real(screen: Screen, document: dict[str, Any]) -> None:
         f"{document['named']} of {document['of']} named, {document['in_group']} in the ambiguity group, "
         f"{document['wrong']} wrong; with nothing taken out: {'an alarm' if document['false_alarm'] else 'none'}"
     )
+    if document["false_alarm"]:
+        screen.note(
+            "the model does not explain these recordings: what it leaves is more than noise and hides its terms"
+        )
 
 
 def _share(found: Any) -> str:

@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from sstl_cli import cli
+from sstl_cli.cli.options import name_variables
 from sstl_cli.core.errors import EXIT_FAILED, SstlError, printable
 
 _NOT_COMMANDS = {"app", "options", "render"}
@@ -46,6 +47,13 @@ class Commands(TyperGroup):
         """Return the names in the order in which a user meets them."""
         return sorted(super().list_commands(ctx), key=_rank)
 
+    def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]
+        """Return a subcommand whose options are read from variables named like them."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            name_variables(command, f"SSTL_{cmd_name.upper()}")
+        return command
+
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         """Run a subcommand; Ctrl-C becomes an error of ours before typer makes a silent exit of it."""
         try:
@@ -67,7 +75,9 @@ app = typer.Typer(
 
 
 def _register() -> None:
-    """Let every module beside this one that has ``register(app)`` add its subcommand."""
+    """Let every module beside this one that has ``register(app)`` add its subcommand (once a process)."""
+    if app.registered_commands:
+        return
     names = [
         m.name for m in pkgutil.iter_modules(cli.__path__) if m.name not in _NOT_COMMANDS and not m.name.startswith("_")
     ]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Json
+from sstl_cli.cli.options import Config, Json
 from sstl_cli.cli.render import Screen
 
 effects_app = typer.Typer(
@@ -43,7 +43,7 @@ def _document(effect: Any) -> dict[str, Any]:
 
 
 @effects_app.command("list", epilog="Example: sstl effects list --json")
-def list_effects(as_json: Json = False) -> None:
+def list_effects(as_json: Json = False, config: Config = None) -> None:
     """List all effects."""
     from sstl_cli.physics.effects import catalogue
 
@@ -55,7 +55,9 @@ def list_effects(as_json: Json = False) -> None:
 
 @effects_app.command("show", epilog="Example: sstl effects show pulley_friction")
 def show_effect(
-    effect_id: Annotated[str, typer.Argument(metavar="ID", help="Id of the effect.")], as_json: Json = False
+    effect_id: Annotated[str, typer.Argument(metavar="ID", help="Id of the effect.")],
+    as_json: Json = False,
+    config: Config = None,
 ) -> None:
     """Show one effect: equation, source, parameters, and what it takes to see it."""
     from sstl_cli.physics.effects import get

@@ -22,7 +22,7 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
     known = _names(context.command)
     document = read_toml(path)
     table: Any = document
-    for name in context.command_path.split()[1:]:
+    for name in _path(context):
         table = table.get(name, {})
         if not isinstance(table, dict):
             raise UsageError(f"'{name}' is not a table", where=str(path), fix=f"write [{name}]", code="E151")
@@ -42,6 +42,15 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
     return path
 
 
+def _path(context: typer.Context) -> list[str]:
+    """Return the words that name the command, without the program's own."""
+    names: list[str] = []
+    while context.parent is not None:
+        names.insert(0, context.info_name or "")
+        context = context.parent
+    return names
+
+
 def _plain(key: str) -> str:
     return key.replace("-", "_")
 
@@ -53,6 +62,16 @@ def _names(command: Any) -> dict[str, str]:
         words = [o.lstrip("-") for o in parameter.opts if o.startswith("--")] or [parameter.name]
         found.update({_plain(word): parameter.name for word in words})
     return {k: v for k, v in found.items() if k not in ("config", "help")}
+
+
+def name_variables(command: Any, prefix: str) -> None:
+    """Let each option be read from ``PREFIX_OPTION``; typer alone would use the name in the source."""
+    for parameter in command.params:
+        flags = [o for o in parameter.opts if o.startswith("--")]
+        if flags:
+            parameter.envvar = f"{prefix}_{_plain(flags[0].lstrip('-')).upper()}"
+    for name, inner in getattr(command, "commands", {}).items():
+        name_variables(inner, f"{prefix}_{_plain(name).upper()}")
 
 
 def _names_of_all(command: Any) -> set[str]:

@@ -195,7 +195,10 @@ def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
     if path.is_dir():
         raise SstlError("is a folder, not a file", where=str(path), code="E130")
     try:
-        return pq.ParquetFile(path, read_dictionary=list(coded) or None)
+        file = pq.ParquetFile(path)
+        types = {f.name: f.type for f in file.schema_arrow}
+        present = [n for n in coded if n in types and pa.types.is_string(types[n])]
+        return pq.ParquetFile(path, read_dictionary=present) if present else file
     except (pa.ArrowException, OSError) as error:
         raise SstlError(
             f"is not a readable Parquet file ({str(error)[:100]})",

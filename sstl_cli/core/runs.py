@@ -17,7 +17,8 @@ from sstl_cli.core.tables import LOG, TENDON
 
 Array = NDArray[np.float64]
 SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-TEXTS = ("run_id", "config_id", "system", "location", "trajectory", "tendon")
+LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
+TEXTS = tuple(n for n in LABELS if n != "lead_mm")
 PASSES = {"act": 1, "sstl": 2}
 
 
@@ -102,8 +103,6 @@ def read_runs(path: Path) -> Iterator[Run]:
     pending: list[pa.Table] = []
     seen: set[str] = set()
     for block in open_table(path, LOG, coded=TEXTS).blocks():
-        if block.column("run_id").null_count:
-            raise SstlError("run_id is null", where=str(path), fix="give every sample a run_id", code="E121")
         changes = {name: _changes(block.column(name)) for name in TEXTS if name in block.column_names}
         starts = [0, *changes["run_id"].tolist(), block.num_rows]
         for a, b in zip(starts[:-1], starts[1:], strict=True):

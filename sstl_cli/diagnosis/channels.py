@@ -91,7 +91,7 @@ def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> Cha
         return None
     measured = [block_mean(_grid(r), r.factor) for _, r in records]
     noise = float(np.median([1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0) for x in measured]))
-    before = _rms(np.concatenate([_affine(x, [y]) for x, y in zip(measured, _loads(sim, tension, records), strict=True)]))
+    before = _rms(_position_residual(sim, tension, records, measured, {}))
     if before < OVER_NOISE * max(noise, 1e-4):
         return None
     found = sorted((_fit_position(sim, tension, records, measured, e) for e in effects), key=lambda f: f[0])
@@ -111,34 +111,36 @@ def _grid(r: Record) -> Array:
     return block_mean(position, thin)[:n]
 
 
-def _loads(sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]]) -> list[Array]:
-    slices = sim.slices()
-    return [tension.prediction[slices[i]] for i, _ in records]
-
-
 def _affine(x: Array, columns: Sequence[Array]) -> Array:
     """Return what is left of ``x`` after its best combination of a constant and the columns."""
     a = np.stack([np.ones_like(x), *columns], axis=1)
     return np.asarray(x - a @ np.linalg.lstsq(a, x, rcond=None)[0])
 
 
+def _position_residual(
+    sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]], measured: Sequence[Array],
+    extra: dict[str, dict[str, float]],
+) -> Array:
+    """Return what the simulator's own position effects and ``extra`` leave (mm), origin and load stiffness free."""
+    none, active = activate({}), activate({**sim.fixed, **extra})
+    parts = []
+    for x, (_, r) in zip(measured, records, strict=True):
+        theta = float(tension.theta[r.config])
+        drive = drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics)
+        out = predict(drive, theta, none, r.start_n)
+        more = predict_position(drive, theta, active, out) - predict_position(drive, theta, none, out)
+        parts.append(_affine(x - block_mean(more, r.factor), [block_mean(out, r.factor)]))
+    return np.concatenate(parts)
+
+
 def _fit_position(
     sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]], measured: Sequence[Array], effect: Effect
 ) -> tuple[float, Effect, dict[str, float]]:
     parameters = [p for p in effect.parameters if p.name not in ("c_t_per_n",)]
-    drives = [drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics) for _, r in records]
-    none = activate({})
-    outputs = [predict(d, float(tension.theta[r.config]), none, r.start_n) for d, (_, r) in zip(drives, records, strict=True)]
 
     def residual(p: Array) -> Array:
         values = {q.name: float(np.clip(v, q.low, q.high)) for q, v in zip(parameters, p, strict=True)}
-        active = activate({effect.id: values})
-        parts = []
-        for x, d, out, (_, r) in zip(measured, drives, outputs, records, strict=True):
-            theta = float(tension.theta[r.config])
-            extra = predict_position(d, theta, active, out) - predict_position(d, theta, none, out)
-            parts.append(_affine(x - block_mean(extra, r.factor), [block_mean(out, r.factor)]))
-        return np.concatenate(parts)
+        return _position_residual(sim, tension, records, measured, {effect.id: values})
 
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     best = None

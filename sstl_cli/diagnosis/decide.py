@@ -27,6 +27,8 @@ class Rules:
     gap_over_noise: float = 0.25
     # models closer than this explain the data equally well
     margin_nats: float = 8.0
+    # where only repeats could be held out, whoever explains this share of what the winner does is a rival
+    repeats_share: float = 0.8
     # a further effect must carry this share of the explained gap, and more than noise
     partner_share: float = 0.05
     # ... or, while this much (RMS over noise) is left, this share of what is left
@@ -93,7 +95,9 @@ def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], colour
     a member of the family is not a candidate the verdict stays unknown.
     """
     doubtful = d.status == "unknown" or (d.status != "none" and d.explained < DOUBTFUL_SHARE)
-    if not doubtful or not all(e in candidates for e in FAMILY):
+    clipped = any(r.faults_in.clipped.any() or r.faults_out.clipped.any() for r in search.sim.problem.records)
+    # a clipped record jumps too, where it leaves its flat top
+    if not doubtful or clipped or not all(e in candidates for e in FAMILY):
         return d
     members = [c for c in d.candidates if len(c.ids) == 1 and c.ids[0] in FAMILY]
     if not members:

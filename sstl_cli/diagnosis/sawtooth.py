@@ -16,7 +16,7 @@ from sstl_cli.diagnosis.simulator import Simulator
 Array = NDArray[np.float64]
 STEP_S = 0.06
 MIN_SAMPLES = 200
-LEAST_SKEWNESS = 0.2
+LEAST_SKEWNESS = 0.25
 LEAST_RATIO = 1.25
 COLOURED_RATIO = 0.8
 # effects whose friction falls with slip, speed or motion after rest: all of them jump on an elastic line
@@ -34,7 +34,7 @@ class Sawtooth:
     @property
     def forward(self) -> bool:
         """Whether increments are skewed along the motion beyond chance."""
-        return self.skewness > LEAST_SKEWNESS and self.skewness > 4.0 * self.error
+        return self.skewness > LEAST_SKEWNESS and self.skewness > 5.0 * self.error
 
     def present(self, coloured: float) -> bool:
         """Whether jumps along the motion are beyond doubt; ``coloured`` is the share of coloured noise, 0 to 1.

@@ -148,7 +148,7 @@ def _planted(model: Scenario, effect_id: str, runs: Sequence[Run], target_n: flo
     def gap(scale: float) -> float:
         # what a re-tuned theta cannot follow, on the difference that the effect makes to the model
         pairs = []
-        for (r, y), (_, more) in zip(base, accepted.predictions(full(scale), runs), strict=True):
+        for (r, y), (_, more) in zip(base, accepted.predictions(full(scale), runs, model), strict=True):
             factor = float(np.exp(passes(r.system) * theta[r.config]))
             usual = play(r.u, 1.0 / factor, factor, r.start_n)
             pairs.append(Pair(r.config, passes(r.system), r.u, usual + more - y))

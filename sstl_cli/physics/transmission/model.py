@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Position, Sampling, Transition, Values
+from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Sampling, Transition, Values
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.transmission.envelope import envelope
 from sstl_cli.physics.transmission.line import elastic_line
@@ -147,49 +147,3 @@ def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array
     for effect, values in reversed(active.of_hook("input_inverse")):
         measured_in = effect.input_inverse(measured_in, measured_out, run, values)  # type: ignore[misc]
     return measured_in
-
-
-def predict_position(drive: Drive, theta: float, active: Active, tension_out: Array) -> Array:
-    """Return the proximal position (mm, shape (n,)) that belongs to an input and an output tension.
-
-    The load spring moves with the output; an elastic tendon adds the stretch of the mean tension
-    along the line, found by a play at the middle of each of eight equal parts.
-    """
-    mechanics = drive.mechanics
-    position = Position(length_mm=mechanics.length_mm)
-    for effect, values in active.of_hook("position"):
-        effect.position(position, values)  # type: ignore[misc]
-    x = _spring(tension_out, mechanics.load_n_per_mm, position.cubic_per_mm2)
-    if position.play_mm > 0.0:
-        x = x + position.play_mm * np.sign(np.gradient(tension_out))
-    if position.tendon_mm_per_n > 0.0 or position.creep_fraction > 0.0:
-        inner = replace(drive, system="act")
-        parts = [
-            play_operator(inner.tension_n, np.exp(-a), 0.0, np.exp(a), 0.0, np.nan)
-            for a in (np.arange(8) + 0.5) / 8 * drive.passes * theta
-        ]
-        stretch = np.mean(parts, axis=0) * (position.tendon_mm_per_n or mechanics.tendon_mm_per_n) * drive.passes
-        x = x + (stretch if position.tendon_mm_per_n > 0.0 else 0.0)
-        if position.creep_fraction > 0.0:
-            from sstl_cli.physics.filters import first_order
-
-            x = x + position.creep_fraction * first_order(stretch, drive.dt_s, position.creep_s)
-    if position.sheath_mm_per_n > 0.0:
-        x = x + position.sheath_mm_per_n * drive.tension_n
-    if position.gap_mm > 0.0:
-        x = x - position.gap_mm * (drive.tension_n <= SLACK_N)
-    return x
-
-
-SLACK_N = 0.05
-
-
-def _spring(tension: Array, k1: float, cubic: float) -> Array:
-    """Return x of T = k1 (x + cubic x^3) by Newton's rule (monotone, converges from above)."""
-    linear = tension / k1
-    if cubic <= 0.0:
-        return linear
-    x = linear.copy()
-    for _ in range(20):
-        x -= (x + cubic * x**3 - linear) / (1.0 + 3.0 * cubic * x**2)
-    return x

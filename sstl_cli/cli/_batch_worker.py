@@ -1,0 +1,190 @@
+"""What a worker of ``sstl batch`` does with one file: stage, run the subcommand, publish, note it down."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import os
+import shutil
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sstl_cli.cli import _batch_places as places
+from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE, SstlError
+from sstl_cli.steps import batch as step
+
+# the subcommand sees the process's arguments and streams, of which there is one set
+_ONE_AT_A_TIME = threading.Lock()
+_STATES = {EXIT_DONE: "done", EXIT_SET_ASIDE: "set aside", EXIT_GATE: "gate"}
+
+
+@dataclass(frozen=True)
+class Job:
+    """One item of a batch with all a worker on another machine needs to know."""
+
+    command: str
+    item: step.Item
+    out_dir: str
+    force: bool
+    environment: dict[str, str]
+    root: str
+
+
+def run_one(job: Job) -> step.Outcome:
+    """Bring one file to its output and say what became of it; never raises for a bad file."""
+    try:
+        return _run(job)
+    except SstlError as error:
+        return step.Outcome(job.item.source, job.item.output, "failed", EXIT_FAILED, error.line())
+
+
+def _run(job: Job) -> step.Outcome:
+    folder, source = places.place(job.out_dir, job.root), places.place(job.item.source, job.root)
+    names = (job.item.output, *job.item.side)
+    with _staging(folder) as work:
+        local, digest = _staged(source, work)
+        inputs = {source.url: digest, **_option_files(job.item.options, job.root)}
+        wanted = step.wanted_record(job.command, job.item, inputs, job.environment)
+        record_at = folder.inside(places.WORK, job.item.output + ".json")
+        record = places.read_record(record_at, step.RECORD)
+        with places.telling(folder.url):
+            present = {n: folder.inside(n).sha256() for n in names}
+        where = folder.inside(job.item.output).url
+        if not step.decide(record, wanted, present, job.force, where):
+            assert record is not None
+            code = int(record["exit_code"])
+            state = "skipped" if code == EXIT_DONE else _STATES.get(code, "failed")
+            return step.Outcome(source.url, job.item.output, state, code, str(record["line"]), record["outputs"])
+        places.write_record(record_at, {**wanted, "state": step.STARTED})
+        code, line, made = _call(job, local, work, source.url)
+        outputs = {n: _digest(work / n) for n in made}
+        for name in made:
+            places.publish(work / name, folder.inside(name))
+        if made:
+            done = {"state": step.DONE, "exit_code": code, "line": line, "outputs": outputs}
+            places.write_record(record_at, {**wanted, **done})
+    return step.Outcome(source.url, job.item.output, _STATES.get(code, "failed"), code, line, outputs)
+
+
+def _call(job: Job, local: Path, work: Path, url: str) -> tuple[int, str, list[str]]:
+    """Run the subcommand into ``work``; return its exit code, its line and the names it wrote."""
+    form = step.form_of(job.command, job.item.options)
+    words = [*([form.option] if form.option else []), str(local)]
+    out = work / job.item.output
+    if not form.printed:
+        words += ["--out", str(out)]
+    words += _words(job.item, work, job.root)
+    code, printed, told = call_program([job.command, *words, "--json"], job.environment)
+    # what the subcommand says must not show where this worker kept the file meanwhile
+    printed, told = (t.replace(json.dumps(str(local))[1:-1], json.dumps(url)[1:-1]) for t in (printed, told))
+    told = told.replace(str(work) + "/", "")
+    if form.printed and printed.startswith("{"):
+        out.write_text(printed, encoding="utf-8")
+        with open(out, "rb") as file:
+            os.fsync(file.fileno())
+    lines = [line.removeprefix("sstl: ").strip() for line in told.splitlines() if line.strip()]
+    if code in (EXIT_DONE, EXIT_SET_ASIDE):
+        line = lines[0] if lines and code else ""
+    else:
+        line = lines[-1] if lines else f"exit code {code}"
+    if form.printed and code == EXIT_FAILED and not lines:
+        line = f"failures: {json.loads(printed).get('failures')}" if printed.startswith("{") else line
+    return code, line, [n for n in (job.item.output, *job.item.side) if (work / n).is_file()]
+
+
+def call_program(words: list[str], environment: dict[str, str]) -> tuple[int, str, str]:
+    """Run ``sstl WORDS`` in this process; return exit code, standard output and standard error."""
+    from sstl_cli.cli.app import main
+
+    out, err = io.StringIO(), io.StringIO()
+    with _ONE_AT_A_TIME:
+        before_words, before = sys.argv, {k: v for k, v in os.environ.items() if k.startswith("SSTL_")}
+        sys.argv = ["sstl", *words]
+        _set_environment(before, environment)
+        try:
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+                main()
+            code = EXIT_DONE
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else EXIT_DONE if end.code is None else EXIT_FAILED
+        finally:
+            sys.argv = before_words
+            _set_environment(environment, before)
+    return code, out.getvalue(), err.getvalue()
+
+
+def _set_environment(old: dict[str, str], new: dict[str, str]) -> None:
+    for name in old:
+        os.environ.pop(name, None)
+    os.environ.update(new)
+
+
+@contextlib.contextmanager
+def _staging(folder: places.Place) -> Iterator[Path]:
+    """Yield a folder on the disk of the outputs where these are local, so that a rename is enough."""
+    beside = Path(folder.path, places.WORK) if folder.local else None
+    if beside is not None and not beside.is_dir():
+        raise SstlError(
+            "the output folder does not exist on this worker", where=folder.url, fix="use a shared folder", code="E033"
+        )
+    with places.telling(folder.url):
+        work = Path(tempfile.mkdtemp(prefix="work-", dir=beside))
+    try:
+        yield work
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _staged(source: places.Place, work: Path) -> tuple[Path, str]:
+    """Return a local name of an input, and its SHA-256 ("" for a folder or an input that is missing)."""
+    if source.local:
+        path = Path(source.path)
+        return path, _digest(path) if path.is_file() else ""
+    with places.telling(source.url):
+        if not source.exists():
+            raise SstlError("file not found", where=source.url, fix="correct the address", code="E034")
+        inner = work / "input"
+        inner.mkdir()
+        path = inner / source.path.rpartition("/")[2]
+        source.fs.get_file(source.path, str(path))
+    return path, _digest(path)
+
+
+def _option_files(options: tuple[str, ...], root: str) -> dict[str, str]:
+    """Return the SHA-256 of every file that an option names, such as a mapping."""
+    found = {}
+    for word in options:
+        value = word.partition("=")[2] if word.startswith("--") else word
+        path = _file_of(value, root)
+        if path:
+            found[value] = _digest(Path(path))
+    return found
+
+
+def _words(item: step.Item, work: Path, root: str) -> list[str]:
+    """Return the options with side outputs in ``work``, and files named from the folder the batch was started in."""
+    words = []
+    for word in item.options:
+        head, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
+        value = str(work / value) if value in item.side else _file_of(value, root) or value
+        words.append(f"{head}{equals}{value}" if head else value)
+    return words
+
+
+def _file_of(value: str, root: str) -> str:
+    path = os.path.join(root, value) if value and len(value) < 4096 and "\0" not in value else ""
+    return path if path and os.path.isfile(path) else ""
+
+
+def _digest(path: Path) -> str:
+    digest = hashlib.sha256()
+    with places.telling(str(path)), open(path, "rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()

@@ -1,0 +1,155 @@
+"""``sstl batch``: one subcommand over many files, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+from sstl_cli.cli.options import Config, Force, Json
+from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    from sstl_cli.cli._batch_places import Place
+    from sstl_cli.steps.batch import Outcome
+
+EPILOG = """Examples:
+
+  sstl batch segment logs/*.parquet --out-dir theta -- --cutoff-hz 20
+
+  sstl batch segment logs/*.parquet --out-dir theta -- --phases {name}-phases.parquet
+
+  sstl batch import 's3://rig/day1/*.csv' --out-dir s3://rig/logs --scheduler tcp://10.0.0.5:8786 -- --mapping rig.toml
+"""
+REST = "sstl.batch.rest"
+SHOWN = 40
+
+
+class WithRest(TyperCommand):
+    """A command that keeps the words after ``--`` for the subcommand it runs."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take the words after ``--`` aside and parse the others."""
+        if "--" in args:
+            at = args.index("--")
+            ctx.meta[REST] = args[at + 1 :]
+            args = args[:at]
+        return super().parse_args(ctx, args)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("batch", cls=WithRest, epilog=EPILOG)(batch)
+
+
+def batch(
+    context: typer.Context,
+    command: Annotated[str, typer.Argument(metavar="COMMAND", help="import, check, segment, diagnose, report, ...")],
+    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Files, or addresses such as s3://rig/*.csv.")],
+    out_dir: Annotated[str, typer.Option("--out-dir", help="Folder (or address) for one output a file.")],
+    workers: Annotated[int, typer.Option(min=0, max=1024, help="Local processes (0: one a core).")] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Run on the workers of this Dask scheduler instead.")
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Run a subcommand over many files; its options stand after --.
+
+    What an earlier batch completed from the same input is skipped. A bad file is listed and does not stop the rest
+    (exit code 3). Outputs are the same bytes for any number of workers, on a cluster too.
+    """
+    from sstl_cli.cli import _batch_places as places
+    from sstl_cli.cli._batch_pool import default_workers, run_all
+    from sstl_cli.cli._batch_worker import Job
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.steps import batch as step
+
+    screen = Screen(as_json)
+    rest: list[str] = context.meta.get(REST, [])
+    step.form_of(command, rest)
+    sources = places.expand(files)
+    items = step.plan(command, sources, rest)
+    _parse_once(context, command, items[0])
+    out = places.place(out_dir)
+    if out.own or any(places.place(s).own for s in sources):
+        if scheduler:
+            raise SstlError("memory:// exists in one process only", where=scheduler, fix="leave out --scheduler", code="E045")
+        workers = 1
+    prefix = f"SSTL_{command.upper()}_"
+    environment = {k: v for k, v in sorted(os.environ.items()) if k.startswith(prefix)}
+    jobs = [Job(command, item, out_dir, force, environment, os.getcwd()) for item in items]
+    with _folder(out), screen.progress(f"batch {command}", len(jobs)) as advance:
+        outcomes = run_all(jobs, min(workers or default_workers(), len(jobs)), scheduler, lambda _: advance(1))
+    _show(screen, command, outcomes)
+    screen.finish(step.document(command, out_dir, rest, outcomes), step.exit_code(outcomes))
+
+
+def _parse_once(context: typer.Context, command: str, item: Any) -> None:
+    """Let a wrong option after ``--`` be one usage error instead of one failure a file."""
+    from sstl_cli.steps.batch import FORMS
+
+    inner = context.find_root().command.get_command(context, command)  # type: ignore[attr-defined]
+    form = FORMS[command]
+    words = [*([form.option] if form.option else []), item.source]
+    words += [] if form.printed else ["--out", item.output]
+    inner.make_context(command, [*words, *item.options], parent=context.find_root()).close()
+
+
+@contextmanager
+def _folder(out: Place) -> Iterator[None]:
+    """Make the output folder, clear what a killed batch left, and keep a second batch out of it."""
+    from sstl_cli.cli._batch_places import WORK, telling
+    from sstl_cli.core.errors import SstlError
+
+    with telling(out.url):
+        out.fs.makedirs(out.inside(WORK).path, exist_ok=True)
+    if not out.local:
+        yield
+        return
+    import shutil
+
+    work = Path(out.path, WORK)
+    with telling(out.url):
+        lock = open(work / "lock", "a")
+    with lock:
+        if not _locked(lock):
+            raise SstlError(
+                "another batch is writing here", where=out.url, fix="wait for it, or give another folder", code="E035"
+            )
+        for stale in [*work.glob("work-*"), *work.glob("*.tmp")]:
+            if stale.is_dir():
+                shutil.rmtree(stale, ignore_errors=True)
+            else:
+                stale.unlink(missing_ok=True)
+        yield
+
+
+def _locked(lock: Any) -> bool:
+    try:
+        import fcntl
+    except ImportError:
+        # no such lock on this system: outputs are still whole, only work may be done twice
+        return True
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _show(screen: Screen, command: str, outcomes: list[Outcome]) -> None:
+    count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
+    parts = ", ".join(f"{n} {state}" for state, n in count.items() if n)
+    screen.line(f"{command}: {len(outcomes)} files: {parts}")
+    told = [o for o in outcomes if o.state not in ("done", "skipped")]
+    for outcome in told[:SHOWN]:
+        screen.note(f"{outcome.state}: {outcome.source}: {outcome.line}")
+    if len(told) > SHOWN:
+        screen.note(f"and {len(told) - SHOWN} more (all of them with --json)")

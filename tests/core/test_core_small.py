@@ -1,0 +1,153 @@
+"""Random streams, configuration, errors and units."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sstl_cli.core.config import MAX_TOML_BYTES, Model, parse, read_toml
+from sstl_cli.core.errors import GateError, SstlError, UsageError, nearest, printable
+from sstl_cli.core.rng import stream
+from sstl_cli.core.units import UNITS, conversion, is_unit, unit_of
+
+
+class Noise(Model):
+    white_n: float = 0.0
+
+
+class Rig(Model):
+    sampling_hz: float
+    noise: Noise = Noise()
+    trajectories: list[Noise] = []
+
+
+def test_streams_belong_to_their_names() -> None:
+    assert stream(1, "noise", "a").random() == stream(1, "noise", "a").random()
+    different = [stream(1, "noise", "a"), stream(2, "noise", "a"), stream(1, "noise", "b"), stream(1, "a", "noise"), stream(1)]
+    assert len({s.random() for s in different}) == 5
+
+
+def test_streams_do_not_depend_on_the_hash_seed() -> None:
+    code = "from sstl_cli.core.rng import stream; print(stream(7, 'noise', 'run-0', 3).integers(1 << 62))"
+    found = {
+        subprocess.check_output([sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed})
+        for seed in ("0", "1", "12345")
+    }
+    assert len(found) == 1
+
+
+def test_streams_look_independent() -> None:
+    import numpy as np
+
+    draws = np.array([stream(0, "x", i).standard_normal(400) for i in range(30)])
+    off = np.corrcoef(draws)[np.triu_indices(30, 1)]
+    # 435 correlations of 400 pairs: standard deviation 1/sqrt(400), largest of them within five
+    assert np.abs(off).max() < 5 / np.sqrt(400) and abs(off.std() * np.sqrt(400) - 1) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ({"sampling_hz": 1, "samling": 2}, "unknown key 'samling' .did you mean 'sampling_hz'"),
+        ({"sampling_hz": 1, "noise": {"wite_n": 1}}, "'noise.wite_n' .did you mean 'white_n'"),
+        ({"sampling_hz": 1, "trajectories": [{}, {"whiten": 1}]}, "'trajectories.1.whiten' .did you mean 'white_n'"),
+        ({"sampling_hz": "fast"}, "'sampling_hz'.*number.*found 'fast'"),
+        ({}, "'sampling_hz': Field required"),
+        ({"sampling_hz": math.nan}, "'sampling_hz'.*finite"),
+        ([1], "document"),
+    ],
+)
+def test_configuration_says_what_is_wrong(document: object, message: str) -> None:
+    with pytest.raises(SstlError, match=f"E143.*rig.toml.*{message}"):
+        parse(Rig, document, "rig.toml")
+
+
+def test_configuration_is_frozen() -> None:
+    rig = parse(Rig, {"sampling_hz": 500}, "rig.toml")
+    with pytest.raises(Exception, match="frozen"):
+        rig.sampling_hz = 1.0
+    assert rig.sampling_hz == 500.0
+
+
+def test_toml_that_cannot_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "x.toml"
+    with pytest.raises(SstlError, match="E141"):
+        read_toml(path)
+    for body in (b"a = ", b"\xff\xfe", b"a = " + b"[" * 50_000, b"a=1\na=2"):
+        path.write_bytes(body)
+        with pytest.raises(SstlError, match="E142"):
+            read_toml(path)
+    path.write_bytes(b"#" * (MAX_TOML_BYTES + 1))
+    with pytest.raises(SstlError, match="E140"):
+        read_toml(path)
+
+
+def test_error_line_is_one_printable_line() -> None:
+    error = SstlError("bad \x1b[31mred\nname\u202e", where="a\rb", fix="rename it", code="E999")
+    assert error.line() == r"[E999] a\rb: bad \x1b[31mred\nname\u202e; rename it"
+    assert (SstlError.exit_code, UsageError.exit_code, GateError.exit_code) == (1, 2, 4)
+
+
+@given(st.text())
+def test_printable_is_always_safe(text: str) -> None:
+    safe = printable(text)
+    assert safe.isprintable() and "\x1b" not in safe and (not text.isprintable() or safe == text)
+
+
+def test_nearest() -> None:
+    assert nearest("tension_in", ["tension_in_n", "time_s"]) == "did you mean 'tension_in_n'?"
+    assert nearest("zzz", ["b", "a"]) == "known: a, b"
+    assert nearest("zzz", [f"{i:02d}" for i in range(20)]).endswith("11, ...")
+
+
+def test_units_against_their_definitions() -> None:
+    # BIPM SI brochure, NIST SP 811: exact by definition
+    assert unit_of("lbf") == ("force", pytest.approx(4.4482216152605, rel=1e-14))
+    assert unit_of("kgf") == ("force", 9.80665)
+    assert unit_of("psi") == ("pressure", pytest.approx(6894.757293168, rel=1e-12))
+    assert unit_of("in") == ("length", 25.4) and unit_of(" mN ") == ("force", 1e-3)
+    assert unit_of("µm") == unit_of("um") and unit_of("°") == ("angle", math.pi / 180)
+
+
+def test_unknown_unit_names_the_nearest() -> None:
+    assert not is_unit("Newtonn")
+    with pytest.raises(SstlError, match="E301.*'n'.*did you mean 'N'"):
+        unit_of("n")
+    with pytest.raises(SstlError, match="E301"):
+        unit_of("furlong")
+
+
+def test_conversions() -> None:
+    assert conversion("mN", "force", sign=-1, offset=5).factor == -1e-3
+    assert conversion("V", "force", gain=20.0, offset=0.1) == conversion("mV", "force", gain=20_000.0, offset=0.1)
+    assert conversion("rev", "length", radius_mm=10.0).factor == pytest.approx(62.83185307)
+    # 1 bar on 100 mm2 is 10 N
+    assert conversion("bar", "force", area_mm2=100.0).factor == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "target", "more", "message"),
+    [
+        ("s", "force", {}, "s is a time, not a force"),
+        ("deg", "length", {}, "spool radius"),
+        ("bar", "force", {}, "piston area"),
+        ("V", "force", {}, "needs a gain"),
+        ("N", "force", {"gain": 2.0}, "gain belongs to V or counts"),
+    ],
+)
+def test_impossible_conversions(unit: str, target: str, more: dict, message: str) -> None:
+    with pytest.raises(SstlError, match=f"E302.*tension_in_n.*{message}"):
+        conversion(unit, target, where="tension_in_n", **more)
+
+
+@given(st.sampled_from(sorted(UNITS)))
+def test_every_unit_is_known_by_its_name(name: str) -> None:
+    dimension, factor = unit_of(name)
+    assert is_unit(name) and factor > 0 and dimension

@@ -1,0 +1,149 @@
+"""Contract of every effect in the catalogue; a new file beside the others is covered by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.physics import effects as package
+from sstl_cli.physics.effect import STAGES, Mechanics
+from sstl_cli.physics.effects import catalogue, get, parse
+from sstl_cli.physics.transmission import activate, measure, predict, predict_position
+from sstl_cli.physics.transmission.model import drive_of, observed_output
+
+DT = 0.01
+T = np.arange(6000) * DT
+PATH = 17.0 + 14.0 * np.interp(T % 20, [0, 4, 5, 9, 12, 13, 18, 19, 20], [-1, 1, 1, -0.3, 0.5, 0.5, -1, -1, -1])
+THETA = 0.53
+ALL = sorted(catalogue())
+
+
+def response(effect_id, values, system="act", path=PATH):
+    """Everything that an effect may change: output, measured input, position, loop."""
+    active = activate({effect_id: values})
+    drive = drive_of(system, "CP", DT, path, Mechanics())
+    out = predict(drive, THETA, active, float(path[0]))
+    seen_in, seen_out = measure(system, DT, path, out, active, np.random.default_rng(1))
+    effect = get(effect_id)
+    loop = effect.loop(path, DT, effect.complete(values)) if effect.loop else path
+    return np.concatenate([seen_in, seen_out, predict_position(drive, THETA, active, out), loop])
+
+
+@pytest.mark.parametrize("effect_id", ALL)
+def test_declaration_is_complete(effect_id):
+    e = get(effect_id)
+    assert e.id == effect_id and e.stage in STAGES
+    assert e.title and e.equation and e.source and e.excitation and e.parameters
+    assert any((e.law, e.transition, e.output, e.input, e.position, e.loop))
+    for p in e.parameters:
+        assert p.unit and p.meaning and p.low <= p.neutral <= p.high and p.low < p.high
+    assert not e.active(e.neutral())
+
+
+@pytest.mark.parametrize("effect_id", ALL)
+@pytest.mark.parametrize("system", ["act", "sstl"])
+def test_neutral_is_exactly_the_identity(effect_id, system):
+    base = response("gain_error", {}, system)
+    assert np.array_equal(response(effect_id, get(effect_id).neutral(), system), base)
+
+
+@pytest.mark.parametrize("effect_id", ALL)
+def test_finite_at_both_bounds(effect_id):
+    e = get(effect_id)
+    for side in ("low", "high"):
+        values = {p.name: getattr(p, side) for p in e.parameters}
+        for system in e.systems:
+            assert np.isfinite(response(effect_id, values, system)).all()
+
+
+@pytest.mark.parametrize("effect_id", ALL)
+def test_every_parameter_changes_something(effect_id):
+    e = get(effect_id)
+    path = np.maximum(PATH - 5.0, 0.0)
+    strong = {p.name: p.neutral + 0.95 * ((p.high if p.high > p.neutral else p.low) - p.neutral) for p in e.parameters}
+    if effect_id == "saturation":
+        strong = {"t_max_in_n": 20.0, "t_max_out_n": 8.0}
+    for p in e.parameters:
+        other = dict(strong)
+        other[p.name] = p.neutral if not p.shape else (p.low if strong[p.name] != p.low else p.high)
+        systems = [p.system] if p.system else list(e.systems)
+        changed = [not np.array_equal(response(effect_id, strong, s, path), response(effect_id, other, s, path)) for s in systems]
+        assert any(changed), p.name
+
+
+@pytest.mark.parametrize("effect_id", [e.id for e in catalogue().values() if e.fitted and e.channel == "out" and e.id not in ("stribeck", "stick_slip")])
+def test_step_refinement_converges(effect_id):
+    e = get(effect_id)
+    name = e.parameters[0].name
+    values = {name: e.parameters[0].neutral + 0.2 * (e.parameters[0].high - e.parameters[0].neutral)}
+
+    def output(factor):
+        time = np.arange(6000 * factor) * DT / factor
+        path = np.interp(time, T, PATH)
+        drive = drive_of("act", "CP", DT / factor, path, Mechanics())
+        active = activate({effect_id: values})
+        out = observed_output("act", DT / factor, path, predict(drive, THETA, active, 3.0), active)
+        return out[::factor]
+
+    coarse, fine, finest = output(1), output(2), output(4)
+    first, second = np.sqrt(np.mean((coarse - finest) ** 2)), np.sqrt(np.mean((fine - finest) ** 2))
+    assert second <= max(first, 0.02)
+    assert second < 0.05
+
+
+LINES = {
+    # EFFECTS.md at theta = 0.53: change of ln Gp, ln Gr, beta_p, beta_r (N), by system
+    "pulley_friction": ({"m_p": 0.1, "m_r": 0.1}, "sstl", (-0.1, 0.1, 0.0, 0.0)),
+    "gain_error": ({"g_act": 0.95}, "act", (np.log(0.95), np.log(0.95), 0.0, 0.0)),
+    "asymmetric_friction": ({"a": 0.1}, "act", (-0.053, -0.053, 0.0, 0.0)),
+    "zero_offset": ({"z_out_act_n": 0.3}, "act", (0.0, 0.0, 0.3, 0.3)),
+}
+
+
+@pytest.mark.parametrize("effect_id", sorted(LINES))
+def test_fingerprint(effect_id):
+    values, system, expected = LINES[effect_id]
+    n = 2 if system == "sstl" else 1
+    path = np.interp(np.arange(8000) * DT, [0, 20, 40, 60, 80], [0.2, 40, 0.2, 40, 0.2])
+    active = activate({effect_id: values})
+    drive = drive_of(system, "CP", DT, path, Mechanics())
+    true = predict(drive, THETA, active, 0.2)
+    out = observed_output(system, DT, path, true, active)
+    moving = np.abs(np.gradient(true)) > 1e-6
+    rising = np.gradient(path) > 0
+    late = np.arange(len(path)) > 2200
+    gp, bp = np.polyfit(path[late & moving & rising], out[late & moving & rising], 1)
+    gr, br = np.polyfit(path[late & moving & ~rising], out[late & moving & ~rising], 1)
+    found = (np.log(gp) + n * THETA, np.log(gr) - n * THETA, bp, br)
+    assert found == pytest.approx(expected, abs=0.01)
+
+
+def test_unknown_names_answer_with_the_nearest():
+    with pytest.raises(SstlError, match="pulley_friction"):
+        get("puley_friction")
+    with pytest.raises(SstlError, match="m_p"):
+        parse("pulley_friction:mp=0.1")
+    with pytest.raises(SstlError, match=r"outside 0\.\.0\.25 1"):
+        parse("pulley_friction:m_p=0.5")
+    with pytest.raises(SstlError, match="param=value"):
+        parse("pulley_friction:m_p")
+
+
+def test_a_dropped_in_effect_is_found(tmp_path, monkeypatch):
+    (tmp_path / "magic_scale.py").write_text(
+        "from sstl_cli.physics.effect import INSTRUMENT, Effect, Parameter\n"
+        "EFFECT = Effect(id='magic_scale', title='Scale', stage=INSTRUMENT, equation='T g', source='test',\n"
+        "    parameters=(Parameter('g', '1', 1.0, 0.5, 2.0, 'gain'),), excitation='any',\n"
+        "    output=lambda t, other, run, v: t * v['g'])\n"
+    )
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
+    catalogue.cache_clear()
+    try:
+        assert "magic_scale" in catalogue()
+        scaled = response("magic_scale", {"g": 2.0})
+        n = len(PATH)
+        assert scaled[n : 2 * n] == pytest.approx(2.0 * response("gain_error", {})[n : 2 * n])
+    finally:
+        monkeypatch.undo()
+        catalogue.cache_clear()
