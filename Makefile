@@ -30,7 +30,7 @@ test-slow: $(STAMP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -m slow
 
 lint: $(STAMP) ## ruff, mypy and import-linter
-	$(BIN)/ruff check sstl_cli tests tools benchmarks
+	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 

@@ -118,7 +118,7 @@ def load_cases(
         mapping = load_model(model)
         # biases are pre-calibrated: those of the training data, unless the user gives others
         known = step.mean_biases(step.cases_of(open_table(bias_theta, THETA).table())[0]) if bias_theta else None
-        names = list(mapping.header.tendons) or [None]
+        names: list[str | None] = [*mapping.header.tendons] or [None]
         done, unmapped = list(cases), {}
         for tendon in names:
             own = known or mapping.beta_act_of(tendon)

@@ -47,7 +47,7 @@ def _path(context: typer.Context) -> list[str]:
     names: list[str] = []
     while context.parent is not None:
         names.insert(0, context.info_name or "")
-        context = context.parent
+        context = context.parent  # type: ignore[assignment]
     return names
 
 

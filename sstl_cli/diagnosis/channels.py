@@ -146,7 +146,7 @@ def _fit_position(
     best = None
     for share in (0.1, 0.5):
         start = low + share * (high - low)
-        done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=1e-3, max_nfev=20)
+        done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), 1e-3), max_nfev=20)
         best = done if best is None or done.cost < best.cost else best
     assert best is not None
     values = {p.name: float(v) for p, v in zip(parameters, best.x, strict=True)}

@@ -107,7 +107,8 @@ def fit(
     damping = 1e-3
     j = jacobian(sim, theta, free, values, prediction)
     done = 0
-    for done in range(1, iterations + 1):
+    while done < iterations:
+        done += 1
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
         improved = False

@@ -96,7 +96,7 @@ def screen(
         r = whiten(sim.y - prediction)
         a, b = normal_equations(sim, j, r)
         step = np.linalg.lstsq(a + 1e-6 * np.diag(np.diag(a) + 1e-9), b, rcond=1e-10)[0]
-        step = _inside(step, values, joined, len(around.theta))
+        step = _inside(np.asarray(step, np.float64), values, joined, len(around.theta))
         gain = around.cost - (0.5 * float(r @ r) - float(b @ step) + 0.5 * float(step @ a @ step))
         if gain > best[0]:
             best = (gain, start)

@@ -77,7 +77,7 @@ def stage_shares(stream: Stream) -> StageShares:
             out = out + residual
         return float(np.mean((stream.reference_n - out) ** 2))
 
-    values = {frozenset(): error2(frozenset())}
+    values: dict[frozenset[str], float] = {frozenset(): error2(frozenset())}
     n = len(STAGES)
     for mask in range(1, 2**n):
         subset = frozenset(s for i, s in enumerate(STAGES) if mask >> i & 1)
@@ -109,9 +109,11 @@ def _believed(stream: Stream) -> Theta:
 def _true(stream: Stream) -> Theta:
     found = segment_run(Run(stream.run_id, "act", stream.time_s, stream.input_n, stream.output_n))
     theta = found.theta
-    if any(theta[k] is None for k in ("gamma_p", "beta_p", "gamma_r", "beta_r")):
+    lines = [theta[k] for k in ("gamma_p", "beta_p", "gamma_r", "beta_r")]
+    known = [v for v in lines if v is not None]
+    if len(known) < len(lines):
         raise SstlError(f"propagation lines of the plant: {found.status}", where=f"run {stream.run_id!r}", code="E932")
-    return Theta(theta["gamma_p"], theta["beta_p"], theta["gamma_r"], theta["beta_r"])
+    return Theta(*known)
 
 
 def _loop_lag(stream: Stream, dt: float) -> float:

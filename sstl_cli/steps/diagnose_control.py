@@ -23,7 +23,8 @@ def streams(table: pa.Table) -> list[Stream]:
         arrays = [part[c].to_numpy(float) for c in columns]
         if np.isfinite(np.stack(arrays)).all():
             name = run_id if run_id.endswith(method) else f"{run_id} {method}"
-            out.append(Stream(name, *arrays, part["phase"].to_numpy(str)))
+            time, reference, command, t_in, t_out = arrays
+            out.append(Stream(name, time, reference, command, t_in, t_out, part["phase"].to_numpy(str)))
     return out
 
 

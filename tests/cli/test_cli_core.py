@@ -23,7 +23,7 @@ from sstl_cli.cli.render import Screen
 
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
 CONTRACT = (
-    "simulate import check info segment train evaluate compensate diagnose blind reproduce report effects export".split()
+    ["simulate", "import", "check", "info", "segment", "train", "evaluate", "compensate", "diagnose", "blind", "reproduce", "report", "effects", "export"]
 )
 
 

@@ -42,7 +42,7 @@ def sstl(*words, env=None, cwd=None):
     )
 
 
-NAMES = "simulate import check info segment train evaluate compensate diagnose blind reproduce report effects export plot".split()
+NAMES = ["simulate", "import", "check", "info", "segment", "train", "evaluate", "compensate", "diagnose", "blind", "reproduce", "report", "effects", "export", "plot"]
 
 
 @pytest.mark.parametrize("name", NAMES)

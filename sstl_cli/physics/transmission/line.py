@@ -47,7 +47,7 @@ def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, s
     factor_step = 2.0 * top * math.exp(2.0 * theta) / (FACTOR_NODES - 1)
     factor = np.ones(FACTOR_NODES)
     for f in law.factors:
-        factor = factor * f(np.arange(FACTOR_NODES) * factor_step)
+        factor = factor * f(np.asarray(np.arange(FACTOR_NODES) * factor_step, np.float64))
     breakaway = _breakaway(transition, len(phi))
     out = _march(
         drive.tension_n[knots],

@@ -56,7 +56,7 @@ def drive_of(
     """
     rate = np.gradient(tension_n, dt_s) if rate_n_s is None and len(tension_n) > 1 else rate_n_s
     path = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(tension_n)))))
-    time = np.arange(len(tension_n)) * dt_s
+    time = np.asarray(np.arange(len(tension_n)) * dt_s, np.float64)
     return Drive(
         system,
         location,
