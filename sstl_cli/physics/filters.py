@@ -30,6 +30,18 @@ def first_order(signal: Array, dt_s: float, tau_s: float, inverse_slew: float = 
     return _lag(np.ascontiguousarray(signal), gain, limit)
 
 
+def low_pass(signal: Array, dt_s: float, tau_s: float) -> Array:
+    """Return the response of a first-order low-pass to a signal that is straight between its samples, started at rest.
+
+    Exact for ramps at any sampling period: the output lags by ``tau_s``, which ``first_order`` misses by half a sample.
+    """
+    if tau_s <= 0.0:
+        return signal
+    decay = math.exp(-dt_s / tau_s)
+    mean = (1.0 - decay) * tau_s / dt_s
+    return _low_pass(np.ascontiguousarray(signal), decay, mean)
+
+
 def delayed(signal: Array, samples: float) -> Array:
     """Return the signal late by a fractional number of samples; the first value is held."""
     if samples == 0.0:
@@ -51,6 +63,17 @@ def _lag(signal: Array, gain: float, limit: float) -> Array:
     for k in range(signal.size):
         step = gain * (signal[k] - y)
         y += min(max(step, -limit), limit)
+        out[k] = y
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _low_pass(signal: Array, decay: float, mean: float) -> Array:
+    out = np.empty_like(signal)
+    y = signal[0]
+    out[0] = y
+    for k in range(1, signal.size):
+        y = decay * y + (mean - decay) * signal[k - 1] + (1.0 - mean) * signal[k]
         out[k] = y
     return out
 

@@ -21,7 +21,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     Raises
     ------
     SstlError
-        If the configuration gives propagation lines instead of theta, or the rig did not converge.
+        If the configuration gives propagation lines instead of theta, the rig refuses a value, or it did not converge.
     """
     from sstl_cli.steps.simulate import input_path, labels
 
@@ -29,18 +29,22 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     if c.theta is None:
         raise SstlError(f"configuration {c.id} gives no theta, which the rig needs", fix="set theta", code="E718")
     time, command = input_path(scenario, p, seed)
-    rig = scenario.rig
-    spec = RigSpec(
-        length_mm=rig.length_mm,
-        ea_n=rig.ea_n,
-        nodes=rig.nodes,
-        bend_arc_fraction=rig.arc_fraction,
-        bend_centres=dict(rig.bend_centres),
-        load_k1_n_per_mm=rig.load_n_per_mm,
-    )
-    noise = NoiseSpec(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
-    run = RigRun(p.system, c.theta, c.location, time, "tension", command)
-    result = simulate_rig(spec, run, {k: dict(v) for k, v in effects.items()}, noise, _seed(seed, p.run_id))
+    try:
+        rig = scenario.rig
+        spec = RigSpec(
+            length_mm=rig.length_mm,
+            ea_n=rig.ea_n,
+            nodes=rig.nodes,
+            bend_arc_fraction=rig.arc_fraction,
+            bend_centres=dict(rig.bend_centres),
+            load_k1_n_per_mm=rig.load_n_per_mm,
+        )
+        noise = NoiseSpec(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
+        run = RigRun(p.system, c.theta, c.location, time, "tension", command)
+        result = simulate_rig(spec, run, {k: dict(v) for k, v in effects.items()}, noise, _seed(seed, p.run_id))
+    except ValueError as error:
+        # the rig shares no code with the rest and so raises no error of ours
+        raise SstlError(str(error), where=f"run {p.run_id}", fix="change the scenario or the effect", code="E720") from error
     if result.unconverged > max(1, len(time) // 100_000):
         raise SstlError(
             f"{result.unconverged} of {len(time)} steps did not converge", where=f"run {p.run_id}", code="E719"

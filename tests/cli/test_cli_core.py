@@ -198,7 +198,8 @@ def test_precedence_reaches_a_real_command(tmp_path) -> None:
 )
 def test_variables_are_named_like_the_options(path, variable, monkeypatch, capsys) -> None:
     run_here(monkeypatch, *path, "--help")
-    assert variable in capsys.readouterr().out.split()[0:] or variable in "".join(capsys.readouterr().out.split())
+    # long names are broken over lines
+    assert f"[envvar:{variable}" in "".join(capsys.readouterr().out.split())
 
 
 def test_wrong_type_in_environment_is_a_usage_error() -> None:
@@ -326,6 +327,46 @@ def test_misspelt_column_reaches_the_user_with_its_neighbour(tmp_path, monkeypat
     pq.write_table(table.rename_columns(["tension_inn" if n == "tension_in_n" else n for n in table.column_names]), path)
     assert run_here(monkeypatch, "segment", path, "-o", tmp_path / "o.parquet") == 1
     assert "did you mean 'tension_inn'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("diagnose", "absent.parquet"), "not found"),
+        (("simulate", "--scenario", "defaut", "--out", "x.parquet"), "did you mean 'default'"),
+        (("simulate", "--effect", "puley_friction", "--out", "x.parquet"), "did you mean 'pulley_friction'"),
+        (("simulate", "--effect", "pulley_friction:m_p=9", "--out", "x.parquet"), "outside 0..0.25"),
+        (("simulate", "--effect", "slack", "--out", "x.parquet"), "position_in_mm"),
+        (("simulate", "--out", "no/such/folder/x.parquet"), "folder does not exist"),
+    ],
+)
+def test_errors_are_one_line_and_leave_nothing(words, says, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_here(monkeypatch, *words) == 1
+    err = capsys.readouterr().err
+    assert says in err and err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:
+    out = tmp_path / "x.parquet"
+    out.write_text("old")
+    assert run_here(monkeypatch, "simulate", "--scenario", "sample", "--out", out) == 1
+    assert "--force" in capsys.readouterr().err and out.read_text() == "old"
+
+
+def test_a_missed_gate_is_4(monkeypatch, capsys) -> None:
+    assert run_here(monkeypatch, "diagnose", SAMPLE, "--expect", "none", "--max-effects", "1") == 4
+    assert "gate missed: expected none" in capsys.readouterr().err
+
+
+def test_data_set_aside_is_3(tmp_path, monkeypatch, capsys) -> None:
+    table = pq.read_table(SAMPLE)
+    short = table.slice(0, 3)
+    path = tmp_path / "short.parquet"
+    pq.write_table(short, path)
+    assert run_here(monkeypatch, "segment", path, "-o", tmp_path / "t.parquet") == 3
+    assert "1 of 1 runs set aside" in capsys.readouterr().err
 
 
 # the renderer

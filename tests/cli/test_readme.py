@@ -1,4 +1,4 @@
-"""README's console blocks run as they stand, on the sample log."""
+"""The documents say what the program does: README's commands run as they stand, and every link leads somewhere."""
 
 from __future__ import annotations
 
@@ -10,107 +10,114 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
+from sstl_cli.core.runs import read_runs
+
 ROOT = Path(__file__).parents[2]
+SAMPLE = ROOT / "data/samples/log.parquet"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS = [
     line[2:]
-    for block in re.findall(r"```console\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    for block in re.findall(r"```console\n(.*?)```", README, re.S)
     for line in block.splitlines()
-    if line.startswith("$ sstl")
+    if line.startswith("$ ")
 ]
+LBF = 4.4482216152605
 
 
-def test_the_walk_through_runs(tmp_path):
-    shutil.copy(ROOT / "data/samples/log.parquet", tmp_path)
-    assert len(COMMANDS) >= 10
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder after every command of README ran in it, in order."""
+    folder = tmp_path_factory.mktemp("readme")
+    shutil.copy(SAMPLE, folder / "log.parquet")
+    (folder / "rig.toml").write_text(re.findall(r"```toml\n(.*?)```", README, re.S)[0])
+    for run in read_runs(SAMPLE):
+        if run.system == "act" and "trapezoid" in run.run_id:
+            columns = (run.time_s * 1000, run.tension_in_n / LBF, run.tension_out_n / LBF)
+            np.savetxt(folder / f"bend_{str(run.config_id)[-3:]}.txt", np.column_stack(columns), fmt="%.9g")
     for command in COMMANDS:
-        words = [sys.executable, "-m", "sstl_cli", *shlex.split(command)[1:]]
-        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{command}\n{done.stdout[-800:]}\n{done.stderr[-800:]}"
+        words = shlex.split(command, comments=True)
+        assert words[0] == "sstl", command
+        stated = re.search(r"# exit (\d)", command)
+        done = subprocess.run(
+            [sys.executable, "-m", "sstl_cli", *words[1:]],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "COLUMNS": "80"},
+        )
+        assert done.returncode == int(stated[1] if stated else 0), f"{command}\n{done.stdout[-800:]}\n{done.stderr}"
         assert "Traceback" not in done.stderr
+        if command == "sstl diagnose log.parquet --out diagnosis.json":
+            (folder / "screen.txt").write_text(done.stdout)
+    return folder
 
 
-def test_the_sample_is_small_and_made_as_stated():
-    assert (ROOT / "data/samples/log.parquet").stat().st_size < 1_000_000
+def test_the_walk_through_runs(walked: Path) -> None:
+    assert len(COMMANDS) >= 15
+    assert (walked / "report.html").read_text(encoding="utf-8").count("<section") >= 4
 
 
-def sstl(*words, env=None, cwd=None):
-    return subprocess.run(
-        [sys.executable, "-m", "sstl_cli", *map(str, words)], capture_output=True, text=True, check=False,
-        env={**os.environ, **(env or {})}, cwd=cwd,
-    )
+def test_the_shown_screen_is_the_real_one(walked: Path) -> None:
+    shown = re.findall(r"```text\n(.*?)```", README, re.S)[0]
+    assert (walked / "screen.txt").read_text().startswith(shown)
 
 
-NAMES = ["simulate", "import", "check", "info", "segment", "train", "evaluate", "compensate", "diagnose", "blind", "reproduce", "report", "effects", "export", "plot"]
+def test_the_imported_log_gives_the_theta_of_the_sample(walked: Path) -> None:
+    mine = pq.read_table(walked / "mine_theta.parquet").to_pylist()
+    direct = {r["config_id"]: r for r in pq.read_table(walked / "theta.parquet").to_pylist() if r["run_id"].endswith("trapezoid-act")}
+    assert [r["config_id"] for r in mine] == ["020", "080"]
+    for row in mine:
+        other = direct[f"CP-{row['config_id']}"]
+        assert row["gamma_p"] == pytest.approx(other["gamma_p"], rel=1e-4)
+        assert row["beta_p"] == pytest.approx(other["beta_p"], abs=1e-3)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_help_has_an_example(name):
-    done = sstl(name, "--help")
-    assert done.returncode == 0
-    assert "Example" in done.stdout or "Commands:" in done.stdout
+def test_the_log_exported_as_csv_comes_back(walked: Path) -> None:
+    for a, b in zip(read_runs(walked / "log.parquet"), read_runs(walked / "again.parquet"), strict=True):
+        assert (a.run_id, a.config_id, a.system) == (b.run_id, b.config_id, b.system)
+        np.testing.assert_array_equal(a.tension_out_n, b.tension_out_n)
 
 
-def test_help_imports_nothing_heavy():
-    code = "import sys; sys.argv=['sstl','--help']\nfrom sstl_cli.cli.app import main\ntry:\n main()\nexcept SystemExit: pass\nprint([m for m in ('numpy','pyarrow','torch','numba','pandas','scipy') if m in sys.modules], file=sys.stderr)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stderr.strip() == "[]"
+def test_every_command_is_in_the_table() -> None:
+    from sstl_cli.cli import app as program
+
+    program._register()
+    import typer
+
+    real = set(typer.main.get_command(program.app).commands)
+    listed = re.findall(r"^\| `([a-z]+)` \|", README, re.M)
+    assert sorted(listed) == sorted(real)
 
 
-def test_usage_errors_end_with_2():
-    assert sstl("nonsense").returncode == 2
-    assert sstl("simulate").returncode == 2
+def test_the_sample_is_small_and_was_made_as_stated() -> None:
+    import json
+
+    assert SAMPLE.stat().st_size < 1_000_000
+    made = json.loads(pq.read_schema(SAMPLE).metadata[b"sstl"])["command"].replace(" --force", "")
+    recipe = re.search(r"/sstl (simulate .*?--out log\.parquet)", (ROOT / "Makefile").read_text())
+    assert recipe is not None and made == f"sstl {recipe[1]}"
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (("diagnose", "absent.parquet"), "not found"),
-        (("simulate", "--scenario", "defaut", "--out", "x.parquet"), "did you mean 'default'"),
-        (("simulate", "--effect", "puley_friction", "--out", "x.parquet"), "did you mean 'pulley_friction'"),
-        (("simulate", "--effect", "pulley_friction:m_p=9", "--out", "x.parquet"), "outside 0..0.25"),
-        (("simulate", "--effect", "slack", "--out", "x.parquet"), "position_in_mm"),
-        (("simulate", "--out", "no/such/folder/x.parquet"), "folder does not exist"),
-    ],
-)
-def test_errors_are_one_line_and_leave_nothing(tmp_path, words, says):
-    done = sstl(*words, cwd=tmp_path)
-    assert done.returncode == 1
-    assert says in done.stderr and done.stderr.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
+def test_index_lists_every_document() -> None:
+    index = (ROOT / "docs/index.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| \[([\w-]+\.md)\]\(\1\)", index, re.M)
+    assert sorted(listed) == sorted(p.name for p in (ROOT / "docs").glob("*.md") if p.name != "index.md")
 
 
-def test_flag_beats_environment_beats_file_beats_default(tmp_path):
-    (tmp_path / "c.toml").write_text("[simulate]\nseed = 5\n")
-    def seed(*words, **env):
-        done = sstl("simulate", "--scenario", "sample", "--out", tmp_path / "x.parquet", "--force", "--json", *words, env=env)
-        assert done.returncode == 0, done.stderr
-        import json
-
-        return json.loads(done.stdout)["seed"]
-
-    config = ("--config", tmp_path / "c.toml")
-    assert seed() == 0
-    assert seed(*config) == 5
-    assert seed(*config, SSTL_SIMULATE_SEED="6") == 6
-    assert seed("--seed", "7", *config, SSTL_SIMULATE_SEED="6") == 7
-
-
-def test_same_seed_same_bytes(tmp_path):
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        assert sstl("simulate", "--scenario", "sample", "--seed", "3", "--out", "x.parquet", cwd=tmp_path / name).returncode == 0
-    assert (tmp_path / "a/x.parquet").read_bytes() == (tmp_path / "b/x.parquet").read_bytes()
-
-
-def test_an_existing_output_needs_force(tmp_path):
-    (tmp_path / "x.parquet").write_text("old")
-    done = sstl("simulate", "--scenario", "sample", "--out", "x.parquet", cwd=tmp_path)
-    assert done.returncode == 1 and "--force" in done.stderr
-    assert (tmp_path / "x.parquet").read_text() == "old"
-
-
-def test_gates_end_with_4(tmp_path):
-    log = ROOT / "data/samples/log.parquet"
-    assert sstl("diagnose", log, "--expect", "none", "--max-effects", "1").returncode == 4
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/index.md"])
+def test_what_documents_name_exists(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    files = set(re.findall(r"\b((?:docs|tests|sstl_cli|data)/[\w./-]*\w)", text))
+    # NAME and PART stand for any name
+    missing = [f for f in files if not (ROOT / f).exists() and not re.search("NAME|PART", f)]
+    for file, test in re.findall(r"(tests/[\w/.]+\.py)::(\w+)", text):
+        if f"def {test}(" not in (ROOT / file).read_text(encoding="utf-8"):
+            missing.append(test)
+    for target in re.findall(r"\bmake ([a-z-]+)`", text):
+        if not re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M):
+            missing.append(f"make {target}")
+    assert missing == []

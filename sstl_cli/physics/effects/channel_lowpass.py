@@ -1,11 +1,11 @@
 """An output channel behind a slow filter."""
 
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
-from sstl_cli.physics.filters import first_order
+from sstl_cli.physics.filters import low_pass
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return first_order(tension, run.dt_s, v[f"tau_{run.system}_s"])
+    return low_pass(tension, run.dt_s, v[f"tau_{run.system}_s"])
 
 
 EFFECT = Effect(

@@ -29,6 +29,8 @@ MAX_ITERATIONS = 40
 # a node changes between sticking and slipping only beyond this force: round-off must not make it chatter
 MODE_TOLERANCE_N = 1e-9
 FACTOR_NODES = 64
+# least compliance between two nodes, as a share of a pass
+LEAST_COMPLIANCE = 1e-4
 
 
 def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, scale: Array, start_n: float) -> Array:
@@ -96,6 +98,8 @@ def _nodes(
     half = 0.5 * share * m.tendon_mm_per_n
     gap = half.copy()
     gap[:-1] += half[1:]
+    # a bend that reaches the end of the tube leaves no tendon between two nodes, which the balance cannot have
+    gap = np.maximum(gap, LEAST_COMPLIANCE * m.tendon_mm_per_n)
     stretch = gap.copy()
     gap[-1] += m.load_mm_per_n
     return bend, law.constant_n * share, transition.drag_n_s_mm * share, gap, stretch, pulley

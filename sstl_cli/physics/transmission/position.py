@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.physics.effect import Drive, Law, Position
-from sstl_cli.physics.filters import first_order, play
+from sstl_cli.physics.filters import low_pass, play
 from sstl_cli.physics.transmission.model import Active
 from sstl_cli.physics.transmission.play import play_operator
 
@@ -15,7 +15,7 @@ ARC_STATIONS = 12
 # below this tension a line hangs loose (N)
 SLACK_N = 0.05
 # stretch of the load spring over which the play of its joint is passed, as half-width (mm)
-JOINT_MM = 1e-3
+JOINT_MM = 2e-3
 
 
 def predict_position(drive: Drive, theta: float, active: Active, tension_out: Array) -> Array:
@@ -39,7 +39,7 @@ def predict_position(drive: Drive, theta: float, active: Active, tension_out: Ar
         if position.creep_fraction > 0.0:
             # creep is a share of the tendon as built where no other is given
             compliance = position.creep_fraction * (position.tendon_mm_per_n or mechanics.tendon_mm_per_n)
-            x = x + compliance * first_order(mean, drive.dt_s, position.creep_s)
+            x = x + compliance * low_pass(mean, drive.dt_s, position.creep_s)
     if position.sheath_mm_per_n > 0.0:
         x = x + position.sheath_mm_per_n * drive.tension_n
     if position.gap_mm > 0.0:
