@@ -94,7 +94,10 @@ def test_locations_get_distinct_random_references_and_the_model_is_used(tmp_path
         rows += [theta_row(f"{place}a", place, "act", TABLE_II, location=place)]
         rows += [theta_row(f"{place}s", place, "sstl", SSTL_LINES, location=place)]
     theta = write_theta(tmp_path / "t.parquet", rows)
-    model = SimpleNamespace(predict=lambda x: x * 0 + [0.59, 1.70], outside=lambda x: np.ones(len(x), bool))
+    model = SimpleNamespace(
+        predict=lambda x: x * 0 + [0.59, 1.70], outside=lambda x: np.ones(len(x), bool), header=SimpleNamespace(tendons=()),
+        beta_act_of=lambda tendon: (-1.444, -1.043),
+    )
     monkeypatch.setattr(sstl_cli.mapping, "load_model", lambda path: model, raising=False)
     args = ["--theta", theta, "--model", tmp_path / "m.safetensors", "--reference", "random", "--dt", "0.02", "--json"]
     monkeypatch.setattr(sys, "argv", ["sstl", "compensate", *map(str, args)])
