@@ -190,7 +190,7 @@ def _least(residual: Any, effect_id: str) -> Array:
     low = np.array([p.low for p in get(effect_id).parameters])
     high = np.array([p.high for p in get(effect_id).parameters])
     start = low + 0.2 * (high - low)
-    found = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=1e-3, max_nfev=40)
+    found = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(low), 1e-3), max_nfev=40)
     return np.asarray(found.fun)
 
 
@@ -231,7 +231,8 @@ def page() -> str:
         "Friction that weakens with speed (`stribeck`, `stick_slip`) makes an elastic line jump; when it jumps depends on",
         "the number of nodes (30 a pass in the rig, 6 in the fast model), so only size and shape of the sawtooth agree.",
         "`presliding` spreads its break-away distances over different nodes in the two. `viscoelastic_creep` differs in how",
-        "far the creep has come at the first sample.",
+        "far the creep has come at the first sample, `load_spring` in the side of its joint on which a run starts.",
+        "`dwell_aging` is small here: what is left of it is the same few mN as elsewhere.",
         "",
     ]
     return "\n".join(lines)

@@ -30,7 +30,7 @@ def lines(effects, system, seen_input=False):
     out = observed_output(system, DT, PATH, true, active)
     # well inside both phases, where no law of the table has a kink
     pull = (TIME > 25) & (TIME < 49)
-    release = (TIME > 51) & (PATH < 0.8 * 40 * GP[n] / GR[n]) & (TIME < 89) & (PATH > 1.0)
+    release = (TIME > 51) & (0.8 * 40 * GP[n] / GR[n] > PATH) & (TIME < 89) & (PATH > 1.0)
     gp, bp = np.polyfit(PATH[pull], out[pull], 1)
     gr, br = np.polyfit(PATH[release], out[release], 1)
     return np.log(gp), np.log(gr), bp, br

@@ -30,7 +30,8 @@ DIFFERS = {
     ("viscoelastic_creep", "tau_s"): 0.05,
 }
 # what input noise of 10 mN does beyond the interval, as a share of the range: the smoothed input rounds corners, the
-# curvatures of the two sensors nearly cancel, and the sensor's play follows the noise; without noise all come back
+# curvatures of the two sensors nearly cancel, and the sensor's play follows the noise; without noise all come
+# back from the fast model exactly
 NOISE_SHARE = {
     ("dwell_aging", "b"): 0.2,
     ("dwell_aging", "t0_s"): 0.2,
