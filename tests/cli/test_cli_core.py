@@ -313,6 +313,8 @@ def test_effects_list_through_head() -> None:
 @pytest.mark.parametrize("command", ["check", "info", "segment"])
 @pytest.mark.parametrize("body", [b"", b"time,x\n0,1\n", b"PAR1" + b"\0" * 60])
 def test_files_that_are_no_tables(command, body, tmp_path, monkeypatch, capsys) -> None:
+    # a long folder would fold the message in its column
+    monkeypatch.setenv("COLUMNS", "300")
     path = tmp_path / "x.parquet"
     path.write_bytes(body)
     more = ["-o", tmp_path / "o.parquet"] if command == "segment" else []
