@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
+import signal
 import sys
 from typing import Any
 
@@ -100,6 +101,15 @@ def _root(
     ),
 ) -> None:
     pass
+
+
+def program() -> None:
+    """Run the program as a process of its own."""
+    try:
+        main()
+    finally:
+        # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def main() -> None:
