@@ -139,7 +139,14 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
     folds, index = make_folds(search.sim), blocks(search.sim)
     base = assess(search, search.base, folds, index)
     found = [assess(search, f, folds, index) for f in search.fits.values()]
-    found.sort(key=lambda c: (-c.score, c.ids))
+    return verdict(base, found, folds, noise_n, rules, search.sim.problem.unit_n)
+
+
+def verdict(
+    base: Candidate, found: Sequence[Candidate], folds: Folds, noise_n: float, rules: Rules, unit_n: float = 1.0
+) -> Decision:
+    """Return the verdict on assessed models; ``unit_n`` is only for the texts (N)."""
+    found = sorted(found, key=lambda c: (-c.score, c.ids))
     singles = [c for c in found if len(c.ids) == 1]
     winner = _grow(singles, found, base, rules, noise_n) if singles else None
     share = _explained(winner, base, noise_n) if winner else 0.0
@@ -147,7 +154,7 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
     if winner is None or small or not _matters(winner, base, rules, noise_n):
         leftover = _leftover(base.rms_n, noise_n)
         if leftover > max(rules.leftover_over_noise, 1.0) * noise_n:
-            why = f"{leftover:.3g} N beyond the noise is left, and no candidate explains it"
+            why = f"{leftover * unit_n:.3g} N beyond the noise is left, and no candidate explains it"
             return _decision("unknown", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
         why = "no candidate improves the held-out error by more than noise can"
         return _decision("none", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
@@ -156,7 +163,7 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
     if (left > rules.leftover_over_noise * noise_n and weak) or (left > 0.5 * noise_n and share < 0.6):
         why = (
             f"the best candidate, {' + '.join(winner.ids)}, explains {100 * share:.0f} % of the reducible error and leaves "
-            f"{left:.3g} N beyond the noise"
+            f"{left * unit_n:.3g} N beyond the noise"
         )
         return _decision("unknown", winner, (), 1.0, why, base, found, folds, noise_n, share, rules)
     rivals = tuple(

@@ -14,6 +14,7 @@ from sstl_cli.diagnosis.whitening import Whitener
 Array = NDArray[np.float64]
 THETA_LOW, THETA_HIGH = 0.01, 3.0
 MAX_ITERATIONS = 14
+START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
 TOLERANCE = 1e-4
 
 
@@ -61,6 +62,22 @@ def jacobian(sim: Simulator, theta: Array, free: Sequence[Free], values: Array, 
         moved[i] += h
         columns[:, 1 + i] = (sim.predict(theta, as_effects(free, moved)) - base) / h
     return columns
+
+
+def first_theta(sim: Simulator, nominal: Array) -> Array:
+    """Return for each configuration the start of theta that explains most: a fit that starts in an endless hold stays there.
+
+    Parameters
+    ----------
+    nominal : ndarray, shape (configurations,)
+    """
+    tries = [np.clip(nominal * f, THETA_LOW, THETA_HIGH) for f in START_FACTORS]
+    errors = []
+    for theta in tries:
+        r2 = sim.weight * (sim.y - sim.predict(theta, {})) ** 2
+        errors.append(np.bincount(sim.config, r2, len(nominal)))
+    best = np.argmin(np.array(errors), axis=0)
+    return np.array(tries)[best, np.arange(len(nominal))]
 
 
 def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:

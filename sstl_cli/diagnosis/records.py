@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.recorder import Faults, scan
 from sstl_cli.diagnosis.smoothing import block_mean, corner_preserving
 from sstl_cli.physics.transmission import play_operator
@@ -32,7 +33,7 @@ class Record:
     """One run made ready; tensions in N.
 
     Simulation runs at the rate of ``u`` (smoothed measured input), ``y_smooth`` and ``rate``, shape
-    (n * factor,); residuals live at the analysis rate of ``y`` (measured output) and ``weight`` (0
+    (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured output) and ``weight`` (0
     where the record says nothing), shape (n,). ``raw`` is the run on its own grid.
     """
 
@@ -57,6 +58,7 @@ class Record:
     y_fine: Array
     weight_fine: Array
     smooth_half: int
+    slip: Array | None = None
 
     def __len__(self) -> int:
         return len(self.y)
@@ -64,12 +66,16 @@ class Record:
 
 @dataclass(frozen=True)
 class Problem:
-    """All records of a diagnosis, with the configurations that share a theta and the runs set aside."""
+    """All records of a diagnosis, with the configurations that share a theta and the runs set aside.
+
+    ``unit_n`` is what one N of the records is in the recording (see scaling).
+    """
 
     records: tuple[Record, ...]
     configs: tuple[str, ...]
     set_aside: dict[str, str]
     analysis_hz: float
+    unit_n: float = 1.0
 
     @property
     def systems(self) -> tuple[str, ...]:
@@ -80,7 +86,7 @@ class Problem:
         return sum(len(r) for r in self.records)
 
 
-def prepare(runs: Sequence[Run]) -> Problem:
+def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
     """Return the problem that a set of runs poses.
 
     Raises
@@ -105,7 +111,7 @@ def prepare(runs: Sequence[Run]) -> Problem:
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
     configs = tuple(sorted(set(keys)))
     records = tuple(_record(*item, configs.index(key)) for item, key in zip(usable, keys, strict=True))
-    return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records))
+    return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records), unit_n)
 
 
 def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
@@ -166,6 +172,10 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         raw_weight[: len(unknown)][unknown] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
     weight = (block_mean(raw_weight, thin * factor)[: n // factor] > 0.5).astype(float)
+    slip = slip_of(run, thin, n)
+    if slip is not None:
+        # while the motion turns, friction can have any value between its two lines
+        weight[np.abs(block_mean(slip, factor)) < 1.0] = 0.0
     y = block_mean(fine_out, factor)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
@@ -190,6 +200,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         fine_out,
         (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
         half,
+        slip,
     )
 
 
@@ -254,4 +265,4 @@ def representatives(problem: Problem) -> Problem:
     records = [r for r in problem.records if (r.config, r.trajectory) in keep]
     used = sorted({r.config for r in records})
     renumbered = tuple(replace(r, config=used.index(r.config)) for r in records)
-    return Problem(renumbered, tuple(problem.configs[c] for c in used), {}, problem.analysis_hz)
+    return replace(problem, records=renumbered, configs=tuple(problem.configs[c] for c in used), set_aside={})

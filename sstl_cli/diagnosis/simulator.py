@@ -70,7 +70,7 @@ class Simulator:
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])
 
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
-        return drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate)
+        return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip)
 
     def with_inputs(self, inputs: list[Array]) -> Simulator:
         """Return a simulator of the same records with other input tensions (N)."""

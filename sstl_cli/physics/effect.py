@@ -101,6 +101,7 @@ class Drive:
     """What drives one run: equally spaced time (s), true input tension (N) and its derivatives.
 
     ``knots`` are the samples at which an elastic line is marched: a coarser grid and all turning points.
+    ``slip`` is the direction of slip (1 pulling, -1 releasing, 0 unknown) where a recorded motion sets it.
     """
 
     system: str
@@ -112,6 +113,7 @@ class Drive:
     path_n: Array
     mechanics: Mechanics
     knots: NDArray[np.int64]
+    slip: Array | None = None
 
     @property
     def passes(self) -> int:

@@ -10,17 +10,17 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, downstream, faults, following, search, sentence, shrink, where
-from sstl_cli.diagnosis.decide import Candidate, Decision, Rules, decide, jumps_instead
-from sstl_cli.diagnosis.fit import fit
-from sstl_cli.diagnosis.noise import Floor, noise_floor
+from sstl_cli.diagnosis import channels, downstream, faults, gains, scaling, search, sentence
+from sstl_cli.diagnosis.decide import Decision, Rules, decide, jumps_instead
+from sstl_cli.diagnosis.fit import first_theta, fit
+from sstl_cli.diagnosis.noise import noise_floor
 from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import identity
+from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
-
-SCHEMA = "sstl.diagnosis/1"
+from sstl_cli.steps.diagnose_document import document
 
 
 @dataclass(frozen=True)
@@ -90,15 +90,45 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
     SstlError
         If no run can be used.
     """
-    problem = prepare(runs)
+    unit_n = scaling.unit_of(runs)
+    runs = scaling.scaled(runs, unit_n)
+    problem = prepare(runs, unit_n)
+    wrong = gains.wrong_scales(problem) if _is_candidate("gain_error", options) else []
+    if wrong:
+        problem = prepare(gains.corrected(runs, wrong), unit_n)
+    result = _diagnose(problem, options, advance)
+    _add_wrong_scale(result.body, wrong)
+    result.body.update(scaling.restore(result.body, unit_n))
+    if unit_n == 1.0:
+        _add_downstream(result)
+    else:
+        result.body["notes"].append(f"fitted in units of {unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
+    result.body["sentence"] = sentence.sentence(result.body)
+    return result
+
+
+def _is_candidate(effect_id: str, options: DiagnoseOptions) -> bool:
+    present = options.sim.effects if options.sim is not None else {}
+    return effect_id in candidates(options, list(present))
+
+
+def _diagnose(problem: Problem, options: DiagnoseOptions, advance: Callable[[float], None]) -> Diagnosis:
     scenario = options.sim or Scenario()
+    fixed = {
+        e: scaling.values(v, {p.name: p.unit for p in get(e).parameters}, problem.unit_n)
+        for e, v in scenario.effects.items()
+    }
     ids = candidates(options, list(scenario.effects))
     fitted = [i for i in ids if get(i).fitted and get(i).channel == "out"]
-    sim = Simulator(problem, scenario.rig.mechanics(), scenario.effects)
+    by_motion = any(r.slip is not None for r in problem.records)
+    if by_motion:
+        # which element slips next is known only where a tension drives the line
+        fitted = [i for i in fitted if get(i).stage != TRANSITION]
+    sim = Simulator(problem, scenario.rig.mechanics(), fixed)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
-    first = fit(sim, identity(sim.slices(), sim.weight), (), (), nominal, np.zeros(0))
+    first = fit(sim, identity(sim.slices(), sim.weight), (), (), first_theta(sim, nominal), np.zeros(0))
     floor = noise_floor(sim, first.theta, first.prediction)
-    sim = Simulator(problem, scenario.rig.mechanics(), scenario.effects, floor.push_n)
+    sim = Simulator(problem, scenario.rig.mechanics(), fixed, floor.push_n)
     found = search.run(
         sim,
         fitted,
@@ -116,14 +146,52 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
     if not _propagates(problem, floor.output_n):
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         decision = replace(decision, status="unknown", winner=None, group=(), confidence=1.0, why=why)
-    body = _document(problem, found, decision, recorder, options, nominal, floor, scenario)
+    body = document(problem, found, decision, recorder, nominal, floor, scenario)
+    if by_motion:
+        body["notes"].append("driven by the recorded motion: its direction sets the sign of friction, reversals are left out")
     beside = channels.loop_gap(problem.records) if "tension_loop_lag" in ids else None
     if beside is None and options.position:
         beside = channels.position_gap(sim, found.base, ids)
     _add_channel(body, beside)
-    result = Diagnosis(problem, found, decision, recorder, options, body)
-    _add_downstream(result)
-    return result
+    return Diagnosis(problem, found, decision, recorder, options, body)
+
+
+def _add_wrong_scale(body: dict[str, Any], wrong: Sequence[gains.WrongScale]) -> None:
+    """Put a sensor's wrong scale in front: everything else was judged after the output had been divided by it."""
+    if not wrong:
+        return
+    gap, rest = body["gap"], body["verdict"]
+    for scale in wrong:
+        body["candidates"].insert(0, _scale_row(scale))
+    said = ", ".join(f"{s.system} output {s.gain:.3g} times what any friction could make of its input" for s in wrong)
+    after = "" if rest["status"] == "none" else f"; once it is put right: {rest['why']}"
+    gap.update(
+        rmse_base_n=max(s.rmse_n for s in wrong), rmse_retuned_n=max(s.rmse_n for s in wrong),
+        rmse_with_effect_n=max(s.rmse_with_n for s in wrong),
+    )
+    gap["noise_floor_n"] = min(gap["noise_floor_n"] * max(s.gain for s in wrong), gap["rmse_with_effect_n"])
+    reducible = gap["rmse_retuned_n"] - gap["noise_floor_n"]
+    gap["explained_of_reducible_pct"] = 100.0 * (gap["rmse_retuned_n"] - gap["rmse_with_effect_n"]) / max(reducible, 1e-12)
+    gap["shrink_pct"] = 100.0 * (1.0 - gap["rmse_with_effect_n"] / gap["rmse_retuned_n"])
+    gap["shrink_ci95_pct"] = [gap["shrink_pct"]] * 2
+    gap["held_out"] = False
+    body["verdict"] = {
+        "status": "identified", "effects": ["gain_error"], "confidence": 0.95, "ambiguity_group": ["gain_error"],
+        "why": f"{said}: the scale of a sensor is wrong{after}",
+    }
+    body["notes"].append(body["verdict"]["why"])
+
+
+def _scale_row(scale: gains.WrongScale) -> dict[str, Any]:
+    return {
+        "id": "gain_error", "probability": 0.95, "rmse_held_out_n": scale.rmse_with_n,
+        "shrink_pct": 100.0 * (1.0 - scale.rmse_with_n / scale.rmse_n), "score": None,
+        "parameters": [
+            {"name": f"g_{scale.system}", "effect": "gain_error", "unit": "1", "estimate": scale.gain,
+             "ci95": [scale.gain, scale.gain], "at_bound": True, "identifiability": "identifiable"}
+        ],
+        "identifiability": "identifiable",
+    }
 
 
 def _add_channel(body: dict[str, Any], gap: channels.ChannelGap | None) -> None:
@@ -162,7 +230,6 @@ def _add_channel(body: dict[str, Any], gap: channels.ChannelGap | None) -> None:
             "identifiability": "identifiable",
         },
     )
-    body["sentence"] = sentence.sentence(body)
 
 
 def _add_downstream(result: Diagnosis) -> None:
@@ -192,283 +259,3 @@ def _propagates(problem: Problem, noise_n: float) -> bool:
     return max(spans, default=0.0) > 8.0 * noise_n
 
 
-def _document(
-    problem: Problem,
-    found: search.Search,
-    d: Decision,
-    recorder: list[faults.RecorderEffect],
-    options: DiagnoseOptions,
-    nominal: np.ndarray,
-    noise: Floor,
-    scenario: Scenario,
-) -> dict[str, Any]:
-    sim, base, winner = found.sim, d.base, d.winner
-    weight = max(float(sim.weight.sum()), 1.0)
-    as_given = float(np.sqrt(np.sum(sim.weight * (sim.y - sim.predict(nominal, {})) ** 2) / weight))
-    fine_n = float(np.sqrt(max(noise.fine_n**2 - noise.output_n**2, 0.0)))
-
-    def full_rate(rms: float) -> float:
-        return float(np.hypot(rms, fine_n))
-
-    named = winner is not None and d.status in ("identified", "ambiguous")
-    effects = _by_size(found, winner) if named and winner is not None else []
-    status, why, confidence = d.status, d.why, d.confidence
-    group = [e for ids in d.group for e in ids] if named else []
-    if recorder:
-        status, why, confidence, effects, group = _with_recorder(recorder, d, effects, group, base, sim)
-    accepted = winner if winner is not None and named and any(e in winner.ids for e in effects) else None
-    floor = min(d.noise_n, (accepted or base).rms_n)
-    interval = shrink.shrinkage(found, base, accepted or base, fine_n)
-    code = where.phases(sim, (accepted or base).fit.prediction)
-    retuned, with_effect = full_rate(base.rms_n), full_rate((accepted or base).rms_n)
-    if recorder and effects and effects[0] in {r.id for r in recorder}:
-        retuned, with_effect, interval = _recorder_gap(problem, sim, found, recorder, with_effect)
-    reducible = retuned - full_rate(floor)
-    document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "verdict": {
-            "status": status,
-            "effects": effects,
-            "confidence": confidence,
-            "ambiguity_group": list(dict.fromkeys([*effects, *group])),
-            "why": why,
-        },
-        "gap": {
-            "rmse_base_n": max(full_rate(as_given), retuned),
-            "rmse_retuned_n": retuned,
-            "rmse_with_effect_n": with_effect,
-            "noise_floor_n": full_rate(floor),
-            "shrink_pct": interval.estimate,
-            "shrink_ci95_pct": [interval.low, interval.high],
-            "explained_of_reducible_pct": float(np.clip(100.0 * (retuned - with_effect) / reducible, 0, 100))
-            if reducible > 1e-12
-            else 0.0,
-            "held_out": d.folds.honest,
-            "held_out_kind": d.folds.kind,
-            "worse_regions": shrink.worse_regions(found, base, accepted, code) if accepted else [],
-            "parameters_stable": shrink.stable(found, d) if accepted else True,
-        },
-        "where": where.shares(sim, base.raw, code),
-        "where_bands": where.bands(sim, base.raw),
-        "candidates": _candidates(found, d, base, fine_n, recorder),
-        "next_experiment": None,
-        "base_score": base.score,
-        "analysis": {
-            "rate_hz": problem.analysis_hz,
-            "samples": sum(len(r.raw) for r in problem.records),
-            "runs": len(problem.records),
-            "set_aside": problem.set_aside,
-            "theta": dict(zip(problem.configs, found.base.theta.tolist(), strict=True)),
-        },
-        "baselines": _baselines(found, d),
-        "notes": _notes(problem, d),
-    }
-    ids, cosine = following.isolability(found)
-    document["isolability"] = {"ids": ids, "cosine": cosine}
-    document["loops"] = _loops(sim, found, accepted)
-    _add_next(document, found, d, scenario)
-    document["sentence"] = sentence.sentence(document)
-    return document
-
-
-def _by_size(found: search.Search, winner: Candidate) -> list[str]:
-    """Return the winner's effects, the one whose removal costs most first."""
-    if len(winner.ids) == 1:
-        return list(winner.ids)
-    fit = winner.fit
-
-    def loss(effect_id: str) -> float:
-        without = {k: v for k, v in fit.effects.items() if k != effect_id}
-        return float(np.sum((fit.prediction - found.sim.predict(fit.theta, without)) ** 2))
-
-    return sorted(winner.ids, key=lambda e: -loss(e))
-
-
-def _with_recorder(
-    recorder: list[faults.RecorderEffect],
-    d: Decision,
-    effects: list[str],
-    group: list[str],
-    base: Candidate,
-    sim: Simulator,
-) -> tuple[str, str, float, list[str], list[str]]:
-    """Merge recorder faults into the verdict: found on raw samples, they come before any fitted effect."""
-    ids = [r.id for r in recorder]
-    why = "; ".join(f"{r.id} carries {100 * r.share:.0f} % of the squared error beyond the noise" for r in recorder)
-    rounding = [r for r in recorder if r.id == "quantisation"]
-    if rounding and effects:
-        removed = base.rms_n**2 - (d.winner.rms_n**2 if d.winner else base.rms_n**2)
-        # rounding errors are no noise: what a fitted effect takes out of them is not its own
-        if removed * sim.weight.sum() < 2.0 * rounding[0].removed_n2 / max(1.0, rounding[0].removed_n2):
-            effects, group = [], []
-    if d.status in ("none", "unknown") or not effects:
-        strong = sum(r.share for r in recorder) > 0.5
-        return ("identified" if strong else "unknown"), why, (0.95 if strong else 0.5), ids, []
-    if max(r.share for r in recorder) > 0.8:
-        return "identified", why, 0.95, ids, []
-    return d.status, f"{why}; {d.why}", d.confidence, [*ids, *effects], group
-
-
-def _recorder_gap(
-    problem: Problem, sim: Simulator, found: search.Search, recorder: list[faults.RecorderEffect], with_effect: float
-) -> tuple[float, float, shrink.Interval]:
-    """Return errors before and after the faulty samples are taken out, and their shrinkage."""
-    before, after = [], []
-    for r, prediction in zip(problem.records, sim.predict_fine(found.base.theta, {}), strict=True):
-        thin = max(1, len(r.raw) // max(len(prediction), 1))
-        expected = np.repeat(prediction, thin)
-        error2 = (r.raw.tension_out_n[: len(expected)] - expected) ** 2
-        keep = r.raw_weight[: len(expected)] > 0
-        before.append(error2)
-        after.append(error2[keep])
-    raw = float(np.sqrt(np.mean(np.concatenate(before))))
-    clean = float(np.sqrt(np.mean(np.concatenate(after)))) if any(len(a) for a in after) else raw
-    if {r.id for r in recorder} == {"quantisation"}:
-        removed = sum(r.removed_n2 for r in recorder) / max(sum(len(b) for b in before), 1)
-        clean = float(np.sqrt(max(raw**2 - removed, (0.1 * raw) ** 2)))
-    percent = 100.0 * (1.0 - min(clean, with_effect if with_effect > 0 else clean) / raw) if raw > 0 else 0.0
-    ratios = np.array(
-        [np.sqrt(a.mean() / b.mean()) for a, b in zip(after, before, strict=True) if len(a) and b.mean() > 0]
-    )
-    spread = 196.0 * float(ratios.std()) / np.sqrt(max(len(ratios), 1)) if len(ratios) > 1 else 5.0
-    return raw, min(clean, raw), shrink.Interval(percent, percent - spread, min(percent + spread, 100.0))
-
-
-def _candidates(
-    found: search.Search, d: Decision, base: Candidate, fine_n: float, recorder: list[faults.RecorderEffect]
-) -> list[dict[str, Any]]:
-    rows = []
-    shown = {c.ids for c in d.candidates if len(c.ids) == 1} | ({d.winner.ids} if d.winner else set())
-    for c in d.candidates:
-        if c.ids not in shown:
-            continue
-        intervals = shrink.parameter_intervals(found, c)
-        labels = [shrink.identifiability(c, i, x) for i, x in enumerate(intervals)]
-        strengths = [s for s, f in zip(labels, c.fit.free, strict=True) if not f.parameter.shape]
-        rows.append(
-            {
-                "id": "+".join(c.ids),
-                "probability": d.probability.get(c.ids, 0.0),
-                "rmse_held_out_n": float(np.hypot(c.rms_n, fine_n)),
-                "shrink_pct": shrink.shrinkage(found, base, c, fine_n).estimate,
-                "score": c.score,
-                "parameters": [
-                    {
-                        "name": f.parameter.name,
-                        "effect": f.effect.id,
-                        "unit": f.parameter.unit,
-                        "estimate": x.estimate,
-                        "ci95": [x.low, x.high],
-                        "at_bound": c.fit.at_bound(i),
-                        "identifiability": labels[i],
-                    }
-                    for i, (f, x) in enumerate(zip(c.fit.free, intervals, strict=True))
-                ],
-                "identifiability": "identifiable"
-                if "identifiable" in strengths
-                else ("weak" if "weak" in strengths else "not_identifiable"),
-            }
-        )
-    for r in recorder:
-        rows.insert(
-            0,
-            {
-                "id": r.id,
-                "probability": r.share,
-                "rmse_held_out_n": None,
-                "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))),
-                "score": None,
-                "parameters": [
-                    {
-                        "name": k,
-                        "effect": r.id,
-                        "unit": get(r.id).parameter(k).unit,
-                        "estimate": v,
-                        "ci95": [v, v],
-                        "at_bound": False,
-                        "identifiability": "identifiable",
-                    }
-                    for k, v in r.parameters.items()
-                ],
-                "identifiability": "identifiable",
-            },
-        )
-    return sorted(rows, key=lambda row: -float(row["probability"]))
-
-
-def _baselines(found: search.Search, d: Decision) -> dict[str, Any]:
-    """Return what simpler rules would have answered, for comparison in the blind check."""
-    singles = [c for c in d.candidates if len(c.ids) == 1]
-    if not singles:
-        return {"smallest_rmse": None, "iid_bic": None}
-    w = found.sim.weight
-    n = max(float(w.sum()), 2.0)
-
-    def bic(residual: np.ndarray, k: int) -> float:
-        return n * float(np.log(np.sum(w * residual**2) / n)) + k * float(np.log(n))
-
-    scores = {c.ids[0]: bic(c.fit.residual, len(c.fit.free)) for c in singles}
-    best = min(scores, key=lambda k: scores[k])
-    return {
-        "smallest_rmse": min(singles, key=lambda c: c.rms_n).ids[0],
-        "iid_bic": best if scores[best] < bic(d.base.fit.residual, 0) else None,
-    }
-
-
-def _notes(problem: Problem, d: Decision) -> list[str]:
-    notes = []
-    if not d.folds.honest:
-        notes.append(f"held out: {d.folds.kind}; repeats of one excitation protect little against a wrong name")
-    if len(problem.configs) == 1:
-        notes.append("one configuration: offsets, constant and terminal friction cannot be told apart by their spread")
-    if len(problem.systems) == 1:
-        notes.append(f"only {problem.systems[0]} was recorded: effects of the other system cannot show")
-    if problem.set_aside:
-        notes.append(f"{len(problem.set_aside)} runs set aside")
-    return notes
-
-
-def _loops(sim: Simulator, found: search.Search, accepted: Candidate | None) -> list[dict[str, Any]]:
-    """Return a few measured loops with the simulated ones before and after, thinned for drawing."""
-    loops = []
-    seen: set[str] = set()
-    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
-        if r.system in seen:
-            continue
-        seen.add(r.system)
-        step = max(1, len(r) // 600)
-        u = r.u.reshape(-1, r.factor).mean(axis=1)
-        loops.append(
-            {
-                "run_id": r.run_id,
-                "system": r.system,
-                "tension_in_n": u[::step],
-                "measured_n": r.y[::step],
-                "base_n": found.base.prediction[s][::step],
-                "with_effect_n": (accepted.fit if accepted else found.base).prediction[s][::step],
-            }
-        )
-    return loops
-
-
-def _add_next(document: dict[str, Any], found: search.Search, d: Decision, scenario: Scenario) -> None:
-    """Propose the movement that separates the winner from its nearest rival (or the two leading candidates)."""
-    singles = [c.ids for c in d.candidates if len(c.ids) == 1]
-    first = d.winner.ids if d.winner is not None else (singles[0] if singles else ())
-    rivals = [g for g in d.group if g != first] or [i for i in singles if i != first and not set(i) & set(first)]
-    if not first or not rivals:
-        return
-    experiment = following.best_experiment(found, first, rivals[0], scenario.rig.mechanics())
-    if experiment is None:
-        return
-    document["next_experiment"] = {
-        "separates": list(experiment.separates),
-        "trajectory": experiment.trajectory.name,
-        "why": (
-            f"refitted, the two differ by {experiment.distance_n:.3g} N RMS on it, "
-            f"by {experiment.here_n:.3g} N on this data"
-        ),
-        "scenario": following.scenario_of(found, experiment.trajectory).model_dump(
-            mode="json", by_alias=True, exclude_defaults=False
-        ),
-    }

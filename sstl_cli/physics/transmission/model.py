@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Sampling, Transition, Values
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.transmission.envelope import envelope
@@ -86,21 +87,29 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
     transition = Transition()
     for effect, values in active.of_hook("transition"):
         effect.transition(transition, values, drive)  # type: ignore[misc]
-    if transition == Transition() and law == Law():
+    if transition == Transition() and law == Law() and drive.slip is None:
         n = drive.passes
         return play_operator(drive.tension_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, start_n)
     scale = ONE
     for friction in law.friction_scale:
         scale = scale * friction(drive)
     if transition != Transition():
+        if drive.slip is not None:
+            raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
         start = 0.5 * float(drive.tension_n[0]) if np.isnan(start_n) else start_n
         return elastic_line(drive, theta, law, transition, scale, start)
     low, high = float(scale.min()), float(scale.max())
     top = float(drive.tension_n.max(initial=1.0))
     lines = envelope(law, theta, drive.system, drive.location, drive.mechanics, top, (low, high))
-    return bounded_play(
-        drive.tension_n, lines.pull, lines.release, lines.tension_step_n, scale, lines.scale0, lines.scale_step, start_n
-    )
+
+    def between(pull: Array, release: Array) -> Array:
+        return bounded_play(
+            drive.tension_n, pull, release, lines.tension_step_n, scale, lines.scale0, lines.scale_step, start_n
+        )
+
+    if drive.slip is None:
+        return between(lines.pull, lines.release)
+    return np.where(drive.slip > 0.0, between(lines.pull, lines.pull), between(lines.release, lines.release))
 
 
 def knots(tension_n: Array, dt_s: float) -> NDArray[np.int64]:

@@ -1,0 +1,72 @@
+"""Tensions far from those of the catalogue's ranges, brought there for the fit and back for the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.core.runs import Run
+
+# the ranges of the catalogue are for 5-30 N (EFFECTS: 2 m, 0.45 mm steel tendon)
+TARGET_N = 20.0
+LOW_N, HIGH_N = 3.0, 60.0
+POWERS = {"N": 1, "N s/mm": 1, "1/N": -1, "mm/N": -1, "1/kN": -1, "s/N": -1}
+
+
+def unit_of(runs: Sequence[Run]) -> float:
+    """Return how many N of the recording are one N of the fit: 1 within 3-60 N, else a round number."""
+    tops = [np.nanpercentile(np.abs(r.tension_in_n), 99.0) for r in runs if np.isfinite(r.tension_in_n).any()]
+    top = float(max(tops, default=TARGET_N))
+    if LOW_N <= top <= HIGH_N or top == 0.0:
+        return 1.0
+    return float(f"{top / TARGET_N:.2g}")
+
+
+def scaled(runs: Sequence[Run], unit_n: float) -> list[Run]:
+    """Return runs with their tensions in units of ``unit_n`` (N)."""
+    if unit_n == 1.0:
+        return list(runs)
+    return [
+        replace(
+            r,
+            tension_in_n=r.tension_in_n / unit_n,
+            tension_out_n=r.tension_out_n / unit_n,
+            tension_ref_n=None if r.tension_ref_n is None else r.tension_ref_n / unit_n,
+        )
+        for r in runs
+    ]
+
+
+def parameter(value: float, unit: str, unit_n: float) -> float:
+    """Return a parameter of the scaled fit in the units of the recording."""
+    return value * unit_n ** POWERS.get(unit, 0)
+
+
+def values(effect: Mapping[str, float], units: Mapping[str, str], unit_n: float) -> dict[str, float]:
+    """Return an effect's parameters, given in the units of the recording, in those of the scaled fit."""
+    return {name: value / unit_n ** POWERS.get(units[name], 0) for name, value in effect.items()}
+
+
+def restore(document: Any, unit_n: float) -> Any:
+    """Return a diagnosis with every tension in N again: keys that end in ``_n``, and parameters by their unit."""
+    if unit_n == 1.0:
+        return document
+    if isinstance(document, list):
+        return [restore(item, unit_n) for item in document]
+    if not isinstance(document, dict):
+        return document
+    if {"name", "unit", "estimate", "ci95"} <= document.keys():
+        power = unit_n ** POWERS.get(document["unit"], 0)
+        return {
+            **document,
+            "estimate": document["estimate"] * power,
+            "ci95": [None if v is None else v * power for v in document["ci95"]],
+        }
+    found = {}
+    for key, item in document.items():
+        number = isinstance(item, int | float | np.ndarray) and not isinstance(item, bool)
+        found[key] = item * unit_n if key.endswith("_n") and number else restore(item, unit_n)
+    return found
