@@ -20,7 +20,7 @@ from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASI
 from sstl_cli.steps import batch as step
 
 # the subcommand sees the process's arguments and streams, of which there is one set
-_ONE_AT_A_TIME = threading.Lock()
+_ONE_AT_A_TIME = threading.RLock()
 _STATES = {EXIT_DONE: "done", EXIT_SET_ASIDE: "set aside", EXIT_GATE: "gate"}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
 
@@ -32,22 +32,29 @@ class TableWriter:
         self._path, self._force = Path(path), force
 
     def __enter__(self) -> TableWriter:
-        temporary = self._stack.enter_context(atomic(self._path, self._force))
+        self._stack.enter_context(self._opening())
+        return self
+
+    @contextmanager
+    def _opening(self) -> Iterator[None]:
+        """Hold the output open; what goes wrong while opening it goes through the same doors as later errors."""
+        with atomic(self._path, self._force) as temporary:
+            with self._open(temporary) as self._writer:
+                yield
+
+    def _open(self, temporary: Path) -> pq.ParquetWriter:
         floats = [f.name for f in self.schema if pa.types.is_floating(f.type)]
         labels = [f.name for f in self.schema if not pa.types.is_floating(f.type)]
-        self._writer = self._stack.enter_context(
-            # measured tensions hardly repeat: a dictionary only costs time and space there
-            pq.ParquetWriter(
-                temporary,
-                self.schema,
-                compression="zstd",
-                compression_level=1,
-                use_dictionary=labels,
-                use_byte_stream_split=floats,
-                write_statistics=labels or False,
-            )
+        # measured tensions hardly repeat: a dictionary only costs time and space there
+        return pq.ParquetWriter(
+            temporary,
+            self.schema,
+            compression="zstd",
+            compression_level=1,
+            use_dictionary=labels,
+            use_byte_stream_split=floats,
+            write_statistics=labels or False,
         )
-        return self
 
     def write(self, table: pa.Table) -> None:
         """Append a table whose columns are those of the schema."""

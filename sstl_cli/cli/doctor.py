@@ -1,0 +1,54 @@
+"""``sstl doctor``: what is installed, and whether it works."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from sstl_cli.cli.options import Config, Json
+from sstl_cli.cli.render import Screen
+
+EPILOG = "Example: sstl doctor --json > doctor.json"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("doctor", epilog=EPILOG)(doctor)
+
+
+def doctor(as_json: Json = False, config: Config = None) -> None:
+    """Print versions, cores, caches and extras, and run a self-test of a few seconds (exit 1 if it fails)."""
+    from dataclasses import asdict
+
+    from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED
+    from sstl_cli.steps import doctor as step
+
+    screen = Screen(as_json)
+    facts, probes = step.run(_cache_folders())
+    screen.line(f"sstl {facts['sstl']}, Python {facts['python']}, {facts['system']}")
+    screen.line(f"{facts['cores_usable']} of {facts['cores']} cores usable")
+    screen.line(", ".join(f"{name} {version or 'missing'}" for name, version in facts["packages"].items()))
+    for name, present in facts["extras"].items():
+        screen.line(f"extra {name}: {'present' if present else f'absent (pip install sstl-cli[{name}])'}")
+    for probe in probes:
+        screen.line(f"{'good' if probe.ok else 'BAD '} {probe.name}: {probe.detail}")
+        if not probe.ok:
+            screen.note(f"{probe.name}: {probe.fix}")
+    good = all(p.ok for p in probes)
+    document = {"schema": "sstl.doctor/1", "ok": good, **facts, "probes": [asdict(p) for p in probes]}
+    screen.finish(document, EXIT_DONE if good else EXIT_FAILED)
+
+
+def _cache_folders() -> list[Path]:
+    """Return where numba keeps compiled functions: beside the modules, or in NUMBA_CACHE_DIR."""
+    import os
+
+    import sstl_cli
+
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        return [Path(given)]
+    beside = Path(sstl_cli.__file__).parent / "identification"
+    kept = beside / "__pycache__"
+    return [kept if kept.is_dir() else beside]

@@ -1,0 +1,112 @@
+"""What this installation is made of, and a self-test that plants known lines and finds them again."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import os
+import platform
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sstl_cli import __version__
+from sstl_cli.core.config import parse
+from sstl_cli.core.tables import PARAMETERS
+from sstl_cli.identification import SegmentOptions
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps import segment, simulate
+
+PACKAGES = (
+    "numpy", "scipy", "pandas", "pyarrow", "numba", "scikit-learn", "torch", "pydantic", "safetensors", "typer", "rich",
+    "matplotlib", "jinja2", "joblib", "fsspec", "h5py", "npTDMS",
+)  # fmt: skip
+EXTRAS = {"robot": ("mcap", "rosbags"), "onnx": ("onnx", "onnxruntime"), "cluster": ("distributed",)}
+PLANTED = {"gamma_p": 0.6, "beta_p": 0.3, "gamma_r": 1.6, "beta_r": -0.2}
+TOLERANCE = {"gamma_p": 0.02, "beta_p": 0.1, "gamma_r": 0.05, "beta_r": 0.2}
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One check of the installation: what was looked at, whether it is good, and what to do where not."""
+
+    name: str
+    ok: bool
+    detail: str
+    fix: str = ""
+
+
+def run(cache_folders: list[Path]) -> tuple[dict[str, Any], list[Probe]]:
+    """Return what is installed, and the probes of it.
+
+    Parameters
+    ----------
+    cache_folders : list of Path
+        Folders in which compiled functions are kept; each must be writable.
+    """
+    versions = {name: _version(name) for name in PACKAGES}
+    extras = {name: all(_version(p) is not None for p in needed) for name, needed in EXTRAS.items()}
+    facts = {
+        "sstl": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "cores": os.cpu_count() or 1,
+        "cores_usable": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        "packages": versions,
+        "extras": extras,
+    }
+    missing = [name for name, version in versions.items() if version is None]
+    probes = [
+        Probe(
+            "packages",
+            not missing,
+            f"missing: {', '.join(missing)}" if missing else f"{len(versions)} found",
+            "pip install sstl-cli",
+        ),
+        *(cache_probe(folder) for folder in cache_folders),
+        self_test(),
+    ]
+    return facts, probes
+
+
+def cache_probe(folder: Path) -> Probe:
+    """Return whether compiled functions can be kept in ``folder`` (else every start compiles anew)."""
+    writable = folder.is_dir() and os.access(folder, os.W_OK)
+    return Probe("compile cache", writable, f"{folder}", "set NUMBA_CACHE_DIR to a folder that can be written")
+
+
+def self_test() -> Probe:
+    """Simulate one bend with known propagation lines, segment it, and compare (both systems, 12 s at 100 Hz)."""
+    started = time.monotonic()
+    lines = dict(PLANTED)
+    scenario = parse(
+        Scenario,
+        {
+            "schema": "sstl.scenario/1",
+            "sampling_hz": 100.0,
+            "configurations": [{"id": "self-test", "location": "CP", "act": lines}],
+            "trajectories": [{"kind": "trapezoid", "duration_s": 12.0, "systems": ["act"]}],
+        },
+        "self-test",
+    )
+    runs = list(simulate.run(scenario, {}, 1))
+    rows = [found.row() for found in segment.run(runs, SegmentOptions())]
+    off = {
+        name: abs(float(value) - PLANTED[name])
+        for row in rows
+        for name in PARAMETERS
+        if isinstance(value := row[name], float)
+    }
+    good = len(off) == len(PARAMETERS) and all(np.isfinite(d) and d <= TOLERANCE[n] for n, d in off.items())
+    shown = ", ".join(f"{n} off by {d:.2g}" for n, d in off.items()) or f"no lines: {rows[0]['status']}"
+    return Probe("self-test", good, f"{shown} ({time.monotonic() - started:.1f} s)", "install again and report it")
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None

@@ -1,0 +1,209 @@
+"""``sstl batch``: same bytes for any worker, resumed where it stopped, a bad file listed and no more."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from trust_program import document, write_csv, write_log
+from trust_program import inside as sstl
+
+from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.steps import batch as step
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("logs")
+    for i in range(3):
+        write_log(folder / f"r{i}.parquet", seed=i)
+    return folder
+
+
+def _bytes(folder: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}
+
+
+def test_outputs_are_those_of_the_subcommand_for_any_number_of_workers(logs: Path, tmp_path: Path) -> None:
+    files = sorted(logs.glob("*.parquet"))
+    for workers in (1, 3):
+        done = sstl(
+            "batch", "segment", *files, "--out-dir", tmp_path / f"w{workers}", "--workers", workers,
+            "--", "--cutoff-hz", "20", "--phases", "{name}-phases.parquet",
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    for path in files:
+        name = path.stem
+        words = ("--cutoff-hz", "20", "--phases", alone / f"{name}-phases.parquet")
+        assert sstl("segment", path, "--out", alone / path.name, *words).returncode == 0
+    assert _bytes(tmp_path / "w1") == _bytes(tmp_path / "w3") == _bytes(alone)
+    assert len(_bytes(alone)) == 6
+
+
+def test_a_bad_file_is_listed_and_the_rest_is_done_and_resumed(logs: Path, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.parquet"
+    bad.write_bytes((logs / "r0.parquet").read_bytes()[:2000])
+    files = [logs / "r0.parquet", bad, logs / "r1.parquet"]
+    first = sstl("batch", "segment", *files, "--out-dir", tmp_path / "out", "--json")
+    assert first.returncode == 3
+    states = {Path(r["input"]).name: r["state"] for r in document(first)["results"]}
+    assert states == {"r0.parquet": "done", "bad.parquet": "failed", "r1.parquet": "done"}
+    line = document(first)["results"][1]["line"]
+    assert line.startswith("[E130]") and "bad.parquet" in line and line in first.stderr
+    assert not (tmp_path / "out" / "bad.parquet").exists()
+
+    before = (tmp_path / "out" / "r0.parquet").stat().st_mtime_ns
+    bad.write_bytes((logs / "r2.parquet").read_bytes())
+    second = sstl("batch", "segment", *files, "--out-dir", tmp_path / "out", "--json")
+    assert second.returncode == 0
+    assert [r["state"] for r in document(second)["results"]] == ["skipped", "done", "skipped"]
+    assert (tmp_path / "out" / "r0.parquet").stat().st_mtime_ns == before
+
+
+def test_changed_input_and_damaged_output_are_made_again(tmp_path: Path) -> None:
+    log, out = write_log(tmp_path / "a.parquet"), tmp_path / "out"
+    run = lambda: document(sstl("batch", "segment", log, "--out-dir", out, "--json"))  # noqa: E731
+    run()
+    good = (out / "a.parquet").read_bytes()
+    (out / "a.parquet").write_bytes(good[:100])
+    assert run()["results"][0]["state"] == "done"
+    assert (out / "a.parquet").read_bytes() == good
+    write_log(log, seed=9)
+    assert run()["results"][0]["state"] == "done"
+    assert (out / "a.parquet").read_bytes() != good
+
+
+def test_files_that_no_batch_made_are_kept(tmp_path: Path) -> None:
+    log, out = write_log(tmp_path / "a.parquet"), tmp_path / "out"
+    out.mkdir()
+    (out / "a.parquet").write_text("mine")
+    refused = sstl("batch", "segment", log, "--out-dir", out)
+    assert refused.returncode == 1 and "E023" in refused.stderr
+    assert (out / "a.parquet").read_text() == "mine"
+    assert sstl("batch", "segment", log, "--out-dir", out, "--force").returncode == 0
+    other = sstl("batch", "segment", log, "--out-dir", out, "--", "--cutoff-hz", "9")
+    assert other.returncode == 1 and "E024" in other.stderr
+
+
+def test_check_keeps_its_document_and_its_verdict(logs: Path, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.parquet"
+    bad.write_bytes(b"PAR1 and no more")
+    for state in ("failed", "failed"):
+        done = sstl("batch", "check", logs / "r0.parquet", bad, "--out-dir", tmp_path / "out", "--json")
+        assert done.returncode == 3
+        assert document(done)["results"][1]["state"] == state
+    assert json.loads((tmp_path / "out" / "bad.json").read_text())["ok"] is False
+    assert json.loads((tmp_path / "out" / "r0.json").read_text())["ok"] is True
+
+
+def test_options_of_the_subcommand_are_checked_once(logs: Path, tmp_path: Path) -> None:
+    done = sstl("batch", "segment", logs / "r0.parquet", "--out-dir", tmp_path / "out", "--", "--cutof-hz", "9")
+    assert done.returncode == 2 and "cutof-hz" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_mapping_that_changed_is_a_changed_input(tmp_path: Path) -> None:
+    write_csv(tmp_path / "r.csv")
+    (tmp_path / "m.toml").write_text('[constants]\nconfig_id = "A"\n')
+    words = ("batch", "import", "r.csv", "--out-dir", "out", "--json", "--", "--mapping", "m.toml")
+    assert sstl(*words, cwd=tmp_path).returncode == 0
+    assert document(sstl(*words, cwd=tmp_path))["skipped"] == 1
+    (tmp_path / "m.toml").write_text('[constants]\nconfig_id = "B"\n')
+    assert document(sstl(*words, cwd=tmp_path))["done"] == 1
+
+
+def test_memory_and_file_addresses_give_the_same_bytes(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import fsspec
+
+    from sstl_cli.cli._batch_worker import call_program
+
+    source = logs / "r0.parquet"
+    memory = fsspec.filesystem("memory")
+    memory.pipe_file("/in/r0.parquet", source.read_bytes())
+    out = f"file://{tmp_path}/out"
+    for where in ("memory://out", out):
+        for given in ("memory://in/*.parquet", f"file://{source}"):
+            code, _, told = call_program(["batch", "segment", given, "--out-dir", where, "--force"], {})
+            assert code == 0, told
+            made = memory.cat_file("/out/r0.parquet") if where.startswith("memory") else None
+            made = made or (tmp_path / "out" / "r0.parquet").read_bytes()
+            assert sstl("segment", source, "--out", tmp_path / "r0.parquet", "--force").returncode == 0
+            assert made == (tmp_path / "r0.parquet").read_bytes()
+    code, printed, _ = call_program(["batch", "segment", "memory://in/*.parquet", "--out-dir", "memory://out", "--json"], {})
+    # the first input came from another address, so the last record is of file://
+    assert code == 0 and json.loads(printed)["done"] + json.loads(printed)["skipped"] == 1
+
+
+def test_environment_of_the_subcommand_reaches_the_workers(logs: Path, tmp_path: Path) -> None:
+    words = ("batch", "segment", logs / "r0.parquet", "--out-dir", tmp_path / "out", "--workers", 2, "--json")
+    assert sstl(*words, SSTL_SEGMENT_CUTOFF_HZ="-3").returncode == 1
+    assert sstl(*words, SSTL_SEGMENT_CUTOFF_HZ="15").returncode == 0
+    assert document(sstl(*words))["done"] == 1
+
+
+def test_two_batches_do_not_share_a_folder(logs: Path, tmp_path: Path) -> None:
+    import fcntl
+
+    (tmp_path / "out" / ".batch").mkdir(parents=True)
+    with open(tmp_path / "out" / ".batch" / "lock", "a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        refused = sstl("batch", "segment", logs / "r0.parquet", "--out-dir", tmp_path / "out")
+        assert refused.returncode == 1 and "E035" in refused.stderr
+    assert sstl("batch", "segment", logs / "r0.parquet", "--out-dir", tmp_path / "out").returncode == 0
+
+
+def test_a_worker_that_dies_costs_only_its_file(logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from sstl_cli.cli import _batch_pool as pool
+    from sstl_cli.cli._batch_worker import Job
+
+    (tmp_path / "out" / ".batch").mkdir(parents=True)
+    items = step.plan("segment", [str(logs / f"r{i}.parquet") for i in range(3)], [])
+    jobs = [Job("segment", item, str(tmp_path / "out"), False, {}, os.getcwd()) for item in items]
+    monkeypatch.setattr(pool, "run_one", dies_on_r1)
+    told: list[step.Outcome] = []
+    states = [o.state for o in pool.run_all(jobs, 2, None, told.append)]
+    # what was finished when the pool broke is found complete when it is tried again
+    assert [s.replace("skipped", "done") for s in states] == ["done", "failed", "done"]
+    assert sorted(o.source for o in told) == [i.source for i in items]
+
+
+def dies_on_r1(job: object) -> step.Outcome:
+    from sstl_cli.cli._batch_worker import run_one
+
+    if job.item.source.endswith("r1.parquet"):  # type: ignore[attr-defined]
+        os.kill(os.getpid(), 9)
+    return run_one(job)  # type: ignore[arg-type]
+
+
+def test_plan_refuses_clashes_and_shared_side_outputs() -> None:
+    with pytest.raises(UsageError, match="E022"):
+        step.plan("segment", ["a/log.parquet", "b/log.parquet"], [])
+    with pytest.raises(UsageError, match="E025"):
+        step.plan("segment", ["a.parquet"], ["--phases", "p.parquet"])
+    with pytest.raises(UsageError, match="E021"):
+        step.plan("segment", ["a.parquet"], ["--out=x"])
+    with pytest.raises(UsageError, match="did you mean 'segment'"):
+        step.plan("segmnt", ["a.parquet"], [])
+    assert step.plan("export", ["a.parquet"], ["--format", "mat"])[0].output == "a.mat"
+    item = step.plan("segment", ["x/a.parquet"], ["--phases={name}.ph", "--seed", "3"])[0]
+    assert item.options == ("--phases=a.ph", "--seed", "3") and item.side == ("a.ph",)
+
+
+def test_decide() -> None:
+    wanted = {"command": "segment", "options": [], "inputs": {"a": "1"}, "version": "v", "environment": {}}
+    done = {**wanted, "state": "done", "outputs": {"a": "9"}}
+    decide = lambda record, present: step.decide(record, wanted, present, False, "a")  # noqa: E731
+    assert decide(None, {"a": None})
+    assert not decide(done, {"a": "9"})
+    assert decide(done, {"a": "8"}) and decide({**done, "inputs": {"a": "2"}}, {"a": "9"})
+    assert decide({**wanted, "state": "started"}, {"a": "half"})
+    with pytest.raises(SstlError, match="E023"):
+        decide(None, {"a": "9"})
+    with pytest.raises(SstlError, match="E024"):
+        decide({**done, "options": ["--seed", "2"]}, {"a": "9"})

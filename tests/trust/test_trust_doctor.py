@@ -1,0 +1,34 @@
+"""``sstl doctor``: quick, complete, and bad where something is bad."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from trust_program import document, sstl
+
+from sstl_cli.steps import doctor
+
+
+def test_document() -> None:
+    done = sstl("doctor", "--json")
+    found = document(done)
+    assert done.returncode == 0 and found["schema"] == "sstl.doctor/1" and found["ok"]
+    assert found["packages"]["numpy"] and set(found["extras"]) == {"robot", "onnx", "cluster"}
+    assert {p["name"] for p in found["probes"]} == {"packages", "compile cache", "self-test"}
+
+
+def test_self_test_fails_where_the_answer_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert doctor.self_test().ok
+    monkeypatch.setitem(doctor.PLANTED, "gamma_p", 0.6)
+    monkeypatch.setitem(doctor.TOLERANCE, "gamma_p", 1e-9)
+    assert not doctor.self_test().ok
+
+
+def test_cache_that_cannot_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    assert doctor.cache_probe(tmp_path).ok
+    assert not doctor.cache_probe(file).ok
+    done = sstl("doctor", NUMBA_CACHE_DIR=str(file))
+    assert done.returncode == 1 and "NUMBA_CACHE_DIR" in done.stderr

@@ -1,0 +1,85 @@
+"""Outputs under kill -9, a full disk, a folder that cannot be written, and two writers at once."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+from pathlib import Path
+
+import pytest
+from kill_writers import run
+from trust_program import SSTL, inside, sstl, write_csv, write_log
+
+
+def test_kill_at_random_moments(tmp_path: Path) -> None:
+    assert run(12, seed=3, folder=tmp_path) >= 6, "too few kills fell into a run to say anything"
+
+
+@pytest.mark.slow
+def test_two_hundred_kills(tmp_path: Path) -> None:
+    assert run(200, seed=4, folder=tmp_path) >= 100
+
+
+@pytest.mark.parametrize("command", ["import", "segment", "batch"])
+def test_disk_full(command: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    if command == "import":
+        words = ["import", write_csv(tmp_path / "r.csv", 20_000), "--out", out / "r.parquet", "--force"]
+    else:
+        log = write_log(tmp_path / "r.parquet")
+        words = ["segment", log, "--out", out / "r.parquet", "--force"]
+        if command == "batch":
+            words = ["batch", "segment", log, "--out-dir", out, "--workers", "1", "--force"]
+    (out / "r.parquet").write_bytes(b"old")
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500))
+
+    done = subprocess.run(
+        [*SSTL, *map(str, words)], capture_output=True, text=True, preexec_fn=limit, check=False, timeout=60
+    )
+    assert done.returncode == 1, done
+    assert "[E106]" in done.stderr and "Traceback" not in done.stderr
+    assert (out / "r.parquet").read_bytes() == b"old"
+    assert [p.name for p in out.iterdir() if p.name != ".batch"] == ["r.parquet"]
+
+
+@pytest.mark.parametrize("where", ["/proc/r.parquet", "file/r.parquet", "missing/r.parquet"])
+def test_folder_that_cannot_be_written(where: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    log = write_log(tmp_path / "log.parquet", runs=1)
+    done = inside("segment", log, "--out", tmp_path / where)
+    assert done.returncode == 1 and done.stderr.startswith("sstl: [E10") and done.stderr.count("\n") == 1
+    done = inside("batch", "segment", log, "--out-dir", (tmp_path / where).parent if where != "missing/r.parquet" else "/proc/x")
+    assert done.returncode == 1 and done.stderr.startswith("sstl: [E03"), done.stderr
+
+
+def test_two_processes_one_output(tmp_path: Path) -> None:
+    log = write_log(tmp_path / "log.parquet")
+    out = tmp_path / "theta.parquet"
+    words = [*SSTL, "segment", str(log), "--out", str(out)]
+    both = [subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    told = [p.communicate(timeout=60)[1] for p in both]
+    codes = [p.returncode for p in both]
+    assert sorted(codes) == [0, 1], told
+    assert any(code in told[codes.index(1)] for code in ("E102", "E105"))
+    assert sstl("check", out).returncode == 0
+    assert [p.name for p in tmp_path.iterdir() if "tmp" in p.name] == []
+
+
+def test_same_bytes_for_any_hash_seed_and_folder(tmp_path: Path) -> None:
+    made = []
+    for i, seed in enumerate(("0", "1", "424242")):
+        folder = tmp_path / f"f{i}"
+        folder.mkdir()
+        scenario = ("--scenario", "sample", "--effect", "quantisation", "--effect", "stribeck", "--seed", "5")
+        for words in (
+            ("simulate", *scenario, "--out", "log.parquet"),
+            ("segment", "log.parquet", "--out", "theta.parquet", "--phases", "phases.parquet"),
+            ("report", "log.parquet", "theta.parquet", "--out", "report.html"),
+        ):
+            done = sstl(*words, cwd=folder, PYTHONHASHSEED=seed)
+            assert done.returncode in (0, 3), done.stderr
+        made.append({p.name: p.read_bytes() for p in folder.iterdir()})
+    assert made[0] == made[1] == made[2] and len(made[0]) == 4

@@ -1,0 +1,47 @@
+"""What must not stand in the program: code that runs what it reads."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2] / "sstl_cli"
+CALLS = {"eval", "exec", "compile", "__import__", "system", "popen"}
+MODULES = {"pickle", "cPickle", "dill", "shelve", "marshal", "cloudpickle", "code"}
+
+
+def offences(text: str) -> list[str]:
+    """Return the calls and imports that would run what is read, with their lines."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+            found += [f"line {node.lineno}: import {n}" for n in names if n.split(".")[0] in MODULES]
+        if not isinstance(node, ast.Call):
+            continue
+        f = node.func
+        owner = f.value.id if isinstance(f, ast.Attribute) and isinstance(f.value, ast.Name) else ""
+        name = f.id if isinstance(f, ast.Name) else f"{owner}.{f.attr}" if isinstance(f, ast.Attribute) else ""
+        if name in CALLS or name in {f"os.{c}" for c in CALLS} or name in {"torch.load", "joblib.load", "yaml.load"}:
+            found.append(f"line {node.lineno}: {name}")
+        for key in node.keywords:
+            value = key.value.value if isinstance(key.value, ast.Constant) else None
+            if (key.arg == "shell" and value is not False) or (key.arg == "allow_pickle" and value is not False):
+                found.append(f"line {node.lineno}: {key.arg}")
+    return found
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["import pickle", "from pickle import load", "eval(x)", "os.system(x)", "run(x, shell=True)", "torch.load(p)",
+     "np.load(p, allow_pickle=True)", "exec(x)"],
+)  # fmt: skip
+def test_the_scan_finds_them(text: str) -> None:
+    assert offences(text)
+
+
+def test_the_program_has_none() -> None:
+    found = {str(p.relative_to(ROOT)): o for p in ROOT.rglob("*.py") if (o := offences(p.read_text(encoding="utf-8")))}
+    assert found == {}
