@@ -27,6 +27,7 @@ _ORDER = [
     "evaluate",
     "compensate",
     "diagnose",
+    "watch",
     "blind",
     "reproduce",
     "report",

@@ -1,0 +1,206 @@
+"""``sstl watch``: follow growing logs, re-estimate Theta loop by loop, and say when something changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sstl_cli.cli.options import Config, Json, Seed
+from sstl_cli.cli.render import Screen
+
+EPILOG = "Example: sstl watch rig.csv --model mapping.safetensors --until-idle 60 --fail-on-alarm"
+ORDER = ("gamma_p", "beta_p", "gamma_r", "beta_r")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("watch", epilog=EPILOG)(watch)
+
+
+def watch(
+    logs: Annotated[list[str], typer.Argument(help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")],
+    model: Annotated[Path | None, typer.Option(help="Mapping of sstl train: its inputs are checked, act loops compared.")] = None,
+    sim: Annotated[str | None, typer.Option(help="Simulator (scenario TOML) that the loops are compared with.")] = None,
+    mapping: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Columns and units, as for sstl import.")] = None,
+    learn: Annotated[int, typer.Option(min=10, max=100, help="Loops that show what is usual.")] = 20,
+    false_alarms: Annotated[
+        float, typer.Option(min=50, max=5000, help="Accept one false alarm in so many loops.")
+    ] = 500.0,
+    diagnose: Annotated[bool, typer.Option(help="Name the likely effect of a change.")] = True,
+    name_after: Annotated[int, typer.Option(min=2, max=8, help="Loops since a change before it is named.")] = 4,
+    once: Annotated[bool, typer.Option("--once", help="Take what is there, then end.")] = False,
+    until_idle: Annotated[float | None, typer.Option(min=0.1, help="End after so many seconds without new samples.")] = None,
+    poll: Annotated[float, typer.Option(min=0.01, max=3600, help="Seconds between two looks.")] = 0.5,
+    fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit 4 if there was an alarm.")] = False,
+    seed: Seed = 0,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Follow growing logs: one line (with --json one JSON line) a loop, and alarms at a stated false-alarm rate."""
+    from sstl_cli.cli._watch_sources import source_of
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.identification import SegmentOptions
+    from sstl_cli.importers.mapping import Mapping, read_mapping
+    from sstl_cli.mapping.weights import load_model
+    from sstl_cli.physics.scenario import load
+    from sstl_cli.steps.watch import Watcher, WatchOptions
+
+    if once and until_idle is not None:
+        raise UsageError("--once and --until-idle exclude one another", fix="give one", code="E250")
+    screen = Screen(as_json)
+    columns = read_mapping(mapping) if mapping is not None else Mapping()
+    sources = [source_of(text, columns) for text in logs]
+    options = WatchOptions(learn, false_alarms, name_after, SegmentOptions(seed=seed))
+    scenario = load(sim) if sim else None
+    watcher = Watcher(options, load_model(model) if model is not None else None, scenario)
+    session = _Session(screen, watcher, sources, scenario, diagnose, name_after)
+    screen.note(
+        f"learning from {learn} loops a stream, then at most one false alarm in {false_alarms:g} loops"
+        + ("" if once or until_idle else "; Ctrl-C ends")
+    )
+    try:
+        session.follow(once, until_idle, poll)
+    except KeyboardInterrupt:
+        # the usual end of a watch
+        screen.note("interrupted")
+    session.finish(fail_on_alarm)
+
+
+class _Session:
+    """The loop of looks, and what is shown of it."""
+
+    def __init__(self, screen: Screen, watcher: Any, sources: list[Any], sim: Any, diagnose: bool, name_after: int) -> None:
+        self.screen, self.watcher, self.sources, self.sim = screen, watcher, sources, sim
+        self.diagnose, self.name_after = diagnose, name_after
+        self.alarms: list[dict[str, Any]] = []
+        self._unnamed: list[Any] = []
+        self._noted = 0
+
+    def follow(self, once: bool, until_idle: float | None, poll_s: float) -> None:
+        """Look until there is nothing more to come."""
+        import time
+
+        quiet_since = time.monotonic()
+        while True:
+            if self._look(once):
+                quiet_since = time.monotonic()
+            if once:
+                break
+            quiet = time.monotonic() - quiet_since
+            if until_idle is not None and quiet >= until_idle:
+                self._look(True)
+                break
+            time.sleep(poll_s if until_idle is None else min(poll_s, max(until_idle - quiet, 0.01)))
+        for event in self.watcher.end():
+            self._show(event)
+
+    def _look(self, last: bool) -> bool:
+        """Take what every source has; return whether there was anything."""
+        found = False
+        for source in self.sources:
+            for piece in source.look(last):
+                found = True
+                for event in self.watcher.feed(piece):
+                    self._show(event)
+        notes = [n for s in self.sources for n in getattr(s, "notes", [])]
+        for text in notes[self._noted :]:
+            self.screen.note(text)
+        self._noted = len(notes)
+        return found
+
+    def _show(self, event: Any) -> None:
+        from sstl_cli.steps.watch import Alarm
+
+        if isinstance(event, Alarm):
+            self._unnamed.append(event)
+            if event.kind == "range":
+                self._raise(event, None)
+            else:
+                self._line(f"ALARM  {event.stream}: {event.why}")
+        else:
+            self._line(_text(event), event.document())
+        waiting = [a for a in self._unnamed if a.kind == "change"]
+        for alarm in waiting:
+            if self.watcher.loops_since(alarm) >= self.name_after:
+                self._name(alarm)
+
+    def _name(self, alarm: Any) -> None:
+        from sstl_cli.steps.watch import joined
+        from sstl_cli.steps.watch_name import name_change
+
+        naming = None
+        if self.diagnose:
+            before, since = self.watcher.around(alarm)
+            naming = name_change(joined(before), joined(since), self.sim)
+        self._raise(alarm, naming)
+
+    def _raise(self, alarm: Any, naming: Any) -> None:
+        self._unnamed.remove(alarm)
+        document = {**alarm.document(), "likely": None if naming is None else naming.document()}
+        self.alarms.append(document)
+        if alarm.kind == "range":
+            self._line(f"ALARM  {alarm.stream}: {alarm.why}", document)
+        elif naming is None:
+            self._line("", document)
+        else:
+            named = " + ".join(naming.effects) or naming.status
+            group = f" (not told apart: {', '.join(naming.group)})" if len(naming.group) > 1 else ""
+            self._line(f"likely {alarm.stream}: {named}{group}; {naming.why}", document)
+
+    def _line(self, text: str, document: dict[str, Any] | None = None) -> None:
+        """Show a line at once: a watch may be read by another program as it goes."""
+        import json
+        import sys
+
+        from sstl_cli.core.files import dumps
+
+        if self.screen.as_json and document is not None:
+            print(json.dumps(json.loads(dumps(document)), ensure_ascii=False))
+        elif text:
+            self.screen.line(text)
+        sys.stdout.flush()
+
+    def finish(self, fail_on_alarm: bool) -> None:
+        """Name what is still unnamed, sum up, and end with the exit code."""
+        from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE
+
+        for alarm in [a for a in self._unnamed if a.kind == "change"]:
+            self._name(alarm)
+        aside: dict[str, int] = dict(self.watcher.intake.set_aside)
+        for source in self.sources:
+            for reason, count in source.set_aside.items():
+                aside[reason] = aside.get(reason, 0) + count
+        for reason, count in aside.items():
+            self.screen.note(f"set aside: {count} ({reason})")
+        loops, samples = self.watcher.loops, self.watcher.intake.samples
+        self._line(f"{loops} loops in {samples} samples, {len(self.alarms)} alarms")
+        if samples == 0:
+            self.screen.note("no sample was read; is the name right, and are there whole lines?")
+        document = {
+            "schema": "sstl.watch/1", "loops": loops, "samples": samples, "breaks": self.watcher.intake.breaks,
+            "alarms": self.alarms, "set_aside": aside,
+        }
+        self._line("", document)
+        code = EXIT_SET_ASIDE if aside else EXIT_DONE
+        if samples == 0:
+            code = EXIT_FAILED
+        if fail_on_alarm and self.alarms:
+            self.screen.note(f"gate missed: {len(self.alarms)} alarms")
+            code = EXIT_GATE
+        raise typer.Exit(code)
+
+
+def _text(loop: Any) -> str:
+    """Return a loop as one line."""
+    run, theta = loop.run, loop.segmentation.theta
+    place = " ".join([run.system, *filter(None, (run.tendon, run.config_id))])
+    values = " ".join(f"{theta[p]:8.4f}" if theta[p] is not None else "       -" for p in ORDER)
+    gap = "-" if loop.gap_n is None else f"{loop.gap_n:.4f} N"
+    chart = "learning" if loop.learning else f"chart {100 * loop.level:3.0f} %"
+    more = [f"-> act {loop.mapped[0]:.4f} {loop.mapped[1]:.4f}"] if loop.mapped is not None else []
+    more += [f"{loop.range} range"] if loop.range in ("edge", "outside") else []
+    more += [loop.segmentation.status] if loop.segmentation.status != "ok" else []
+    start, end = run.time_s[0], run.time_s[-1]
+    return f"{loop.number:5d}  {place:14s} {start:8.1f}-{end:<8.1f} {values}  gap {gap}  {chart}" + "".join(f"  {m}" for m in more)

@@ -1,0 +1,260 @@
+"""A text log that is still being written: whole new lines as pieces of runs, at every look."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pac
+import pyarrow.csv as pc
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import PASSES, TEXTS, Run
+from sstl_cli.core.units import Linear
+from sstl_cli.importers.mapping import Mapping
+from sstl_cli.importers.plan import Plan, plan_of, recordings
+from sstl_cli.importers.sources import Labels, labels_of
+from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, layout_of
+
+READ_BYTES = 4 << 20
+# the layout of a text is told from its first lines: wait for some
+ENOUGH_LINES = 8
+HEAD_BYTES = 256
+SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+
+
+class TextFollower:
+    """Follows one text file; a file that is cut short, replaced or renamed is begun anew.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it need not exist yet.
+    mapping : Mapping
+        Columns, units and labels as for ``sstl import``; one file, one clock.
+    """
+
+    def __init__(self, path: Path, mapping: Mapping) -> None:
+        if mapping.files.merge != "no" or mapping.runs is not None:
+            raise SstlError("a mapping that merges or splits files cannot follow one", where=str(path), code="E356")
+        self.path, self.mapping = path, mapping
+        self.set_aside: dict[str, int] = {}
+        self.restarts = 0
+        self._file: IO[bytes] | None = None
+        self._plan: Plan | None = None
+        self._begin()
+
+    def _begin(self) -> None:
+        self._rest = b""
+        self._head = b""
+        self._rows = 0
+        self._skip = self.mapping.skip_samples
+
+    @property
+    def run_name(self) -> str:
+        """The run's name where no column gives one; every restart of the file is another run."""
+        name = self.path.stem if self._plan is None else self._plan.run_name
+        return f"{name}+{self.restarts}" if self.restarts else name
+
+    def look(self, last: bool = False) -> Iterator[Run]:
+        """Yield what has been written since the last look; ``last`` says that nothing more will come.
+
+        Raises
+        ------
+        SstlError
+            If the file is no text, or the mapping does not fit it.
+        """
+        if self._replaced():
+            # what was written before the file was renamed still counts
+            yield from self._read(True)
+            self._close()
+        if self._file is None:
+            try:
+                self._file = open(self.path, "rb")
+            except FileNotFoundError:
+                return
+            except OSError as error:
+                raise SstlError(f"cannot be read: {error.strerror}", where=str(self.path), code="E356") from None
+        yield from self._read(last)
+
+    def _close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        if self._plan is not None:
+            self.restarts += 1
+        self._plan = None
+        self._begin()
+
+    def _replaced(self) -> bool:
+        """Whether another file has taken the name; one cut short or written over is begun anew at once."""
+        if self._file is None:
+            return False
+        here = os.fstat(self._file.fileno())
+        same = os.pread(self._file.fileno(), len(self._head), 0) == self._head
+        if here.st_size < self._file.tell() or not same:
+            self._close()
+            return False
+        try:
+            there = os.stat(self.path)
+        except OSError:
+            # renamed, and nothing new yet
+            return False
+        return (there.st_ino, there.st_dev) != (here.st_ino, here.st_dev)
+
+    def _read(self, last: bool) -> Iterator[Run]:
+        file = self._file
+        if file is None:
+            return
+        if self._plan is None:
+            if not self._ready(last):
+                return
+            file.seek(self._layout.first_byte)
+        end = self._layout.line_end
+        while data := file.read(READ_BYTES):
+            if len(self._head) < HEAD_BYTES:
+                self._head = os.pread(file.fileno(), min(HEAD_BYTES, file.tell()), 0)
+            self._rest += data
+            at = self._rest.rfind(end)
+            if at < 0:
+                if len(self._rest) > MAX_LINE_BYTES:
+                    raise SstlError("a line is longer than 1 MiB", where=str(self.path), code="E320")
+                continue
+            body, self._rest = self._rest[: at + len(end)], self._rest[at + len(end) :]
+            yield from self._chunk(body.replace(end, b"\n"))
+
+    def _ready(self, last: bool) -> bool:
+        """Find layout and columns once enough lines are there."""
+        try:
+            with open(self.path, "rb") as file:
+                head = file.read(READ_BYTES)
+        except OSError:
+            return False
+        lines = max(head.count(b"\n"), head.count(b"\r"))
+        if lines < ENOUGH_LINES and not (last and lines > 1):
+            return False
+        found = recordings(self.path, self.mapping, self.mapping.format)[0]
+        if found.format.ID != "text":
+            raise SstlError(
+                f"is {found.format.TITLE}, which cannot grow in place", where=str(self.path),
+                fix="give a folder in which finished files appear", code="E356",
+            )
+        labels: Labels = labels_of(self.path, self.mapping, {})
+        name = str(labels.get("run_id", self.path.stem))
+        self._plan = plan_of([replace(found, prefix="")], self.mapping, labels, name)
+        if len(self._plan.clocks) > 1:
+            self._plan = None
+            raise SstlError("channels with clocks of their own cannot be followed", where=str(self.path), code="E356")
+        self._layout: TextLayout = layout_of(self.path, found.layout)
+        return True
+
+    def _chunk(self, body: bytes) -> Iterator[Run]:
+        plan, layout = self._plan, self._layout
+        assert plan is not None
+        body = _plain(body, layout)
+        if not body.strip():
+            return
+        columns = [c for s in plan.signals for c in s.channels]
+        clock = plan.clock.channel
+        wanted = list(dict.fromkeys([*columns, *([clock] if clock else []), *plan.labels.values()]))
+        bad: list[int] = []
+
+        def skip(row: object) -> str:
+            bad.append(1)
+            return "skip"
+
+        table = pc.read_csv(
+            pa.py_buffer(body),
+            pc.ReadOptions(column_names=list(layout.names), use_threads=False, block_size=max(len(body) + 1, 1024)),
+            pc.ParseOptions(
+                delimiter="\t" if layout.delimiter == SPACES else layout.delimiter,
+                quote_char='"' if layout.delimiter != SPACES else False, invalid_row_handler=skip,
+            ),
+            pc.ConvertOptions(column_types=dict.fromkeys(wanted, pa.string()), include_columns=wanted, check_utf8=False),
+        )
+        self._aside("lines of another width", len(bad))
+        n = table.num_rows
+        first = min(self._skip, n)
+        self._skip -= first
+        number = {c: _numbers(table.column(c), layout.decimal) for c in dict.fromkeys([*columns, *([clock] if clock else [])])}
+        if plan.clock.rate_hz is not None:
+            time = (np.arange(n) + self._rows) / plan.clock.rate_hz
+        else:
+            time = _linear(number[str(clock)], plan.clock.convert)
+        self._rows += n
+        signals = {"time_s": time[first:]}
+        for s in plan.signals:
+            if s.target in SIGNALS:
+                raw = number[s.channels[0]] - (number[s.channels[1]] if len(s.channels) == 2 else 0.0)
+                signals[s.target] = _linear(raw, s.convert)[first:]
+        labels = {k: table.column(c).to_pylist()[first:] for k, c in plan.labels.items()}
+        yield from self._pieces(signals, labels)
+
+    def _pieces(self, signals: dict[str, np.ndarray], labels: dict[str, list[str | None]]) -> Iterator[Run]:
+        """Yield the rows of each run; rows of several runs may take turns."""
+        assert self._plan is not None
+        n = len(signals["time_s"])
+        rows: dict[tuple[str | None, ...], list[int]] = {}
+        if labels:
+            for i, key in enumerate(zip(*labels.values(), strict=True)):
+                rows.setdefault(key, []).append(i)
+        elif n:
+            rows[()] = list(range(n))
+        for key, at in rows.items():
+            found: dict[str, Any] = {**self._plan.constants, **dict(zip(labels, key, strict=True))}
+            if found.get("system") not in PASSES:
+                self._aside("rows whose system is neither act nor sstl", len(at))
+                continue
+            rest: dict[str, Any] = {k: None if found.get(k) is None else str(found[k]) for k in TEXTS if k not in ("run_id", "system")}
+            run_id = str(found["run_id"]) if found.get("run_id") is not None else self.run_name
+            rest.update({k: v[at] for k, v in signals.items()})
+            yield Run(run_id=run_id, system=str(found["system"]), lead_mm=_lead(found.get("lead_mm")), **rest)
+
+    def _aside(self, reason: str, count: int) -> None:
+        if count:
+            self.set_aside[reason] = self.set_aside.get(reason, 0) + count
+
+
+def _plain(body: bytes, layout: TextLayout) -> bytes:
+    """Return the lines without comments and, for text cut by blanks, with one tab between columns."""
+    if layout.comment:
+        body = re.sub(rb"(?m)^[ \t]*" + re.escape(layout.comment.encode()) + rb".*$", b"", body)
+    if layout.delimiter == SPACES:
+        body = re.sub(rb"(?m)^[ \t]+|[ \t]+$", b"", body)
+        body = re.sub(rb"[ \t]+", b"\t", body)
+    return body
+
+
+def _linear(values: np.ndarray, convert: Linear) -> np.ndarray:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray((values - convert.offset) * convert.factor, np.float64)
+
+
+def _numbers(column: pa.ChunkedArray, decimal: str) -> np.ndarray:
+    """Return the numbers of a text column, NaN where a cell holds none."""
+    cells = pac.utf8_trim_whitespace(column)
+    if decimal != ".":
+        cells = pac.replace_substring(cells, decimal, ".")
+    cells = pac.if_else(pac.is_in(cells, pa.array(list(MISSING))), pa.scalar(None, pa.string()), cells)
+    try:
+        return np.asarray(cells.cast(pa.float64()).to_numpy(), np.float64)
+    except pa.ArrowInvalid:
+        return np.array([_number(c) for c in cells.to_pylist()])
+
+
+def _number(cell: str | None) -> float:
+    try:
+        return float(cell) if cell is not None and "_" not in cell else float("nan")
+    except ValueError:
+        return float("nan")
+
+
+def _lead(value: object) -> float | None:
+    lead = _number(None if value is None else str(value))
+    return lead if np.isfinite(lead) else None
