@@ -54,6 +54,7 @@ def diagnose(
     from sstl_cli.physics.scenario import load
     from sstl_cli.physics.scenario_file import dump
     from sstl_cli.steps import diagnose as step
+    from sstl_cli.steps import diagnose_tendons as tendons
 
     screen = Screen(as_json)
     for path in (out, save_sim, next_out):
@@ -76,7 +77,7 @@ def diagnose(
 
         runs = rebase(runs, list(read_runs(against)))
     with screen.progress("diagnosing", 60) as advance:
-        result = step.run(runs, options, advance)
+        result = tendons.run(runs, options, advance)
     document = result.document()
     document["inputs"] = inputs_of([*logs, *([against] if against else [])])
     if out is not None:
@@ -88,7 +89,7 @@ def diagnose(
 
         write_text(next_out, dump(Scenario.model_validate(document["next_experiment"]["scenario"])), force)
     screen.line(document["sentence"])
-    for line in lines(document):
+    for line in [*lines(document), *tendons.lines(document)]:
         screen.line(line)
     _tables(screen, document)
     missed = _missed(document, max_rmse, max_gap_pct, expect)

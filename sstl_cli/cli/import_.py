@@ -102,7 +102,7 @@ def _import(
     )
     with screen.progress("import, bytes", float(sum(p.stat().st_size for p in parts))) as advance:
         result = run(files, chosen, wanted=format_, manifest=labels, advance=advance)
-        write_runs(out, result.runs, provenance, force)
+        write_runs(out, result.runs, provenance, force, lambda: bool(result.tendons))
     document = {"schema": "sstl.import/1", "out": str(out), **result.document()}
     if "not_a_tension" in provenance.extra:
         document["not_a_tension"] = provenance.extra["not_a_tension"]

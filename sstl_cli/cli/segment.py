@@ -14,6 +14,7 @@ from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
     from sstl_cli.core.runs import Run
+    from sstl_cli.core.tables import Column
     from sstl_cli.steps.segment import Segmented
 
 EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
@@ -52,7 +53,7 @@ def segment(
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, open_table, write_table
     from sstl_cli.core.provenance import Provenance, inputs_of
-    from sstl_cli.core.tables import LOG, PHASES, THETA
+    from sstl_cli.core.tables import LOG, PHASES, TENDON, THETA
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.steps import segment as step
 
@@ -77,7 +78,8 @@ def segment(
                 "holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221"
             )
         # inside the block: should this fail, neither file appears
-        write_table(out, _theta_table(rows), THETA, provenance, force)
+        tendons = [TENDON] if any("tendon" in row for row in rows) else []
+        write_table(out, _theta_table(rows, tendons), THETA, provenance, force, tendons)
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
     _show(screen, rows)
     screen.line(f"{len(rows)} runs, {total} samples -> {out}")
@@ -120,12 +122,12 @@ def _phase_table(found: Segmented) -> Any:
     return pa.Table.from_arrays(arrays, schema=PHASES.arrow())
 
 
-def _theta_table(rows: list[dict[str, object]]) -> Any:
+def _theta_table(rows: list[dict[str, object]], extra: list[Column]) -> Any:
     import pyarrow as pa
 
     from sstl_cli.core.tables import THETA
 
-    return pa.Table.from_pylist(rows, schema=THETA.arrow())
+    return pa.Table.from_pylist(rows, schema=pa.schema([*THETA.arrow(), *(pa.field(c.name, c.type) for c in extra)]))
 
 
 def _show(screen: Screen, rows: list[dict[str, Any]]) -> None:

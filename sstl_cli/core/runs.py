@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -74,18 +74,35 @@ def run_table(run: Run, with_tendon: bool = False) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=schema)
 
 
-def write_runs(path: Path, runs: Iterable[Run], provenance: Provenance, force: bool = False) -> int:
-    """Write runs one by one (memory bounded by the largest) and return the number of samples."""
+def write_runs(
+    path: Path,
+    runs: Iterable[Run],
+    provenance: Provenance,
+    force: bool = False,
+    tendons: Callable[[], bool] = lambda: False,
+) -> int:
+    """Write runs one by one (memory bounded by the largest) and return the number of samples.
+
+    The log gets a column ``tendon`` if the first run names one, or ``tendons``, asked once that run is there, says so.
+
+    Raises
+    ------
+    SstlError
+        If there is no run, or a run names a tendon after the file was begun without that column.
+    """
     samples = 0
     iterator = iter(runs)
     first = next(iterator, None)
     if first is None:
         raise SstlError("no run to write", where=str(path), fix="check the input for usable samples", code="E120")
-    tendons = first.tendon is not None
-    with TableWriter(path, LOG, provenance, force, extra=[TENDON] if tendons else []) as writer:
+    named = first.tendon is not None or tendons()
+    with TableWriter(path, LOG, provenance, force, extra=[TENDON] if named else []) as writer:
         run: Run | None = first
         while run is not None:
-            writer.write(run_table(run, tendons))
+            if run.tendon is not None and not named:
+                where = f"{path}, run {run.run_id!r}"
+                raise SstlError("names a tendon, the runs before it do not", where=where, fix="put it first", code="E127")
+            writer.write(run_table(run, named))
             samples += len(run)
             run = next(iterator, None)
     return samples

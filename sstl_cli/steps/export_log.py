@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError, UsageError, nearest
 from sstl_cli.core.files import atomic
 from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs
-from sstl_cli.core.tables import LOG
+from sstl_cli.core.tables import LOG, TENDON
 
 FORMATS = ("csv", "mat", "mcap")
 MAX_MAT_BYTES = 2**31 - 2**20
@@ -88,10 +89,11 @@ def safe_cell(text: str | None) -> str:
 def _csv(runs: _Counted, path: Path, source: Path) -> None:
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(_CSV_COLUMNS)
+        names = [*_CSV_COLUMNS, *([TENDON.name] if TENDON.name in pq.read_schema(source).names else [])]
+        writer.writerow(names)
         for one in runs:
             columns: list[Any] = []
-            for name in _CSV_COLUMNS:
+            for name in names:
                 value = getattr(one, name)
                 if isinstance(value, np.ndarray):
                     # repr of a float is the shortest text that reads back to the same bits

@@ -26,6 +26,7 @@ class Import:
     counts: Counts
     clocks: list[ClockReport]
     recordings: list[dict[str, object]] = field(default_factory=list)
+    tendons: list[str] = field(default_factory=list)
 
     def document(self) -> dict[str, object]:
         """Return the account as plain values."""
@@ -110,6 +111,7 @@ def _runs(
         before_runs, before_samples = counts.runs, counts.samples_out
         for plan in group.plans:
             counts.remarks.extend(plan.notes)
+            result.tendons.extend(str(v["tendon"]) for v in (plan.labels, plan.constants) if "tendon" in v)
         splitter = Splitter(group.plans[0].run_name, group.plans[0].constants, policy, counts, used, group.where)
         yield from splitter.runs(_appended(group, mapping, result, advance))
         result.recordings.append(

@@ -35,6 +35,7 @@ class Segmented:
             "rmse_r_n": found.rmse_r_n,
             "loops": found.loops,
             "status": found.status,
+            **({"tendon": run.tendon} if run.tendon is not None else {}),
         }
 
 

@@ -1,0 +1,135 @@
+"""Diagnose logs with several actuation tendons: each tendon together with the sensing loop they share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps import diagnose
+from sstl_cli.steps.diagnose import DiagnoseOptions, Diagnosis
+
+# of a tendon's document, what its block repeats
+BLOCK = ("sentence", "verdict", "gap", "where", "candidates", "next_experiment", "beside", "downstream", "notes")
+# a neighbour's run must cover this share of a run to have been recorded with it
+COVERED = 0.95
+NEIGHBOUR = "neighbour_n"
+
+
+@dataclass(frozen=True)
+class TendonsDiagnosis:
+    """One diagnosis a tendon; the one with the largest gap speaks for the log."""
+
+    first: Diagnosis
+    body: dict[str, Any]
+
+    def document(self) -> dict[str, Any]:
+        """Return the leading tendon's document, with ``tendon`` and one block a tendon in ``tendons``."""
+        return self.body
+
+    def model(self) -> Scenario:
+        """Return the accepted simulator of the leading tendon."""
+        return self.first.model()
+
+
+def tendons_of(runs: Sequence[Run]) -> list[str]:
+    """Return the names of the actuation tendons, sorted; a run without one counts as ''."""
+    return sorted({r.tendon or "" for r in runs if r.system == "act"})
+
+
+def run(
+    runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None
+) -> Diagnosis | TendonsDiagnosis:
+    """Return the diagnosis of recorded runs, per tendon where there are several.
+
+    Each tendon is judged by its own runs, those of the sensing loop, and, where they were recorded at the same time, by the
+    tension of its neighbours. Top level of the document is the tendon with the largest gap.
+
+    Raises
+    ------
+    SstlError
+        If no tendon can be diagnosed.
+    """
+    names = tendons_of(runs)
+    if len(names) < 2:
+        return diagnose.run(runs, options, advance)
+    shared = [r for r in runs if r.system == "sstl"]
+    found: dict[str, Diagnosis] = {}
+    failed: dict[str, SstlError] = {}
+    for name in names:
+        own = [with_neighbours(r, runs) for r in runs if r.system == "act" and (r.tendon or "") == name]
+        try:
+            found[name] = diagnose.run([*own, *shared], options, lambda share: advance(share / len(names)))
+        except SstlError as error:
+            failed[name] = error
+    if not found:
+        raise next(iter(failed.values()))
+    first = max(found, key=lambda n: (found[n].document()["verdict"]["status"] != "none", _reducible(found[n]), n))
+    body = dict(found[first].document())
+    body["tendon"] = first
+    body["tendons"] = [_block(name, found[name]) if name in found else _failure(name, failed[name]) for name in names]
+    body["sentence"] = f"Tendon {first or 'without name'}: {body['sentence']}"
+    body["analysis"] = {**body["analysis"], "set_aside": _set_aside(runs, found, failed)}
+    return TendonsDiagnosis(found[first], body)
+
+
+def with_neighbours(run: Run, runs: Sequence[Run]) -> Run:
+    """Return a run with the summed input tension (N) of the other tendons as ``extra['neighbour_n']``.
+
+    The other tendons' runs must share configuration and trajectory, and cover the run's time; a tendon with none or
+    with several such runs leaves the run as it is: what pulled beside it is not known.
+    """
+    if run.config_id is None:
+        return run
+    others = {r.tendon or "" for r in runs if r.system == "act"} - {run.tendon or ""}
+    total = np.zeros(len(run))
+    for name in sorted(others):
+        beside = [
+            r
+            for r in runs
+            if r.system == "act" and (r.tendon or "") == name and r.config_id == run.config_id
+            and r.trajectory == run.trajectory and _covers(r, run)
+        ]
+        if len(beside) != 1:
+            return run
+        good = np.isfinite(beside[0].tension_in_n) & np.isfinite(beside[0].time_s)
+        total += np.interp(run.time_s, beside[0].time_s[good], beside[0].tension_in_n[good])
+    return replace(run, extra={**run.extra, NEIGHBOUR: total})
+
+
+def _covers(other: Run, run: Run) -> bool:
+    if len(other) < 2 or len(run) < 2:
+        return False
+    overlap = min(other.time_s[-1], run.time_s[-1]) - max(other.time_s[0], run.time_s[0])
+    return bool(overlap >= COVERED * (run.time_s[-1] - run.time_s[0]))
+
+
+def lines(document: dict[str, Any]) -> list[str]:
+    """Return one line a tendon for the screen."""
+    return [f"tendon {b['tendon'] or '(no name)'}: {b['sentence']}" for b in document.get("tendons", [])]
+
+
+def _reducible(found: Diagnosis) -> float:
+    gap = found.document()["gap"]
+    return float(gap["rmse_retuned_n"] - gap["noise_floor_n"])
+
+
+def _block(name: str, found: Diagnosis) -> dict[str, Any]:
+    document = found.document()
+    return {"tendon": name, **{k: document[k] for k in BLOCK if k in document}}
+
+
+def _failure(name: str, error: SstlError) -> dict[str, Any]:
+    verdict: dict[str, Any] = {"status": "unknown", "effects": [], "confidence": None, "ambiguity_group": [], "why": error.what}
+    return {"tendon": name, "sentence": f"not diagnosed: {error.what}", "verdict": verdict}
+
+
+def _set_aside(runs: Sequence[Run], found: dict[str, Diagnosis], failed: dict[str, SstlError]) -> dict[str, str]:
+    aside = {k: v for d in found.values() for k, v in d.document()["analysis"]["set_aside"].items()}
+    lost = {r.run_id: failed[r.tendon or ""].what for r in runs if r.system == "act" and (r.tendon or "") in failed}
+    return {**aside, **lost}

@@ -1,0 +1,89 @@
+"""Several tendons, one sensing loop: each gets a diagnosis of its own."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tendon_logs import log, without_tendons
+from typer.testing import CliRunner
+
+from sstl_cli.cli.app import _register, app
+from sstl_cli.core.files import dumps
+from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.runs import write_runs
+from sstl_cli.steps import diagnose, diagnose_tendons
+from sstl_cli.steps.diagnose import DiagnoseOptions
+
+OPTIONS = DiagnoseOptions(
+    max_effects=1, workers=2, effects=("asymmetric_friction", "const_friction", "viscous", "gain_error")
+)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return log({}, {"gain_error": {"g_act": 1.05}})
+
+
+@pytest.fixture(scope="module")
+def found(runs):
+    return diagnose_tendons.run(runs, OPTIONS).document()
+
+
+def test_each_tendon_has_its_own_verdict(found):
+    a, b = found["tendons"]
+    assert (a["tendon"], b["tendon"]) == ("A", "B")
+    assert a["verdict"]["status"] == "none"
+    assert b["verdict"]["status"] in ("identified", "ambiguous") and "gain_error" in b["verdict"]["ambiguity_group"]
+    for block in (a, b):
+        assert sum(row["share_pct"] for row in block["where"]) == pytest.approx(100.0)
+
+
+def test_the_tendon_with_the_largest_gap_speaks_for_the_log(found):
+    assert found["schema"] == "sstl.diagnosis/1" and found["tendon"] == "B"
+    for key in ("verdict", "gap", "where", "candidates", "next_experiment"):
+        assert found[key] == found["tendons"][1][key]
+    assert found["sentence"].startswith("Tendon B: ")
+
+
+def test_one_tendon_is_diagnosed_as_ever(runs):
+    alone = without_tendons(runs)
+    document = diagnose_tendons.run(alone, OPTIONS).document()
+    assert dumps(document) == dumps(diagnose.run(alone, OPTIONS).document())
+    assert "tendons" not in document
+
+
+def test_a_tendon_that_cannot_be_judged_is_said_to_be(runs):
+    still = [replace(r, tension_in_n=np.full(len(r), 5.0)) if r.tendon == "A" else r for r in runs]
+    still = [r for r in still if r.system == "act"]
+    document = diagnose_tendons.run(still, OPTIONS).document()
+    assert document["tendon"] == "B"
+    assert document["tendons"][0]["verdict"]["status"] == "unknown"
+    assert "hardly moves" in document["tendons"][0]["sentence"]
+    assert sorted(document["analysis"]["set_aside"]) == sorted(r.run_id for r in still if r.tendon == "A")
+
+
+def test_the_command_says_so_and_its_gates_see_the_worst(runs, tmp_path):
+    _register()
+    write_runs(tmp_path / "log.parquet", runs, Provenance("test"))
+    words = ["diagnose", str(tmp_path / "log.parquet"), "--effects", ",".join(OPTIONS.effects), "--max-effects", "1"]
+    done = CliRunner().invoke(app, [*words, "--expect", "none"])
+    assert done.exit_code == 4
+    assert "tendon A: The simulator already explains" in done.stdout and "tendon B: The gap comes from" in done.stdout
+    document = json.loads(CliRunner().invoke(app, [*words, "--json"]).stdout)
+    assert [b["tendon"] for b in document["tendons"]] == ["A", "B"]
+
+
+def test_neighbours_are_found_by_configuration_movement_and_time(runs):
+    own = next(r for r in runs if r.run_id == "c1-steps-A")
+    other = next(r for r in runs if r.run_id == "c1-steps-B")
+    beside = diagnose_tendons.with_neighbours(own, runs).extra["neighbour_n"]
+    np.testing.assert_allclose(beside, other.tension_in_n)
+    without = [r for r in runs if r.run_id != "c1-steps-B"]
+    assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, without).extra
+    twice = [*runs, replace(other, run_id="again")]
+    assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, twice).extra
+    later = [replace(r, time_s=r.time_s + 30.0) if r is other else r for r in runs]
+    assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, later).extra
