@@ -214,5 +214,5 @@ def _exclude(entry: Entry, effects: Effects, rng: np.random.Generator) -> tuple[
     """Return the one effect that is no candidate; half of all other cases name one too, so that it tells nothing."""
     if entry.kind == "excluded":
         return tuple(effects)
-    others = [e for e in catalogue() if e not in effects]
+    others = [e for e in catalogue() if e not in effects and get(e).channel != "neighbour"]
     return (others[int(rng.integers(len(others)))],) if rng.random() < 0.5 else ()

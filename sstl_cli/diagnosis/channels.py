@@ -29,6 +29,9 @@ TRACKS = 0.9
 LEAST_SHRINK = 0.3
 OVER_NOISE = 3.0
 LEFT_SHARE = 0.15
+# a small gap has to be explained down to the noise
+LEAST_OVER_NOISE = 1.25
+NEARLY_NOISE = 1.1
 # rivals whose error is within this factor of the best explain the position equally well
 TIE = 1.15
 
@@ -65,7 +68,7 @@ def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
     fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in ([0.02, 1e-6], [0.2, 1e-6])]
     best = min(fits, key=lambda f: f.cost)
     before, after = _rms(base), _rms(residual(best.x))
-    if before < OVER_NOISE * max(noise, 1e-9) or after > (1.0 - LEAST_SHRINK) * before:
+    if not _explained(before, after, max(noise, 1e-9)):
         return None
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
     return ChannelGap("tension_in", "N", ("tension_loop_lag",), values, before, after)
@@ -92,16 +95,22 @@ def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> Cha
     measured = [block_mean(_grid(r), r.factor) for _, r in records]
     noise = float(np.median([1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0) for x in measured]))
     before = _rms(_position_residual(sim, tension, records, measured, {}))
-    if before < OVER_NOISE * max(noise, 1e-4):
+    if before < LEAST_OVER_NOISE * max(noise, 1e-4):
         return None
     found = sorted((_fit_position(sim, tension, records, measured, e) for e in effects), key=lambda f: f[0])
     after, effect, values = found[0]
-    if after > max(OVER_NOISE * noise, LEFT_SHARE * before):
+    if not _explained(before, after, noise) or after > max(OVER_NOISE * noise, LEFT_SHARE * before):
         # the best candidate leaves a gap of its own: no name is better than a wrong one
         return None
     ties = tuple(e.id for rms, e, _ in found if rms <= TIE * max(after, noise))
     names = tuple(dict.fromkeys((effect.id, *ties)))
     return ChannelGap("position_in", "mm", names, values, before, after)
+
+
+def _explained(before: float, after: float, noise: float) -> bool:
+    """Whether an effect explains a gap: much of a large one, or all of a small one down to the noise."""
+    much = before > OVER_NOISE * noise and after < (1.0 - LEAST_SHRINK) * before
+    return much or (before > LEAST_OVER_NOISE * noise and after < NEARLY_NOISE * noise)
 
 
 def _grid(r: Record) -> Array:

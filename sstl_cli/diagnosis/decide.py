@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis import calibration
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.heldout import Folds, block_scores, blocks, held_out_residual, make_folds
 from sstl_cli.diagnosis.sawtooth import FAMILY, sawtooth
@@ -22,11 +23,16 @@ class Rules:
     """Thresholds of the decision; set on rig-made development cases, never on a blind set."""
 
     # nats are discounted: no more than twice the squared number of standard errors counts
-    gain_nats: float = 12.0
+    gain_nats: float = 18.0
     # a gap also has to be this share of the sensor noise (RMS against RMS)
     gap_over_noise: float = 0.25
+    # a gain that every block shares may be smaller
+    sure_nats: float = 40.0
+    sure_over_noise: float = 0.12
+    # a gain in few blocks counts where it is large: standard errors, share of the squared error, nats
+    large: tuple[float, float, float] = (2.0, 0.3, 100.0)
     # models closer than this explain the data equally well
-    margin_nats: float = 8.0
+    margin_nats: float = 20.0
     # where only repeats could be held out, whoever explains this share of what the winner does is a rival
     repeats_share: float = 0.8
     # a further effect must carry this share of the explained gap, and more than noise
@@ -42,7 +48,7 @@ class Rules:
     leftover_over_noise: float = 1.0
     leftover_share: float = 0.35
     # scale of discounted log-score differences into probabilities, from the calibration library
-    temperature: float = 4.0
+    temperature: float = field(default_factory=lambda: calibration.temperature(4.0))
 
 
 @dataclass(frozen=True)
@@ -76,8 +82,13 @@ class Decision:
     folds: Folds
     noise_n: float
     explained: float
+    evidence: str = ""
 
 
+# two effects that were fitted differ by more than noise where their scores do: there few blocks may decide
+RIVAL_FEW = 20.0
+# kinds of evidence are told apart at these leads
+NEAR_NATS, CLEAR_NATS = 8.0, 80.0
 # below this share of the reducible error a named effect has to stand against the shape of stick-slip
 DOUBTFUL_SHARE = 0.85
 # members of the stick-slip family that reach this share of the winner's gain are not told apart from it
@@ -114,7 +125,8 @@ def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], colour
     why = "the output lags and jumps along the motion, again and again: friction that falls once it slips"
     probability = {**dict.fromkeys(d.probability, 0.0), **dict.fromkeys(group, 0.9 / len(group))}
     return replace(
-        d, status="ambiguous", winner=members[0], group=group, confidence=0.9, why=why, probability=probability
+        d, status="ambiguous", winner=members[0], group=group, confidence=0.9, why=why, probability=probability,
+        evidence="ambiguous/jumps",
     )
 
 
@@ -169,7 +181,7 @@ def verdict(
     rivals = tuple(
         c.ids
         for c in found
-        if len(c.ids) == len(winner.ids) and c is not winner and advantage(winner, c) < rules.margin_nats
+        if len(c.ids) == len(winner.ids) and c is not winner and advantage(winner, c, RIVAL_FEW) < rules.margin_nats
     )
     group = (winner.ids, *rivals)
     status = "identified" if not rivals else "ambiguous"
@@ -189,16 +201,20 @@ def _same_family(c: Candidate, winner: Candidate, base: Candidate) -> bool:
     return len(swapped) == 2 and swapped <= set(FAMILY) and c.score - base.score > FAMILY_SHARE * gain
 
 
-def advantage(a: Candidate, b: Candidate) -> float:
+def advantage(a: Candidate, b: Candidate, few: float = 50.0) -> float:
     """Return by how many nats ``a`` beats ``b`` on held-out blocks, discounted where blocks disagree.
 
     A well-specified log-score difference d has variance 2 d; where blocks vary more, at most 2 z^2 nats count.
     """
-    diff = a.blocks - b.blocks
-    d = a.score - b.score
-    z = float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
+    d, z = a.score - b.score, errors(a, b)
     # a huge difference counts even where it sits in a few blocks
-    return float(np.sign(d) * min(abs(d), max(2.0 * z * z, abs(d) / 50.0)))
+    return float(np.sign(d) * min(abs(d), max(2.0 * z * z, abs(d) / few)))
+
+
+def errors(a: Candidate, b: Candidate) -> float:
+    """Return the difference of two models' held-out log scores in its standard errors over blocks."""
+    diff = a.blocks - b.blocks
+    return float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
 
 
 def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rules: Rules, noise_n: float) -> Candidate:
@@ -231,8 +247,14 @@ def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rul
 
 
 def _matters(c: Candidate, base: Candidate, rules: Rules, noise_n: float) -> bool:
-    removed = base.rms_n**2 - c.rms_n**2
-    return advantage(c, base) > rules.gain_nats and removed > (rules.gap_over_noise * noise_n) ** 2
+    removed, lead = base.rms_n**2 - c.rms_n**2, advantage(c, base)
+    sure = lead > rules.sure_nats and removed > (rules.sure_over_noise * noise_n) ** 2
+    if set(c.ids) & set(FAMILY):
+        # fits of jumps meet noise by chance more often than others
+        return sure
+    z, share, nats = rules.large
+    large = errors(c, base) > z and removed > share * base.rms_n**2 and c.score - base.score > nats
+    return sure or large or (lead > rules.gain_nats and removed > (rules.gap_over_noise * noise_n) ** 2)
 
 
 def _leftover(rms_n: float, noise_n: float) -> float:
@@ -240,7 +262,8 @@ def _leftover(rms_n: float, noise_n: float) -> float:
 
 
 def _explained(c: Candidate, base: Candidate, noise_n: float) -> float:
-    reducible = base.rms_n**2 - min(noise_n, base.rms_n) ** 2
+    # a held-out error below the noise shows that the noise was put too high
+    reducible = base.rms_n**2 - min(noise_n, base.rms_n, c.rms_n) ** 2
     return float(np.clip((base.rms_n**2 - c.rms_n**2) / reducible, 0.0, 1.0)) if reducible > 0 else 0.0
 
 
@@ -270,4 +293,22 @@ def _decision(
         confidence = max(confidence, 0.5)
     elif status != "unknown":
         confidence = float(min(1.0, sum(probability[g] for g in group)))
-    return Decision(status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained)
+    evidence = _evidence(status, winner, base, found, folds)
+    return Decision(status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained, evidence)
+
+
+def _evidence(
+    status: str, winner: Candidate | None, base: Candidate, found: Sequence[Candidate], folds: Folds
+) -> str:
+    """Return the kind of evidence behind a verdict: what its confidence is calibrated by."""
+    if status == "none":
+        lead = max((advantage(c, base) for c in found), default=0.0)
+        return "none/near" if lead > NEAR_NATS else "none/quiet"
+    if status == "unknown":
+        return "unknown/misfit" if winner is not None else "unknown/left"
+    if not folds.honest:
+        return f"{status}/repeats"
+    if winner is not None and len(winner.ids) > 1:
+        return f"{status}/several"
+    clear = winner is not None and advantage(winner, base) > CLEAR_NATS
+    return f"{status}/{'clear' if clear else 'close'}"

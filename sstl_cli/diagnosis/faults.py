@@ -12,7 +12,8 @@ from sstl_cli.diagnosis.records import Record
 Array = NDArray[np.float64]
 MIN_FAULTY = 5
 MIN_SHARE = 0.3
-CLIP_MARGIN = 3.0
+# rounding is named from this share of the squared error on
+LEAST_STEPPED = 0.05
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,10 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
             values["t_max_out_n"] = float(level_out)
         found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped))
     rest = max(total - faulty - clipped, 1e-12)
-    if max(step_in, step_out) > 2.0 * noise_n / np.sqrt(12.0) and stepped / rest > 0.35:
+    if stepped / rest > LEAST_STEPPED:
+        # the noise was measured on rounded samples: what rounding adds to it is no noise
+        noise2 = max(noise_n**2 - step_out**2 / 12.0, 0.0)
+        unexplained = max(rest - samples / 2 * noise2, stepped)
         values = {"q_in_n": step_in, "q_out_n": step_out}
-        found.append(RecorderEffect("quantisation", min(stepped / excess, 1.0), values, min(stepped, rest)))
+        found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest)))
     return sorted(found, key=lambda e: -e.share)

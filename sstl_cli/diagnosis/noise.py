@@ -16,6 +16,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.smoothing import corner_preserving
@@ -70,13 +71,13 @@ def noise_floor(sim: Simulator, theta: Array, prediction: Array) -> Floor:
         if len(series) >= 4:
             break
     if len(series) < 4:
-        white = [(_white(r.y), _white(r.y_fine)) for r in sim.problem.records]
+        white = [(white_noise(r.y), white_noise(r.y_fine)) for r in sim.problem.records]
         output, fine_n = (float(np.median(x)) for x in zip(*white, strict=True))
         scatter, push = _passed_on(sim, theta, np.array([1.0]), output)
         return Floor(output, scatter, fine_n, push, output)
     coefficients, sigma = _autoregression(np.array(series))
-    fine = [_white(r.y_fine) for r in sim.problem.records]
-    coarse = [_white(r.y) for r in sim.problem.records]
+    fine = [white_noise(r.y_fine) for r in sim.problem.records]
+    coarse = [white_noise(r.y) for r in sim.problem.records]
     above = float(np.sqrt(max(np.median(fine) ** 2 - np.median(coarse) ** 2, 0.0)))
     scatter, push = _passed_on(sim, theta, coefficients, sigma)
     return Floor(sigma, scatter, float(np.hypot(sigma, above)), push, float(np.median(coarse)))
@@ -176,7 +177,7 @@ def _input_noise(r: Record, coefficients: Array, sigma: float, draw: int, i: int
     noise = lfilter([1.0], coefficients, stream(0, "input noise", draw, i).standard_normal(n + 200))[200:]
     noise *= sigma / np.sqrt(_gain(coefficients))
     # sensors of a rig are alike; where their white noise differs, so is the coloured part taken to
-    out_white, in_white = max(_white(r.raw.tension_out_n), 1e-12), _white(r.raw.tension_in_n)
+    out_white, in_white = max(white_noise(r.raw.tension_out_n), 1e-12), white_noise(r.raw.tension_in_n)
     noise *= float(np.clip(in_white / out_white, 0.2, 5.0))
     return np.interp(np.arange(n * r.factor), (np.arange(n) + 0.5) * r.factor - 0.5, noise)
 
@@ -186,9 +187,3 @@ def _gain(coefficients: Array) -> float:
     impulse = lfilter([1.0], coefficients, np.concatenate(([1.0], np.zeros(2000))))
     return float(np.sum(impulse**2))
 
-
-def _white(x: Array) -> float:
-    if len(x) < 5:
-        return 0.0
-    second = np.diff(x, 2)
-    return 1.4826 * float(np.median(np.abs(second - np.median(second)))) / np.sqrt(6.0)

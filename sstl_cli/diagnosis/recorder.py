@@ -47,12 +47,24 @@ def scan(signal: Array) -> Faults:
     if n < 16:
         return Faults(none, none, none, float("inf"), 0.0, 0.0)
     step = _step(signal)
-    second = np.diff(signal, 2)
-    noise = 1.4826 * float(np.median(np.abs(second - np.median(second)))) / np.sqrt(6.0)
-    clipped, level = _clipped(signal, noise)
+    noise = white_noise(signal)
+    clipped, level = _clipped(signal, max(noise, step))
     frozen = _frozen(signal, noise, step) & ~clipped
     spike = _spikes(signal, max(noise, 0.5 * step, 1e-6), frozen | clipped)
     return Faults(spike, frozen, clipped, level, step, noise)
+
+
+def white_noise(signal: Array) -> float:
+    """Return the RMS of the white noise of a signal (N), from its second differences.
+
+    The loudest twentieth, corners and spikes, is left out. A mean, because a median of quantised differences is a step or nothing.
+    """
+    if len(signal) < 5:
+        return 0.0
+    second = np.abs(np.diff(signal, 2))
+    quiet = second[second <= np.quantile(second, 0.95)]
+    # of normal noise the smaller 95 % have this mean over sigma
+    return float(quiet.mean()) / 0.717 / float(np.sqrt(6.0))
 
 
 def _runs(flag: Mask) -> list[tuple[int, int]]:

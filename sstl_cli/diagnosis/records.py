@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.motion import slip_of
-from sstl_cli.diagnosis.recorder import Faults, scan
+from sstl_cli.diagnosis.recorder import Faults, scan, white_noise
 from sstl_cli.diagnosis.smoothing import block_mean, corner_preserving
 from sstl_cli.physics.transmission import play_operator
 
@@ -206,8 +206,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
 
 def _half_width(signal: Array, dt: float) -> int:
     """Return the widest smoothing whose residual is still only noise, as half-width in samples."""
-    second = np.diff(signal, 2)
-    noise = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0)
+    noise = white_noise(signal)
     for window in SMOOTH_S:
         half = round(window / dt / 2)
         if half < 1:

@@ -35,6 +35,7 @@ def scaled(runs: Sequence[Run], unit_n: float) -> list[Run]:
             tension_in_n=r.tension_in_n / unit_n,
             tension_out_n=r.tension_out_n / unit_n,
             tension_ref_n=None if r.tension_ref_n is None else r.tension_ref_n / unit_n,
+            extra={k: v / unit_n if k.endswith("_n") else v for k, v in r.extra.items()},
         )
         for r in runs
     ]

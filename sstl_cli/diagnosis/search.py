@@ -16,12 +16,15 @@ from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.sawtooth import FAMILY
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects, free_parameters
 from sstl_cli.diagnosis.whitening import Whitener, fit_whitener, identity, spread_whitener
+from sstl_cli.physics.effect import TRANSITION
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 R = TypeVar("R")
 SHAPE_GRID = (0.15, 0.5, 0.85)
+STRENGTHS = (0.01, 0.08)
 COARSE_ITERATIONS = 6
+SHORT_ITERATIONS = 2
 RICH_FITS = 4
 # full refits: at least these many, at most these many, and only with this share of the best gain
 LEAST_FITS = 4
@@ -55,9 +58,11 @@ def penalised(f: Fit, samples: int) -> float:
 def starts(free: Sequence[Free]) -> list[Array]:
     """Return starting values: strengths a little off neutral, shapes on a coarse grid.
 
-    Shapes that span decades are spread logarithmically.
+    Shapes that span decades are spread logarithmically. Strengths of effects of the line are tried weak and strong:
+    their response is so far from linear that the step from a strong start says nothing of a weak effect.
     """
     axes: list[list[float]] = []
+    offsets = STRENGTHS if any(f.effect.stage == TRANSITION for f in free) else STRENGTHS[-1:]
     for f in free:
         p = f.parameter
         if p.name == "load_mm_per_n":
@@ -70,7 +75,8 @@ def starts(free: Sequence[Free]) -> list[Array]:
         elif p.low < p.neutral < p.high:
             axes.append([p.neutral])
         else:
-            axes.append([p.neutral + 0.08 * (p.high - p.neutral if p.high > p.neutral else p.low - p.neutral)])
+            reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
+            axes.append([p.neutral + o * reach for o in offsets])
     return [np.array(v) for v in itertools.product(*axes)]
 
 
@@ -87,7 +93,8 @@ def screen(
     grid = starts(free)
     if warm is not None:
         known = dict(zip(everything, warm, strict=True))
-        grid = [np.array([known[f] if f.parameter.shape else v for f, v in zip(free, grid[0], strict=True)])]
+        grid = [np.array([known[f] if f.parameter.shape else v for f, v in zip(free, g, strict=True)]) for g in grid]
+        grid = [np.array(g) for g in dict.fromkeys(tuple(g) for g in grid)]
     for start in grid:
         joined = (*around.free, *free)
         values = np.concatenate((around.values, start))
@@ -153,7 +160,7 @@ def run(
     def alone(place: int) -> Fit:
         gain, effect_id, start = ranked[place]
         # what cannot take half a percent of the error is not worth a fit, unless it is among the best anyway
-        tries = COARSE_ITERATIONS if place < LEAST_FITS or -gain > LEAST_GAIN * base.cost else 1
+        tries = COARSE_ITERATIONS if place < LEAST_FITS or -gain > LEAST_GAIN * base.cost else SHORT_ITERATIONS
         return fit(small, plain, (effect_id,), free_parameters((effect_id,), small.problem.systems), base.theta, start, tries)
 
     coarse = sorted(_each(alone, range(len(ranked)), workers), key=lambda f: (f.cost, f.ids))
@@ -180,6 +187,10 @@ def run(
         theta = search.base.theta.copy()
         theta[chosen] = c.theta
         done = fit(sim, whiten, c.ids, c.free, theta, c.values)
+        if done.cost > search.base.cost:
+            # a fit that ends above the base it contains is stuck far away: once more from near the base
+            near = [starts(c.free)[0][i] if not f.parameter.shape else v for i, (f, v) in enumerate(zip(c.free, c.values, strict=True))]
+            done = min(done, fit(sim, whiten, c.ids, c.free, search.base.theta, np.array(near)), key=lambda f: f.cost)
         advance(1)
         return done
 

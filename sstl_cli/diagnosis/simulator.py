@@ -70,7 +70,7 @@ class Simulator:
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])
 
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
-        return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip)
+        return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip, neighbour_n=neighbour_of(r))
 
     def with_inputs(self, inputs: list[Array]) -> Simulator:
         """Return a simulator of the same records with other input tensions (N)."""
@@ -105,6 +105,12 @@ class Simulator:
             out = predict(drive, float(theta[r.config]), active, start)
             parts.append(observed_output(r.system, r.dt_s, r.u, out, active))
         return parts
+
+
+def neighbour_of(r: Record) -> Array | None:
+    """Return the tension (N, shape (n * factor,)) of the tendons recorded beside, None where that is not known."""
+    beside = r.raw.extra.get("neighbour_n")
+    return None if beside is None else block_mean(beside, max(1, round(r.dt_s / r.raw.dt_s)))[: len(r.u)]
 
 
 def _true_start(r: Record, active: Active) -> float:

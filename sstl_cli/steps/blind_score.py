@@ -68,9 +68,12 @@ def calibration(truth: Mapping[str, Any], results: Mapping[str, Mapping[str, Any
         if (s := calibrate.scored(truth["truths"][name], results[name]["diagnosis"])) is not None
     ]
     found = calibrate.temperature(cases)
+    judged = [judge(name, truth["truths"][name], results[name], None) for name in sorted(results)]
+    evidence = [results[name]["diagnosis"]["verdict"].get("evidence", "") for name in sorted(results)]
     return {
         "schema": calibrate.SCHEMA,
         "temperature": found,
+        "verdicts": calibrate.verdicts(evidence, [j.right for j in judged]),
         "loss_nats": calibrate.loss(cases, found),
         "loss_at_1_nats": calibrate.loss(cases, 1.0),
         "cases": len(cases),

@@ -10,7 +10,7 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, downstream, faults, gains, scaling, search, sentence
+from sstl_cli.diagnosis import calibration, channels, downstream, faults, gains, scaling, search, sentence, unmodelled
 from sstl_cli.diagnosis.decide import Decision, Rules, decide, jumps_instead
 from sstl_cli.diagnosis.fit import first_theta, fit
 from sstl_cli.diagnosis.noise import noise_floor
@@ -145,7 +145,8 @@ def _diagnose(problem: Problem, options: DiagnoseOptions, advance: Callable[[flo
     decision = jumps_instead(found, decision, fitted, floor.coloured)
     if not _propagates(problem, floor.output_n):
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
-        decision = replace(decision, status="unknown", winner=None, group=(), confidence=1.0, why=why)
+        decision = replace(decision, status="unknown", winner=None, group=(), confidence=1.0, why=why, evidence="unknown/hold")
+    decision = _unlisted(problem, found, decision, floor.white_n)
     body = document(problem, found, decision, recorder, nominal, floor, scenario)
     if by_motion:
         body["notes"].append("driven by the recorded motion: its direction sets the sign of friction, reversals are left out")
@@ -154,6 +155,22 @@ def _diagnose(problem: Problem, options: DiagnoseOptions, advance: Callable[[flo
         beside = channels.position_gap(sim, found.base, ids)
     _add_channel(body, beside)
     return Diagnosis(problem, found, decision, recorder, options, body)
+
+
+def _unlisted(problem: Problem, found: search.Search, d: Decision, white_n: float) -> Decision:
+    """Turn "nothing is missing" into "unknown" where a tone or a change in mid-run is beyond doubt."""
+    if d.status != "none":
+        return d
+    steady = unmodelled.tone(problem.records, found.sim.predict_fine(found.base.theta, {}), white_n)
+    between, within = unmodelled.shifts(found.sim, found.whiten, found.base)
+    change, where = (between, "between runs") if abs(between.z) >= abs(within.z) else (within, "within a run")
+    if steady is not None:
+        why = f"the output holds a steady tone of {steady.rms_n * problem.unit_n:.2g} N RMS at {steady.frequency_hz:.3g} Hz (hum?)"
+    elif abs(change.z) > unmodelled.LEAST_SHIFT_Z:
+        why = f"theta of one configuration changes by {100 * change.share:.2g} % {where}: did the tube move?"
+    else:
+        return d
+    return replace(d, status="unknown", winner=None, group=(), confidence=1.0, why=why, evidence="unknown/sign")
 
 
 def _add_wrong_scale(body: dict[str, Any], wrong: Sequence[gains.WrongScale]) -> None:
@@ -177,7 +194,7 @@ def _add_wrong_scale(body: dict[str, Any], wrong: Sequence[gains.WrongScale]) ->
     gap["held_out"] = False
     body["verdict"] = {
         "status": "identified", "effects": ["gain_error"], "confidence": 0.95, "ambiguity_group": ["gain_error"],
-        "why": f"{said}: the scale of a sensor is wrong{after}",
+        "evidence": "named/scale", "why": f"{said}: the scale of a sensor is wrong{after}",
     }
     body["notes"].append(body["verdict"]["why"])
 
@@ -209,7 +226,8 @@ def _add_channel(body: dict[str, Any], gap: channels.ChannelGap | None) -> None:
         return
     status = "identified" if len(gap.effects) == 1 else "ambiguous"
     body["verdict"] = {
-        "status": status, "effects": [gap.effects[0]], "confidence": 0.95, "ambiguity_group": list(gap.effects), "why": what,
+        "status": status, "effects": [gap.effects[0]], "confidence": calibration.confidence("named/beside", 0.95),
+        "ambiguity_group": list(gap.effects), "why": what, "evidence": "named/beside",
     }
     if gap.unit == "N":
         body["gap"].update(

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sstl_cli.diagnosis import faults, following, search, shrink, where
-from sstl_cli.diagnosis.decide import Candidate, Decision
+from sstl_cli.diagnosis import calibration, faults, following, search, shrink, where
+from sstl_cli.diagnosis.decide import Candidate, Decision, advantage
 from sstl_cli.diagnosis.noise import Floor
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator
@@ -36,11 +36,13 @@ def document(
         return float(np.hypot(rms, fine_n))
 
     named = winner is not None and d.status in ("identified", "ambiguous")
+    evidence = d.evidence
     effects = _by_size(found, winner) if named and winner is not None else []
     status, why, confidence = d.status, d.why, d.confidence
     group = [e for ids in d.group for e in ids] if named else []
     if recorder:
         status, why, confidence, effects, group = _with_recorder(recorder, d, effects, group, base, sim)
+        evidence = f"{status}/recorder"
     accepted = winner if winner is not None and named and any(e in winner.ids for e in effects) else None
     floor = min(d.noise_n, (accepted or base).rms_n)
     interval = shrink.shrinkage(found, base, accepted or base, fine_n)
@@ -54,9 +56,10 @@ def document(
         "verdict": {
             "status": status,
             "effects": effects,
-            "confidence": confidence,
+            "confidence": calibration.confidence(evidence, confidence),
             "ambiguity_group": list(dict.fromkeys([*effects, *group])),
             "why": why,
+            "evidence": evidence,
         },
         "gap": {
             "rmse_base_n": max(full_rate(as_given), retuned),
@@ -78,6 +81,7 @@ def document(
         "candidates": _candidates(found, d, base, fine_n, recorder),
         "next_experiment": None,
         "base_score": base.score,
+        "base_behind_nats": 0.0 if _best(d) is base else advantage(_best(d), base),
         "analysis": {
             "rate_hz": problem.analysis_hz,
             "samples": sum(len(r.raw) for r in problem.records),
@@ -122,8 +126,9 @@ def _with_recorder(
     rounding = [r for r in recorder if r.id == "quantisation"]
     if rounding and effects:
         removed = base.rms_n**2 - (d.winner.rms_n**2 if d.winner else base.rms_n**2)
+        power = rounding[0].removed_n2 / max(sum(len(r.raw) for r in sim.problem.records), 1)
         # rounding errors are no noise: what a fitted effect takes out of them is not its own
-        if removed * sim.weight.sum() < 2.0 * rounding[0].removed_n2 / max(1.0, rounding[0].removed_n2):
+        if removed < 2.0 * power:
             effects, group = [], []
     if d.status in ("none", "unknown") or not effects:
         strong = sum(r.share for r in recorder) > 0.5
@@ -162,6 +167,7 @@ def _candidates(
     found: search.Search, d: Decision, base: Candidate, fine_n: float, recorder: list[faults.RecorderEffect]
 ) -> list[dict[str, Any]]:
     rows = []
+    best = _best(d)
     shown = {c.ids for c in d.candidates if len(c.ids) == 1} | ({d.winner.ids} if d.winner else set())
     for c in d.candidates:
         if c.ids not in shown:
@@ -176,6 +182,7 @@ def _candidates(
                 "rmse_held_out_n": float(np.hypot(c.rms_n, fine_n)),
                 "shrink_pct": shrink.shrinkage(found, base, c, fine_n).estimate,
                 "score": c.score,
+                "behind_nats": 0.0 if c is best else advantage(best, c),
                 "parameters": [
                     {
                         "name": f.parameter.name,
@@ -218,6 +225,11 @@ def _candidates(
             },
         )
     return sorted(rows, key=lambda row: -float(row["probability"]))
+
+
+def _best(d: Decision) -> Candidate:
+    """Return the base or the single candidate with the best held-out score."""
+    return max([d.base, *(c for c in d.candidates if len(c.ids) == 1)], key=lambda c: c.score)
 
 
 def _baselines(found: search.Search, d: Decision) -> dict[str, Any]:
