@@ -111,6 +111,14 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
     configs = tuple(sorted(set(keys)))
     records = tuple(_record(*item, configs.index(key)) for item, key in zip(usable, keys, strict=True))
+    if any(r.slip is not None for r in records):
+        for r in records:
+            if r.slip is None:
+                aside[r.run_id] = "too short to show that its motion drives it, as it does in other runs"
+        records = tuple(r for r in records if r.slip is not None)
+        used = sorted({r.config for r in records})
+        records = tuple(replace(r, config=used.index(r.config)) for r in records)
+        configs = tuple(configs[c] for c in used)
     return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records), unit_n)
 
 

@@ -32,6 +32,8 @@ REFINED = 10
 REFINED_SHARE = 0.3
 LEAST_GAIN = 0.005
 PAIR_LEADERS = 2
+# samples of a stroke that count as one where a motion drives the run
+STROKE_SAMPLES = 50.0
 PAIR_PARTNERS = 4
 
 
@@ -167,6 +169,11 @@ def run(
     groups = [r.system for r in small.problem.records]
     sample = fit_whitener(_richest(small, plain, base, coarse), small.weight, small.slices(), groups)
     whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), [r.system for r in sim.problem.records])
+    if any(r.slip is not None for r in sim.problem.records):
+        # strokes at constant load differ by their level alone, which a filter of innovations would take away
+        sample, whiten = (
+            identity(x.slices(), x.weight, spread * STROKE_SAMPLES**0.5) for x in (small, sim)
+        )
     start_theta = theta0.copy()
     start_theta[:] = float(np.mean(base.theta))
     start_theta[chosen] = base.theta

@@ -77,7 +77,7 @@ def test_pneu_input_is_pressure_times_area(tmp_path: Path) -> None:
     np.testing.assert_allclose(mine.tension_in_n, raw[:, 5] * 1e5 * np.pi * 0.0125**2, rtol=1e-12)
     np.testing.assert_array_equal(mine.tension_out_n, raw[:, 6])
     np.testing.assert_allclose(mine.time_s, raw[:, 0] / 1000, rtol=1e-12)
-    assert mine.config_id == "KDN-5bar"
+    assert mine.config_id == "KDN" and mine.trajectory == "ten strokes at 5 bar"
 
 
 def test_bandbrake_columns_are_the_two_band_tensions(tmp_path: Path) -> None:

@@ -1,0 +1,65 @@
+"""Recordings made by others: a broken sensor told from its healthy twin, one friction law from another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.runs import Run, read_runs, write_runs
+from sstl_cli.importers.mapping import read_mapping
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
+from sstl_cli.steps.import_ import run as import_files
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"recordings made by others are not at {DATA}")
+
+
+def imported(files: list[Path], mapping: Path, folder: Path) -> list[Run]:
+    write_runs(folder / "log.parquet", import_files(files, read_mapping(mapping)).runs, Provenance("test"))
+    return list(read_runs(folder / "log.parquet"))
+
+
+def test_broken_band_sensor_is_told_from_its_healthy_twin(tmp_path: Path) -> None:
+    verdicts = {}
+    for amplitude in ("0.5", "1"):
+        path = DATA / "bandbrake-capstan" / f"dataset-2__0.5Hz0lbtension{amplitude}amplitude.csv"
+        folder = tmp_path / amplitude
+        folder.mkdir()
+        runs = imported([path], HERE / "mappings" / "bandbrake-balance.toml", folder)
+        verdicts[amplitude] = run(runs, DiagnoseOptions(max_effects=1)).document()
+    faulty, healthy = verdicts["0.5"], verdicts["1"]
+    assert faulty["verdict"]["status"] == "identified" and faulty["verdict"]["effects"] == ["gain_error"]
+    # both band sensors read eight times too much: force over difference is 0.24 where other files have 1.9 to 2.4
+    gain = faulty["candidates"][0]["parameters"][0]["estimate"]
+    raw = np.loadtxt(
+        DATA / "bandbrake-capstan" / "dataset-2__0.5Hz0lbtension0.5amplitude.csv", delimiter=",", skiprows=1
+    )
+    difference = raw[:, 7] - raw[:, 6]
+    assert gain == pytest.approx(0.505 * float(difference @ raw[:, 5] / (difference @ difference)), rel=0.12)
+    assert healthy["verdict"]["evidence"] != "named/scale"
+    assert faulty["gap"]["rmse_base_n"] > 4.0 * healthy["gap"]["rmse_base_n"]
+
+
+def test_load_dependent_friction_is_told_from_constant_friction(tmp_path: Path) -> None:
+    files = sorted((DATA / "pneu-cylinder").glob("*.csv"))
+    runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)
+    friction = {}
+    for cylinder in ("NAPN", "KDN"):
+        found = run([r for r in runs if r.config_id == cylinder], DiagnoseOptions(workers=2)).document()
+        assert found["gap"]["shrink_pct"] > 70.0
+        assert any("driven by the recorded motion" in note for note in found["notes"])
+        friction[cylinder] = {e for e in found["verdict"]["effects"] if e.endswith("_friction")}
+    assert friction == {"NAPN": {"load_dependent_friction"}, "KDN": {"const_friction"}}
+
+
+def test_answers_come_in_the_units_of_the_recording(tmp_path: Path) -> None:
+    files = sorted((DATA / "pneu-cylinder").glob("KDN*.csv"))
+    runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)
+    found = run(runs, DiagnoseOptions(effects=("const_friction",), max_effects=1)).document()
+    width = next(p for p in found["candidates"][0]["parameters"] if p["name"] == "w_l_n")
+    # half-width of KDN's friction: 5.6 to 6.7 N (README of the data), part of it proportional to the load
+    assert 3.0 < width["estimate"] < 7.0
