@@ -64,7 +64,7 @@ def simulate(
                 yield run
                 advance(1)
 
-        samples = write_runs(out, counted(), provenance, force)
+        samples = write_runs(out, counted(), provenance, force, lambda: bool(loaded.tendons))
     screen.line(f"{total} runs, {samples} samples -> {out}")
     document = {
         "schema": "sstl.simulate/1",

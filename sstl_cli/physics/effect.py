@@ -102,6 +102,7 @@ class Drive:
 
     ``knots`` are the samples at which an elastic line is marched: a coarser grid and all turning points.
     ``slip`` is the direction of slip (1 pulling, -1 releasing, 0 unknown) where a recorded motion sets it.
+    ``neighbour_n`` is the summed tension (N) of tendons that were pulled beside, None where there are none.
     """
 
     system: str
@@ -114,6 +115,7 @@ class Drive:
     mechanics: Mechanics
     knots: NDArray[np.int64]
     slip: Array | None = None
+    neighbour_n: Array | None = None
 
     @property
     def passes(self) -> int:

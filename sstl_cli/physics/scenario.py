@@ -99,6 +99,18 @@ class Trajectory(Model):
         return self.label or self.kind
 
 
+class Tendon(Model):
+    """One actuation tendon of several: its wrap angle over the configuration's, and how its movement differs.
+
+    It moves like the trajectory, ``level`` times as far and ``delay_s`` (s) later.
+    """
+
+    id: Annotated[str, Field(min_length=1)]
+    theta_factor: Annotated[float, Field(gt=0, le=3)] = 1.0
+    level: Annotated[float, Field(gt=0, le=10)] = 1.0
+    delay_s: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+
+
 class Scenario(Model):
     """A rig, its sensors, its configurations, what is recorded, and the effects it contains."""
 
@@ -110,6 +122,7 @@ class Scenario(Model):
     noise: NoiseSection = NoiseSection()
     configurations: tuple[Configuration, ...] = ()
     trajectories: tuple[Trajectory, ...] = ()
+    tendons: tuple[Tendon, ...] = ()
     effects: dict[str, dict[str, float]] = {}
 
     @model_validator(mode="after")
@@ -119,6 +132,9 @@ class Scenario(Model):
         ids = [c.id for c in self.configurations]
         if len(set(ids)) != len(ids):
             raise ValueError("two configurations have the same id")
+        names = [t.id for t in self.tendons]
+        if len(set(names)) != len(names):
+            raise ValueError("two tendons have the same id")
         return self
 
     def theta_of(self, config_id: str | None) -> float:

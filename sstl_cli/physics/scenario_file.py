@@ -16,7 +16,7 @@ def dump(scenario: Scenario) -> str:
         lines += ["", *_table(key, document[key])]
     for effect_id, values in document.get("effects", {}).items():
         lines += ["", *_table(f"effects.{effect_id}", values)]
-    for key in ("configurations", "trajectories"):
+    for key in ("configurations", "trajectories", "tendons"):
         for item in document.get(key, []):
             lines += ["", f"[[{key}]]", *(f"{k} = {_value(v)}" for k, v in item.items())]
     return "\n".join(lines) + "\n"

@@ -119,7 +119,7 @@ def _diagnose(problem: Problem, options: DiagnoseOptions, advance: Callable[[flo
         for e, v in scenario.effects.items()
     }
     ids = candidates(options, list(scenario.effects))
-    fitted = [i for i in ids if get(i).fitted and get(i).channel == "out"]
+    fitted = [i for i in ids if get(i).fitted and get(i).channel in _shown(problem)]
     by_motion = any(r.slip is not None for r in problem.records)
     if by_motion:
         # which element slips next is known only where a tension drives the line
@@ -269,6 +269,13 @@ def _add_downstream(result: Diagnosis) -> None:
             {"reference": t.reference, "rmse_without_n": t.rmse_without_n, "rmse_with_n": t.rmse_with_n} for t in found
         ],
     }
+
+
+def _shown(problem: Problem) -> tuple[str, ...]:
+    """Return the channels whose effects the output can show: between tendons only if the others were recorded too."""
+    act = [r for r in problem.records if r.system == "act"]
+    together = bool(act) and all("neighbour_n" in r.raw.extra for r in act)
+    return ("out", "neighbour") if together else ("out",)
 
 
 def _propagates(problem: Problem, noise_n: float) -> bool:

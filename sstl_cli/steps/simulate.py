@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.paper.generator import generate
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.noise import NoiseModel, sensor_noise
-from sstl_cli.physics.scenario import Configuration, Lines, Scenario, Trajectory
+from sstl_cli.physics.scenario import Configuration, Lines, Scenario, Tendon, Trajectory
 from sstl_cli.physics.trajectories import probe, tension_path, times
 from sstl_cli.physics.transmission import activate, measure, play_operator, predict, predict_position
 from sstl_cli.physics.transmission.model import Active, drive_of
@@ -27,6 +27,7 @@ class Plan:
     configuration: Configuration
     trajectory: Trajectory
     system: str
+    tendon: Tendon | None = None
 
 
 def plan(scenario: Scenario, seed: int) -> list[Plan]:
@@ -39,15 +40,27 @@ def plan(scenario: Scenario, seed: int) -> list[Plan]:
     if not scenario.trajectories:
         raise SstlError("scenario has no trajectory", fix="add a [[trajectories]] block", code="E714")
     plans = [
-        Plan(f"{c.id}-{i}-{t.kind}-{system}", c, t, system)
+        Plan(f"{c.id}-{i}-{t.kind}-{system}" + (f"-{tendon.id}" if tendon else ""), _wrapped(c, tendon), t, system, tendon)
         for c in configurations
         for i, t in enumerate(scenario.trajectories)
         for system in t.systems
         if c.theta is not None or getattr(c, system) is not None
+        for tendon in _tendons(scenario, system)
     ]
     if not plans:
         raise SstlError("no configuration describes a recorded system", fix="give theta, act or sstl", code="E715")
     return plans
+
+
+def _tendons(scenario: Scenario, system: str) -> tuple[Tendon | None, ...]:
+    """Return the tendons that are recorded: all actuation tendons one by one, the sensing loop once."""
+    return scenario.tendons if scenario.tendons and system == "act" else (None,)
+
+
+def _wrapped(c: Configuration, tendon: Tendon | None) -> Configuration:
+    if tendon is None or c.theta is None:
+        return c
+    return c.model_copy(update={"theta": c.theta * tendon.theta_factor})
 
 
 def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterator[Run]:
@@ -62,6 +75,12 @@ def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterato
     active = activate(effects)
     plans = plan(scenario, seed)
     for effect, _ in active.items:
+        if effect.channel == "neighbour" and len(scenario.tendons) < 2:
+            raise SstlError(
+                f"effect {effect.id} needs a neighbour, but the scenario has {len(scenario.tendons) or 'one'} tendon(s)",
+                fix="add two [[tendons]] blocks that do not move alike (delay_s, level)",
+                code="E721",
+            )
         for p in plans:
             missing = [n for n in effect.needs if not _records(p.trajectory, n)]
             if missing:
@@ -96,9 +115,32 @@ def input_path(scenario: Scenario, p: Plan, seed: int) -> tuple[np.ndarray, np.n
     mechanics = scenario.rig.mechanics()
     if (p.trajectory.drive or "position") == "position" and p.trajectory.kind == "trapezoid":
         args = (mechanics.tendon_mm_per_n, mechanics.load_mm_per_n)
-        return time, probe(p.trajectory, p.system, time, _lines(p.configuration, p.system), *args)
+        path = probe(p.trajectory, p.system, time, _lines(p.configuration, p.system), *args)
+        return time, _moved(time, path, p.tendon)
     # the same movement for every configuration, as a lab would command it
-    return time, tension_path(p.trajectory, p.system, time, stream(seed, "path", p.trajectory.name, p.system))
+    path = tension_path(p.trajectory, p.system, time, stream(seed, "path", p.trajectory.name, p.system))
+    return time, _moved(time, path, p.tendon)
+
+
+def _moved(time: np.ndarray, path: np.ndarray, tendon: Tendon | None) -> np.ndarray:
+    if tendon is None:
+        return path
+    return np.asarray(tendon.level * np.interp(time - tendon.delay_s, time, path))
+
+
+def neighbour_tension(scenario: Scenario, p: Plan, seed: int) -> np.ndarray | None:
+    """Return the summed input tension (N, shape (n,)) of the other tendons while a planned run is recorded."""
+    if p.tendon is None:
+        return None
+    total = None
+    for other in scenario.tendons:
+        if other.id == p.tendon.id:
+            continue
+        theta = None if p.configuration.theta is None else p.configuration.theta / p.tendon.theta_factor
+        straight = p.configuration.model_copy(update={"theta": theta})
+        path = input_path(scenario, replace(p, configuration=_wrapped(straight, other), tendon=other), seed)[1]
+        total = path if total is None else total + path
+    return total
 
 
 def labels(p: Plan) -> dict[str, object]:
@@ -111,6 +153,7 @@ def labels(p: Plan) -> dict[str, object]:
         "location": c.location,
         "lead_mm": c.lead_mm,
         "trajectory": p.trajectory.name,
+        **({"tendon": p.tendon.id} if p.tendon is not None else {}),
     }
 
 
@@ -130,6 +173,7 @@ def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
     for effect, values in active.of_hook("loop"):
         tension = effect.loop(command, dt, values)  # type: ignore[misc]
     drive = drive_of(p.system, p.configuration.location, dt, tension, scenario.rig.mechanics())
+    drive = replace(drive, neighbour_n=neighbour_tension(scenario, p, seed))
     given: Lines | None = getattr(p.configuration, p.system)
     if given is not None:
         out = play_operator(tension, given.gamma_p, given.beta_p, given.gamma_r, given.beta_r, np.nan)

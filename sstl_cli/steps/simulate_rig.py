@@ -23,7 +23,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     SstlError
         If the configuration gives propagation lines instead of theta, the rig refuses a value, or it did not converge.
     """
-    from sstl_cli.steps.simulate import input_path, labels
+    from sstl_cli.steps.simulate import input_path, labels, neighbour_tension
 
     c = p.configuration
     if c.theta is None:
@@ -40,7 +40,8 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
             load_k1_n_per_mm=rig.load_n_per_mm,
         )
         noise = NoiseSpec(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
-        run = RigRun(p.system, c.theta, c.location, time, "tension", command)
+        beside = neighbour_tension(scenario, p, seed)
+        run = RigRun(p.system, c.theta, c.location, time, "tension", command, beside)
         result = simulate_rig(spec, run, {k: dict(v) for k, v in effects.items()}, noise, _seed(seed, p.run_id))
     except ValueError as error:
         # the rig shares no code with the rest and so raises no error of ours

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from sstl_cli.physics.transmission.model import drive_of, observed_output
 DT = 0.01
 T = np.arange(6000) * DT
 PATH = 17.0 + 14.0 * np.interp(T % 20, [0, 4, 5, 9, 12, 13, 18, 19, 20], [-1, 1, 1, -0.3, 0.5, 0.5, -1, -1, -1])
+BESIDE = 12.0 + 10.0 * np.sin(0.7 * T)
 THETA = 0.53
 ALL = sorted(catalogue())
 
@@ -22,7 +25,8 @@ ALL = sorted(catalogue())
 def response(effect_id, values, system="act", path=PATH):
     """Everything that an effect may change: output, measured input, position, loop."""
     active = activate({effect_id: values})
-    drive = drive_of(system, "CP", DT, path, Mechanics())
+    # another tendon is pulled beside, which only an effect between tendons may notice
+    drive = replace(drive_of(system, "CP", DT, path, Mechanics()), neighbour_n=BESIDE)
     out = predict(drive, THETA, active, float(path[0]))
     seen_in, seen_out = measure(system, DT, path, out, active, np.random.default_rng(1))
     effect = get(effect_id)

@@ -23,7 +23,8 @@ def mixed(size=4000, dt=0.01):
 
 
 def record(system, effects, time, command, drive="tension", noise=QUIET, spec=SPEC, **options):
-    run = RigRun(system, THETA, "CP", time, drive, command)
+    # another tendon is pulled beside, which only an effect between tendons may notice
+    run = RigRun(system, THETA, "CP", time, drive, command, 12.0 + 10.0 * np.sin(0.7 * time))
     return simulate_rig(spec, run, effects, noise, **options)
 
 

@@ -23,8 +23,7 @@ def command(name: str, seconds: float = 40.0, shift_s: float = 0.0) -> tuple[np.
 
 def act(tendon: str, config: str, theta: float, move: str, effects: dict, seed: int, shift_s: float = 0.0, neighbour=None) -> Run:
     time, path = command(move, shift_s=shift_s)
-    beside = {} if neighbour is None else {"neighbour_n": neighbour}
-    run = RigRun("act", theta, "CP", time, "tension", path, **beside)
+    run = RigRun("act", theta, "CP", time, "tension", path, neighbour)
     found = simulate_rig(SPEC, run, effects, NoiseSpec(0.02, 0.0), seed)
     return Run(
         f"{config}-{move}-{tendon}", "act", found.time_s, found.tension_in_n, found.tension_out_n, config_id=config,
@@ -42,13 +41,14 @@ def sstl(config: str, theta: float, move: str, effects: dict, seed: int) -> Run:
 
 
 def log(effects_a: dict, effects_b: dict) -> list[Run]:
-    """Two configurations, two movements, tendons A and B, one sensing loop."""
+    """Two configurations, two movements, tendons A and B (which pulls 7 s later), one sensing loop."""
     runs = []
     for k, (config, theta) in enumerate((("c1", 0.46), ("c2", 0.60))):
         for m, move in enumerate(MOVES):
             seed = 100 * k + 10 * m
-            runs.append(act("A", config, theta, move, effects_a, seed))
-            runs.append(act("B", config, theta, move, effects_b, seed + 1, 7.0))
+            first, later = command(move)[1], command(move, shift_s=7.0)[1]
+            runs.append(act("A", config, theta, move, effects_a, seed, neighbour=later))
+            runs.append(act("B", config, theta, move, effects_b, seed + 1, 7.0, neighbour=first))
             runs.append(sstl(config, theta, move, {}, seed + 2))
     return runs
 

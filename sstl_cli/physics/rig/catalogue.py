@@ -34,6 +34,7 @@ EFFECTS: dict[str, dict[str, Bounds]] = {
     "asymmetric_friction": {"a": Bounds(0.0, -0.2, 0.2, "-")},
     "sheath_compliance": {"c_t_per_n": Bounds(0.0, 0.0, 0.01, "1/N"), "k_sh_mm_per_n": Bounds(0.0, 0.0, 0.2, "mm/N")},
     "friction_drift": {"d_mu": Bounds(0.0, -0.3, 0.3, "-"), "path_n": Bounds(200.0, 10.0, 5000.0, "N")},
+    "tendon_crosstalk": {"c_bend_per_n": Bounds(0.0, -0.01, 0.02, "1/N")},
     "stribeck": {"ratio": Bounds(1.0, 1.0, 1.5, "-"), "v_s_mm_s": Bounds(1.0, 0.1, 10.0, "mm/s")},
     "viscous": {"c_l_n_s_per_mm": Bounds(0.0, 0.0, 0.05, "N s/mm")},
     # transition

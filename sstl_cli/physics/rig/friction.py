@@ -25,6 +25,7 @@ class Contact(NamedTuple):
     peak: FloatArray  # (M,) static excess of friction, as a share
     age_s: FloatArray  # (M,) age of the contact spots
     factor: FloatArray  # (M,) static over kinetic friction of the step being solved
+    swollen: FloatArray  # (1,) bend angle over that without other tendons, at the step being solved
 
 
 class ContactLaw(NamedTuple):
@@ -97,9 +98,9 @@ def trial_slip(chain: Chain, i: int) -> float:
 @njit(cache=True)
 def set_limits(chain: Chain, contact: Contact, law: ContactLaw, path_n: float) -> None:
     """Write the friction limits of every node for the coming step; `path_n` is the accumulated |dT_in| (N)."""
-    common = 1.0
+    common = contact.swollen[0]
     if law.drift != 0.0:
-        common += law.drift * exp(-path_n / law.drift_path_n)
+        common *= 1.0 + law.drift * exp(-path_n / law.drift_path_n)
     for i in range(contact.theta.size):
         if contact.fixed[i] == 1:
             continue

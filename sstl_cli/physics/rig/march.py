@@ -142,6 +142,7 @@ def march(
     bench: Bench,
     time: FloatArray,
     command: FloatArray,
+    swell: FloatArray,
     drive: int,
     lead_in: FloatArray,
     lead_drive: int,
@@ -152,10 +153,13 @@ def march(
 ) -> None:
     """Bring the rig from rest along `lead_in` (one entry a second), then record every sample into the output arrays.
 
+    `swell` is the bend angle over that without other tendons, one value a sample, or empty.
     `node_tension` is filled when it has as many rows as there are samples.
     """
     chain, probe = bench.chain, bench.probe
     probe[T_IN] = bench.setting.pretension
+    if swell.size > 0:
+        bench.contact.swollen[0] = swell[0]
     for n in range(1, lead_in.size):
         advance(bench, lead_drive, lead_in[n - 1], lead_in[n], 1.0)
     # Nothing that the lead-in wore, warmed or rested may count towards the run.
@@ -168,6 +172,8 @@ def march(
     bench.motor_state[MOTOR_MM + 1] = probe[X_IN]
     nodes = chain.force.size
     for n in range(time.size):
+        if swell.size > 0:
+            bench.contact.swollen[0] = swell[n]
         if n > 0:
             advance(bench, drive, command[n - 1], command[n], time[n] - time[n - 1])
         t_in[n] = probe[T_IN]

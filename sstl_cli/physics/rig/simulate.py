@@ -116,6 +116,7 @@ def build_contact(spec: RigSpec, run: RigRun, values: Values, chain: Chain) -> C
         peak=np.zeros(nodes),
         age_s=np.zeros(nodes),
         factor=np.ones(nodes),
+        swollen=np.ones(1),
     )
 
 
@@ -138,7 +139,16 @@ def build_contact_law(spec: RigSpec, values: Values) -> ContactLaw:
     )
 
 
-def build_setting(spec: RigSpec, values: Values, law: ContactLaw) -> Setting:
+def build_swell(run: RigRun, values: Values) -> FloatArray:
+    """How far the tensions of the other tendons open or close the bend, per sample; empty where they do not."""
+    per_n = values["tendon_crosstalk"]["c_bend_per_n"]
+    if per_n == 0.0 or run.neighbour_n is None:
+        return np.empty(0)
+    # A bend pulled straight and beyond would rub on the other wall: it never quite vanishes.
+    return np.clip(1.0 + per_n * run.neighbour_n, 0.05, None)
+
+
+def build_setting(spec: RigSpec, values: Values, law: ContactLaw, bent: bool = False) -> Setting:
     """Settings of the march; flags switch off what the effects at hand do not need."""
     breakable = law.stick_ratio > 1.0 or law.dwell_b > 0.0
     remembering = breakable or law.stribeck_ratio > 1.0
@@ -149,7 +159,7 @@ def build_setting(spec: RigSpec, values: Values, law: ContactLaw) -> Setting:
         gap=values["slack"]["gap_mm"],
         creep_fraction=creep["fraction"],
         creep_tau=creep["tau_s"],
-        varying=remembering or law.drift != 0.0,
+        varying=remembering or law.drift != 0.0 or bent,
         remembering=remembering,
         breakable=breakable,
         tolerance=spec.tolerance_n,
@@ -195,7 +205,8 @@ def simulate_rig(
     chain = build_chain(spec, run.system, values, load)
     contact = build_contact(spec, run, values, chain)
     contact_law = build_contact_law(spec, values)
-    setting = build_setting(spec, values, contact_law)
+    swell = build_swell(run, values)
+    setting = build_setting(spec, values, contact_law, swell.size > 0)
     law = TensionLaw(values["load_dependent_friction"]["alpha"], values["sheath_compliance"]["c_t_per_n"])
     motor = Motor(spec.pid_kp_mm_per_n, spec.pid_ki_mm_per_n_s, spec.pid_kd_mm_s_per_n, spec.motor_lag_s)
     set_limits(chain, contact, contact_law, 0.0)
@@ -215,7 +226,7 @@ def simulate_rig(
     probe = np.zeros(PROBES)
     bench = Bench(chain, load, law, contact, contact_law, motor, np.zeros(3), setting, probe)
     drive = DRIVE_CODES[run.drive]
-    march(bench, run.time_s, command, drive, lead_in, lead_drive, t_in, t_out, x_in, node_tension)
+    march(bench, run.time_s, command, swell, drive, lead_in, lead_drive, t_in, t_out, x_in, node_tension)
     truth = (t_in, t_out, x_in)
     stamps, seen_in, seen_out, seen_x = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
     return RigResult(

@@ -85,6 +85,7 @@ class RigRun:
     drive : "tension" (command is T_in in N, imposed exactly), "position" (command is motor travel in mm from the
         pretensioned rest) or "loop" (command is T_cmd in N, tracked by the PID and the motor).
     command : shape (n,).
+    neighbour_n : shape (n,), N, summed tension of the other tendons in the tube, or None.
 
     Raises
     ------
@@ -98,6 +99,7 @@ class RigRun:
     time_s: FloatArray
     drive: str
     command: FloatArray
+    neighbour_n: FloatArray | None = None
 
     def __post_init__(self) -> None:
         _require(self.system in SYSTEMS, "system", repr(self.system), f"one of {', '.join(SYSTEMS)}")
@@ -110,6 +112,11 @@ class RigRun:
         ordered = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
         _require(ordered, "time_s", "[...]", "finite and strictly increasing, s")
         _require(bool(np.all(np.isfinite(command))), "command", "[...]", "finite")
+        if self.neighbour_n is not None:
+            beside = np.asarray(self.neighbour_n, dtype=np.float64)
+            fits = beside.shape == time.shape and bool(np.all(np.isfinite(beside)))
+            _require(fits, "neighbour_n", f"shape {beside.shape}", f"finite and of shape {time.shape}, as time_s")
+            object.__setattr__(self, "neighbour_n", beside)
         object.__setattr__(self, "time_s", time)
         object.__setattr__(self, "command", command)
 
