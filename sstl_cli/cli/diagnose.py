@@ -130,7 +130,8 @@ def _tables(screen: Screen, document: dict[str, Any]) -> None:
     rows = []
     for c in document["candidates"][:6]:
         values = ", ".join(f"{p['name']} {p['estimate']:.3g} {p['unit']}" for p in c["parameters"][:3])
-        rows.append((c["id"], c["probability"], c["rmse_held_out_n"], c["shrink_pct"], values))
+        p = c["probability"]
+        rows.append((c["id"], "< 0.001" if p < 0.001 else f"{p:.3f}", c["rmse_held_out_n"], c["shrink_pct"], values))
     screen.table("candidates", ("effect", "p", "RMSE N", "shrink %", "parameters"), rows)
     following = document["next_experiment"]
     if following:

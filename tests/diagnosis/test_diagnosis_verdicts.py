@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import pytest
-from rig_logs import STRENGTH, record, theta_jump
+from dataclasses import replace
 
+import pytest
+from rig_logs import STRENGTH, TRAJECTORIES, record, scenario, theta_jump
+
+from sstl_cli.core.config import parse
 from sstl_cli.physics.effects import catalogue
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps import simulate
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
 
@@ -71,3 +76,22 @@ def test_retuning_is_never_credited():
     assert gap["rmse_base_n"] > 3 * gap["rmse_retuned_n"]
     assert document["verdict"]["status"] == "none"
     assert gap["shrink_pct"] == 0.0
+
+
+@pytest.mark.parametrize("effect", ["channel_delay", "channel_lowpass"])
+def test_the_proposed_recording_separates_what_was_ambiguous(effect):
+    """Ramps cannot tell a delay from a low-pass; the movement that is proposed, made on the rig, does."""
+    truth = {effect: {"tau_act_s": 0.02}}
+    ramps = scenario().model_copy(update={"trajectories": TRAJECTORIES[:2]})
+    first = run(list(simulate.run(ramps, truth, 3)), DiagnoseOptions(max_effects=1, workers=2)).document()
+    assert first["verdict"]["status"] == "ambiguous"
+    assert {"channel_delay", "channel_lowpass"} <= set(first["verdict"]["ambiguity_group"])
+    proposed = parse(Scenario, first["next_experiment"]["scenario"], "next experiment")
+    proposed = proposed.model_copy(update={"simulator": "rig", "noise": ramps.noise})
+    both = [*simulate.run(ramps, truth, 3), *renamed(simulate.run(proposed, truth, 4))]
+    second = run(both, DiagnoseOptions(max_effects=1, workers=2)).document()
+    assert second["verdict"]["status"] == "identified" and second["verdict"]["effects"] == [effect]
+
+
+def renamed(runs):
+    return [replace(r, run_id=f"next-{r.run_id}") for r in runs]
