@@ -27,13 +27,13 @@ _ORDER = [
     "evaluate",
     "compensate",
     "diagnose",
-    "watch",
     "blind",
     "reproduce",
     "report",
     "effects",
     "export",
     "batch",
+    "watch",
 ]
 
 

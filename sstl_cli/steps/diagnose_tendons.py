@@ -10,6 +10,7 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.physics.effects import catalogue
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import diagnose
 from sstl_cli.steps.diagnose import DiagnoseOptions, Diagnosis
@@ -65,6 +66,7 @@ def run(
         own = [with_neighbours(r, runs) for r in runs if r.system == "act" and (r.tendon or "") == name]
         try:
             found[name] = diagnose.run([*own, *shared], options, lambda share: advance(share / len(names)))
+            _leave_to_the_user(found[name].document())
         except SstlError as error:
             failed[name] = error
     if not found:
@@ -127,6 +129,17 @@ def _block(name: str, found: Diagnosis) -> dict[str, Any]:
 def _failure(name: str, error: SstlError) -> dict[str, Any]:
     verdict: dict[str, Any] = {"status": "unknown", "effects": [], "confidence": None, "ambiguity_group": [], "why": error.what}
     return {"tendon": name, "sentence": f"not diagnosed: {error.what}", "verdict": verdict}
+
+
+def _leave_to_the_user(document: dict[str, Any]) -> None:
+    """Take back a proposed movement that cannot tell what it is meant to: it moves one tendon only."""
+    following = document["next_experiment"]
+    ids = [i for text in following["separates"] for i in text.split(" + ")] if following else []
+    between = [i for i in ids if i in catalogue() and catalogue()[i].channel == "neighbour"]
+    if between:
+        document["next_experiment"] = None
+        what = " from ".join(following["separates"])
+        document["notes"].append(f"to tell {what}: hold this tendon while a neighbour moves, then move it while the neighbour holds")
 
 
 def _set_aside(runs: Sequence[Run], found: dict[str, Diagnosis], failed: dict[str, SstlError]) -> dict[str, str]:

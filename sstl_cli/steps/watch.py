@@ -269,12 +269,26 @@ class Watcher:
             self.kept.remove(mine[0])
 
     def around(self, alarm: Alarm) -> tuple[list[Loop], list[Loop]]:
-        """Return the loops of the alarm's configuration before the change and since, at most ``KEPT`` a stream."""
-        mine = [k for k in self.kept if k.run.config_id == alarm.config_id]
+        """Return the loops of the alarm's configuration before the change and since, at most ``KEPT`` a stream.
+
+        Of several tendons only one is taken: each has a friction of its own.
+        """
+        tendon = self._tendon(alarm)
+        mine = [
+            k
+            for k in self.kept
+            if k.run.config_id == alarm.config_id and (k.run.system == "sstl" or k.run.tendon == tendon)
+        ]
         before, since = ([k for k in mine if k.number < alarm.began], [k for k in mine if k.number >= alarm.began])
         # the loop in which something changed is neither
         whole = [k for k in since if k.number > alarm.began] if self.loops_since(alarm) > 2 else since
         return _last_of_each(before, KEPT), _last_of_each(whole, KEPT)
+
+    def _tendon(self, alarm: Alarm) -> str | None:
+        """Return the tendon whose loops go with an alarm: its own, or the one last seen beside a sensing loop."""
+        act = [k for k in self.kept if k.run.config_id == alarm.config_id and k.run.system == "act"]
+        own = [k for k in act if stream_name(k.run) == alarm.stream]
+        return (own or act)[-1].run.tendon if act else None
 
     def loops_since(self, alarm: Alarm) -> int:
         """Return how many loops of the alarm's own stream there are since the change began."""

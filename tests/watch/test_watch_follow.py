@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -158,3 +159,18 @@ def test_a_new_run_of_the_same_rig_ends_the_one_before():
 def test_write_helper_round_trip(tmp_path):
     path = write(tmp_path / "log.csv", lines([loops(1, {}, 1)]))
     assert len(times(TextFollower(path, Mapping()).look(last=True))) == 300
+
+
+def test_only_one_tendon_goes_into_a_naming():
+    watcher = Watcher(WatchOptions(learn=10))
+    part = loops(14, {}, 1)
+    changed = loops(5, {"const_friction": {"w_l_n": 0.3}}, 2, start_s=84.0)
+    alarms = []
+    for tendon, parts in (("B", [part]), ("A", [part, changed])):
+        for piece in parts:
+            events = watcher.feed(replace(run_of(piece, f"run-{tendon}"), tendon=tendon))
+            alarms += [e for e in events if not isinstance(e, Loop)]
+    (alarm,) = alarms
+    assert alarm.stream == "act A A"
+    before, since = watcher.around(alarm)
+    assert before and since and {k.run.tendon for k in [*before, *since]} == {"A"}
