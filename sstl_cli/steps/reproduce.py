@@ -12,6 +12,7 @@ from sstl_cli.paper.settings import EXPLAINED, STATED
 from sstl_cli.paper.spread import Spread
 from sstl_cli.steps import (
     reproduce_better,
+    reproduce_diagnosis,
     reproduce_gap,
     reproduce_mapping,
     reproduce_probe,
@@ -19,6 +20,7 @@ from sstl_cli.steps import (
     reproduce_tracking,
 )
 from sstl_cli.steps.reproduce_better import Rung
+from sstl_cli.steps.reproduce_diagnosis import Named
 from sstl_cli.steps.reproduce_gap import Gap
 from sstl_cli.steps.reproduce_mapping import Mapping as TableIII
 from sstl_cli.steps.reproduce_probe import Probe
@@ -26,9 +28,9 @@ from sstl_cli.steps.reproduce_slopes import Slopes
 from sstl_cli.steps.reproduce_tracking import Block, Prepared
 
 Key = tuple[str, str, str]
-TABLES = ("I", "II", "III", "IV", "figures", "better", "probe")
+TABLES = ("I", "II", "III", "IV", "diagnosis", "figures", "better", "probe")
 #: what ``all`` means: the extensions take longer than the paper's own tables
-DEFAULT = ("I", "II", "III", "IV", "figures")
+DEFAULT = ("I", "II", "III", "IV", "diagnosis", "figures")
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Reproduction:
     prepared: Prepared | None = None
     blocks: tuple[Block, ...] = ()
     gap: Gap | None = None
+    named: Named | None = None
     better: tuple[Rung, ...] = ()
     probes: tuple[Probe, ...] = ()
     figures: bool = False
@@ -89,9 +92,9 @@ def run(
     """
     say = report or (lambda text: None)
     compared: list[Compared] = []
-    slopes = mapping = gap = prepared = None
+    slopes = mapping = gap = named = prepared = None
     blocks: tuple[Block, ...] = ()
-    wants_tracking = "IV" in tables or "figures" in tables
+    wants_tracking = bool({"IV", "diagnosis", "figures"} & set(tables))
     if {"I", "II"} & set(tables) or wants_tracking:
         say("Tables I and II: 40 configurations, simulated and segmented")
         slopes = reproduce_slopes.run(seed)
@@ -115,6 +118,9 @@ def run(
                     compared += _judged(table, made.entries, spread.of(made.settings.name), made.settings.name)
             say("the difference between the blocks: parts of the explanation")
             gap = reproduce_gap.run(prepared, seed)
+        if "diagnosis" in tables:
+            say("the difference between the blocks: diagnosed")
+            named = reproduce_diagnosis.run(prepared, blocks[1], seed)
     calibration = None
     better: tuple[Rung, ...] = ()
     probes: tuple[Probe, ...] = ()
@@ -128,7 +134,7 @@ def run(
         say("a shorter probe: the rig, faster and partial strokes")
         probes = tuple(reproduce_probe.run(seed, calibration))
     return Reproduction(
-        tuple(compared), slopes, mapping, prepared, blocks, gap, better, probes, "figures" in tables, spread
+        tuple(compared), slopes, mapping, prepared, blocks, gap, named, better, probes, "figures" in tables, spread
     )
 
 

@@ -21,6 +21,7 @@ def grids(found: Reproduction) -> list[Grid]:
         *_mapping(found),
         *tracking_grids(found.compared),
         *_gap(found),
+        *_named(found),
         *_better(found),
         *_probe(found),
     ]
@@ -114,6 +115,25 @@ def _gap(found: Reproduction) -> list[Grid]:
             ("part", "N with it alone", "N with all but it", "share %"),
             rows,
             ("distance: rms of ours - paper over every RMSE and STD; shares by Shapley's rule.",),
+        )
+    ]
+
+
+def _named(found: Reproduction) -> list[Grid]:
+    n = found.named
+    if n is None:
+        return []
+    rows = tuple((x.effects, f"{x.rmse_n:.2f}", f"{x.shrink_pct:.0f}") for x in n.leading)
+    notes = [f"before: {n.retuned_n:.2f} N re-tuned, noise floor {n.floor_n:.2f} N; {n.sentence}"]
+    if n.beside:
+        notes.append(f"beside the output tension, in how the input follows its reference: {n.beside}")
+    return [
+        Grid(
+            "IV-diagnosis",
+            "Table IV: which effect, added to the stated simulator, would make it meet the explained recordings",
+            ("effect", "N left", "shrink %"),
+            rows,
+            tuple(notes),
         )
     ]
 
