@@ -46,19 +46,26 @@ def _csv(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     schema_id_of(path)
     _require(pq.read_schema(path).names, path)
-    table = pq.read_table(path, columns=list(COLUMNS))
+    try:
+        table = pq.read_table(path, columns=list(COLUMNS))
+    except (pa.ArrowException, OSError) as error:
+        raise SstlError(f"is damaged ({str(error)[:120]})", where=str(path), code="E133") from None
     try:
         time, tension = (table.column(c).cast("float64").to_numpy() for c in COLUMNS)
-    except ValueError:
+    except (ValueError, pa.ArrowException):
         raise SstlError("holds text where numbers belong", where=str(path), code="E407") from None
     return time, tension
 
 
 def _require(names: list[str], path: Path) -> None:
     missing = [c for c in COLUMNS if c not in names]
+    twice = [c for c in COLUMNS if names.count(c) > 1]
+    if twice:
+        raise SstlError(f"has column {twice[0]} more than once", where=str(path), fix="drop all but one", code="E407")
     if missing:
         raise SstlError(f"misses column {', '.join(missing)}", where=str(path), fix="rename it", code="E407")

@@ -89,9 +89,12 @@ def from_samples(name: str, time_s: Array, tension_n: Array, dt_s: float) -> Ref
     if (np.diff(time) <= 0).any():
         bad = int(np.argmax(np.diff(time) <= 0)) + 1
         raise SstlError(f"time does not rise at sample {bad}", where=name, fix="sort it and drop repeats", code="E407")
-    n = int(np.floor((time[-1] - time[0]) / dt_s + 1e-6)) + 1
-    if not 2 <= n <= 100_000_000:
-        raise SstlError(f"{time[-1] - time[0]:g} s at {dt_s:g} s gives {n} samples", where=name, code="E407")
+    periods = float((time[-1] - time[0]) / dt_s)
+    if not 1.0 - 1e-6 <= periods < 1e8:
+        raise SstlError(
+            f"{time[-1] - time[0]:g} s at {dt_s:g} s gives {periods:.6g} periods, not 1 to 1e8", where=name, code="E407"
+        )
+    n = int(np.floor(periods + 1e-6)) + 1
     grid = np.arange(n, dtype=np.float64) * dt_s
     values = np.interp(grid + time[0], time, tension)
     return Reference(name, grid, values, first_cycle_s(grid, values))

@@ -88,7 +88,7 @@ class TableReader:
         try:
             for batch in self.file.iter_batches(ROWS_PER_BLOCK):
                 yield conform(pa.Table.from_batches([batch]), self.schema, str(self.path), self.coded)
-        except (pa.ArrowException, OSError) as error:
+        except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
             raise SstlError(f"is damaged ({str(error)[:120]})", where=str(self.path), code="E133") from None
 
     def table(self) -> pa.Table:
@@ -133,13 +133,18 @@ def metadata_of(file: pq.ParquetFile) -> dict[str, object]:
 
 
 def check_columns(names: list[str], schema: Schema, where: str) -> None:
-    """Raise SstlError naming every missing required column and the nearest one present."""
+    """Raise SstlError naming every missing required column and the nearest one present, or a column given twice."""
     missing = [c for c in schema.required if c not in names]
     if missing:
         spare = [n for n in names if n not in schema.names]
         hints = "; ".join(f"'{m}'" + (f" ({nearest(m, spare)})" if spare else "") for m in missing)
         raise SstlError(
             f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134"
+        )
+    twice = [c for c in schema.names if names.count(c) > 1]
+    if twice:
+        raise SstlError(
+            f"has column '{twice[0]}' {names.count(twice[0])} times", where=where, fix="drop all but one", code="E137"
         )
 
 
@@ -165,6 +170,9 @@ def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = 
                     fix=f"write it as {column.type}" + (f" in {column.unit}" if column.unit else ""),
                     code="E135",
                 ) from None
+            if pa.types.is_string(column.type):
+                # Arrow hands out bytes that are no UTF-8 as they are; Python would stop at them much later
+                values.validate(full=True)
             if values.null_count and not column.nullable:
                 raise SstlError(
                     f"column '{column.name}' has {values.null_count} empty values",
@@ -206,7 +214,7 @@ def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
         types = {f.name: f.type for f in file.schema_arrow}
         present = [n for n in coded if n in types and pa.types.is_string(types[n])]
         return pq.ParquetFile(path, read_dictionary=present) if present else file
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise SstlError(
             f"is not a readable Parquet file ({str(error)[:100]})",
             where=str(path),

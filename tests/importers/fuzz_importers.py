@@ -71,13 +71,13 @@ def mutated(importer_id: str, number: int) -> bytes:
     return bytes(data)
 
 
-def fuzz_one(importer_id: str, data: bytes) -> None:
-    """Import ``data`` as the format; anything but runs or an SstlError, or more than 20 s, raises."""
+def fuzz_one(importer_id: str, data: bytes) -> bool:
+    """Return whether ``data`` was read as the format; anything but runs or an SstlError, or more than 20 s, raises."""
     mapping = inline_mapping(SHORT[importer_id]) if importer_id in SHORT else Mapping()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"fuzz{_seed(importer_id)[1]}"
         path.write_bytes(data)
-        started = time.monotonic()
+        started, read = time.monotonic(), True
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -85,7 +85,9 @@ def fuzz_one(importer_id: str, data: bytes) -> None:
                     assert len(piece) <= 2_000_000
         except SstlError as error:
             assert error.code.startswith("E") and "\n" not in error.line()
+            read = False
         assert time.monotonic() - started < MAX_SECONDS
+    return read
 
 
 def main(words: list[str]) -> None:

@@ -1,51 +1,61 @@
-"""Mutated files of every kind the program reads back: the answer is a value or one SstlError, soon and small.
-
-As a script: ``python tests/trust/fuzz_readers.py KIND|all COUNT [FIRST]``.
-"""
+"""Damaged files of every kind the program reads back: the answer is a value or one SstlError, soon and small."""
 
 from __future__ import annotations
 
-import json
-import resource
+import contextlib
+import signal
 import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from trust_program import inside, write_log
+from fuzz_mutations import mutated
+from trust_program import inside
 
 from sstl_cli.core.errors import SstlError
 
-MAX_SECONDS = 10.0
-MAX_BYTES = 6 << 30
-_WILD = [b"\xff" * 8, b"\x00" * 8, b"\x7f\xff\xff\xff", b"1e999", b"[[[[[[[[", b'{"a":', b"nan", b"\n", b'"', b"-1", b"99999999999999"]
+MAX_SECONDS = 20
 
 
 def _log(path: Path) -> None:
     from sstl_cli.core.runs import read_runs
+    from sstl_cli.identification import segment_run
 
-    for _ in read_runs(path):
-        pass
+    for run in read_runs(path):
+        segment_run(run)
+
+
+def _table(path: Path) -> None:
+    from sstl_cli.reporting.load import load
+
+    load([path])
 
 
 def _theta(path: Path) -> None:
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
+    from sstl_cli.steps.compensate import cases_of
 
-    open_table(path, THETA).table()
+    cases_of(open_table(path, THETA).table())
+
+
+def _reference(path: Path) -> None:
+    from sstl_cli.control.reference_file import read
+
+    read(path, 0.01)
 
 
 def _scenario(path: Path) -> None:
     from sstl_cli.physics.scenario import load
+    from sstl_cli.steps.simulate import plan
 
-    load(str(path))
+    plan(load(str(path)), 0)
 
 
 def _mapping(path: Path) -> None:
@@ -54,10 +64,28 @@ def _mapping(path: Path) -> None:
     read_mapping(path)
 
 
-def _json(path: Path) -> None:
-    from sstl_cli.reporting.load import load
+def _config(path: Path) -> None:
+    # an unknown log ends the command once its options are read
+    done = inside("segment", "/no/log", "--out", "/no/theta", "--config", path)
+    assert done.returncode in (1, 2) and "E003" not in done.stderr and "Traceback" not in done.stderr, done.stderr
+    if "/no:" not in done.stderr:
+        raise SstlError("refused", code="E150")
 
-    load([path])
+
+def _controller(path: Path) -> None:
+    from sstl_cli.control import parameters
+    from sstl_cli.core.files import read_json
+
+    document = parameters.read(read_json(path, parameters.SCHEMA), str(path))
+    for entry in document.configurations:
+        parameters.controller_of(entry, document.options)
+
+
+def _diagnosis(path: Path) -> None:
+    from sstl_cli.reporting.load import load
+    from sstl_cli.steps.report import run
+
+    run(load([path]))
 
 
 def _model(path: Path) -> None:
@@ -69,111 +97,72 @@ def _model(path: Path) -> None:
 READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "log": (".parquet", _log),
     "theta": (".parquet", _theta),
+    "phases": (".parquet", _table),
+    "reference": (".parquet", _reference),
     "scenario": (".toml", _scenario),
     "mapping": (".toml", _mapping),
-    "json": (".json", _json),
+    "config": (".toml", _config),
+    "controller": (".json", _controller),
+    "diagnosis": (".json", _diagnosis),
     "model": (".safetensors", _model),
 }
 
 
-@cache
-def seed_of(kind: str) -> bytes:
-    """Return a good file of a kind."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        if kind == "scenario":
-            from importlib import resources
+@dataclass
+class Answers:
+    """How the inputs of one kind were answered."""
 
-            return (resources.files("sstl_cli.physics") / "scenarios" / "default.toml").read_bytes()
-        if kind == "mapping":
-            return (
-                b'[constants]\nsystem = "act"\nlead_mm = 40.0\n[columns.time_s]\nsource = "t"\nunit = "ms"\n'
-                b'[columns.tension_in_n]\nsource = "a"\n[repair]\non_gap = "split"\n'
-            )
-        log, theta = write_log(folder / "log.parquet", runs=2, samples=800), folder / "theta.parquet"
-        if kind == "log":
-            return log.read_bytes()
-        if kind == "model":
-            return _trained(folder)
-        done = inside("segment", log, "--out", theta, "--json")
-        return theta.read_bytes() if kind == "theta" else done.stdout.encode()
+    read: int = 0
+    refused: int = 0
+    slowest_s: float = 0.0
+
+    @property
+    def inputs(self) -> int:
+        return self.read + self.refused
 
 
-def _trained(folder: Path) -> bytes:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+@contextlib.contextmanager
+def at_most(seconds: int, what: str) -> Iterator[None]:
+    """Raise AssertionError in the middle of a hang."""
 
-    rng = np.random.default_rng(0)
-    rows = []
-    for i in range(24):
-        theta = rng.uniform(0.3, 0.9)
-        for system, n in (("act", 1), ("sstl", 2)):
-            lines = {"gamma_p": float(np.exp(-n * theta)), "gamma_r": float(np.exp(n * theta)), "beta_p": 0.1, "beta_r": -0.1}
-            errors = {k + "_se": 0.01 for k in lines}
-            label = {"run_id": f"{system}{i}", "config_id": f"c{i}", "system": system, "location": "CP"}
-            quality = {"inlier_p": 1.0, "inlier_r": 1.0, "rmse_p_n": 0.1, "rmse_r_n": 0.1, "lead_mm": float(i)}
-            rows.append({**label, **lines, **errors, **quality, "loops": 3, "status": "ok"})
-    pq.write_table(pa.Table.from_pylist(rows), folder / "t.parquet")
-    out = folder / "m.safetensors"
-    done = inside("train", folder / "t.parquet", "--out", out, "--variants", "linear,plain", "--seeds", 1, "--epochs", 2)
-    assert out.exists(), done.stderr
-    return out.read_bytes()
+    def stop(*_: Any) -> None:
+        raise AssertionError(f"{what} hangs")
+
+    old = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
 
 
-def mutated(kind: str, number: int) -> bytes:
-    """Return input ``number`` of a kind, the same in every run."""
-    data = bytearray(seed_of(kind))
-    rng = np.random.default_rng([number, *kind.encode()])
-    for _ in range(int(rng.integers(1, 5))):
-        if not data:
-            break
-        spot = int(rng.integers(0, len(data)))
-        # headers and footers decide how the rest is read
-        spot = (spot, spot % 300, max(0, len(data) - 1 - spot % 600))[int(rng.integers(0, 3))]
-        length, how = int(rng.integers(1, 40)), int(rng.integers(0, 6))
-        if how == 0:
-            data[spot] ^= 1 << int(rng.integers(0, 8))
-        elif how == 1:
-            data[spot : spot + length] = rng.integers(0, 256, length, dtype=np.uint8).tobytes()
-        elif how == 2:
-            del data[spot:]
-        elif how == 3:
-            del data[spot : spot + length]
-        elif how == 4:
-            data[spot:spot] = data[spot : spot + length] * int(rng.integers(1, 20))
-        else:
-            wild = _WILD[int(rng.integers(0, len(_WILD)))]
-            data[spot : spot + len(wild)] = wild
-    return bytes(data)
-
-
-def fuzz(kind: str, count: int, first: int = 0) -> dict[str, int]:
-    """Read mutated files; anything but a value or an SstlError raises, and so does more than 10 s."""
+def fuzz_one(kind: str, data: bytes, what: str) -> bool:
+    """Return whether damaged bytes were read; anything but a value or an SstlError raises, and so does a hang."""
     suffix, read = READERS[kind]
-    answers = {"read": 0, "refused": 0}
-    seed_of(kind)
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         path = Path(folder) / f"fuzz{suffix}"
-        for number in range(first, first + count):
-            path.write_bytes(mutated(kind, number))
-            started = time.monotonic()
-            try:
+        path.write_bytes(data)
+        try:
+            with at_most(MAX_SECONDS, what):
                 read(path)
-                answers["read"] += 1
-            except SstlError as error:
-                assert "\n" not in error.line() and len(error.line()) < 2000, (kind, number)
-                answers["refused"] += 1
-            except BaseException as error:
-                raise AssertionError(f"{kind} input {number}: {type(error).__name__}: {error}"[:300]) from error
-            assert time.monotonic() - started < MAX_SECONDS, f"{kind} input {number} hangs"
+        except SstlError as error:
+            assert "\n" not in error.line() and len(error.line()) < 2000, what
+            return False
+        except Exception as error:
+            raise AssertionError(f"{what}: {type(error).__name__}: {error}"[:300]) from error
+    return True
+
+
+def fuzz(kind: str, count: int, first: int = 0) -> Answers:
+    """Read damaged files one after another."""
+    answers = Answers()
+    for number in range(first, first + count):
+        data = mutated(kind, number)
+        started = time.monotonic()
+        read = fuzz_one(kind, data, f"{kind} input {number}")
+        answers.read += read
+        answers.refused += not read
+        answers.slowest_s = max(answers.slowest_s, time.monotonic() - started)
     return answers
-
-
-if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_AS, (MAX_BYTES, MAX_BYTES))
-    chosen = list(READERS) if sys.argv[1] == "all" else [sys.argv[1]]
-    for kind in chosen:
-        found = fuzz(kind, int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 0)
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        print(json.dumps({"kind": kind, **found, "peak_gb": round(peak, 2)}))

@@ -1,0 +1,34 @@
+"""Put a generated table into a page, between its two marks; the rest of the page is written by hand."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def put(page: str, name: str, text: str) -> None:
+    """Replace what stands between ``<!-- NAME begins -->`` and ``<!-- NAME ends -->`` in a page of docs/.
+
+    Raises
+    ------
+    ValueError
+        If the page has not exactly one such place.
+    """
+    path = DOCS / page
+    begins, ends = f"<!-- {name} begins -->", f"<!-- {name} ends -->"
+    old = path.read_text(encoding="utf-8")
+    if old.count(begins) != 1 or old.count(ends) != 1:
+        raise ValueError(f"{page} needs {begins} and {ends} once each")
+    head, rest = old.split(begins)
+    tail = rest.split(ends)[1]
+    temporary = path.with_suffix(".tmp")
+    temporary.write_text(f"{head}{begins}\n{text.strip()}\n{ends}{tail}", encoding="utf-8")
+    os.replace(temporary, path)
+
+
+def table(head: list[str], rows: list[list[object]]) -> str:
+    """Return a Markdown table."""
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *("| " + " | ".join(str(c) for c in row) + " |" for row in rows)])
