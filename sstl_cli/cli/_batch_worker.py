@@ -20,7 +20,9 @@ from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASI
 from sstl_cli.steps import batch as step
 
 # the subcommand sees the process's arguments and streams, of which there is one set
+# (a subcommand that runs a batch in this same thread comes by twice)
 _ONE_AT_A_TIME = threading.RLock()
+INTERRUPTED = "E001"
 _STATES = {EXIT_DONE: "done", EXIT_SET_ASIDE: "set aside", EXIT_GATE: "gate"}
 
 
@@ -99,7 +101,13 @@ def _call(job: Job, local: Path, work: Path, url: str) -> tuple[int, str, list[s
 
 
 def call_program(words: list[str], environment: dict[str, str]) -> tuple[int, str, str]:
-    """Run ``sstl WORDS`` in this process; return exit code, standard output and standard error."""
+    """Run ``sstl WORDS`` in this process; return exit code, standard output and standard error.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If Ctrl-C ended it: that is no failure of one file, and must not let the next one begin.
+    """
     from sstl_cli.cli.app import main
 
     out, err = io.StringIO(), io.StringIO()
@@ -112,11 +120,18 @@ def call_program(words: list[str], environment: dict[str, str]) -> tuple[int, st
                 main()
             code = EXIT_DONE
         except SystemExit as end:
+            if _interrupted(end):
+                raise KeyboardInterrupt from None
             code = end.code if isinstance(end.code, int) else EXIT_DONE if end.code is None else EXIT_FAILED
         finally:
             sys.argv = before_words
             _set_environment(environment, before)
     return code, out.getvalue(), err.getvalue()
+
+
+def _interrupted(end: SystemExit) -> bool:
+    cause = end.__context__
+    return isinstance(cause, KeyboardInterrupt) or (isinstance(cause, SstlError) and cause.code == INTERRUPTED)
 
 
 def _set_environment(old: dict[str, str], new: dict[str, str]) -> None:
