@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -141,7 +142,7 @@ def check_columns(names: list[str], schema: Schema, where: str) -> None:
         raise SstlError(
             f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134"
         )
-    twice = [c for c in schema.names if names.count(c) > 1]
+    twice = [c for c, n in Counter(names).items() if n > 1]
     if twice:
         raise SstlError(
             f"has column '{twice[0]}' {names.count(twice[0])} times", where=where, fix="drop all but one", code="E137"
