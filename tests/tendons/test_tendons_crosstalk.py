@@ -16,7 +16,7 @@ from sstl_cli.steps.diagnose import DiagnoseOptions
 
 C = 0.004
 COUPLED = {"tendon_crosstalk": {"c_bend_per_n": C}}
-# its look-alikes and what is usual; the whole catalogue is asked once
+# its look-alikes and what is usual; docs/tendons.md has the whole catalogue
 RIVALS = ("tendon_crosstalk", "sheath_compliance", "friction_drift", "gain_error", "load_dependent_friction", "zero_drift")
 OPTIONS = DiagnoseOptions(max_effects=1, workers=2, effects=RIVALS)
 
@@ -27,7 +27,7 @@ def coefficient(block):
 
 
 def test_cross_talk_is_named_for_every_tendon():
-    found = diagnose_tendons.run(log(COUPLED, COUPLED), DiagnoseOptions(max_effects=1, workers=2)).document()
+    found = diagnose_tendons.run(log(COUPLED, COUPLED), OPTIONS).document()
     for block in found["tendons"]:
         assert block["verdict"]["status"] == "identified", block["verdict"]
         assert block["verdict"]["effects"] == ["tendon_crosstalk"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -176,6 +177,18 @@ def test_samples_set_aside_end_with_three(tmp_path):
 
 def test_nothing_to_read_is_a_failure(tmp_path):
     assert "no sample was read" in sstl(tmp_path / "none.csv", "--once", code=1).stderr
+
+
+def test_ctrl_c_is_the_usual_end(tmp_path):
+    path = write(tmp_path / "log.csv", lines([loops(3, {}, 1)]))
+    command = [sys.executable, "-m", "sstl_cli", "watch", str(path), "--poll", "0.05"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        first = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        rest, notes = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert first.split()[:3] == ["1", "act", "A"] and "0 alarms" in rest
+    assert "interrupted" in notes and "Traceback" not in notes
 
 
 def test_wrong_use_is_told(tmp_path):
