@@ -27,6 +27,8 @@ from sstl_cli.physics.transmission.model import drive_of
 Array = NDArray[np.float64]
 TRACKS = 0.9
 LEAST_SHRINK = 0.3
+# lag (s) and inverse slew rate (s/N): a slew limit has no slope until it binds
+LAG_STARTS = ((0.02, 1e-6), (0.2, 1e-6), (1e-4, 0.05), (1e-4, 0.15))
 OVER_NOISE = 3.0
 LEFT_SHARE = 0.15
 # a small gap has to be explained down to the noise
@@ -65,7 +67,7 @@ def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
 
     base = residual(np.zeros(2))
     low, high = np.zeros(2), np.array([0.5, 0.2])
-    fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in ([0.02, 1e-6], [0.2, 1e-6])]
+    fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in LAG_STARTS]
     best = min(fits, key=lambda f: f.cost)
     before, after = _rms(base), _rms(residual(best.x))
     if not _explained(before, after, max(noise, 1e-9)):

@@ -46,7 +46,7 @@ class Rules:
     least_share: float = 0.4
     # what is left beyond the noise may be this multiple of the noise, or this share of the gap (RMS)
     leftover_over_noise: float = 1.0
-    leftover_share: float = 0.35
+    leftover_share: float = 0.45
     # scale of discounted log-score differences into probabilities, from the calibration library
     temperature: float = field(default_factory=lambda: calibration.temperature(4.0))
 

@@ -66,7 +66,7 @@ def tone(records: tuple[Record, ...], predictions: list[Array], noise_n: float) 
         power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
         hz = np.fft.rfftfreq(len(x), r.dt_s)
         # the median of exponential noise is ln 2 of its mean
-        around = median_filter(power, NEIGHBOURS, mode="nearest") / np.log(2.0)
+        around = median_filter(power, NEIGHBOURS, mode="mirror") / np.log(2.0)
         ratio = np.where(hz > LEAST_HZ, power / np.maximum(around, 1e-300), 0.0)
         at = int(np.argmax(ratio))
         if ratio[at] > PEAK:

@@ -131,8 +131,10 @@ def _with_recorder(
         if removed < 2.0 * power:
             effects, group = [], []
     if d.status in ("none", "unknown") or not effects:
-        strong = sum(r.share for r in recorder) > 0.5
-        return ("identified" if strong else "unknown"), why, (0.95 if strong else 0.5), ids, []
+        # faults are facts: beside nothing else they are the answer, beside a gap of unknown cause only if they carry it
+        if d.status != "unknown" or sum(r.share for r in recorder) > 0.5:
+            return "identified", why, 0.95, ids, []
+        return "unknown", f"{why}; {d.why}", 0.5, [], []
     if max(r.share for r in recorder) > 0.8:
         return "identified", why, 0.95, ids, []
     return d.status, f"{why}; {d.why}", d.confidence, [*ids, *effects], group
