@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sstl_cli.control import law
+from sstl_cli.control import law, offline
 from sstl_cli.core.config import Model
 from sstl_cli.core.errors import SstlError
 
@@ -201,7 +201,7 @@ class Controller:
     def replay(self, t_ref: Array, t_in: Array) -> tuple[Array, NDArray[np.int8]]:
         """Return commands (N) and phase codes, shape (n,) each, for a recorded input tension."""
         command, phase = np.empty(len(t_ref)), np.empty(len(t_ref), np.int8)
-        law.replay(self.vector, self.state, _contiguous(t_ref), _contiguous(t_in), command, phase)
+        offline.replay(self.vector, self.state, _contiguous(t_ref), _contiguous(t_in), command, phase)
         return command, phase
 
 

@@ -249,13 +249,6 @@ def _safe(p: Array, s: Array) -> float:
 
 
 @njit(cache=True)
-def replay(p: Array, s: Array, t_ref: Array, t_in: Array, command: Array, phase: NDArray[np.int8]) -> None:
-    """Run the step over a recorded input tension; fills ``command`` and ``phase``."""
-    for k in range(t_ref.size):
-        command[k], phase[k] = step(p, s, t_ref[k], t_in[k])
-
-
-@njit(cache=True)
 def close_loop(
     p: Array, s: Array, t_ref: Array, noise: Array, start: float, gain: float, slew: float, delay: int,
     command: Array, t_in: Array, phase: NDArray[np.int8],
