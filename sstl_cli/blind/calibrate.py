@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 SCHEMA = "sstl.blind.calibration/1"
 RANGE = (0.05, 1e4)
 FEWEST = 10
+PRIOR_CASES = 4.0
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,15 @@ def temperature(cases: Sequence[Scored]) -> float:
 
 
 def verdicts(evidence: Sequence[str], right: Sequence[bool]) -> dict[str, dict[str, float]]:
-    """Return how often each kind of evidence was right, drawn a little to one half (Laplace's rule of succession)."""
+    """Return how often each kind of evidence was right, drawn to the share of its status as if by four more cases.
+
+    The share of a status is drawn to one half by two more cases (Laplace's rule of succession).
+    """
     found = {}
     for kind in sorted(set(evidence) - {""}):
+        status = kind.partition("/")[0]
+        alike = [r for e, r in zip(evidence, right, strict=True) if e.partition("/")[0] == status]
+        prior = (sum(alike) + 1) / (len(alike) + 2)
         hits = [r for e, r in zip(evidence, right, strict=True) if e == kind]
-        found[kind] = {"cases": len(hits), "right": (sum(hits) + 1) / (len(hits) + 2)}
+        found[kind] = {"cases": len(hits), "right": (sum(hits) + PRIOR_CASES * prior) / (len(hits) + PRIOR_CASES)}
     return found

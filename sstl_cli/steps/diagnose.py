@@ -166,7 +166,7 @@ def _unlisted(problem: Problem, found: search.Search, d: Decision, white_n: floa
     change, where = (between, "between runs") if abs(between.z) >= abs(within.z) else (within, "within a run")
     if steady is not None:
         why = f"the output holds a steady tone of {steady.rms_n * problem.unit_n:.2g} N RMS at {steady.frequency_hz:.3g} Hz (hum?)"
-    elif abs(change.z) > unmodelled.LEAST_SHIFT_Z:
+    elif abs(change.z) > unmodelled.LEAST_SHIFT_Z and abs(change.share) > unmodelled.LEAST_SHIFT:
         why = f"theta of one configuration changes by {100 * change.share:.2g} % {where}: did the tube move?"
     else:
         return d

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sstl_cli.blind.calibrate import Scored, loss, scored, temperature
+from sstl_cli.blind.calibrate import Scored, loss, scored, temperature, verdicts
 from sstl_cli.core.errors import SstlError
 
 
@@ -59,3 +59,14 @@ def test_discounted_distances_come_first():
     rows = [{**c, "behind_nats": d} for c, d in zip(DIAGNOSIS["candidates"][:2], (5.0, 0.0), strict=True)]
     found = scored(TRUTH, {**DIAGNOSIS, "candidates": rows, "base_behind_nats": 9.0})
     np.testing.assert_allclose(found.behind, [-9.0, -5.0, 0.0])
+
+
+def test_shares_of_evidence_are_recovered_and_few_cases_lean_on_their_status():
+    rng = np.random.default_rng(3)
+    evidence = ["none/quiet"] * 4000 + ["none/near"] * 4000 + ["identified/clear"] * 2
+    right = [*(rng.random(4000) < 0.9), *(rng.random(4000) < 0.2), True, True]
+    found = verdicts(evidence, right)
+    assert found["none/quiet"]["right"] == pytest.approx(0.9, abs=0.02)
+    assert found["none/near"]["right"] == pytest.approx(0.2, abs=0.02)
+    # two right of two are no certainty
+    assert 0.6 < found["identified/clear"]["right"] < 0.9
