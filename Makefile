@@ -8,7 +8,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint reproduce blind blind-full bench sbom statistics effects-table samples clean
+.PHONY: help install test test-slow lint reproduce blind blind-full bench sbom statistics fuzz kill mutation effects-table samples clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -60,11 +60,20 @@ blind-full: $(STAMP) ## withheld-effect check, published run (hours)
 bench: $(STAMP) ## compare with what a user would do instead; writes benchmarks/results.json
 	$(BIN)/python benchmarks/run.py
 
-sbom: $(STAMP) ## licences, bill of materials and pip check
+sbom: $(STAMP) ## licences, sizes, bill of materials and pip check; writes docs/supply.md
 	$(BIN)/python tools/supply_chain.py
 
 statistics: $(STAMP) ## coverage of every printed interval; writes docs/statistics.md
 	$(BIN)/python tools/statistics_table.py
+
+fuzz: $(STAMP) ## damaged files for every reader (COUNT a kind, at most MINUTES in all); fills docs/trust.md
+	$(BIN)/python tools/fuzz.py --count $(or $(COUNT),100000) --minutes $(or $(MINUTES),15) --publish
+
+kill: $(STAMP) ## kill -9 at 200 random moments; fills docs/trust.md
+	$(BIN)/python tests/trust/kill_writers.py $(or $(COUNT),200) --publish
+
+mutation: $(STAMP) ## do the tests notice small faults? a sample of SAMPLE a part; fills docs/trust.md
+	$(BIN)/python tools/mutation.py --sample $(or $(SAMPLE),100) --seed $(SEED) --publish
 
 effects-table: $(STAMP) ## fast model against rig, per effect; writes docs/effects.md
 	$(BIN)/python tools/effects_table.py

@@ -1,0 +1,205 @@
+"""Mutation check of identification, control and physics: does any test notice a small fault?
+
+``python tools/mutation.py --sample 40 --seed 1 [--parts physics] [--minutes 20] [--publish]`` draws that many faults a
+part, puts each into a copy of the source, runs the part's tests and says which were killed. An own tool, because
+compiled functions keep their machine code on disk: after a fault in one module, that of every module that calls it
+must go, which mutmut and cosmic-ray do not know.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import importlib
+import json
+import os
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NoReturn
+
+from mutants import Mutant, mutants
+from page_part import put, table
+
+ROOT = Path(__file__).resolve().parents[1]
+PARTS = ("identification", "control", "physics")
+TESTS = {"identification": ("tests/identification", "tests/watch"), "control": ("tests/control",), "physics": ("tests/physics",)}
+# the slow files last: a fault that a quick one sees needs no other
+LAST = ("test_physics_refit.py", "test_control_cli.py", "test_identification_cli.py", "test_watch_follow.py", "test_watch_cli.py")
+LIBRARIES = ("numpy", "scipy.optimize", "scipy.signal", "scipy.stats", "numba", "pandas", "pyarrow.parquet", "pydantic", "pytest", "hypothesis", "typer", "rich", "joblib")
+FLAGS = ["-x", "-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:xdist", "--hypothesis-seed=0", "--no-header", "--tb=no"]
+
+
+class Copy:
+    """A copy of the source and its tests in which one fault at a time stands."""
+
+    def __init__(self, folder: Path) -> None:
+        self.clean, self.tree = folder / "clean", folder / "tree"
+        for name in ("sstl_cli", "tests", "tools", "docs", "data"):
+            shutil.copytree(ROOT / name, self.tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+        for name in ("pyproject.toml", "README.md", "constraints.txt", "Makefile", "CONTRIBUTING.md", "CHANGELOG.md"):
+            shutil.copy2(ROOT / name, self.tree / name)
+        self.users = users(self.tree / "sstl_cli")
+
+    def baseline(self, part: str) -> float:
+        """Run the tests of a part on the sound source, filling its compile cache; return the seconds of a second run."""
+        for _ in range(2):
+            started = time.monotonic()
+            killer = self.test(part, 1200)
+            if killer:
+                raise SystemExit(f"{part}: the tests fail without any fault ({killer})")
+        shutil.rmtree(self.clean, ignore_errors=True)
+        shutil.copytree(self.tree / "sstl_cli", self.clean)
+        return time.monotonic() - started
+
+    def put(self, mutant: Mutant) -> None:
+        """Put a fault in, and forget what was compiled from the module or from one that uses it."""
+        path = self.tree / mutant.file
+        path.write_text(mutant.apply(path.read_text(encoding="utf-8")), encoding="utf-8")
+        for module in {mutant.file, *self.users.get(mutant.file, set())}:
+            place = (self.tree / module).parent / "__pycache__"
+            stem = Path(module).stem
+            for kept in [*place.glob(f"{stem}.*.nb[ic]"), *place.glob(f"{stem}.*.pyc")]:
+                kept.unlink()
+
+    def restore(self) -> None:
+        """Return to the sound source and what was compiled from it."""
+        shutil.rmtree(self.tree / "sstl_cli")
+        shutil.copytree(self.clean, self.tree / "sstl_cli")
+
+    def test(self, part: str, seconds: float) -> str:
+        """Return the test that notices something, ``timeout``, or nothing."""
+        places = [self.tree / p for p in TESTS[part]]
+        files = [f for p in places for f in (p.glob("test_*.py") if p.is_dir() else [p])]
+        files.sort(key=lambda f: (f.name in LAST and LAST.index(f.name) + 1, f.name))
+        report = self.tree / "report.txt"
+        report.unlink(missing_ok=True)
+        child = os.fork()
+        if child == 0:
+            _run_tests(self.tree, [str(f) for f in files], report)
+        end = time.monotonic() + seconds
+        while True:
+            done, status = os.waitpid(child, os.WNOHANG)
+            if done:
+                break
+            if time.monotonic() > end:
+                os.killpg(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+                return "timeout"
+            time.sleep(0.02)
+        if status == 0:
+            return ""
+        out = report.read_text(encoding="utf-8", errors="replace")
+        named = [line.split()[1] for line in out.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+        return named[0].split("/")[-1] if named else f"pytest ended with status {status}"
+
+
+def _run_tests(tree: Path, files: list[str], report: Path) -> NoReturn:
+    """Run tests in this child process, which begins with every heavy library loaded, and end it."""
+    status = 1
+    try:
+        os.setsid()
+        # a background job ignores Ctrl-C, and what it starts would too
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        os.chdir(tree)
+        out = os.open(report, os.O_WRONLY | os.O_CREAT)
+        for stream in (1, 2):
+            os.dup2(out, stream)
+        os.environ.update(PYTHONPATH=str(tree), PYTHONDONTWRITEBYTECODE="1")
+        os.environ.pop("NUMBA_CACHE_DIR", None)
+        sys.dont_write_bytecode = True
+        sys.path.insert(0, str(tree))
+        import pytest
+
+        status = int(pytest.main([*FLAGS, "-rfE", *files]))
+        sys.stdout.flush()
+    finally:
+        os._exit(status)
+
+
+def users(package: Path) -> dict[str, set[str]]:
+    """Return, by file, the files that import it directly or through others."""
+    direct: dict[str, set[str]] = {}
+    for path in package.rglob("*.py"):
+        name = str(path.relative_to(package.parent))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("sstl_cli"):
+                for module in (node.module, *(f"{node.module}.{a.name}" for a in node.names)):
+                    for file in (module.replace(".", "/") + ".py", module.replace(".", "/") + "/__init__.py"):
+                        if (package.parent / file).is_file():
+                            direct.setdefault(file, set()).add(name)
+    closed: dict[str, set[str]] = {}
+    for file in direct:
+        seen: set[str] = set()
+        todo = [file]
+        while todo:
+            for user in direct.get(todo.pop(), set()) - seen:
+                seen.add(user)
+                todo.append(user)
+        closed[file] = seen
+    return closed
+
+
+def draw(part: str, sample: int, seed: int) -> tuple[int, list[Mutant]]:
+    """Return how many faults there are in a part, and a sample of them."""
+    found: list[Mutant] = []
+    for path in sorted((ROOT / "sstl_cli" / part).rglob("*.py")):
+        found += mutants(path, str(path.relative_to(ROOT)))
+    return len(found), random.Random(f"{seed}/{part}").sample(found, min(sample, len(found)))
+
+
+def main() -> int:
+    """Run the check; return 1 if fewer than the wanted share were killed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("--sample", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--parts", default=",".join(PARTS))
+    parser.add_argument("--minutes", type=float, default=1e9, help="stop drawing after this time")
+    parser.add_argument("--min-killed", type=float, default=0.0, help="gate: least share killed")
+    parser.add_argument("--publish", action="store_true", help="write the tables into docs/trust.md")
+    parser.add_argument("--only", default="", help="FILE:LINE,... : only these, to see whether a new test kills them")
+    given = parser.parse_args()
+    for name in LIBRARIES:
+        importlib.import_module(name)
+    end = time.monotonic() + 60 * given.minutes
+    rows: list[list[object]] = []
+    survivors: list[Mutant] = []
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Copy(Path(folder))
+        parts = given.parts.split(",")
+        for k, part in enumerate(parts):
+            whole = copy.baseline(part)
+            total, sample = draw(part, 10**9 if given.only else given.sample, given.seed)
+            if given.only:
+                sample = [m for m in sample if f"{m.file}:{m.line}" in given.only.split(",")]
+            share = time.monotonic() + (end - time.monotonic()) / (len(parts) - k)
+            killed = tried = 0
+            for mutant in sample:
+                if time.monotonic() > share:
+                    break
+                copy.put(mutant)
+                killer = copy.test(part, 60 + 6 * whole)
+                copy.restore()
+                tried += 1
+                killed += bool(killer)
+                if not killer:
+                    survivors.append(mutant)
+                print(json.dumps({"part": part, "mutant": str(mutant), "killed_by": killer or None}), flush=True)
+            percent = f"{100 * killed / tried:.0f} %" if tried else "-"
+            rows.append([part, f"{total:,}", tried, killed, percent])
+            print(json.dumps({"part": part, "faults": total, "tried": tried, "killed": killed}), flush=True)
+    tried, killed = sum(int(str(r[2])) for r in rows), sum(int(str(r[3])) for r in rows)
+    if given.publish:
+        rows.append(["together", "", tried, killed, f"{100 * killed / max(tried, 1):.0f} %"])
+        text = table(["part", "faults possible", "tried (a random sample)", "killed", "share"], rows)
+        lines = "\n".join(f"- {str(m).replace('|', chr(92) + '|')}" for m in survivors) or "none"
+        put("trust.md", "mutation", f"Seed {given.seed}.\n\n{text}\n\nSurvivors:\n\n{lines}")
+    return 1 if tried and killed / tried < given.min_killed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
