@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ PARAMETERS = ("gamma_p", "beta_p", "gamma_r", "beta_r")
 # strengths from about two to fifteen times the noise, after the base is re-tuned
 STRENGTH = {
     "const_friction": {"w_l_n": (0.05, 0.3)},
-    "viscous": {"c_l_n_s_per_mm": (0.014, 0.06)},
+    "viscous": {"c_l_n_s_per_mm": (0.014, 0.045)},
     "asymmetric_friction": {"a": (0.01, 0.08)},
     "pulley_friction": {"m_p": (0.01, 0.08), "m_r": (0.01, 0.08), "f0_n": (0.05, 0.3)},
     "channel_delay": {"tau_act_s": (0.02, 0.06), "tau_sstl_s": (0.02, 0.06)},
@@ -91,12 +91,12 @@ class Case:
         return self.scenario.model_copy(update={"configurations": off, "simulator": "transmission"})
 
 
-def case(effect: str | None, number: int, seed: int) -> Case:
+def case(effect: str | None, number: int, seed: int, simulator: Literal["rig", "transmission"] = "rig") -> Case:
     """Return a drawn case; half of them have coloured noise as well as white."""
     rng = np.random.default_rng([seed, number, *(effect or "null").encode()])
     theta = rng.uniform(0.35, 0.75, 2)
     scenario = Scenario(
-        simulator="rig", sampling_hz=100.0,
+        simulator=simulator, sampling_hz=100.0,
         noise=NoiseSection(white_n=0.02, coloured_n=0.0 if number % 2 else 0.01),
         configurations=tuple(Configuration(id=f"c{i}", location="CP", theta=float(v)) for i, v in enumerate(theta)),
         trajectories=MOVEMENTS,
