@@ -14,6 +14,8 @@ from sstl_cli.diagnosis.heldout import Folds, block_scores, blocks, held_out_res
 from sstl_cli.diagnosis.sawtooth import FAMILY, sawtooth
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.where import phases
+from sstl_cli.physics.effect import TRANSITION
+from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
 
@@ -47,6 +49,10 @@ class Rules:
     # what is left beyond the noise may be this multiple of the noise, or this share of the gap (RMS)
     leftover_over_noise: float = 1.0
     leftover_share: float = 0.45
+    # effects that do not act along the line are simulated exactly: what they leave, beyond this share and this multiple
+    # of the noise, is something else
+    exact_share: float = 0.975
+    exact_over_noise: float = 0.4
     # scale of discounted log-score differences into probabilities, from the calibration library
     temperature: float = field(default_factory=lambda: calibration.temperature(4.0))
 
@@ -91,6 +97,7 @@ RIVAL_FEW = 20.0
 NEAR_NATS, CLEAR_NATS = 8.0, 80.0
 # below this share of the reducible error a named effect has to stand against the shape of stick-slip
 DOUBTFUL_SHARE = 0.85
+FULL_SHARE = 0.95
 # members of the stick-slip family that reach this share of the winner's gain are not told apart from it
 FAMILY_SHARE = 0.6
 # a member of the family that wins and explains this much is let off the jumps that it misses
@@ -105,7 +112,8 @@ def jumps_instead(search: Search, d: Decision, candidates: Sequence[str], colour
     Their waveform is chaotic: no simulation meets its jumps, so fits fail although the cause is plain. Where
     a member of the family is not a candidate the verdict stays unknown.
     """
-    doubtful = d.status == "unknown" or (d.status != "none" and d.explained < DOUBTFUL_SHARE)
+    # what explains nearly all has no room for jumps, even if something else is left
+    doubtful = d.explained < (FULL_SHARE if d.status == "unknown" else DOUBTFUL_SHARE) and d.status != "none"
     clipped = any(r.faults_in.clipped.any() or r.faults_out.clipped.any() for r in search.sim.problem.records)
     # a clipped record jumps too, where it leaves its flat top
     if not doubtful or clipped or not all(e in candidates for e in FAMILY):
@@ -151,13 +159,18 @@ def decide(search: Search, noise_n: float, rules: Rules) -> Decision:
     folds, index = make_folds(search.sim), blocks(search.sim)
     base = assess(search, search.base, folds, index)
     found = [assess(search, f, folds, index) for f in search.fits.values()]
-    return verdict(base, found, folds, noise_n, rules, search.sim.problem.unit_n)
+    by_motion = any(r.slip is not None for r in search.sim.problem.records)
+    return verdict(base, found, folds, noise_n, rules, search.sim.problem.unit_n, exact=not by_motion)
 
 
 def verdict(
-    base: Candidate, found: Sequence[Candidate], folds: Folds, noise_n: float, rules: Rules, unit_n: float = 1.0
+    base: Candidate, found: Sequence[Candidate], folds: Folds, noise_n: float, rules: Rules, unit_n: float = 1.0,
+    exact: bool = True,
 ) -> Decision:
-    """Return the verdict on assessed models; ``unit_n`` is only for the texts (N)."""
+    """Return the verdict on assessed models; ``unit_n`` is only for the texts (N).
+
+    ``exact`` False lets the noise be less than what the best model must leave (friction that varies along a stroke).
+    """
     found = sorted(found, key=lambda c: (-c.score, c.ids))
     singles = [c for c in found if len(c.ids) == 1]
     winner = _grow(singles, found, base, rules, noise_n) if singles else None
@@ -172,12 +185,14 @@ def verdict(
         return _decision("none", None, (), 1.0, why, base, found, folds, noise_n, share, rules)
     left, gap = _leftover(winner.rms_n, noise_n), _leftover(base.rms_n, noise_n)
     weak = share < rules.explained or left > rules.leftover_share * gap
-    if (left > rules.leftover_over_noise * noise_n and weak) or (left > 0.5 * noise_n and share < 0.6):
+    along = any(get(e).stage == TRANSITION for e in winner.ids)
+    inexact = exact and not along and share < rules.exact_share and left > rules.exact_over_noise * noise_n
+    if (left > rules.leftover_over_noise * noise_n and weak) or (left > 0.5 * noise_n and share < 0.6) or inexact:
         why = (
             f"the best candidate, {' + '.join(winner.ids)}, explains {100 * share:.0f} % of the reducible error and leaves "
             f"{left * unit_n:.3g} N beyond the noise"
         )
-        return _decision("unknown", winner, (), 1.0, why, base, found, folds, noise_n, share, rules)
+        return _decision("unknown", winner, (), 0.5, why, base, found, folds, noise_n, share, rules)
     rivals = tuple(
         c.ids
         for c in found
@@ -293,19 +308,21 @@ def _decision(
         confidence = max(confidence, 0.5)
     elif status != "unknown":
         confidence = float(min(1.0, sum(probability[g] for g in group)))
-    evidence = _evidence(status, winner, base, found, folds)
+    evidence = _evidence(status, winner, base, found, folds, explained)
     return Decision(status, winner, group, confidence, why, base, tuple(found), probability, folds, noise_n, explained, evidence)
 
 
 def _evidence(
-    status: str, winner: Candidate | None, base: Candidate, found: Sequence[Candidate], folds: Folds
+    status: str, winner: Candidate | None, base: Candidate, found: Sequence[Candidate], folds: Folds, explained: float
 ) -> str:
     """Return the kind of evidence behind a verdict: what its confidence is calibrated by."""
     if status == "none":
         lead = max((advantage(c, base) for c in found), default=0.0)
         return "none/near" if lead > NEAR_NATS else "none/quiet"
     if status == "unknown":
-        return "unknown/misfit" if winner is not None else "unknown/left"
+        if winner is None:
+            return "unknown/left"
+        return "unknown/inexact" if explained > FULL_SHARE else "unknown/misfit"
     if not folds.honest:
         return f"{status}/repeats"
     if winner is not None and len(winner.ids) > 1:
