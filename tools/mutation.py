@@ -1,9 +1,10 @@
 """Mutation check of identification, control and physics: does any test notice a small fault?
 
 ``python tools/mutation.py --sample 40 --seed 1 [--parts physics] [--minutes 20] [--publish]`` draws that many faults a
-part, puts each into a copy of the source, runs the part's tests and says which were killed. An own tool, because
-compiled functions keep their machine code on disk: after a fault in one module, that of every module that calls it
-must go, which mutmut and cosmic-ray do not know.
+part, puts each into a copy of the source, runs the part's tests and says which were killed. Results are kept in
+build/mutation.jsonl; a fault that is in it is not tried again, but with ``--survivors``. An own tool, because compiled
+functions keep their machine code on disk: after a fault in one module, that of every module that calls it must go,
+which mutmut and cosmic-ray do not know.
 """
 
 from __future__ import annotations
@@ -161,44 +162,66 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=1e9, help="stop drawing after this time")
     parser.add_argument("--min-killed", type=float, default=0.0, help="gate: least share killed")
     parser.add_argument("--publish", action="store_true", help="write the tables into docs/trust.md")
-    parser.add_argument("--only", default="", help="FILE:LINE,... : only these, to see whether a new test kills them")
+    parser.add_argument("--survivors", action="store_true", help="try again what survived so far, after tests were added")
+    parser.add_argument("--log", type=Path, default=ROOT / "build" / "mutation.jsonl", help="results so far")
     given = parser.parse_args()
     for name in LIBRARIES:
         importlib.import_module(name)
     end = time.monotonic() + 60 * given.minutes
-    rows: list[list[object]] = []
-    survivors: list[Mutant] = []
+    given.log.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder))
         parts = given.parts.split(",")
         for k, part in enumerate(parts):
+            total, sample = draw(part, 10**9 if given.survivors else given.sample, given.seed)
+            known = results(given.log).get(part, {})
+            sample = [m for m in sample if known.get(str(m), [""])[-1] is None or (str(m) not in known and not given.survivors)]
+            if not sample or time.monotonic() > end:
+                continue
             whole = copy.baseline(part)
-            total, sample = draw(part, 10**9 if given.only else given.sample, given.seed)
-            if given.only:
-                sample = [m for m in sample if f"{m.file}:{m.line}" in given.only.split(",")]
             share = time.monotonic() + (end - time.monotonic()) / (len(parts) - k)
-            killed = tried = 0
             for mutant in sample:
                 if time.monotonic() > share:
                     break
                 copy.put(mutant)
                 killer = copy.test(part, 60 + 6 * whole)
                 copy.restore()
-                tried += 1
-                killed += bool(killer)
-                if not killer:
-                    survivors.append(mutant)
-                print(json.dumps({"part": part, "mutant": str(mutant), "killed_by": killer or None}), flush=True)
-            percent = f"{100 * killed / tried:.0f} %" if tried else "-"
-            rows.append([part, f"{total:,}", tried, killed, percent])
-            print(json.dumps({"part": part, "faults": total, "tried": tried, "killed": killed}), flush=True)
-    tried, killed = sum(int(str(r[2])) for r in rows), sum(int(str(r[3])) for r in rows)
+                line = json.dumps({"part": part, "faults": total, "mutant": str(mutant), "killed_by": killer or None})
+                print(line, flush=True)
+                with open(given.log, "a", encoding="utf-8") as file:
+                    file.write(line + "\n")
+    found = results(given.log)
     if given.publish:
-        rows.append(["together", "", tried, killed, f"{100 * killed / max(tried, 1):.0f} %"])
-        text = table(["part", "faults possible", "tried (a random sample)", "killed", "share"], rows)
-        lines = "\n".join(f"- {str(m).replace('|', chr(92) + '|')}" for m in survivors) or "none"
-        put("trust.md", "mutation", f"Seed {given.seed}.\n\n{text}\n\nSurvivors:\n\n{lines}")
-    return 1 if tried and killed / tried < given.min_killed else 0
+        put("trust.md", "mutation", page(found, given.seed))
+    killed = [r[-1] is not None for by_mutant in found.values() for r in by_mutant.values()]
+    return 1 if killed and sum(killed) / len(killed) < given.min_killed else 0
+
+
+def results(log: Path) -> dict[str, dict[str, list[str | None]]]:
+    """Return, by part and fault, what killed it in one try after another (None: nothing did)."""
+    found: dict[str, dict[str, list[str | None]]] = {}
+    for line in log.read_text(encoding="utf-8").splitlines() if log.exists() else []:
+        row = json.loads(line)
+        found.setdefault(row["part"], {}).setdefault(row["mutant"], []).append(row["killed_by"])
+    return found
+
+
+def page(found: dict[str, dict[str, list[str | None]]], seed: int) -> str:
+    """Return the tables: shares of the first try and of the last, and what still survives."""
+    rows: list[list[object]] = []
+    sums = [0, 0, 0]
+    for part, tries in found.items():
+        total, n = draw(part, 0, seed)[0], len(tries)
+        first, last = (sum(t[i] is not None for t in tries.values()) for i in (0, -1))
+        sums = [a + b for a, b in zip(sums, (n, first, last), strict=True)]
+        rows.append([part, f"{total:,}", n, f"{first} ({100 * first / n:.0f} %)", f"{last} ({100 * last / n:.0f} %)"])
+    n, first, last = sums
+    if n:
+        rows.append(["together", "", n, f"{first} ({100 * first / n:.0f} %)", f"{last} ({100 * last / n:.0f} %)"])
+    head = ["part", "faults possible", "tried (a random sample)", "killed at first", "killed once tests were added for survivors"]
+    left = [m for tries in found.values() for m, t in tries.items() if t[-1] is None]
+    lines = "\n".join("- " + m.replace("|", "\\|") for m in left) or "none"
+    return f"{table(head, rows)}\n\nThe last column is no fair sample any more. Survivors:\n\n{lines}"
 
 
 if __name__ == "__main__":
