@@ -1,0 +1,1 @@
+"""One benchmark a file: `run(quick, folder)` returns its rows."""

@@ -1,0 +1,90 @@
+"""Table III: five variants, twenty seeds each."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import torch
+from sklearn.neural_network import MLPRegressor
+from threadpoolctl import threadpool_limits
+
+from benchmarks.harness import Row, faster, seconds
+from benchmarks.peers import torch_loop
+from sstl_cli.core.rng import stream
+from sstl_cli.mapping.split import FIT, VALIDATION, make_splits
+from sstl_cli.mapping.training import Options, fit
+from sstl_cli.mapping.variants import VARIANTS
+from sstl_cli.paper.generator import generate
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with threadpool_limits(1):
+            yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def run(quick: bool, folder: Path) -> list[Row]:
+    """Compare with networks trained one after the other."""
+    seeds, options, repeat = (2, Options(epochs=40), 1) if quick else (20, Options(), 2)
+    peers = 1 if quick else 2
+    cases = [c for c in generate("paper-150", stream(1, "configurations")) if c.sstl is not None and c.act is not None]
+    x = np.array([[c.sstl.gamma_p, c.sstl.gamma_r] for c in cases])
+    y = np.array([[c.act.gamma_p, c.act.gamma_r] for c in cases])
+    ids = [c.id for c in cases]
+    splits = make_splits({c.id: str(c.location) for c in cases}, range(seeds), 0)
+    nets = [v for v in VARIANTS if v.alpha is not None]
+
+    def ours() -> object:
+        return fit(x, y, ids, splits, VARIANTS, options)
+
+    fitting, validating = (splits.mask(ids, part) for part in (FIT, VALIDATION))
+    mean, scale = x.mean(0), x.std(0)
+    tensors = [[torch.from_numpy(a[m[s]]).float() for m in (fitting, validating) for a in ((x - mean) / scale, y)] for s in range(peers)]
+    epochs: list[int] = []
+
+    def loop() -> None:
+        for v in nets:
+            for s in range(peers):
+                args = (float(v.alpha or 0.0), v.weight_inv, s, options.epochs, options.patience)
+                _, used = torch_loop.train(*tensors[s], *args, options.learning_rate, options.weight_decay)
+                epochs.append(used)
+
+    def regressor() -> None:
+        for s in range(peers):
+            rows = fitting[s] | validating[s]
+            net = MLPRegressor(
+                hidden_layer_sizes=(128,) * 5, activation="tanh", alpha=options.weight_decay, batch_size=int(rows.sum()), max_iter=options.epochs,
+                learning_rate_init=options.learning_rate, early_stopping=True, n_iter_no_change=options.patience,
+                tol=0.0, random_state=s,
+            )
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                net.fit((x[rows] - mean) / scale, (y[rows] - y.mean(0)) / y.std(0))
+
+    own, peer, sk = [], [], []
+    fit(x, y, ids, splits, VARIANTS, Options(epochs=5))
+    # the peers' networks are so small that more threads slow them down; one each is what they do best with
+    with _one_thread():
+        for _ in range(repeat):
+            own.append(seconds(ours))
+            peer.append(seconds(loop))
+            sk.append(seconds(regressor))
+    job = f"train Table III: {len(VARIANTS)} variants x {seeds} seeds"
+    scaled = seeds / peers
+    note = f"peer on {peers} seeds, scaled by {scaled:g}; it stopped after {np.mean(epochs):.0f} epochs on average"
+    return [
+        Row("train/torch", job, "the plain torch loop, one after the other", 8.0, faster(own, peer, scaled),
+            seconds={"ours": min(own), "peer": min(peer) * scaled}, note=note),
+        Row("train/sklearn", job, "scikit-learn MLPRegressor of the same size, one after the other", 3.0,
+            faster(own, sk, scaled * len(nets)),
+            seconds={"ours": min(own), "peer": min(sk) * scaled * len(nets)}, note=f"peer on {peers} networks, scaled"),
+    ]
