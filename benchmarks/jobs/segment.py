@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 from scipy.signal import butter, filtfilt
 
 from benchmarks import logs
-from benchmarks.harness import Row, faster, paired
+from benchmarks.harness import Row, faster, seconds
 from benchmarks.peers import segment_plain
 from sstl_cli.core.runs import read_runs
 from sstl_cli.identification import SegmentOptions
@@ -41,13 +41,16 @@ def run(quick: bool, folder: Path) -> list[Row]:
         # a comparison of two wrong answers would say nothing
         assert all(abs(float(str(r[name])) - value) < 0.05 for r in rows), name
         assert np.all(np.abs(theirs[name] - value) < 0.2), name
-    own, peer = paired(ours, plain, repeat)
-    own_again, base = paired(ours, filtering, repeat)
+    own, peer, base = [], [], []
+    for _ in range(repeat):
+        own.append(seconds(ours))
+        peer.append(seconds(plain))
+        base.append(seconds(filtering))
     job = f"segment {runs} runs x {samples} samples"
     note = f"peer on {part} runs, scaled by {runs / part:g}"
     return [
         Row("segment/plain", job, "pandas, filtfilt, RANSACRegressor per loop", 15.0, faster(own, peer, runs / part),
             seconds={"ours": min(own), "peer": min(peer) * runs / part}, note=note),
         Row("segment/filtering", job, "time of reading the Parquet and filtering two channels once", 2.5,
-            faster(base, own_again), at_least=False, seconds={"ours": min(own_again), "peer": min(base)}),
+            faster(base, own), at_least=False, seconds={"ours": min(own), "peer": min(base)}),
     ]

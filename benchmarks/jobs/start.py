@@ -6,6 +6,7 @@ import os
 import statistics
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from benchmarks import logs
@@ -18,7 +19,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     sstl = [sys.executable, "-m", "sstl_cli"]
     rows = []
     for name, words, goal in (("help", ["--help"], 0.3), ("info", ["info", str(log)], 0.8)):
-        own, empty = paired(lambda w=words: _call([*sstl, *w]), lambda: _call([sys.executable, "-c", "pass"]), 2 if quick else 9)
+        own, empty = paired(lambda w=words: _call([*sstl, *w]), lambda: _call([sys.executable, "-c", "pass"]), 2 if quick else 9, time.perf_counter)
         values = tuple(a - b for a, b in zip(own, empty, strict=True))
         shown = "sstl --help" if name == "help" else "sstl info LOG"
         own_cpu, empty_cpu = (statistics.median(_processor(w) for _ in range(3)) for w in ([*sstl, *words], [sys.executable, "-c", "pass"]))
