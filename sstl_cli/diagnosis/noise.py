@@ -19,7 +19,7 @@ from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.smoothing import corner_preserving
+from sstl_cli.diagnosis.smoothing import smoothed
 
 Array = NDArray[np.float64]
 WINDOW_S = 3.0
@@ -153,7 +153,7 @@ def _passed_on(sim: Simulator, theta: Array, coefficients: Array, sigma: float) 
     mean, square = np.zeros_like(reference), np.zeros_like(reference)
     for draw in range(DRAWS):
         inputs = [
-            corner_preserving(r.u + _input_noise(r, coefficients, sigma, draw, i), r.smooth_half)
+            smoothed(r.u + _input_noise(r, coefficients, sigma, draw, i), r.smooth_halves)
             for i, r in enumerate(sim.problem.records)
         ]
         change = sim.with_inputs(inputs).predict(theta, {}) - reference

@@ -12,7 +12,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.recorder import Faults, scan, white_noise
-from sstl_cli.diagnosis.smoothing import block_mean, corner_preserving
+from sstl_cli.diagnosis.smoothing import Widths, block_mean, half_widths, smoothed
 from sstl_cli.physics.transmission import play_operator
 
 Array = NDArray[np.float64]
@@ -21,7 +21,6 @@ Mask = NDArray[np.bool_]
 SIMULATION_HZ = 500.0
 ANALYSIS_HZ = 50.0
 SMOOTH_S = (0.3, 0.2, 0.12, 0.06, 0.03)
-SMOOTH_EXCESS = 1.06
 RATE_S = 0.25
 MIN_SAMPLES = 100
 MIN_SPAN_SIGMA = 20.0
@@ -57,7 +56,7 @@ class Record:
     raw_weight: Array
     y_fine: Array
     weight_fine: Array
-    smooth_half: int
+    smooth_halves: Widths
     slip: Array | None = None
 
     def __len__(self) -> int:
@@ -170,9 +169,9 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
     fine_in = block_mean(_bridge(run.tension_in_n, ~faults_in.bad), thin)[:n]
     fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
-    half = _half_width(fine_in, dt)
-    u = corner_preserving(fine_in, half)
-    rate = np.gradient(corner_preserving(u, half), dt)
+    halves = _widths(fine_in, dt)
+    u = smoothed(fine_in, halves)
+    rate = np.gradient(smoothed(u, halves), dt)
     raw_weight = good.astype(float)
     if faults_in.clipped.any():
         hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
@@ -197,7 +196,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         time,
         u,
         y,
-        corner_preserving(fine_out, half),
+        smoothed(fine_out, halves),
         rate,
         weight,
         float(np.median(y[:3])),
@@ -207,26 +206,13 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         raw_weight,
         fine_out,
         (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
-        half,
+        halves,
         slip,
     )
 
 
-def _half_width(signal: Array, dt: float) -> int:
-    """Return the widest smoothing whose residual is still only noise, as half-width in samples."""
-    noise = white_noise(signal)
-    for window in SMOOTH_S:
-        half = round(window / dt / 2)
-        if half < 1:
-            break
-        residual = signal - corner_preserving(signal, half)
-        # the largest tenth shows a rounded corner before the mean does
-        if (
-            np.sqrt(np.mean(residual**2)) <= SMOOTH_EXCESS * noise
-            and np.percentile(np.abs(residual), 99.9) < 5.0 * noise
-        ):
-            return half
-    return 0
+def _widths(signal: Array, dt: float) -> Widths:
+    return half_widths(signal, white_noise(signal), [round(window / dt / 2) for window in SMOOTH_S])
 
 
 def _bridge(signal: Array, good: Mask) -> Array:
