@@ -1,4 +1,10 @@
-"""Small faults put into a module, one at a time: other operators, other numbers, turned conditions."""
+"""Small faults put into a module, one at a time: other operators, other numbers, turned conditions.
+
+Left out is only what is no calculation: annotations, decorators (compiler options, not what is compiled), messages of
+errors and formatted text, and ``strict=`` of zip, which guards against lengths that the code before it makes equal.
+Faults that change no answer (``<`` for ``<=`` between floats that never meet, an initial value that is overwritten) cannot
+be told from others by a program, stay in and count as survivors.
+"""
 
 from __future__ import annotations
 
@@ -108,6 +114,8 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
         if name in ("annotation", "returns", "decorator_list") or (isinstance(tree, (ast.Raise, ast.JoinedStr, ast.Subscript)) and name in ("exc", "values")):
             continue
         for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.keyword) and child.arg == "strict":
+                continue
             if isinstance(child, ast.AST):
                 yield child
                 yield from _code(child)

@@ -13,6 +13,7 @@ import argparse
 import ast
 import importlib
 import json
+import math
 import os
 import random
 import shutil
@@ -29,6 +30,9 @@ from page_part import put, table
 ROOT = Path(__file__).resolve().parents[1]
 PARTS = ("identification", "control", "physics")
 TESTS = {"identification": ("tests/identification", "tests/watch"), "control": ("tests/control",), "physics": ("tests/physics",)}
+EQUAL = Path(__file__).with_name("mutation_equal.txt")
+# files that compare numbers see most faults, and are quick
+FIRST = ("_values.py", "_rules.py", "_golden.py", "_covariance.py", "_limits.py")
 # the slow files last: a fault that a quick one sees needs no other
 LAST = ("test_physics_refit.py", "test_control_cli.py", "test_identification_cli.py", "test_watch_follow.py", "test_watch_cli.py")
 LIBRARIES = ("numpy", "scipy.optimize", "scipy.signal", "scipy.stats", "numba", "pandas", "pyarrow.parquet", "pydantic", "pytest", "hypothesis", "typer", "rich", "joblib")
@@ -76,7 +80,7 @@ class Copy:
         """Return the test that notices something, ``timeout``, or nothing."""
         places = [self.tree / p for p in TESTS[part]]
         files = [f for p in places for f in (p.glob("test_*.py") if p.is_dir() else [p])]
-        files.sort(key=lambda f: (f.name in LAST and LAST.index(f.name) + 1, f.name))
+        files.sort(key=lambda f: (not f.name.endswith(FIRST), f.name in LAST and LAST.index(f.name) + 1, f.name))
         report = self.tree / "report.txt"
         report.unlink(missing_ok=True)
         child = os.fork()
@@ -186,42 +190,70 @@ def main() -> int:
                 copy.put(mutant)
                 killer = copy.test(part, 60 + 6 * whole)
                 copy.restore()
-                line = json.dumps({"part": part, "faults": total, "mutant": str(mutant), "killed_by": killer or None})
+                line = json.dumps({"part": part, "seed": given.seed, "faults": total, "mutant": str(mutant), "killed_by": killer or None})
                 print(line, flush=True)
                 with open(given.log, "a", encoding="utf-8") as file:
                     file.write(line + "\n")
-    found = results(given.log)
+    found = results(given.log, given.seed)
     if given.publish:
         put("trust.md", "mutation", page(found, given.seed))
     killed = [r[-1] is not None for by_mutant in found.values() for r in by_mutant.values()]
     return 1 if killed and sum(killed) / len(killed) < given.min_killed else 0
 
 
-def results(log: Path) -> dict[str, dict[str, list[str | None]]]:
-    """Return, by part and fault, what killed it in one try after another (None: nothing did)."""
+def results(log: Path, seed: int | None = None) -> dict[str, dict[str, list[str | None]]]:
+    """Return, by part and fault, what killed it in one try after another (None: nothing did); of one seed or of all."""
     found: dict[str, dict[str, list[str | None]]] = {}
     for line in log.read_text(encoding="utf-8").splitlines() if log.exists() else []:
         row = json.loads(line)
-        found.setdefault(row["part"], {}).setdefault(row["mutant"], []).append(row["killed_by"])
+        if seed in (None, row.get("seed")):
+            found.setdefault(row["part"], {}).setdefault(row["mutant"], []).append(row["killed_by"])
     return found
 
 
+def interval(k: int, n: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share (J. Am. Stat. Assoc. 22 (1927) 209).
+
+    Examples
+    --------
+    >>> [round(v, 3) for v in interval(9, 10)]
+    [0.596, 0.982]
+    """
+    z = 1.96
+    middle = (k + z * z / 2) / (n + z * z)
+    half = z / (n + z * z) * math.sqrt(k * (n - k) / n + z * z / 4)
+    return middle - half, middle + half
+
+
+def equal() -> dict[str, str]:
+    """Return why a survivor cannot change any answer, from lines ``file:line: `old` -> `new` | reason``."""
+    lines = EQUAL.read_text(encoding="utf-8").splitlines() if EQUAL.exists() else []
+    return dict(line.rsplit(" | ", 1) for line in lines if line and not line.startswith("#"))
+
+
 def page(found: dict[str, dict[str, list[str | None]]], seed: int) -> str:
-    """Return the tables: shares of the first try and of the last, and what still survives."""
+    """Return the table of shares killed at the first try, and what survived it."""
     rows: list[list[object]] = []
+    same, left = equal(), []
     sums = [0, 0, 0]
-    for part, tries in found.items():
-        total, n = draw(part, 0, seed)[0], len(tries)
-        first, last = (sum(t[i] is not None for t in tries.values()) for i in (0, -1))
-        sums = [a + b for a, b in zip(sums, (n, first, last), strict=True)]
-        rows.append([part, f"{total:,}", n, f"{first} ({100 * first / n:.0f} %)", f"{last} ({100 * last / n:.0f} %)"])
-    n, first, last = sums
-    if n:
-        rows.append(["together", "", n, f"{first} ({100 * first / n:.0f} %)", f"{last} ({100 * last / n:.0f} %)"])
-    head = ["part", "faults possible", "tried (a random sample)", "killed at first", "killed once tests were added for survivors"]
-    left = [m for tries in found.values() for m, t in tries.items() if t[-1] is None]
+    for part, tries in sorted(found.items()):
+        alive = sorted(m for m, t in tries.items() if t[0] is None)
+        why = {m: same.get(m) for m in alive}
+        left += [f"{m} ({why[m]})" if why[m] else m for m in alive]
+        count = [len(tries), len(tries) - len(alive), sum(w is not None for w in why.values())]
+        sums = [a + b for a, b in zip(sums, count, strict=True)]
+        rows.append([part, f"{draw(part, 0, seed)[0]:,}", *_shares(count)])
+    if rows:
+        rows.append(["together", "", *_shares(sums)])
+    head = ["part", "faults possible", "tried", "killed", "share killed (95 % interval)", "of the others, no change of any answer"]
     lines = "\n".join("- " + m.replace("|", "\\|") for m in left) or "none"
-    return f"{table(head, rows)}\n\nThe last column is no fair sample any more. Survivors:\n\n{lines}"
+    return f"Random sample, seed {seed}:\n\n{table(head, rows)}\n\nSurvivors, with a reason where no answer can change:\n\n{lines}"
+
+
+def _shares(count: list[int]) -> list[object]:
+    n, killed, equals = count
+    low, high = interval(killed, n)
+    return [n, killed, f"{100 * killed / n:.0f} % ({100 * low:.0f}-{100 * high:.0f} %)", equals]
 
 
 if __name__ == "__main__":
