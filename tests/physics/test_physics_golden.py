@@ -57,25 +57,36 @@ def sums(*signals: np.ndarray) -> list[float]:
     return [float(weight @ s) for s in signals]
 
 
+SPECS = {
+    "pid": RigSpec(nodes=10, pid_kp_mm_per_n=0.03, pid_ki_mm_per_n_s=6.0, pid_kd_mm_s_per_n=2e-4, motor_lag_s=0.0),
+    "hurried": RigSpec(nodes=10, max_iterations=5, max_substeps=4),
+    "other": RigSpec(1500.0, 4000.0, 12, 0.5, {"NP": 0.1, "ND": 0.6}, 5.0, 2.0, 1e-3, 0.01, 0.05, 0.2),
+}
+OTHER = Mechanics(1500.0, 4000.0, 5.0, 0.9, {"NP": 0.1, "ND": 0.6})
+
+
 def rig(effect: str, system: str, kind: str) -> list[float]:
     command = 0.25 * (PATH - 5.0) if kind == "position" else PATH
-    run = RigRun(system, 0.53, {"act": "NP", "sstl": "ND"}[system], TIME, kind, command, BESIDE)
-    done = simulate_rig(RigSpec(nodes=10), run, strong(effect), NoiseSpec(0.02, 0.03, 0.3, 0.01), seed=7, keep_nodes=True)
+    drive = kind if kind in ("tension", "position") else "loop"
+    run = RigRun(system, 0.53, {"act": "NP", "sstl": "ND"}[system], TIME, drive, command, BESIDE)
+    spec = SPECS.get(kind, RigSpec(nodes=10))
+    done = simulate_rig(spec, run, strong(effect), NoiseSpec(0.02, 0.03, 0.3, 0.01), seed=7, keep_nodes=True)
     assert done.node_tension is not None
-    energy = [done.dissipated_j, float(done.iterations), float(done.substepped)]
-    return energy + sums(
+    signals = (
         done.time_s, done.tension_in_n, done.tension_out_n, done.position_in_mm, done.true_tension_in_n,
         done.true_tension_out_n, done.true_position_in_mm, done.node_tension.mean(axis=1),
     )  # fmt: skip
+    return [done.dissipated_j, float(done.iterations), float(done.substepped + done.unconverged), *sums(*signals)]
 
 
 def fast(effect: str, system: str, kind: str) -> list[float]:
     active = activate(strong(effect))
-    drive = replace(drive_of(system, {"act": "NP", "sstl": "ND"}[system], DT, PATH, Mechanics()), neighbour_n=BESIDE)
+    dt, mechanics = 0.004 if kind == "fine" else DT, OTHER if kind == "other" else Mechanics()
+    drive = replace(drive_of(system, {"act": "NP", "sstl": "ND"}[system], dt, PATH, mechanics), neighbour_n=BESIDE)
     out = predict(drive, 0.53, active, float("nan") if kind == "midway" else 3.0)
-    seen = measure(system, DT, PATH, out, active, np.random.default_rng(1))
-    back = true_input(system, DT, seen[0], seen[1], active)
-    return sums(out, *seen, predict_position(drive, 0.53, active, out), observed_output(system, DT, PATH, out, active), back)
+    seen = measure(system, dt, PATH, out, active, np.random.default_rng(1))
+    back = true_input(system, dt, seen[0], seen[1], active)
+    return sums(out, *seen, predict_position(drive, 0.53, active, out), observed_output(system, dt, PATH, out, active), back)
 
 
 def cases() -> list[tuple[str, str, str, str]]:
@@ -84,7 +95,8 @@ def cases() -> list[tuple[str, str, str, str]]:
     found = [("rig", e, s, "loop") for e in names for s in systems]
     found += [("rig", e, s, k) for e in ("none", "memory", "transition", "end") for s in systems for k in ("tension", "position")]
     found += [("fast", e, s, "given") for e in names for s in systems if "tendon_crosstalk" not in e or s == "act"]
-    return found + [("fast", e, "act", "midway") for e in ("none", "friction")]
+    found += [("rig", e, s, k) for e in ("none", *TOGETHER) for s in systems for k in SPECS]
+    return found + [("fast", e, s, k) for e in ("none", *TOGETHER) for s in systems for k in ("midway", "fine", "other")]
 
 
 def numbers(case: tuple[str, str, str, str]) -> list[float]:
