@@ -251,3 +251,34 @@ def test_ransac_threshold_is_four_robust_deviations():
     _, _, threshold = lines.ransac(x, y, 2.0, 0.01, False, 64, rng)
     assert threshold == pytest.approx(0.4, rel=0.04)
     assert lines.ransac(x, y, 2.0, 0.6, False, 64, rng)[2] == 0.6
+
+
+def test_least_squares_needs_three_points_within_the_threshold():
+    x, y = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 1.5, 2.0, 9.0, 9.0])
+    # 0.5 is within: 0, 1.5, 2 around slope 1
+    assert lines._least_squares(x, y, 1.0, 0.0, 0.5) == pytest.approx((1.0, 1.0 / 6.0))
+    assert lines._least_squares(x, y, 1.0, 0.0, 0.4) == (1.0, 0.0)
+    assert lines._least_squares(np.ones(5), y, 0.0, 1.0, 1.0) == (0.0, 1.0)
+    first, last = lines._least_squares(x[:3], np.array([0.0, 0.9, 2.0]), 1.0, 0.0, 0.2)
+    assert (first, last) == pytest.approx((1.0, -1.0 / 30.0))
+
+
+def test_spikes_of_more_than_ten_deviations_are_bridged_before_labels():
+    """One sample 12 deviations off must not end the backlash that it falls into; a whole newton is such a spike."""
+    t = np.arange(600) / 100.0
+    x = np.interp(t, [0.0, 3.0, 6.0], [5.0, 30.0, 5.0])
+    y = np.interp(t, [0.0, 3.0, 4.5, 6.0], [3.0, 17.0, 17.0, 6.0])
+    spiked = y.copy()
+    spiked[370] -= 6.0
+    assert np.array_equal(labels.label_phases(t, x, spiked), labels.label_phases(t, x, y))
+    assert (labels.label_phases(t, x, y)[310:440] == 2).all()
+
+
+def test_labels_bridge_what_is_no_number():
+    t = np.arange(600) / 100.0
+    x = np.interp(t, [0.0, 3.0, 6.0], [5.0, 30.0, 5.0])
+    y = np.interp(t, [0.0, 3.0, 4.5, 6.0], [3.0, 17.0, 17.0, 6.0])
+    holed = x.copy()
+    holed[100:103] = np.nan
+    assert np.array_equal(labels.label_phases(t, holed, y), labels.label_phases(t, x, y))
+    assert labels.label_phases(t[:3], x[:3], y[:3]).tolist() == [0, 0, 0]

@@ -47,6 +47,22 @@ def test_a_hold_of_one_period_of_samples():
     assert [at for at, _ in cut(np.concatenate((np.linspace(0, 10, 100), np.linspace(10, 0, 100), np.linspace(0, 10, 100))), 0.0)[0]] == [0, 200]
 
 
+def test_a_short_stay_turns_nothing_in_any_state():
+    # at 10 ms a stay must last 4 samples, and the middle of three shortens none that lasts two or more
+    rest, fall = np.full(60, 5.0), np.concatenate((np.linspace(0.0, 10.0, 200), np.linspace(10.0, 5.0, 100), np.full(60, 5.0)))
+    for begin, before in ((rest, 0), (fall, 1)):
+        for length in (3, 4, 5):
+            x = begin.copy()
+            x[-30 : len(x) - 30 + length] += 4.0
+            found, falling_to = cut(x, 0.01)
+            assert len(found) == before + (length >= 4) and falling_to is not None
+        # two stays of three samples are not one of six
+        x = begin.copy()
+        for at in (-30, -20):
+            x[at : len(x) + at + 3] += 4.0
+        assert len(cut(x, 0.01)[0]) == before
+
+
 def test_a_flat_bottom_ends_with_its_last_sample():
     x = np.concatenate((np.linspace(0, 10, 41), np.linspace(9.75, 0.0, 40), np.zeros(12), np.linspace(0.25, 10.0, 40)))
     assert [at for at, _ in cut(x)[0]] == [0, 92]
