@@ -118,3 +118,16 @@ def test_a_hostile_name_cannot_leave_its_comment():
     code = c_source(Controller(LINES), "x */ #error \n@REAL@ \\")
     assert "#error" not in code.source.replace("x __ _error", "")
     assert code.source.count("*/") == c_source(Controller(LINES), "x").source.count("*/")
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_c_agrees_with_python_where_thresholds_are_just_met(compiled, name):
+    # whole newtons and fifths of one meet ranges, repeats and turns exactly, again and again
+    rng = np.random.default_rng(6)
+    reference = np.abs((8.0 + np.cumsum(np.repeat(rng.choice([-1.0, -0.2, 0.0, 0.2, 1.0], 500), 6))) % 170.0 - 85.0) - 2.0
+    measured = np.round(rng.uniform(-1.2, 101.5, 3000))
+    c = Controller(LINES, SETTINGS[name])
+    wanted, phase = c.replay(reference, measured)
+    command, seen = compiled[name](reference, measured)
+    np.testing.assert_allclose(command, wanted, atol=1e-9, rtol=0)
+    assert np.array_equal(seen, phase) and set(phase.tolist()) >= {0, 2, 4}
