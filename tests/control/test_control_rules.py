@@ -139,6 +139,11 @@ def test_a_play_within_its_band_keeps_the_command() -> None:
     assert up.step(11.4, 23.0) == (pytest.approx(22.0), "PP")
     assert up.step(11.45, 22.9) == (pytest.approx(22.0), "PB")
     assert up.step(11.46, 23.4)[0] == pytest.approx(5.73)
+    # a quarter of a newton is met exactly, from both sides, and still borne
+    edge = Controller(EVEN, Options(reversal="play", band_n=0.25))
+    assert [edge.step(*v)[0] for v in ((10.0, 20.0), (11.0, 20.0), (11.25, 23.0))] == [20.0, 22.0, 22.0]
+    edge.reset()
+    assert [edge.step(*v)[0] for v in ((10.0, 20.0), (10.5, 20.0), (10.4, 21.0), (10.25, 5.0))] == pytest.approx([20.0, 21.0, 5.2, 5.2])
 
 
 def loop(reference: list[float], noise: list[float] | None = None, start: float = 10.0, gain: float = 1.0, slew: float = 99.0, delay: int = 0) -> tuple[list[float], list[float]]:
@@ -322,8 +327,8 @@ def test_reference_files(tmp_path) -> None:
     # a second run begins where time runs back
     found = read_reference(tmp_path / "r.tsv", 0.5)
     assert found.tension_n.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0] and found.name == "r"
-    (tmp_path / "r.csv").write_text("time_s,tension_ref_n,time_s.1\n0,1,0\n0,2,0\n1,2,0")
-    with pytest.raises(SstlError, match="does not rise at sample 1"):
+    (tmp_path / "r.csv").write_text("time_s,tension_ref_n\n0,1\n1,2\n1,3\n2,3")
+    with pytest.raises(SstlError, match="does not rise at sample 2"):
         read_reference(tmp_path / "r.csv", 0.5)
 
 
@@ -333,6 +338,7 @@ def test_references_need_a_period_and_not_too_many() -> None:
     for end in (0.0999, 1.1e7):
         with pytest.raises(SstlError, match="not 1 to 1e8"):
             references.from_samples("x", np.array([0.0, end]), y, 0.1)
+    assert references.Reference("late", np.array([5.0, 5.5]), y, 1.0).dt_s == 0.5
     assert references.sinusoid().dt_s == references.trapezoid().dt_s == 0.002
     assert len(references.make("sinusoid", np.random.default_rng(0)).time_s) == 100_000
     with pytest.raises(SstlError, match="no reference 'x'"):
