@@ -226,3 +226,10 @@ def test_identical_loops_have_the_spread_of_their_rounding():
     c = chart(np.zeros(10))
     c.add(np.array([2e-12 * math.sqrt(1 + 1 / 9)]))
     assert c.sums[0, 0] == pytest.approx(normal_of_t(2.0, 7) - 1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("at", range(2, 9))
+def test_a_spike_in_the_first_samples_is_no_movement(at):
+    x = np.full(60, 5.0)
+    x[at] = 9.0
+    assert cut(x) == ([], None)
