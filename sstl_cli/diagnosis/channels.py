@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.evidence import advantage, scores
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
@@ -31,11 +32,14 @@ LEAST_SHRINK = 0.3
 LAG_STARTS = ((0.02, 1e-6), (0.2, 1e-6), (1e-4, 0.05), (1e-4, 0.15))
 OVER_NOISE = 3.0
 LEFT_SHARE = 0.15
-# a small gap has to be explained down to the noise
-LEAST_OVER_NOISE = 1.25
-NEARLY_NOISE = 1.1
-# rivals whose error is within this factor of the best explain the position equally well
-TIE = 1.15
+# less than that above the noise is not looked into
+LEAST_OVER_NOISE = 1.02
+# a gap below that has to be beyond doubt (nats, discounted), and this share of what is left (RMS) at least
+SURE_NATS = 20.0
+LEAST_GAP = 0.25
+# rivals closer than this (nats; those that few blocks carry count for more) explain the position equally well
+TIE_NATS = 20.0
+TIE_FEW = 20.0
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,11 @@ def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
     low, high = np.zeros(2), np.array([0.5, 0.2])
     fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in LAG_STARTS]
     best = min(fits, key=lambda f: f.cost)
-    before, after = _rms(base), _rms(residual(best.x))
-    if not _explained(before, after, max(noise, 1e-9)):
+    left = residual(best.x)
+    without, lagged = scores([base, left], [0, 2], 1, *_shape([(r.dt_s, len(r.time_s)) for r, _ in pairs]))
+    lead = advantage(lagged, without)
+    before, after = _rms(base), _rms(left)
+    if not _explained(before, after, max(noise, 1e-9), lead):
         return None
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
     return ChannelGap("tension_in", "N", ("tension_loop_lag",), values, before, after)
@@ -96,23 +103,39 @@ def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> Cha
         return None
     measured = [block_mean(_grid(r), r.factor) for _, r in records]
     noise = float(np.median([1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0) for x in measured]))
-    before = _rms(_position_residual(sim, tension, records, measured, {}))
+    base = _position_residual(sim, tension, records, measured, {})
+    before = _rms(base)
     if before < LEAST_OVER_NOISE * max(noise, 1e-4):
         return None
-    found = sorted((_fit_position(sim, tension, records, measured, e) for e in effects), key=lambda f: f[0])
-    after, effect, values = found[0]
-    if not _explained(before, after, noise) or after > max(OVER_NOISE * noise, LEFT_SHARE * before):
+    found = [_fit_position(sim, tension, records, measured, e) for e in effects]
+    shape = _shape([(r.dt_s * r.factor, len(x)) for (_, r), x in zip(records, measured, strict=True)])
+    best = int(np.argmin([_rms(left) for left, _, _ in found]))
+    base_score, *scored = scores(
+        [base, *(left for left, _, _ in found)], [0, *(len(v) for _, _, v in found)], best + 1, *shape
+    )
+    left, effect, values = found[best]
+    after = _rms(left)
+    explained = _explained(before, after, noise, advantage(scored[best], base_score))
+    if not explained or after > max(OVER_NOISE * noise, LEFT_SHARE * before):
         # the best candidate leaves a gap of its own: no name is better than a wrong one
         return None
-    ties = tuple(e.id for rms, e, _ in found if rms <= TIE * max(after, noise))
+    ties = tuple(
+        e.id for s, (_, e, _) in zip(scored, found, strict=True) if advantage(scored[best], s, TIE_FEW) < TIE_NATS
+    )
     names = tuple(dict.fromkeys((effect.id, *ties)))
     return ChannelGap("position_in", "mm", names, values, before, after)
 
 
-def _explained(before: float, after: float, noise: float) -> bool:
-    """Whether an effect explains a gap: much of a large one, or all of a small one down to the noise."""
+def _shape(runs: Sequence[tuple[float, int]]) -> tuple[list[int], list[float]]:
+    """Return lengths and steps (s) of runs given as (step, length)."""
+    return [n for _, n in runs], [step for step, _ in runs]
+
+
+def _explained(before: float, after: float, noise: float, lead: float) -> bool:
+    """Whether an effect explains a gap: much of a large one, or of a small one what is beyond doubt."""
     much = before > OVER_NOISE * noise and after < (1.0 - LEAST_SHRINK) * before
-    return much or (before > LEAST_OVER_NOISE * noise and after < NEARLY_NOISE * noise)
+    sure = lead > SURE_NATS and before**2 - after**2 > (LEAST_GAP * after) ** 2 and after < OVER_NOISE * noise
+    return much or sure
 
 
 def _grid(r: Record) -> Array:
@@ -146,7 +169,7 @@ def _position_residual(
 
 def _fit_position(
     sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]], measured: Sequence[Array], effect: Effect
-) -> tuple[float, Effect, dict[str, float]]:
+) -> tuple[Array, Effect, dict[str, float]]:
     parameters = [p for p in effect.parameters if p.name not in ("c_t_per_n",)]
 
     def residual(p: Array) -> Array:
@@ -161,7 +184,7 @@ def _fit_position(
         best = done if best is None or done.cost < best.cost else best
     assert best is not None
     values = {p.name: float(v) for p, v in zip(parameters, best.x, strict=True)}
-    return _rms(residual(best.x)), effect, values
+    return residual(best.x), effect, values
 
 
 def _rms(x: Array) -> float:

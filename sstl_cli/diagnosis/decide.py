@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import calibration
+from sstl_cli.diagnosis.evidence import advantage, block_scores, errors
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.heldout import Folds, block_scores, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.heldout import Folds, blocks, held_out_residual, make_folds
 from sstl_cli.diagnosis.sawtooth import FAMILY, sawtooth
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.where import phases
@@ -214,22 +215,6 @@ def _same_family(c: Candidate, winner: Candidate, base: Candidate) -> bool:
     swapped = set(c.ids) ^ set(winner.ids)
     gain = winner.score - base.score
     return len(swapped) == 2 and swapped <= set(FAMILY) and c.score - base.score > FAMILY_SHARE * gain
-
-
-def advantage(a: Candidate, b: Candidate, few: float = 50.0) -> float:
-    """Return by how many nats ``a`` beats ``b`` on held-out blocks, discounted where blocks disagree.
-
-    A well-specified log-score difference d has variance 2 d; where blocks vary more, at most 2 z^2 nats count.
-    """
-    d, z = a.score - b.score, errors(a, b)
-    # a huge difference counts even where it sits in a few blocks
-    return float(np.sign(d) * min(abs(d), max(2.0 * z * z, abs(d) / few)))
-
-
-def errors(a: Candidate, b: Candidate) -> float:
-    """Return the difference of two models' held-out log scores in its standard errors over blocks."""
-    diff = a.blocks - b.blocks
-    return float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
 
 
 def _grow(singles: list[Candidate], found: list[Candidate], base: Candidate, rules: Rules, noise_n: float) -> Candidate:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.evidence import block_index
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator
@@ -14,7 +15,6 @@ from sstl_cli.diagnosis.whitening import Whitener
 
 Array = NDArray[np.float64]
 MAX_FOLDS = 6
-BLOCK_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -89,24 +89,14 @@ def held_out_residual(sim: Simulator, whiten: Whitener, f: Fit, folds: Folds) ->
     return raw, white
 
 
+def blocks(sim: Simulator) -> NDArray[np.int64]:
+    """Return the index of the time block (about 5 s, within one run) of each sample."""
+    records = sim.problem.records
+    return block_index([len(r) for r in records], [r.dt_s * r.factor for r in records])
+
+
 def _equations(sim: Simulator, jw: Array, rw: Array, rows: NDArray[np.bool_], configs: int) -> tuple[Array, Array]:
     from sstl_cli.diagnosis.fit import normal_equations
 
     masked = jw * rows[:, None]
     return normal_equations(sim, masked, rw)
-
-
-def blocks(sim: Simulator) -> NDArray[np.int64]:
-    """Return the index of the time block (about 5 s, within one run) of each sample."""
-    index = np.empty(len(sim.y), np.int64)
-    offset = 0
-    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
-        length = max(1, round(BLOCK_S / (r.dt_s * r.factor)))
-        index[s] = offset + np.arange(len(r)) // length
-        offset = int(index[s][-1]) + 1
-    return index
-
-
-def block_scores(white: Array, index: NDArray[np.int64]) -> Array:
-    """Return the log score (nats, up to a constant) of each block."""
-    return np.asarray(-0.5 * np.bincount(index, white**2))

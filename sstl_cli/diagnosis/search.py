@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -167,17 +167,20 @@ def run(
 
     coarse = sorted(_each(alone, range(len(ranked)), workers), key=lambda f: (f.cost, f.ids))
     groups = [r.system for r in small.problem.records]
-    sample = fit_whitener(_richest(small, plain, base, coarse), small.weight, small.slices(), groups)
-    whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), [r.system for r in sim.problem.records])
+    richest = _richest(small, plain, base, coarse)
+    sample = fit_whitener(richest, small.weight, small.slices(), groups, held=_held(small, base.prediction))
+    start_theta = theta0.copy()
+    start_theta[:] = float(np.mean(base.theta))
+    start_theta[chosen] = base.theta
+    rough = fit(sim, identity(sim.slices(), sim.weight, max(spread, 1e-9)), (), (), start_theta, np.zeros(0), 4)
+    systems = [r.system for r in sim.problem.records]
+    whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), systems, _held(sim, rough.prediction))
     if any(r.slip is not None for r in sim.problem.records):
         # strokes at constant load differ by their level alone, which a filter of innovations would take away
         sample, whiten = (
             identity(x.slices(), x.weight, spread * STROKE_SAMPLES**0.5) for x in (small, sim)
         )
-    start_theta = theta0.copy()
-    start_theta[:] = float(np.mean(base.theta))
-    start_theta[chosen] = base.theta
-    search = Search(sim, whiten, fit(sim, whiten, (), (), start_theta, np.zeros(0)))
+    search = Search(sim, whiten, fit(sim, whiten, (), (), rough.theta, np.zeros(0)))
     costs = {f.ids: _whitened_cost(small, sample, f) for f in coarse}
     fine = sorted(coarse, key=lambda f: (costs[f.ids], f.ids))
     reference = _whitened_cost(small, sample, base)
@@ -246,6 +249,13 @@ def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:
         return list(pool.map(work, items))
 
 
+def _held(sim: Simulator, prediction: Array) -> NDArray[np.bool_]:
+    """Return where the model holds the output, shape (samples,)."""
+    held = np.abs(np.diff(prediction, prepend=prediction[:1])) < 1e-9
+    held[[s.start for s in sim.slices()]] = False
+    return held
+
+
 def _whitened_cost(sim: Simulator, whiten: Whitener, f: Fit) -> float:
     r = whiten(f.residual)
     return 0.5 * float(r @ r)
@@ -270,13 +280,17 @@ def _richest(sim: Simulator, plain: Whitener, base: Fit, coarse: Sequence[Fit]) 
 def _combine(search: Search, ids: Sequence[str], size: int, warm: dict[str, Array], workers: int) -> None:
     """Extend the best models of ``size - 1`` effects by the partners whose linearised gain is largest."""
     sim, whiten = search.sim, search.whiten
+    levels = replace(whiten, holds=())
     for leader in search.leaders(size - 1)[: PAIR_LEADERS if size == 2 else 1]:
         others = [
             i for i in ids if i in warm and i not in leader.ids and tuple(sorted((*leader.ids, i))) not in search.fits
         ]
 
-        def gain(effect_id: str, leader: Fit = leader) -> tuple[float, str, Array]:
-            found, start = screen(sim, whiten, leader, (effect_id,), warm[effect_id])
+        # far from the optimum whole holds are off, and that is what a linear step sees best: their levels count here
+        along = replace(leader, cost=_whitened_cost(sim, levels, leader))
+
+        def gain(effect_id: str, leader: Fit = along) -> tuple[float, str, Array]:
+            found, start = screen(sim, levels, leader, (effect_id,), warm[effect_id])
             return -found, effect_id, start
 
         def joined(partner: tuple[float, str, Array], leader: Fit = leader) -> Fit:

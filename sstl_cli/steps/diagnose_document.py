@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from sstl_cli.diagnosis import calibration, faults, following, search, shrink, where
-from sstl_cli.diagnosis.decide import Candidate, Decision, advantage
+from sstl_cli.diagnosis.decide import Candidate, Decision
+from sstl_cli.diagnosis.evidence import advantage
 from sstl_cli.diagnosis.noise import Floor
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator
