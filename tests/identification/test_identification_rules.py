@@ -172,6 +172,14 @@ def test_split_begins_propagation_a_little_before_the_threshold():
     assert split(UP, OUT, [0, 9], 1, delta=6.0) == ("B" * 10, [0] * 10, [0, 0])
 
 
+def test_split_begins_where_more_than_three_tenths_are_left():
+    y = [0, 0, 0, 3, 5, 12, 13, 14, 15, 16]
+    assert split(UP, y, [0, 9], 1, delta=10.0)[0] == "BBBBPPPPPP"
+    # the threshold itself must be exceeded, and the lowest output since the reversal counts
+    assert split(UP, [0, 0, 0, 3, 5, 10, 13, 14, 15, 16], [0, 9], 1, delta=10.0)[1] == [0, 0, 0, 0, 0, 0, 1, 1, 1, 1]
+    assert split(UP, [2, 1, 0, 3, 5, 10.5, 13, 14, 15, 16], [0, 9], 1, delta=10.0)[1] == [0, 0, 0, 0, 0, 1, 1, 1, 1, 1]
+
+
 def test_split_leaves_out_guards_at_both_ends():
     assert split(UP, OUT, [0, 9], 1, guard=2)[1] == [0, 0, 0, 0, 0, 0, 0, 1, 1, 0]
 
@@ -201,6 +209,10 @@ def test_split_with_known_lines_waits_until_the_line_leaves_the_held_output():
     assert split(down, fall, [0, 9], -1, [1.0, 0.0, 2.0, -4.0], release=2.5) == (
         "bbbbpppppp", [0, 0, 0, 0, 0, 0, 0, -1, -1, -1], [0, 1],
     )  # fmt: skip
+
+
+def test_what_comes_after_the_turn_does_not_end_the_backlash_before_it():
+    assert split([0, 1, 2, 3, 2, 1], [0, 0, 0, 0.5, 2, 2], [0, 3, 5], 1)[2] == [0, 0]
 
 
 def test_split_of_a_loop():

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from sstl_cli.identification.change import Chart, correlation, limit, normal_of_t
+from sstl_cli.identification.change import Chart, _began, correlation, limit, normal_of_t
 from sstl_cli.identification.loops import LoopCutter, usual_step
 
 
@@ -233,3 +233,16 @@ def test_a_spike_in_the_first_samples_is_no_movement(at):
     x = np.full(60, 5.0)
     x[at] = 9.0
     assert cut(x) == ([], None)
+
+
+def test_a_fall_is_told_with_its_fourth_sample():
+    # the middle of three samples sees it one later
+    x = np.concatenate((np.full(40, 5.0), np.full(5, 1.0)))
+    assert cut(x[:44], 0.01)[1] is None and cut(x, 0.01)[1] == 43
+
+
+def test_a_change_began_where_half_of_its_level_was_reached():
+    # the last values lie 4 deviations off: what lies beyond 2 belongs to it
+    assert _began([(3, 1.2), (4, 0.1), (5, 1.3), (6, 4.0), (7, 4.0), (8, 4.0)]) == 6
+    assert _began([(1, 1.0), (2, 2.5), (3, 4.0), (4, 9.0), (5, 3.0)]) == 2
+    assert _began([(1, 1.9), (2, 2.5), (4, 4.0), (5, 4.0), (6, 4.0), (7, 1.0)]) == 2
