@@ -23,7 +23,7 @@ from sstl_cli.physics.effect import Effect
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import first_order
 from sstl_cli.physics.transmission import activate, predict, predict_position
-from sstl_cli.physics.transmission.model import drive_of
+from sstl_cli.physics.transmission.model import Drive, drive_of
 
 Array = NDArray[np.float64]
 TRACKS = 0.9
@@ -98,17 +98,18 @@ def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> Cha
     The base predicts the travel of the load alone, with free origin and stiffness for each run.
     """
     effects = [get(i) for i in candidates if get(i).position is not None]
-    records = [(i, r) for i, r in enumerate(sim.problem.records) if r.raw.position_in_mm is not None]
+    records = [r for r in sim.problem.records if r.raw.position_in_mm is not None]
     if not records or not effects:
         return None
-    measured = [block_mean(_grid(r), r.factor) for _, r in records]
+    measured = [block_mean(_grid(r), r.factor) for r in records]
     noise = float(np.median([1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0) for x in measured]))
-    base = _position_residual(sim, tension, records, measured, {})
+    lines = _lines(sim, tension, records, measured)
+    base = _position_residual(sim, lines, {})
     before = _rms(base)
     if before < LEAST_OVER_NOISE * max(noise, 1e-4):
         return None
-    found = [_fit_position(sim, tension, records, measured, e) for e in effects]
-    shape = _shape([(r.dt_s * r.factor, len(x)) for (_, r), x in zip(records, measured, strict=True)])
+    found = [_fit_position(sim, lines, e) for e in effects]
+    shape = _shape([(r.dt_s * r.factor, len(x)) for r, x in zip(records, measured, strict=True)])
     best = int(np.argmin([_rms(left) for left, _, _ in found]))
     base_score, *scored = scores(
         [base, *(left for left, _, _ in found)], [0, *(len(v) for _, _, v in found)], best + 1, *shape
@@ -151,30 +152,45 @@ def _affine(x: Array, columns: Sequence[Array]) -> Array:
     return np.asarray(x - a @ np.linalg.lstsq(a, x, rcond=None)[0])
 
 
-def _position_residual(
-    sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]], measured: Sequence[Array],
-    extra: dict[str, dict[str, float]],
-) -> Array:
-    """Return what the simulator's own position effects and ``extra`` leave (mm), origin and load stiffness free."""
-    none, active = activate({}), activate({**sim.fixed, **extra})
-    parts = []
-    for x, (_, r) in zip(measured, records, strict=True):
+@dataclass(frozen=True)
+class _Line:
+    """One run as the position sees it: its drive, and output (N) and position (mm) of the rigid line."""
+
+    record: Record
+    theta: float
+    drive: Drive
+    out: Array
+    rigid: Array
+    measured: Array
+
+
+def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Sequence[Array]) -> list[_Line]:
+    none, found = activate({}), []
+    for x, r in zip(measured, records, strict=True):
         theta = float(tension.theta[r.config])
         drive = drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics)
         out = predict(drive, theta, none, r.start_n)
-        more = predict_position(drive, theta, active, out) - predict_position(drive, theta, none, out)
-        parts.append(_affine(x - block_mean(more, r.factor), [block_mean(out, r.factor)]))
+        found.append(_Line(r, theta, drive, out, predict_position(drive, theta, none, out), x))
+    return found
+
+
+def _position_residual(sim: Simulator, lines: Sequence[_Line], extra: dict[str, dict[str, float]]) -> Array:
+    """Return what the simulator's own position effects and ``extra`` leave (mm), origin and load stiffness free."""
+    active = activate({**sim.fixed, **extra})
+    parts = []
+    for line in lines:
+        more = predict_position(line.drive, line.theta, active, line.out) - line.rigid
+        factor = line.record.factor
+        parts.append(_affine(line.measured - block_mean(more, factor), [block_mean(line.out, factor)]))
     return np.concatenate(parts)
 
 
-def _fit_position(
-    sim: Simulator, tension: Fit, records: Sequence[tuple[int, Record]], measured: Sequence[Array], effect: Effect
-) -> tuple[Array, Effect, dict[str, float]]:
+def _fit_position(sim: Simulator, lines: Sequence[_Line], effect: Effect) -> tuple[Array, Effect, dict[str, float]]:
     parameters = [p for p in effect.parameters if p.name not in ("c_t_per_n",)]
 
     def residual(p: Array) -> Array:
         values = {q.name: float(np.clip(v, q.low, q.high)) for q, v in zip(parameters, p, strict=True)}
-        return _position_residual(sim, tension, records, measured, {effect.id: values})
+        return _position_residual(sim, lines, {effect.id: values})
 
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     best = None
