@@ -53,7 +53,7 @@ $(OUT)/blind-quick/score.json: $(STAMP) $(SOURCES)
 
 blind-full: $(STAMP) ## withheld-effect check, published run (hours)
 	mkdir -p $(OUT)
-	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 1500 --seed 20261
+	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 900 --seed 20260001
 	$(BIN)/sstl blind run $(OUT)/blind-full
 	$(BIN)/sstl blind score $(OUT)/blind-full --out $(OUT)/blind-full/score.json --force
 
