@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import threading
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from sstl_cli.control.presliding import fit_widths, play_sum
 from sstl_cli.control.reference_file import read as read_reference
 from sstl_cli.control.scoring import score, windows
 from sstl_cli.control.sim_plant import plant_of
-from sstl_cli.control.streaming import LineServer, read_csv_sample, read_json_sample
+from sstl_cli.control.streaming import LineServer, read_csv_sample, read_json_sample, read_lines
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.scenario import Scenario
 
@@ -275,6 +277,24 @@ def test_silence_counts_as_samples_without_a_number() -> None:
     assert float(s.silence(0.001).split(",")[0]) == pytest.approx(19.2)
 
 
+def test_lines_are_cut_where_they_grow_too_long() -> None:
+    reader, writer = os.pipe()
+    thread = threading.Thread(target=lambda: (os.write(writer, b"a" * 65_537 + b"\nshort\nlast" + b"b" * 65_600), os.close(writer)))
+    thread.start()
+    found = list(read_lines(reader))
+    thread.join()
+    os.close(reader)
+    assert [(line[:4], len(line)) for line in found if line is not None] == [("aaaa", 65_536), ("shor", 5), ("last", 65_536)]
+
+
+def test_a_line_without_friction_has_widths_up_to_ten() -> None:
+    # a pull line of slope 1 bears any width: nine plays of none and one of ten times the mean
+    lines = (1.0, -2.0, 1.4, 0.5)
+    tension = 14 + 11 * np.sin(np.arange(400) * 0.05) * np.cos(np.arange(400) * 0.013)
+    out = presliding(tension.tolist(), lines, (0.0,) * 11 + (12.0,), tension[0])
+    assert max(fit_widths(Theta(*lines), tension, np.array(out), plays=12)) == pytest.approx(10.0, rel=1e-6)
+
+
 def test_samples_of_lines() -> None:
     assert read_csv_sample("1,2") == (1.0, 2.0, "")
     assert read_csv_sample("1,x")[2] == "a value is not a number" and read_csv_sample("1,2,3")[2] == "3 values instead of 2"
@@ -294,7 +314,8 @@ def test_latency_with_a_clock_of_known_steps(monkeypatch: pytest.MonkeyPatch) ->
     found = benchmark.python_latency(cycles=1)
     assert (found.median_us, found.max_us) == (10.0, 200.0) and found.below_20_us_pct == pytest.approx(91.9)
     assert found.p99_us == 30.0 and found.p999_us == pytest.approx(30.17, abs=0.01)
-    assert found.counts == (0, 0, 0, 0, 0, 0, 919, 80, 0, 1) and found.edges_us[-3:] == (50.0, 100.0, math.inf)
+    assert found.counts == (0, 0, 0, 0, 0, 0, 919, 80, 0, 1)
+    assert found.edges_us == (0.0, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, math.inf)
     assert benchmark.TABLE_II == LINES
     with pytest.raises(SstlError, match="E414"):
         benchmark.c_step_ns(steps=10, compiler="no-such-compiler")
@@ -335,7 +356,8 @@ def test_reference_files(tmp_path) -> None:
 def test_references_need_a_period_and_not_too_many() -> None:
     y = np.array([1.0, 2.0])
     assert len(references.from_samples("x", np.array([0.0, 0.1]), y, 0.1).time_s) == 2
-    for end in (0.0999, 1.1e7):
+    assert len(references.from_samples("x", np.array([0.0, 0.1 * (1 - 0.8e-6)]), y, 0.1).time_s) == 2
+    for end in (0.0999, 0.1 * (1 - 1.25e-6), 1.1e7):
         with pytest.raises(SstlError, match="not 1 to 1e8"):
             references.from_samples("x", np.array([0.0, end]), y, 0.1)
     assert references.Reference("late", np.array([5.0, 5.5]), y, 1.0).dt_s == 0.5
@@ -350,6 +372,8 @@ def test_first_cycle_counts_turns_of_more_than_a_tenth() -> None:
     x = np.array([0.0, 5.0, 4.1, 10.0, 9.2, 5.0, 0.5, 1.2, 6.0])
     assert references.first_cycle_s(10.0 + np.arange(9.0), x) == 6.0
     assert references.first_cycle_s(np.arange(9.0), 10.0 - x) == 6.0
+    # turns of 1.2 of 10 N are
+    assert references.first_cycle_s(np.arange(5.0), np.array([0.0, 5.0, 3.8, 10.0, 0.0])) == 2.0
     # a flat turn ends with its last sample
     assert references.first_cycle_s(np.arange(7.0), np.array([0.0, 5.0, 5.0, 0.0, 0.0, 0.0, 3.0])) == 5.0
 
