@@ -29,6 +29,7 @@ class Mutant:
 
     file: str
     line: int
+    column: int
     start: int
     end: int
     old: str
@@ -39,7 +40,7 @@ class Mutant:
         return source[: self.start] + self.text + source[self.end :]
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}: `{self.old}` -> `{self.text}`"
+        return f"{self.file}:{self.line}:{self.column}: `{self.old}` -> `{self.text}`"
 
 
 def mutants(path: Path, name: str) -> list[Mutant]:
@@ -54,7 +55,8 @@ def mutants(path: Path, name: str) -> list[Mutant]:
     for node, text in _changes(tree, source):
         a = len(raw[: starts[node.lineno - 1] + node.col_offset].decode())
         b = len(raw[: starts[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0)].decode())
-        found.append(Mutant(name, node.lineno, a, b, source[a:b], text))
+        column = a - source.rfind("\n", 0, a)
+        found.append(Mutant(name, node.lineno, column, a, b, source[a:b], text))
     # what a linter or the compiler would refuse is no test of the tests
     return sorted((m for m in found if "\n" not in m.old and _compiles(m.apply(source))), key=lambda m: (m.start, m.text))
 

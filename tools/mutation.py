@@ -226,7 +226,7 @@ def interval(k: int, n: int) -> tuple[float, float]:
 
 
 def equal() -> dict[str, str]:
-    """Return why a survivor cannot change any answer, from lines ``file:line: `old` -> `new` | reason``."""
+    """Return why a survivor cannot change any answer, from lines ``file:line:column: `old` -> `new` | reason``."""
     lines = EQUAL.read_text(encoding="utf-8").splitlines() if EQUAL.exists() else []
     return dict(line.rsplit(" | ", 1) for line in lines if line and not line.startswith("#"))
 
@@ -239,7 +239,8 @@ def page(found: dict[str, dict[str, list[str | None]]], seed: int) -> str:
     for part, tries in sorted(found.items()):
         alive = sorted(m for m, t in tries.items() if t[0] is None)
         why = {m: same.get(m) for m in alive}
-        left += [f"{m} ({why[m]})" if why[m] else m for m in alive]
+        since = {m: "killed by a test added since" for m in alive if tries[m][-1] is not None}
+        left += [f"{m} ({why[m] or since[m]})" if why[m] or m in since else m for m in alive]
         count = [len(tries), len(tries) - len(alive), sum(w is not None for w in why.values())]
         sums = [a + b for a, b in zip(sums, count, strict=True)]
         rows.append([part, f"{draw(part, 0, seed)[0]:,}", *_shares(count)])
@@ -247,7 +248,7 @@ def page(found: dict[str, dict[str, list[str | None]]], seed: int) -> str:
         rows.append(["together", "", *_shares(sums)])
     head = ["part", "faults possible", "tried", "killed", "share killed (95 % interval)", "of the others, no change of any answer"]
     lines = "\n".join("- " + m.replace("|", "\\|") for m in left) or "none"
-    return f"Random sample, seed {seed}:\n\n{table(head, rows)}\n\nSurvivors, with a reason where no answer can change:\n\n{lines}"
+    return f"Random sample, seed {seed}:\n\n{table(head, rows)}\n\nSurvivors, with the reason where no answer can change, or what has become of them:\n\n{lines}"
 
 
 def _shares(count: list[int]) -> list[object]:

@@ -98,11 +98,12 @@ def test_what_can_be_run(field: str, bad: object) -> None:
 
 
 def test_bend_weights() -> None:
-    spec = RigSpec(nodes=10, bend_arc_fraction=0.3, bend_centres={"NP": 0.1, "CP": 0.5, "ND": 0.8})
+    spec = RigSpec(nodes=10, bend_arc_fraction=0.3, bend_centres={"NP": 0.1, "CP": 0.5, "ND": 0.8, "end": 0.95})
     # 0.65 to 0.95 of the pass: half a node, two nodes, half a node
     assert bend_weights(spec, "act", "ND") == pytest.approx([0] * 6 + [1 / 6, 1 / 3, 1 / 3, 1 / 6])
     # a bend that would hang over the end is shifted inwards
     assert bend_weights(spec, "act", "NP") == pytest.approx([1 / 3] * 3 + [0] * 7)
+    assert bend_weights(spec, "act", "end") == pytest.approx([0] * 7 + [1 / 3] * 3)
     assert bend_weights(spec, "sstl", "NP") == pytest.approx([1 / 3] * 3 + [0] * 15 + [1 / 3] * 3)
     assert bend_weights(spec, "act", None) == pytest.approx(bend_weights(spec, "act", "CP"))
 
