@@ -179,7 +179,8 @@ def main() -> int:
         for k, part in enumerate(parts):
             total, sample = draw(part, 10**9 if given.survivors else given.sample, given.seed)
             known = results(given.log).get(part, {})
-            sample = [m for m in sample if known.get(str(m), [""])[-1] is None or (str(m) not in known and not given.survivors)]
+            again = {m for m, tries in known.items() if given.survivors and tries[-1] is None}
+            sample = [m for m in sample if str(m) in again or (str(m) not in known and not given.survivors)]
             if not sample or time.monotonic() > end:
                 continue
             whole = copy.baseline(part)
