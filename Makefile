@@ -56,6 +56,7 @@ blind-full: $(STAMP) ## withheld-effect check, published run (hours)
 	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 900 --seed 20260001
 	$(BIN)/sstl blind run $(OUT)/blind-full
 	$(BIN)/sstl blind score $(OUT)/blind-full --out $(OUT)/blind-full/score.json --force
+	$(BIN)/python tools/blind_table.py $(OUT)/blind-full/score.json --commit "commit $$(git rev-parse --short HEAD)"
 
 bench: $(STAMP) ## compare with what a user would do instead; writes benchmarks/results.json
 	$(BIN)/python benchmarks/run.py
