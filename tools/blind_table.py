@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -42,17 +41,12 @@ def by_strength(score: dict[str, Any]) -> str:
 
 
 def by_effect(score: dict[str, Any]) -> str:
-    """Return isolation by effect, and what was said instead."""
+    """Return isolation by effect, and why the others were missed."""
     rows: list[list[object]] = []
     for e in score["by_effect"]:
         found = [e["isolation"].get(s) for s in STRENGTHS]
-        said: Counter[str] = Counter()
-        for m in e["misses"]:
-            if m["kind"] in ("single", "nominal"):
-                said["group with it" if m["right"] else m["status"] if m["status"] in ("none", "unknown") else "other name or group"] += 1
-        cells = [f"{x['k']}/{x['n']}" if x else "-" for x in found]
-        rows.append([f"`{e['effect']}`", *cells, ", ".join(f"{n} {k}" for k, n in said.most_common()) or "-"])
-    return table(["effect", "0.4", "1.2", "4", "misses: what was said"], rows)
+        rows.append([f"`{e['effect']}`", *(f"{x['k']}/{x['n']}" if x else "-" for x in found), e["reason"] or "-"])
+    return table(["effect", "0.4", "1.2", "4", "misses, and the likely reason"], rows)
 
 
 def baselines(score: dict[str, Any]) -> str:

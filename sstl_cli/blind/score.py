@@ -203,9 +203,34 @@ def by_effect(cases: Sequence[Judged]) -> list[dict[str, Any]]:
                 "isolation": {f"{s:g}": share(c.exact for c in own if c.band == s) for s in STRENGTHS},
                 "below_0.1": sum(c.band is None for c in own),
                 "misses": [_line(c) for c in own if not c.exact],
+                "reason": _reason([c for c in own if not c.exact]),
             }
         )
     return rows
+
+
+def _reason(misses: Sequence[Judged]) -> str:
+    """Return why cases of one effect were likely missed, the most frequent reason first."""
+    found = Counter(_kind_of_miss(c) for c in misses)
+    mates = Counter(e for c in misses if _kind_of_miss(c) == "group" for e in set(c.group) - c.withheld)
+    names = Counter(e for c in misses if _kind_of_miss(c) == "name" for e in c.named | set(c.group))
+    said = {
+        "none": "below what noise lets be seen",
+        "unknown": "seen, but the fitted model leaves too much to name it",
+        "group": f"as well explained by {_first(mates)}",
+        "name": f"taken for {_first(names)}",
+    }
+    return "; ".join(f"{n} {said[kind]}" for kind, n in found.most_common())
+
+
+def _kind_of_miss(c: Judged) -> str:
+    if c.status not in NAMED:
+        return c.status
+    return "group" if c.covered else "name"
+
+
+def _first(names: Counter[str]) -> str:
+    return ", ".join(name for name, _ in names.most_common(3))
 
 
 def reliability(cases: Sequence[Judged]) -> tuple[list[dict[str, Any]], float | None]:

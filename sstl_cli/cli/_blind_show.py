@@ -89,6 +89,11 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
         ("rule", *(f.replace("_", " ") for f in compared)),
         [(b["name"], *(_share(b[f]) for f in compared)) for b in document["baselines"]],
     )
+    screen.table(
+        "isolation by effect, and why the others were likely missed",
+        ("effect", "0.4", "1.2", "4", "misses"),
+        [(e["effect"], *(_share(e["isolation"][s]) for s in ("0.4", "1.2", "4")), e["reason"]) for e in document["by_effect"]],
+    )
     misses = [v for e in document["by_effect"] for v in e["misses"]]
     if misses:
         screen.table(

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.reporting import drawing
-from sstl_cli.reporting.documents import number, rows, share
+from sstl_cli.reporting.documents import mapping, number, rows, share
 from sstl_cli.reporting.figures import baselines, confusion, reliability, shrink, strength
 from sstl_cli.reporting.figures.strength import SCORES
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.table import table
 
+STRENGTHS = ("0.4", "1.2", "4")
 TITLE, ORDER, NEEDS = "Blind check", 60, ("blind",)
 
 
@@ -40,7 +41,7 @@ def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
         "confusion": drawing.picture(confusion, matrix, f"confusion-{place}") if matrix else None,
         "met": sum(t.get("met") is True for t in targets),
         "of": len(targets),
-        "tables": [t for t in (_targets(targets), _strengths(document), _baselines(document)) if t is not None],
+        "tables": [t for t in (_targets(targets), _strengths(document), _effects(document), _baselines(document)) if t is not None],
     }
 
 
@@ -65,6 +66,15 @@ def _strengths(document: dict[str, Any]) -> Any:
             if middle == middle:
                 lines.append([number(row.get("strength")), name, middle, low, high, int(n) if n == n else None])
     return table("Scores by strength", header, lines) if lines else None
+
+
+def _effects(document: dict[str, Any]) -> Any:
+    header = ["effect", *((f"isolated at {s}", "1") for s in STRENGTHS), "misses, and the likely reason"]
+    lines = [
+        [r.get("effect"), *(share(mapping(r, "isolation").get(s))[0] for s in STRENGTHS), r.get("reason") or ""]
+        for r in rows(document, "by_effect")
+    ]
+    return table("Isolation by effect", header, lines) if lines else None
 
 
 def _baselines(document: dict[str, Any]) -> Any:
