@@ -207,7 +207,7 @@ def test_an_oracle_meets_the_targets_and_draws_the_report(own, tmp_path):
     for figure in (confusion, reliability, strength, baselines):
         assert figure.default(inputs, None) is not None, figure.__name__
     block = section.context(inputs)["blocks"][0]
-    assert block["of"] == len(document["targets"]) and len(block["tables"]) == 3
+    assert block["of"] == len(document["targets"]) and len(block["tables"]) == 4
 
 
 def test_gates_fail_with_exit_4(own):
