@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
@@ -29,6 +30,10 @@ def connected(scheduler: str) -> Iterator[Any]:
         raise SstlError(
             "needs the package distributed", where="--scheduler", fix="pip install 'sstl-cli[cluster]'", code="E041"
         ) from None
+    # a connection that ends is told by our own line; the libraries would add the stack of whichever callback saw it first
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:

@@ -21,7 +21,7 @@ def register(app: typer.Typer) -> None:
 def reproduce(
     table: Annotated[
         str,
-        typer.Option(help="I, II, III, IV, figures, better, probe (several with commas), or all: I to IV and figures."),
+        typer.Option(help="I, II, III, IV, diagnosis, figures, better, probe (several with commas), or all: the first six."),
     ] = "all",
     out: Annotated[
         Path | None,

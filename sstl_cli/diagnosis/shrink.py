@@ -83,7 +83,8 @@ def parameter_intervals(search: Search, c: Candidate) -> list[Interval]:
         score[:, configs + i] = np.bincount(index, jw[:, 1 + i] * rw, count)
     inverse = np.linalg.pinv(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
     sandwich = inverse @ (score.T @ score) @ inverse * (count / max(count - len(a), 1))
-    se = np.sqrt(np.maximum(np.diag(sandwich)[configs:], np.diag(inverse)[configs:]))
+    # a direction without information gives a variance of rounding errors, of either sign
+    se = np.sqrt(np.maximum(np.maximum(np.diag(sandwich), np.diag(inverse))[configs:], 0.0))
     reach = 1.96 * WIDER * se
     return [Interval(float(v), float(v - r), float(v + r)) for v, r in zip(f.values, reach, strict=True)]
 
