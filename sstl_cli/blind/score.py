@@ -211,16 +211,17 @@ def by_effect(cases: Sequence[Judged]) -> list[dict[str, Any]]:
 
 def _reason(misses: Sequence[Judged]) -> str:
     """Return why cases of one effect were likely missed, the most frequent reason first."""
-    found = Counter(_kind_of_miss(c) for c in misses)
-    mates = Counter(e for c in misses if _kind_of_miss(c) == "group" for e in set(c.group) - c.withheld)
-    names = Counter(e for c in misses if _kind_of_miss(c) == "name" for e in c.named | set(c.group))
+    kinds = [(_kind_of_miss(c), c) for c in misses]
+    mates = Counter(e for kind, c in kinds if kind == "group" for e in set(c.group) - c.withheld)
+    names = Counter(e for kind, c in kinds if kind == "name" for e in c.named | set(c.group))
     said = {
         "none": "below what noise lets be seen",
         "unknown": "seen, but the fitted model leaves too much to name it",
+        "failed": "the diagnosis ended with an error",
         "group": f"as well explained by {_first(mates)}",
         "name": f"taken for {_first(names)}",
     }
-    return "; ".join(f"{n} {said[kind]}" for kind, n in found.most_common())
+    return "; ".join(f"{n} {said[kind]}" for kind, n in Counter(kind for kind, _ in kinds).most_common())
 
 
 def _kind_of_miss(c: Judged) -> str:
@@ -230,7 +231,8 @@ def _kind_of_miss(c: Judged) -> str:
 
 
 def _first(names: Counter[str]) -> str:
-    return ", ".join(name for name, _ in names.most_common(3))
+    # sets have no order of their own: ties go by name, or the text would differ from run to run
+    return ", ".join(sorted(names, key=lambda name: (-names[name], name))[:3])
 
 
 def reliability(cases: Sequence[Judged]) -> tuple[list[dict[str, Any]], float | None]:

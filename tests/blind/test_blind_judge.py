@@ -162,3 +162,14 @@ def test_targets_without_cases_are_neither_met_nor_missed():
     met = {t["id"]: t["met"] for t in targets(scores)}
     assert met["false_alarm"] is True and met["ece"] is False
     assert met["isolation"] is None and met["coverage"] is None
+
+
+def test_reasons_of_misses_are_counted_and_ties_go_by_name():
+    cases = [
+        case(truth(["a"]), verdict("ambiguous", ["a"], ["a", "z", "y", "x", "w"])),
+        case(truth(["a"]), verdict("failed", confidence=0.0), "case-0002"),
+        case(truth(["a"]), verdict("ambiguous", ["a"], ["a", "y"]), "case-0003"),
+        case(truth(["a"]), verdict("identified", ["a"]), "case-0004"),
+    ]
+    (row,) = document(cases)["by_effect"]
+    assert row["reason"] == "2 as well explained by y, w, x; 1 the diagnosis ended with an error"
