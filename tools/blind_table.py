@@ -12,7 +12,7 @@ from typing import Any
 
 from page_part import put, table
 
-STRENGTHS = ("0.4", "1.2", "4")
+from sstl_cli.blind.strength import STRENGTHS
 
 
 def share(x: dict[str, Any] | None) -> str:
@@ -44,9 +44,9 @@ def by_effect(score: dict[str, Any]) -> str:
     """Return isolation by effect, and why the others were missed."""
     rows: list[list[object]] = []
     for e in score["by_effect"]:
-        found = [e["isolation"].get(s) for s in STRENGTHS]
+        found = e["isolation"].values()
         rows.append([f"`{e['effect']}`", *(f"{x['k']}/{x['n']}" if x else "-" for x in found), e["reason"] or "-"])
-    return table(["effect", "0.4", "1.2", "4", "misses, and the likely reason"], rows)
+    return table(["effect", *(f"{s:g}" for s in STRENGTHS), "misses, and the likely reason"], rows)
 
 
 def baselines(score: dict[str, Any]) -> str:

@@ -66,7 +66,9 @@ def missed(document: dict[str, Any], gates: dict[str, float | None]) -> list[str
 
 
 def score(screen: Screen, document: dict[str, Any]) -> None:
-    """Print targets, scores by strength, baselines, misses and wrong names."""
+    """Print targets, scores by strength and effect, baselines, misses and wrong names."""
+    from sstl_cli.blind.strength import STRENGTHS
+
     rows: list[tuple[object, ...]] = []
     for t in document["targets"]:
         sign = {"max": "<=", "min": ">=", "within": "+-0.05 of"}[t["rule"]]
@@ -91,8 +93,8 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
     )
     screen.table(
         "isolation by effect, and why the others were likely missed",
-        ("effect", "0.4", "1.2", "4", "misses"),
-        [(e["effect"], *(_share(e["isolation"][s]) for s in ("0.4", "1.2", "4")), e["reason"]) for e in document["by_effect"]],
+        ("effect", *(f"{s:g}" for s in STRENGTHS), "misses"),
+        [(e["effect"], *map(_share, e["isolation"].values()), e["reason"]) for e in document["by_effect"]],
     )
     misses = [v for e in document["by_effect"] for v in e["misses"]]
     if misses:

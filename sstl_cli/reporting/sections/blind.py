@@ -11,7 +11,6 @@ from sstl_cli.reporting.figures.strength import SCORES
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.table import table
 
-STRENGTHS = ("0.4", "1.2", "4")
 TITLE, ORDER, NEEDS = "Blind check", 60, ("blind",)
 
 
@@ -69,12 +68,15 @@ def _strengths(document: dict[str, Any]) -> Any:
 
 
 def _effects(document: dict[str, Any]) -> Any:
-    header = ["effect", *((f"isolated at {s}", "1") for s in STRENGTHS), "misses, and the likely reason"]
+    found = rows(document, "by_effect")
+    if not found:
+        return None
+    strengths = list(mapping(found[0], "isolation"))
+    header = ["effect", *((f"isolated at {s}", "1") for s in strengths), "misses, and the likely reason"]
     lines = [
-        [r.get("effect"), *(share(mapping(r, "isolation").get(s))[0] for s in STRENGTHS), r.get("reason") or ""]
-        for r in rows(document, "by_effect")
+        [r.get("effect"), *(share(mapping(r, "isolation").get(s))[0] for s in strengths), r.get("reason") or ""] for r in found
     ]
-    return table("Isolation by effect", header, lines) if lines else None
+    return table("Isolation by effect", header, lines)
 
 
 def _baselines(document: dict[str, Any]) -> Any:
