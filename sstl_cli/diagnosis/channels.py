@@ -74,7 +74,7 @@ def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
     fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in LAG_STARTS]
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
-    without, lagged = scores([base, left], [0, 2], 1, *_shape([(r.dt_s, len(r.time_s)) for r, _ in pairs]))
+    without, lagged = scores([base, left], [0, 2], 1, [len(r.time_s) for r, _ in pairs], [r.dt_s for r, _ in pairs])
     lead = advantage(lagged, without)
     before, after = _rms(base), _rms(left)
     if not _explained(before, after, max(noise, 1e-9), lead):
@@ -109,10 +109,10 @@ def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> Cha
     if before < LEAST_OVER_NOISE * max(noise, 1e-4):
         return None
     found = [_fit_position(sim, lines, e) for e in effects]
-    shape = _shape([(r.dt_s * r.factor, len(x)) for r, x in zip(records, measured, strict=True)])
     best = int(np.argmin([_rms(left) for left, _, _ in found]))
     base_score, *scored = scores(
-        [base, *(left for left, _, _ in found)], [0, *(len(v) for _, _, v in found)], best + 1, *shape
+        [base, *(left for left, _, _ in found)], [0, *(len(v) for _, _, v in found)], best + 1,
+        [len(x) for x in measured], [r.dt_s * r.factor for r in records],
     )
     left, effect, values = found[best]
     after = _rms(left)
@@ -125,11 +125,6 @@ def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> Cha
     )
     names = tuple(dict.fromkeys((effect.id, *ties)))
     return ChannelGap("position_in", "mm", names, values, before, after)
-
-
-def _shape(runs: Sequence[tuple[float, int]]) -> tuple[list[int], list[float]]:
-    """Return lengths and steps (s) of runs given as (step, length)."""
-    return [n for _, n in runs], [step for step, _ in runs]
 
 
 def _explained(before: float, after: float, noise: float, lead: float) -> bool:
@@ -154,13 +149,17 @@ def _affine(x: Array, columns: Sequence[Array]) -> Array:
 
 @dataclass(frozen=True)
 class _Line:
-    """One run as the position sees it: its drive, and output (N) and position (mm) of the rigid line."""
+    """One run as the position sees it: its drive, and output (N) and position (mm) of the rigid line.
 
-    record: Record
+    ``load`` (N) and ``measured`` (mm) are on the analysis grid, ``factor`` times coarser than the rest.
+    """
+
     theta: float
     drive: Drive
     out: Array
     rigid: Array
+    factor: int
+    load: Array
     measured: Array
 
 
@@ -170,7 +169,8 @@ def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Se
         theta = float(tension.theta[r.config])
         drive = drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics)
         out = predict(drive, theta, none, r.start_n)
-        found.append(_Line(r, theta, drive, out, predict_position(drive, theta, none, out), x))
+        rigid = predict_position(drive, theta, none, out)
+        found.append(_Line(theta, drive, out, rigid, r.factor, block_mean(out, r.factor), x))
     return found
 
 
@@ -180,8 +180,7 @@ def _position_residual(sim: Simulator, lines: Sequence[_Line], extra: dict[str, 
     parts = []
     for line in lines:
         more = predict_position(line.drive, line.theta, active, line.out) - line.rigid
-        factor = line.record.factor
-        parts.append(_affine(line.measured - block_mean(more, factor), [block_mean(line.out, factor)]))
+        parts.append(_affine(line.measured - block_mean(more, line.factor), [line.load]))
     return np.concatenate(parts)
 
 

@@ -167,19 +167,20 @@ def run(
 
     coarse = sorted(_each(alone, range(len(ranked)), workers), key=lambda f: (f.cost, f.ids))
     groups = [r.system for r in small.problem.records]
-    richest = _richest(small, plain, base, coarse)
-    sample = fit_whitener(richest, small.weight, small.slices(), groups, held=_held(small, base.prediction))
     start_theta = theta0.copy()
     start_theta[:] = float(np.mean(base.theta))
     start_theta[chosen] = base.theta
     rough = fit(sim, identity(sim.slices(), sim.weight, max(spread, 1e-9)), (), (), start_theta, np.zeros(0), 4)
-    systems = [r.system for r in sim.problem.records]
-    whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), systems, _held(sim, rough.prediction))
     if any(r.slip is not None for r in sim.problem.records):
         # strokes at constant load differ by their level alone, which a filter of innovations would take away
         sample, whiten = (
             identity(x.slices(), x.weight, spread * STROKE_SAMPLES**0.5) for x in (small, sim)
         )
+    else:
+        richest = _richest(small, plain, base, coarse)
+        sample = fit_whitener(richest, small.weight, small.slices(), groups, held=_held(small, base.prediction))
+        systems = [r.system for r in sim.problem.records]
+        whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), systems, _held(sim, rough.prediction))
     search = Search(sim, whiten, fit(sim, whiten, (), (), rough.theta, np.zeros(0)))
     costs = {f.ids: _whitened_cost(small, sample, f) for f in coarse}
     fine = sorted(coarse, key=lambda f: (costs[f.ids], f.ids))

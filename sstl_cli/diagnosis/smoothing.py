@@ -75,10 +75,7 @@ def half_widths(signal: Array, white: float, candidates: Sequence[int]) -> Width
         for width in {max(half // 2, 3), half + 1}:
             mean = np.abs(_moving(np.pad(residual, (width // 2, width - 1 - width // 2)), width)) / width
             unlike |= mean > MEAN_LIMIT * max(1.4826 * float(np.median(mean)), white / np.sqrt(width))
-        if not unlike.any():
-            fits = undecided.copy()
-        else:
-            fits = undecided & (_moving(np.pad(unlike.astype(float), half), 2 * half + 1) < 0.5)
+        fits = undecided & (_moving(np.pad(unlike.astype(float), half), 2 * half + 1) < 0.5)
         halves[fits] = half
         undecided &= ~fits
         if not undecided.any():
