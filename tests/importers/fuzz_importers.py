@@ -15,8 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
 
+from byte_damage import WILD, strike
 from seeds import SHORT, WRITERS, seed_bytes
 
 from sstl_cli.core.errors import SstlError
@@ -52,19 +54,8 @@ def mutated(importer_id: str, number: int) -> bytes:
         at = int(rng.integers(0, len(data))) if rng.random() < 0.6 else int(rng.integers(0, min(len(data), 600)))
         how = int(rng.integers(0, 7))
         length = int(rng.integers(1, 40))
-        if how == 0:
-            data[at] ^= 1 << int(rng.integers(0, 8))
-        elif how == 1:
-            data[at : at + length] = rng.integers(0, 256, length, dtype=np.uint8).tobytes()
-        elif how == 2:
-            del data[at:]
-        elif how == 3:
-            del data[at : at + length]
-        elif how == 4:
-            data[at:at] = data[at : at + length] * int(rng.integers(1, 20))
-        elif how == 5:
-            wild = _WILD[int(rng.integers(0, len(_WILD)))]
-            data[at : at + len(wild)] = wild
+        if how <= WILD:
+            strike(data, at, length, how, rng, _WILD)
         else:
             other = int(rng.integers(0, len(data)))
             data[at : at + length] = data[other : other + length]

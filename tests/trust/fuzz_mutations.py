@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from byte_damage import strike
 from fuzz_seeds import join_model, seed_of, split_model, table_of
 
 Rng = np.random.Generator
@@ -47,19 +48,7 @@ def _bytes(data: bytearray, rng: Rng) -> bytes:
         # headers and footers decide how the rest is read
         spot = (spot, spot % 300, max(0, len(data) - 1 - spot % 600))[int(rng.integers(0, 3))]
         length, how = int(rng.integers(1, 40)), int(rng.integers(0, 6))
-        if how == 0:
-            data[spot] ^= 1 << int(rng.integers(0, 8))
-        elif how == 1:
-            data[spot : spot + length] = rng.integers(0, 256, length, dtype=np.uint8).tobytes()
-        elif how == 2:
-            del data[spot:]
-        elif how == 3:
-            del data[spot : spot + length]
-        elif how == 4:
-            data[spot:spot] = data[spot : spot + length] * int(rng.integers(1, 20))
-        else:
-            wild = _WILD_BYTES[int(rng.integers(0, len(_WILD_BYTES)))]
-            data[spot : spot + len(wild)] = wild
+        strike(data, spot, length, how, rng, _WILD_BYTES)
     return bytes(data)
 
 
