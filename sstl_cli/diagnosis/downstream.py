@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.control.controller import Controller, Options, Theta
 from sstl_cli.control.plant import Plant, track
+from sstl_cli.control.presliding import fit_widths, play_sum
 from sstl_cli.control.references import Reference, random, sinusoid
 from sstl_cli.control.scoring import score, windows
 from sstl_cli.control.sim_plant import plant_of
@@ -19,6 +20,15 @@ from sstl_cli.physics.scenario import Scenario
 Array = NDArray[np.float64]
 DT_S = 0.01
 STROKE_N = (1.0, 35.0)
+# period of the stroke: that of the sinusoid to be tracked, so that friction at speed is the task's
+CYCLE_S = 100.0
+# 2.5 % of the stroke at either end is left out
+COS_END = 0.95
+# of the steepest slopes (but for outliers), what counts as sliding
+SLIDING, STEEP = 0.85, 0.9
+LEAST_SLOPE, LEAST_SAMPLES = 0.02, 20
+# plays of several widths must leave less than this share of one play's misfit, where that is worth removing
+ROUNDED, LEAST_MISFIT_N = 0.5, 1e-3
 
 
 @dataclass(frozen=True)
@@ -34,34 +44,65 @@ def tracking(model: Scenario, config_id: str, theta_base: float) -> list[Trackin
     """Return tracking errors on the accepted model of one configuration.
 
     Without the effect the controller knows the lines exp(-+theta) of the re-tuned base; with it, the
-    lines that the accepted model shows on a full stroke.
+    lines that the accepted model shows on a full stroke, and how far its loop is rounded between them.
+
+    Raises
+    ------
+    SstlError
+        E920 if the model shows no propagation.
     """
     plant = plant_of(model, config_id)
     options = Options(dt_s=DT_S, reversal="play")
-    without = Theta(float(np.exp(-theta_base)), 0.0, float(np.exp(theta_base)), 0.0)
-    known = lines_of(plant)
-    out = []
-    for reference in (sinusoid(DT_S), random(stream(0, "downstream"), DT_S, 200.0)):
-        errors = [_rmse(Controller(lines, options), plant, reference) for lines in (without, known)]
-        out.append(Tracking(reference.name, *errors))
-    return out
+    without = Controller(Theta(float(np.exp(-theta_base)), 0.0, float(np.exp(theta_base)), 0.0), options)
+    t_in = _stroke()
+    t_out = plant.tendon(t_in, DT_S)
+    lines = _lines(t_in, t_out)
+    known = Controller(lines, options.model_copy(update={"widths": _rounding(lines, t_in, t_out)}))
+    references = (sinusoid(DT_S), random(stream(0, "downstream"), DT_S, 200.0))
+    return [Tracking(r.name, _rmse(without, plant, r), _rmse(known, plant, r)) for r in references]
+
+
+def _rounding(lines: Theta, t_in: Array, t_out: Array) -> tuple[float, ...] | None:
+    """Return the widths of the plays that a loop adds up to, None where one play explains it about as well."""
+    widths = fit_widths(lines, t_in, t_out)
+
+    def misfit(shares: Array) -> float:
+        model = play_sum(t_in, shares, lines.gamma_p, lines.beta_p, lines.gamma_r, lines.beta_r)
+        return float(np.sqrt(np.mean((model - t_out) ** 2)))
+
+    sharp = misfit(np.ones(1))
+    return widths if misfit(np.array(widths)) < ROUNDED * sharp and sharp > LEAST_MISFIT_N else None
 
 
 def lines_of(plant: Plant) -> Theta:
-    """Return the propagation lines that a plant shows on a slow full stroke, by least squares."""
+    """Return the propagation lines that a plant shows on a full stroke at the speed of the task, by least squares."""
+    t_in = _stroke()
+    return _lines(t_in, plant.tendon(t_in, DT_S))
+
+
+def _stroke() -> Array:
+    """Return the input tension (N) of two cycles over the stroke."""
     low, high = STROKE_N
-    t_in = np.interp(np.arange(0, 80.0, DT_S), [0, 20, 40, 60, 80], [low, high, low, high, low])
-    t_out = plant.tendon(t_in, DT_S)
-    moving = np.abs(np.gradient(t_out)) > 0.2 * np.abs(np.gradient(t_in))
-    half = len(t_in) // 2
-    late = np.arange(len(t_in)) >= half
-    rising = np.gradient(t_in) > 0
+    return np.asarray(0.5 * (low + high) - 0.5 * (high - low) * np.cos(_phase()))
+
+
+def _phase() -> Array:
+    return np.asarray(2.0 * np.pi * np.arange(0.0, 2.0 * CYCLE_S, DT_S) / CYCLE_S)
+
+
+def _lines(t_in: Array, t_out: Array) -> Theta:
+    rate_in, rate_out = np.gradient(t_in), np.gradient(t_out)
+    # at the ends of the stroke a central difference mixes both directions; the first cycle begins on the pull line
+    trimmed = (np.abs(np.cos(_phase())) < COS_END) & (_phase() >= 2.0 * np.pi)
     lines = []
-    for side in (rising, ~rising):
-        chosen = late & moving & side
-        if chosen.sum() < 20:
+    for side in (rate_in > 0.0, rate_in < 0.0):
+        stretch = trimmed & side
+        slope = rate_out[stretch] / rate_in[stretch]
+        # fully sliding: a loop that rounds into its line has a lower slope before
+        sliding = slope > SLIDING * np.quantile(slope, STEEP)
+        if not np.all(np.isfinite(slope)) or slope.max() <= LEAST_SLOPE or sliding.sum() < LEAST_SAMPLES:
             raise SstlError("the accepted model shows no propagation on a full stroke", code="E920")
-        lines += [float(v) for v in np.polyfit(t_in[chosen], t_out[chosen], 1)]
+        lines += [float(v) for v in np.polyfit(t_in[stretch][sliding], t_out[stretch][sliding], 1)]
     return Theta(*lines)
 
 
