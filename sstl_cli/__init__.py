@@ -1,3 +1,51 @@
-"""Identify, compensate and diagnose tendon-sheath hysteresis from recorded tension logs."""
+"""Identify, compensate and diagnose tendon-sheath hysteresis from recorded tension logs.
+
+The names below are the public face for Python; the program ``sstl`` runs the same functions. They are loaded when first
+used, so that importing the package costs next to nothing.
+
+Examples
+--------
+>>> import sstl_cli as sstl
+>>> log = sstl.simulate("two-tendons", seed=1)
+>>> log
+Log(12 runs, 48000 samples)
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sstl_cli.api.diagnosis import Diagnosis, diagnose
+    from sstl_cli.api.log import Log, read, simulate
+    from sstl_cli.api.mapping import Mapping, train
+    from sstl_cli.core.errors import SstlError
 
 __version__ = "0.1.0"
+
+__all__ = ["Diagnosis", "Log", "Mapping", "SstlError", "diagnose", "read", "simulate", "train"]
+
+_HOMES = {
+    "Diagnosis": "sstl_cli.api.diagnosis",
+    "diagnose": "sstl_cli.api.diagnosis",
+    "Log": "sstl_cli.api.log",
+    "read": "sstl_cli.api.log",
+    "simulate": "sstl_cli.api.log",
+    "Mapping": "sstl_cli.api.mapping",
+    "train": "sstl_cli.api.mapping",
+    "SstlError": "sstl_cli.core.errors",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first asked for (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'sstl_cli' has no attribute '{name}'; public names: {', '.join(__all__)}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -14,8 +14,6 @@ from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
     from sstl_cli.core.runs import Run
-    from sstl_cli.core.tables import Column
-    from sstl_cli.steps.segment import Segmented
 
 EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
 SHOWN = 40
@@ -53,7 +51,7 @@ def segment(
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, open_table, write_table
     from sstl_cli.core.provenance import Provenance, inputs_of
-    from sstl_cli.core.tables import LOG, PHASES, TENDON, THETA
+    from sstl_cli.core.tables import LOG, PHASES, THETA
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.steps import segment as step
 
@@ -71,15 +69,14 @@ def segment(
         for found in step.run(_runs(logs), options):
             rows.append(found.row())
             if file is not None:
-                file.write(_phase_table(found))
+                file.write(found.phase_table())
             advance(len(found.run))
         if not rows:
             raise SstlError(
                 "holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221"
             )
         # inside the block: should this fail, neither file appears
-        tendons = [TENDON] if any("tendon" in row for row in rows) else []
-        write_table(out, _theta_table(rows, tendons), THETA, provenance, force, tendons)
+        write_table(out, step.theta_table(rows), THETA, provenance, force, step.extra_columns(rows))
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
     _show(screen, rows)
     screen.line(f"{len(rows)} runs, {total} samples -> {out}")
@@ -108,26 +105,6 @@ def _runs(logs: list[Path]) -> Iterator[Run]:
 
     for path in logs:
         yield from read_runs(path)
-
-
-def _phase_table(found: Segmented) -> Any:
-    import pyarrow as pa
-
-    from sstl_cli.core.tables import PHASES
-    from sstl_cli.identification import PHASE_NAMES
-
-    n = len(found.run)
-    phase = pa.DictionaryArray.from_arrays(pa.array(found.segmentation.phases), pa.array(PHASE_NAMES)).cast(pa.string())
-    arrays = [pa.repeat(pa.scalar(found.run.run_id), n), pa.array(found.run.time_s), phase]
-    return pa.Table.from_arrays(arrays, schema=PHASES.arrow())
-
-
-def _theta_table(rows: list[dict[str, object]], extra: list[Column]) -> Any:
-    import pyarrow as pa
-
-    from sstl_cli.core.tables import THETA
-
-    return pa.Table.from_pylist(rows, schema=pa.schema([*THETA.arrow(), *(pa.field(c.name, c.type) for c in extra)]))
 
 
 def _show(screen: Screen, rows: list[dict[str, Any]]) -> None:

@@ -42,18 +42,13 @@ def simulate(
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.runs import write_runs
-    from sstl_cli.physics.effects import parse
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import simulate as step
 
     screen = Screen(as_json)
     require_writable(out, force)
-    loaded = load(scenario)
-    if simulator:
-        loaded = loaded.model_copy(update={"simulator": simulator})
-    if noise_n is not None:
-        loaded = loaded.model_copy(update={"noise": loaded.noise.model_copy(update={"white_n": noise_n})})
-    effects = dict(parse(text) for text in effect or [])
+    loaded = step.adjusted(load(scenario), simulator, noise_n)
+    effects = step.effects_of(effect or [])
     total = len(step.plan(loaded, seed))
     files = [Path(scenario)] if Path(scenario).is_file() else []
     provenance = Provenance(command_line(), seed, inputs_of(files))

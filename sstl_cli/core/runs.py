@@ -117,9 +117,14 @@ def read_runs(path: Path) -> Iterator[Run]:
         If the file is not a log, a required value is null, a label changes within a run, or a run comes in two
         pieces.
     """
+    yield from runs_of(open_table(path, LOG, coded=TEXTS).blocks(), str(path))
+
+
+def runs_of(blocks: Iterable[pa.Table], source: str) -> Iterator[Run]:
+    """Yield the runs of tables that follow one another (columns of the log schema); ``source`` stands in errors."""
     pending: list[pa.Table] = []
     seen: set[str] = set()
-    for block in open_table(path, LOG, coded=TEXTS).blocks():
+    for block in blocks:
         changes = {name: _changes(block.column(name)) for name in TEXTS if name in block.column_names}
         starts = [0, *changes["run_id"].tolist(), block.num_rows]
         for a, b in zip(starts[:-1], starts[1:], strict=True):
@@ -127,16 +132,16 @@ def read_runs(path: Path) -> Iterator[Run]:
                 continue
             piece = block.slice(a, b - a)
             if pending and _text(pending[0], "run_id") != _text(piece, "run_id"):
-                yield _run(pending, path, seen)
+                yield _run(pending, source, seen)
                 pending = []
             pending.append(piece)
             for name, at in changes.items():
                 within = np.searchsorted(at, a, "right") != np.searchsorted(at, b, "left")
                 if within or _text(piece, name) != _text(pending[0], name):
-                    where = f"{path}, run {_text(piece, 'run_id')!r}"
+                    where = f"{source}, run {_text(piece, 'run_id')!r}"
                     raise SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
     if pending:
-        yield _run(pending, path, seen)
+        yield _run(pending, source, seen)
 
 
 def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
@@ -162,10 +167,10 @@ def _text(table: pa.Table, name: str) -> str | None:
     return None if value is None else str(value)
 
 
-def _run(pieces: list[pa.Table], path: Path, seen: set[str]) -> Run:
+def _run(pieces: list[pa.Table], source: str, seen: set[str]) -> Run:
     head = pieces[0]
     run_id = head.column("run_id")[0].as_py()
-    where = f"{path}, run {run_id!r}"
+    where = f"{source}, run {run_id!r}"
     if run_id in seen:
         raise SstlError("the run comes in two pieces", where=where, fix="sort the file by run_id", code="E122")
     seen.add(run_id)

@@ -94,6 +94,15 @@ def save(module: ModuleType, data: Any, path: Path, kind: str) -> None:
         _drawn(module, data).savefig(path, format=kind, dpi=200, metadata=dates[kind])
 
 
+def drawn(module: ModuleType, data: Any) -> Figure:
+    """Return one figure on white paper, to show in a notebook or to draw on."""
+    with _style({"figure.facecolor": "white"}):
+        figure = _drawn(module, data)
+        # laid out now: the style ends here
+        figure.draw_without_rendering()
+    return figure
+
+
 def label(text: object, longest: int = 28) -> str:
     """Return text fit for an axis or legend: printable, short, never hidden by a leading underscore."""
     plain = printable(str(text))

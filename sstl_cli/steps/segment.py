@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+import pyarrow as pa
+
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.core.tables import PARAMETERS
-from sstl_cli.identification import Segmentation, SegmentOptions, segment_run
+from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, THETA, Column
+from sstl_cli.identification import PHASE_NAMES, Segmentation, SegmentOptions, segment_run
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,13 @@ class Segmented:
             **({"tendon": run.tendon} if run.tendon is not None else {}),
         }
 
+    def phase_table(self) -> pa.Table:
+        """Return the phase PB, PP, RB or RP of every sample."""
+        n = len(self.run)
+        phase = pa.DictionaryArray.from_arrays(pa.array(self.segmentation.phases), pa.array(PHASE_NAMES))
+        arrays = [pa.repeat(pa.scalar(self.run.run_id), n), pa.array(self.run.time_s), phase.cast(pa.string())]
+        return pa.Table.from_arrays(arrays, schema=PHASES.arrow())
+
 
 def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
     """Yield every run with its segmentation, in the order given.
@@ -55,3 +64,14 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
             )
         seen.add(one.run_id)
         yield Segmented(one, segment_run(one, options))
+
+
+def extra_columns(rows: list[dict[str, object]]) -> list[Column]:
+    """Return the columns that these rows of the Theta table have beyond its schema."""
+    return [TENDON] if any("tendon" in row for row in rows) else []
+
+
+def theta_table(rows: list[dict[str, object]]) -> pa.Table:
+    """Return the Theta table of these rows."""
+    extra = [pa.field(c.name, c.type) for c in extra_columns(rows)]
+    return pa.Table.from_pylist(rows, schema=pa.schema([*THETA.arrow(), *extra]))

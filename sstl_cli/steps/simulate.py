@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sstl_cli.core.config import parse as parse_model
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper.generator import generate
 from sstl_cli.physics.effect import Values
+from sstl_cli.physics.effects import get, parse
 from sstl_cli.physics.noise import NoiseModel, sensor_noise
 from sstl_cli.physics.scenario import Configuration, Lines, Scenario, Tendon, Trajectory
 from sstl_cli.physics.trajectories import probe, tension_path, times
@@ -28,6 +30,35 @@ class Plan:
     trajectory: Trajectory
     system: str
     tendon: Tendon | None = None
+
+
+def adjusted(scenario: Scenario, simulator: str | None = None, noise_n: float | None = None) -> Scenario:
+    """Return the scenario with another simulator or another white noise of the sensors (N), checked.
+
+    Raises
+    ------
+    SstlError
+        E143 if a value does not fit.
+    """
+    document = scenario.model_dump(by_alias=True)
+    if simulator is not None:
+        document["simulator"] = simulator
+    if noise_n is not None:
+        document["noise"]["white_n"] = noise_n
+    return parse_model(Scenario, document, "scenario")
+
+
+def effects_of(given: Mapping[str, Mapping[str, float]] | Iterable[str]) -> dict[str, Values]:
+    """Return effects by id, from ``ID[:param=value,...]`` as typed or from a mapping; missing values are neutral.
+
+    Raises
+    ------
+    SstlError
+        For an unknown effect or parameter, or a value outside its range.
+    """
+    if isinstance(given, Mapping):
+        return {get(name).id: get(name).complete(dict(values)) for name, values in given.items()}
+    return dict(parse(text) for text in given)
 
 
 def plan(scenario: Scenario, seed: int) -> list[Plan]:

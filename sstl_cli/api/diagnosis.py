@@ -1,0 +1,194 @@
+"""The diagnosis of a log as an object: tables, pictures, a page, and the accepted simulator."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from sstl_cli.api.log import Log
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
+from sstl_cli.core.files import dumps, write_text
+from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.reporting import drawing
+from sstl_cli.reporting.inputs import Inputs, view
+from sstl_cli.steps import diagnose_tendons
+from sstl_cli.steps.diagnose import DiagnoseOptions
+from sstl_cli.steps.plot import run as choose
+from sstl_cli.steps.report import DEFAULT_TITLE
+from sstl_cli.steps.report import run as make_page
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAME = "diagnosis"
+SHOWN = 6
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Where the gap lies, which effect causes it, how far it shrinks; see docs/diagnosis.md.
+
+    Attributes
+    ----------
+    log : Log
+        What was diagnosed.
+    body : dict
+        The JSON document ``sstl.diagnosis/1``, as ``sstl diagnose --json`` prints it.
+    accepted : Scenario
+        The accepted simulator, effects included.
+    """
+
+    log: Log
+    body: dict[str, Any]
+    accepted: Scenario
+
+    @cached_property
+    def document(self) -> DiagnosisDocument:
+        """The diagnosis as a typed document."""
+        return DiagnosisDocument.model_validate(self.body)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Status, effects, confidence and why."""
+        return self.document.verdict
+
+    @property
+    def gap(self) -> Gap:
+        """The error step by step, and how far it shrinks."""
+        return self.document.gap
+
+    @property
+    def sentence(self) -> str:
+        """The diagnosis in one sentence."""
+        return self.document.sentence or self.verdict.why
+
+    @property
+    def where(self) -> pd.DataFrame:
+        """Shares of the squared error by system, phase and configuration, largest first."""
+        columns = ["system", "phase", "config_id", "share_pct", "rmse_n"]
+        return pd.DataFrame([p.model_dump() for p in self.document.where], columns=columns)
+
+    @property
+    def candidates(self) -> pd.DataFrame:
+        """One row a candidate, most probable first; its parameters stand in ``parameters``."""
+        columns = ["id", "probability", "rmse_held_out_n", "shrink_pct", "identifiability", "sensor", "d2"]
+        return pd.DataFrame([c.model_dump() for c in self.document.candidates], columns=columns)
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One row a parameter of a candidate: estimate, 95 % interval, unit."""
+        columns = ["candidate", "name", "unit", "estimate", "ci95_low", "ci95_high", "at_bound"]
+        rows = [
+            (c.id, p.name, p.unit, p.estimate, *(p.ci95 or (None, None)), p.at_bound)
+            for c in self.document.candidates
+            for p in c.parameters
+        ]
+        return pd.DataFrame(rows, columns=columns)
+
+    def plot(self, kind: str | None = None) -> Figure:
+        """Return a figure of the report: the gap step by step, or another ``kind`` of ``sstl plot``.
+
+        Raises
+        ------
+        SstlError
+            If there is no such figure, or the diagnosis holds nothing for it.
+        """
+        choice = choose(self._inputs(), kind)
+        return drawing.drawn(choice.module, choice.data)
+
+    def report(self, path: str | PathLike[str], title: str = DEFAULT_TITLE, force: bool = False) -> None:
+        """Write one self-contained HTML page of log and diagnosis, whole or not at all."""
+        write_text(Path(path), make_page(self._inputs(with_log=True), title).html, force)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a copy of the JSON document."""
+        copied: dict[str, Any] = json.loads(dumps(self.body))
+        return copied
+
+    def model(self) -> Scenario:
+        """Return the accepted simulator; ``sstl.simulate`` and ``sstl.diagnose(log, sim=...)`` take it."""
+        return self.accepted
+
+    def __repr__(self) -> str:
+        named = " + ".join(self.verdict.effects)
+        return f"Diagnosis({self.verdict.status}{': ' if named else ''}{named})"
+
+    def _inputs(self, with_log: bool = False) -> Inputs:
+        runs = [view(run) for run in self.log.runs] if with_log else []
+        files = [("log", name, digest) for name, digest in self.log.inputs.items()] if with_log else []
+        shown = {**self.to_dict(), "file": NAME}
+        return Inputs(log=runs, diagnosis=[shown], files=[*files, ("diagnosis", NAME, "")])
+
+    def _repr_html_(self) -> str:
+        buffer = io.BytesIO()
+        self.plot().savefig(buffer, format="png", dpi=110)
+        picture = base64.b64encode(buffer.getvalue()).decode()
+        shown = self.candidates[["id", "probability", "rmse_held_out_n", "shrink_pct", "identifiability"]].head(SHOWN)
+        table = shown.to_html(index=False, float_format="%.3g", na_rep="–", border=0)
+        alt = html.escape(choose(self._inputs()).alt, quote=True)
+        return f'<p>{html.escape(self.sentence)}</p>{table}<img alt="{alt}" src="data:image/png;base64,{picture}">'
+
+
+def diagnose(
+    log: Log,
+    sim: str | PathLike[str] | Scenario | None = None,
+    *,
+    against: Log | None = None,
+    effects: Iterable[str] | None = None,
+    exclude: Iterable[str] = (),
+    max_effects: int = 3,
+    position: bool = False,
+    workers: int = 2,
+) -> Diagnosis:
+    """Return where the gap between a log and a simulator lies, and which effect causes it.
+
+    Parameters
+    ----------
+    log : Log
+        Recorded ``act`` and/or ``sstl`` runs.
+    sim : str, path or Scenario, optional
+        The simulator: a scenario file or name, or the model of another diagnosis (the physical base by default).
+    against : Log, optional
+        Another simulator's log for the same input, with the same run ids.
+    effects, exclude : iterable of str
+        Ids of the candidates (the whole catalogue by default), and of those that are none.
+    max_effects : int
+        How many effects may be combined, 1 to 3.
+    position : bool
+        Diagnose the recorded position too.
+    workers : int
+        Threads; the answer does not depend on it.
+
+    Raises
+    ------
+    SstlError
+        If no run can be used, or an effect or scenario is unknown.
+
+    Examples
+    --------
+    >>> from sstl_cli.api.log import simulate
+    >>> log = simulate(effects=["pulley_friction:m_p=0.1,m_r=0.1"], seed=1)
+    >>> diagnose(log, effects=["pulley_friction", "const_friction"], max_effects=1)
+    Diagnosis(identified: pulley_friction)
+    """
+    base = load(str(sim)) if sim is not None and not isinstance(sim, Scenario) else sim
+    chosen = tuple(effects) if effects is not None else None
+    options = DiagnoseOptions(base, chosen, tuple(exclude), max_effects, workers, position)
+    runs = list(log.runs)
+    if against is not None:
+        from sstl_cli.steps.against import rebase
+
+        runs = rebase(runs, against.runs)
+    result = diagnose_tendons.run(runs, options)
+    inputs = {**log.inputs, **(against.inputs if against is not None else {})}
+    return Diagnosis(log, json.loads(dumps({**result.document(), "inputs": inputs})), result.model())

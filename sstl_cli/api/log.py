@@ -1,0 +1,196 @@
+"""Recordings in memory: read, made from tables, simulated; segmented and written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.parquet import conform
+from sstl_cli.core.provenance import Provenance, inputs_of
+from sstl_cli.core.runs import Run, read_runs, run_table, runs_of, write_runs
+from sstl_cli.core.tables import LOG, TENDON
+from sstl_cli.identification import SegmentOptions
+from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.steps import segment as segmenting
+from sstl_cli.steps import simulate as simulating
+
+SHOWN = 20
+
+
+@dataclass(frozen=True)
+class Log:
+    """Recorded or simulated runs.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+        Labels and float64 arrays of each run: time in s, tensions in N, position in mm.
+    inputs : dict of str to str
+        SHA-256 of the files it was read from, by name.
+    """
+
+    runs: tuple[Run, ...]
+    inputs: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_frame(cls, frame: pd.DataFrame) -> Log:
+        """Return a log from a table with the columns of the log schema; other columns are left out.
+
+        Raises
+        ------
+        SstlError
+            If a required column is missing or holds something else, or a run is not contiguous.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> t = np.arange(0.0, 4.0, 0.01)
+        >>> pull = 10.0 + 8.0 * np.sin(2 * np.pi * 0.5 * t)
+        >>> Log.from_frame(pd.DataFrame({"run_id": "r1", "system": "act", "time_s": t,
+        ...                              "tension_in_n": pull, "tension_out_n": 0.7 * pull}))
+        Log(1 run, 400 samples)
+        """
+        known = {c.name: c for c in (*LOG.columns, TENDON)}
+        arrays = {}
+        for name in (n for n in frame.columns if n in known):
+            values = frame[name]
+            # NaN in a required signal is a bad sample, in an optional one or a label it means "none"
+            none = known[name].nullable or not pd.api.types.is_float_dtype(values.dtype)
+            try:
+                arrays[name] = pa.array(values if none else values.to_numpy(), from_pandas=none)
+            except (pa.ArrowException, ValueError, TypeError) as error:
+                raise SstlError(f"column '{name}' holds mixed values ({error})", where="DataFrame", code="E135") from None
+        table = conform(pa.table(arrays), LOG, "DataFrame")
+        return cls(tuple(runs_of([table], "DataFrame")))
+
+    def frame(self) -> pd.DataFrame:
+        """Return all samples as one table with the columns of the log schema."""
+        tendons = any(r.tendon is not None for r in self.runs)
+        tables = [run_table(r, tendons) for r in self.runs]
+        frame: pd.DataFrame = (pa.concat_tables(tables) if tables else LOG.arrow().empty_table()).to_pandas()
+        return frame
+
+    def segment(
+        self,
+        *,
+        cutoff_hz: float | None = None,
+        prominence_n: float | None = None,
+        delta_bl_n: float | None = None,
+        ransac_threshold_n: float | None = None,
+        ransac_trials: int = 64,
+        seed: int = 0,
+    ) -> pd.DataFrame:
+        """Return the Theta table: slopes and biases of the propagation lines with standard errors, one row a run.
+
+        Parameters
+        ----------
+        cutoff_hz, prominence_n, delta_bl_n, ransac_threshold_n : float, optional
+            As the options of ``sstl segment``; None is derived from rate, noise and range.
+        ransac_trials : int
+            Pairs of points tried per direction.
+        seed : int
+            Seed of the sampler.
+
+        Raises
+        ------
+        SstlError
+            If two runs carry the same run_id, or a setting does not fit.
+        """
+        options = SegmentOptions(cutoff_hz, prominence_n, delta_bl_n, ransac_threshold_n, ransac_trials, seed)
+        rows = [found.row() for found in segmenting.run(self.runs, options)]
+        frame: pd.DataFrame = segmenting.theta_table(rows).to_pandas()
+        return frame
+
+    def write(self, path: str | PathLike[str], force: bool = False) -> None:
+        """Write the log as Parquet, whole or not at all.
+
+        Raises
+        ------
+        SstlError
+            If there is no run, or the file exists and ``force`` is not given.
+        """
+        tendons = any(r.tendon is not None for r in self.runs)
+        write_runs(Path(path), self.runs, Provenance("python", None, self.inputs), force, lambda: tendons)
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def __repr__(self) -> str:
+        samples = sum(map(len, self.runs))
+        return f"Log({len(self)} run{'s' if len(self) != 1 else ''}, {samples} samples)"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            {
+                "run": r.run_id, "system": r.system, "configuration": r.config_id, "trajectory": r.trajectory,
+                "samples": len(r), "duration / s": float(r.time_s[-1] - r.time_s[0]) if len(r) else 0.0,
+            }
+            for r in self.runs[:SHOWN]
+        ]  # fmt: skip
+        more = f"<p>and {len(self) - SHOWN} more</p>" if len(self) > SHOWN else ""
+        return pd.DataFrame(rows).to_html(index=False, float_format="%.4g", na_rep="–", border=0) + more
+
+
+def read(*paths: str | PathLike[str]) -> Log:
+    """Return the runs of one or several logs (Parquet), in the order given.
+
+    Raises
+    ------
+    SstlError
+        If a file is missing, no log, or two of them hold the same run.
+    """
+    files = [Path(p) for p in paths]
+    runs = tuple(run for path in files for run in read_runs(path))
+    seen: set[str] = set()
+    for run in runs:
+        if run.run_id in seen:
+            raise SstlError("comes twice", where=f"run {run.run_id!r}", fix="give every run its own run_id", code="E220")
+        seen.add(run.run_id)
+    return Log(runs, inputs_of(files))
+
+
+def simulate(
+    scenario: str | PathLike[str] | Scenario = "default",
+    *,
+    effects: Mapping[str, Mapping[str, float]] | Sequence[str] = (),
+    simulator: str | None = None,
+    noise_n: float | None = None,
+    seed: int = 0,
+) -> Log:
+    """Return the recordings that a scenario describes.
+
+    Parameters
+    ----------
+    scenario : str, path or Scenario
+        A built-in name, a TOML file, or the model of a diagnosis.
+    effects : mapping of id to parameters, or list of str
+        Effects to add, as ``{"pulley_friction": {"m_p": 0.1}}`` or ``["pulley_friction:m_p=0.1"]``.
+    simulator : str, optional
+        Fast model (``transmission``) or one of the rigs; as in the scenario by default.
+    noise_n : float, optional
+        White noise of each tension sensor in N.
+    seed : int
+        Seed of the random numbers.
+
+    Raises
+    ------
+    SstlError
+        For an unknown scenario, effect or parameter, or a value outside its range.
+
+    Examples
+    --------
+    >>> simulate("two-tendons", effects=["pulley_friction:m_p=0.1"], seed=1)
+    Log(12 runs, 48000 samples)
+    """
+    loaded = scenario if isinstance(scenario, Scenario) else load(str(scenario))
+    added = effects if isinstance(effects, Mapping) else list(effects)
+    return Log(
+        tuple(simulating.run(simulating.adjusted(loaded, simulator, noise_n), simulating.effects_of(added), seed)),
+        inputs_of([Path(str(scenario))]) if not isinstance(scenario, Scenario) and Path(str(scenario)).is_file() else {},
+    )

@@ -1,0 +1,33 @@
+"""What every JSON document of the toolchain has: a schema id; fields may be added, never renamed."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Part(BaseModel):
+    """A part of a document: frozen, and open to fields that a later version adds."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+
+class Document(Part):
+    """A document with a schema id in its field ``schema``."""
+
+    @classmethod
+    def schema_name(cls) -> str:
+        """Return the schema id, such as ``sstl.diagnosis/1``."""
+        return str(get_args(cls.model_fields["schema_id"].annotation)[0])
+
+    @classmethod
+    def json_schema(cls) -> dict[str, Any]:
+        """Return the JSON Schema (draft 2020-12) that every such document validates against."""
+        found = cls.model_json_schema(by_alias=True)
+        return {
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "$id": f"urn:sstl:{cls.schema_name().replace('/', ':')}",
+            **found,
+            "title": cls.schema_name(),
+        }

@@ -1,0 +1,195 @@
+"""The public face for Python: its names stay, importing it is cheap, and it agrees with the program."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import json
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+import sstl_cli as sstl
+from sstl_cli.api import diagnosis, log, mapping
+from sstl_cli.cli import app as program
+from sstl_cli.core.errors import SstlError
+
+ROOT = Path(__file__).parents[2]
+SAMPLE = ROOT / "data/samples/log.parquet"
+NAMES = ["Diagnosis", "Log", "Mapping", "SstlError", "diagnose", "read", "simulate", "train"]
+MEMBERS = {
+    "Log": ["from_frame", "frame", "inputs", "runs", "segment", "write"],
+    "Mapping": ["evaluate", "history", "load", "model", "predict", "save", "variants"],
+    "Diagnosis": ["candidates", "gap", "model", "parameters", "plot", "report", "sentence", "to_dict", "verdict", "where"],
+}
+FEW = {"effects": ["pulley_friction", "const_friction"], "max_effects": 1}
+
+
+@pytest.fixture(scope="module")
+def recorded() -> sstl.Log:
+    return sstl.read(SAMPLE)
+
+
+@pytest.fixture(scope="module")
+def found(recorded: sstl.Log) -> sstl.Diagnosis:
+    return sstl.diagnose(recorded, **FEW)
+
+
+def test_public_names_stay() -> None:
+    # names are added to, never renamed: what stands here may only grow
+    assert set(NAMES) <= set(sstl.__all__) <= set(dir(sstl))
+    for name, members in MEMBERS.items():
+        kind = getattr(sstl, name)
+        known = {*dir(kind), *getattr(kind, "__dataclass_fields__", {})}
+        assert set(members) <= known, name
+    assert list(inspect.signature(sstl.diagnose).parameters)[:2] == ["log", "sim"]
+    assert list(inspect.signature(sstl.train).parameters)[0] == "theta"
+
+
+def test_every_public_name_has_a_docstring_and_an_unknown_one_says_so() -> None:
+    assert all(getattr(sstl, name).__doc__ for name in sstl.__all__)
+    with pytest.raises(AttributeError, match="public names"):
+        sstl.no_such_thing  # noqa: B018
+
+
+def test_importing_is_cheap_and_loads_nothing_heavy() -> None:
+    code = (
+        "import time; t = time.perf_counter(); import sys, sstl_cli; took = time.perf_counter() - t\n"
+        "heavy = {'numpy', 'pandas', 'pyarrow', 'torch', 'numba', 'scipy', 'matplotlib'} & set(sys.modules)\n"
+        "print(took, sorted(heavy))"
+    )
+    done = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout for _ in range(3)]
+    assert all(text.strip().endswith("[]") for text in done)
+    assert min(float(text.split()[0]) for text in done) < 0.2
+
+
+@pytest.mark.parametrize("module", [sstl, log, mapping, diagnosis], ids=lambda m: m.__name__)
+def test_doctests(module) -> None:
+    tried = doctest.testmod(module)
+    assert tried.failed == 0
+    assert tried.attempted or module is mapping
+
+
+def test_the_example_in_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    example = re.search(r"## From Python\n.*?```python\n(.*?)```", text, flags=re.S)
+    assert example is not None
+    shutil.copy(SAMPLE, tmp_path / "log.parquet")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example[1], "README.md", "exec"), {})
+    assert "pulley_friction" in capsys.readouterr().out
+    assert (tmp_path / "page.html").stat().st_size > 10_000
+
+
+def test_a_frame_comes_back_as_the_same_log(recorded: sstl.Log) -> None:
+    again = sstl.Log.from_frame(recorded.frame())
+    pd.testing.assert_frame_equal(again.frame(), recorded.frame())
+    assert [r.run_id for r in again.runs] == [r.run_id for r in recorded.runs]
+
+
+def test_a_bad_sample_stays_a_bad_sample_and_no_position_stays_none() -> None:
+    t = np.arange(0.0, 1.0, 0.01)
+    frame = pd.DataFrame({"run_id": "a", "system": "act", "time_s": t, "tension_in_n": t, "tension_out_n": t})
+    frame.loc[3, "tension_out_n"] = np.nan
+    run = sstl.Log.from_frame(frame).runs[0]
+    assert np.isnan(run.tension_out_n[3]) and np.isfinite(np.delete(run.tension_out_n, 3)).all()
+    assert run.position_in_mm is None and run.config_id is None
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda f: f.drop(columns="tension_out_n"), "tension_out_n"),
+        (lambda f: f.assign(system="loop"), "'act' or 'sstl'"),
+        (lambda f: f.assign(time_s="now"), "time_s"),
+        (lambda f: pd.concat([f, f.assign(run_id="b"), f]), "two pieces"),
+    ],
+)
+def test_a_frame_that_is_no_log_says_why(change, says: str) -> None:
+    t = np.arange(0.0, 1.0, 0.1)
+    frame = pd.DataFrame({"run_id": "a", "system": "act", "time_s": t, "tension_in_n": t, "tension_out_n": t})
+    with pytest.raises(SstlError, match=says):
+        sstl.Log.from_frame(change(frame))
+
+
+def test_segment_gives_the_table_of_the_command(recorded: sstl.Log, tmp_path: Path, monkeypatch) -> None:
+    out = tmp_path / "theta.parquet"
+    assert _run(monkeypatch, "segment", SAMPLE, "--out", out) == 0
+    pd.testing.assert_frame_equal(recorded.segment(), pq.read_table(out).to_pandas())
+
+
+def test_diagnose_gives_the_document_of_the_command(found: sstl.Diagnosis, monkeypatch, capsys) -> None:
+    assert _run(monkeypatch, "diagnose", SAMPLE, "--effects", ",".join(FEW["effects"]), "--max-effects", 1, "--json") == 0
+    assert json.loads(capsys.readouterr().out) == found.to_dict()
+
+
+def test_a_diagnosis_shows_its_parts(found: sstl.Diagnosis) -> None:
+    document = found.to_dict()
+    assert found.verdict.status == document["verdict"]["status"] == "identified"
+    assert found.gap.rmse_retuned_n == document["gap"]["rmse_retuned_n"]
+    assert found.where["share_pct"].sum() == pytest.approx(100)
+    assert found.candidates["id"].tolist() == [c["id"] for c in document["candidates"]]
+    first = found.parameters.iloc[0]
+    assert [first["ci95_low"], first["ci95_high"]] == document["candidates"][0]["parameters"][0]["ci95"]
+    assert found.model().effects["pulley_friction"]["m_p"] == pytest.approx(first["estimate"])
+    document["verdict"]["status"] = "none"
+    assert found.verdict.status == "identified", "to_dict is a copy"
+
+
+def test_pictures_page_and_notebook(found: sstl.Diagnosis, recorded: sstl.Log, tmp_path: Path) -> None:
+    found.plot().savefig(tmp_path / "gap.png")
+    assert (tmp_path / "gap.png").read_bytes().startswith(b"\x89PNG")
+    assert found.plot("where").axes
+    with pytest.raises(SstlError, match="unknown figure"):
+        found.plot("nothing")
+    found.report(tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "pulley" in page and recorded.runs[0].run_id in page
+    with pytest.raises(SstlError, match="exists already"):
+        found.report(tmp_path / "page.html")
+    shown = found._repr_html_()
+    assert "pulley_friction" in shown and "data:image/png" in shown
+    assert recorded.runs[0].run_id in recorded._repr_html_()
+
+
+def test_simulate_takes_what_the_program_takes(tmp_path: Path, monkeypatch) -> None:
+    out = tmp_path / "log.parquet"
+    text = "pulley_friction:m_p=0.1"
+    words = ("--scenario", "two-tendons", "--effect", text, "--noise-n", "0.05", "--seed", "3")
+    assert _run(monkeypatch, "simulate", *words, "--out", out) == 0
+    made = sstl.simulate("two-tendons", effects=[text], noise_n=0.05, seed=3)
+    same = sstl.simulate("two-tendons", effects={"pulley_friction": {"m_p": 0.1}}, noise_n=0.05, seed=3)
+    pd.testing.assert_frame_equal(made.frame(), sstl.read(out).frame())
+    pd.testing.assert_frame_equal(made.frame(), same.frame())
+    made.write(tmp_path / "again.parquet")
+    pd.testing.assert_frame_equal(sstl.read(tmp_path / "again.parquet").frame(), made.frame())
+    for wrong in ({"simulator": "none-such"}, {"noise_n": -1.0}, {"effects": ["pulley_frictoin"]}):
+        with pytest.raises(SstlError):
+            sstl.simulate("two-tendons", **wrong)
+
+
+def test_train_predict_and_keep(tmp_path: Path) -> None:
+    theta = sstl.simulate("paper-cp40", seed=1).segment()
+    made = sstl.train(theta, variants="linear", seeds=2)
+    slopes = theta[theta["system"] == "sstl"][["gamma_p", "gamma_r"]].head(5)
+    made.save(tmp_path / "m.safetensors")
+    again = sstl.Mapping.load(tmp_path / "m.safetensors")
+    np.testing.assert_array_equal(again.predict(slopes), made.predict(slopes))
+    assert made.predict(slopes).shape == (5, 2)
+    assert set(made.evaluate(theta)["variant"]) >= {"linear"} and made.history is not None
+    assert made.variants["name"].tolist() == ["linear"]
+
+
+def _run(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["sstl", *map(str, words)])
+    with pytest.raises(SystemExit) as end:
+        program.main()
+    return int(end.value.code or 0)
