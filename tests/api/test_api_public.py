@@ -9,7 +9,6 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +50,7 @@ def test_public_names_stay() -> None:
         known = {*dir(kind), *getattr(kind, "__dataclass_fields__", {})}
         assert set(members) <= known, name
     assert list(inspect.signature(sstl.diagnose).parameters)[:2] == ["log", "sim"]
-    assert list(inspect.signature(sstl.train).parameters)[0] == "theta"
+    assert next(iter(inspect.signature(sstl.train).parameters)) == "theta"
 
 
 def test_every_public_name_has_a_docstring_and_an_unknown_one_says_so() -> None:
