@@ -98,6 +98,18 @@ class Model:
 
 
 @dataclass(frozen=True)
+class EffectNote:
+    """What the page says of an effect: its title, equation, source, what shows it, and what its parameters mean."""
+
+    title: str
+    stage: str
+    equation: str
+    source: str
+    excitation: str
+    meanings: dict[str, str]
+
+
+@dataclass(frozen=True)
 class Inputs:
     """All inputs of one report by kind; a kind that was not given is empty."""
 
@@ -115,6 +127,7 @@ class Inputs:
     blind: list[dict[str, Any]] = field(default_factory=list)
     document: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     files: list[tuple[str, str, str]] = field(default_factory=list)
+    catalogue: dict[str, EffectNote] = field(default_factory=dict)
 
     def has(self, kinds: Iterable[str]) -> bool:
         """Tell whether at least one of these kinds was given."""

@@ -15,6 +15,7 @@ class Cell:
 
     text: str
     value: str = ""
+    href: str = ""
 
     @property
     def numeric(self) -> bool:
@@ -49,6 +50,8 @@ def table(caption: str, header: Sequence[Any], rows: Iterable[Sequence[Any]]) ->
 
 def cell(value: Any) -> Cell:
     """Return one value as a cell: a dash for null or NaN, yes or no for truth values."""
+    if isinstance(value, Cell):
+        return value
     if value is None or value != value:
         return Cell("–")
     if isinstance(value, bool):
@@ -57,4 +60,39 @@ def cell(value: Any) -> Cell:
         return Cell(str(value), str(value))
     if isinstance(value, float):
         return Cell(f"{value:.4g}", repr(value))
+    if isinstance(value, dict):
+        return Cell(printable(", ".join(f"{k} {cell(v).text}" for k, v in value.items())) or "–")
+    if isinstance(value, (list, tuple)):
+        return Cell(printable(", ".join(cell(v).text for v in value)) or "–")
     return Cell(printable(str(value)))
+
+
+def probability(value: float) -> Cell:
+    """Return a probability: what is below a thousandth says so instead of showing an exponent."""
+    return Cell("< 0.001", repr(value)) if 0 <= value < 0.001 else cell(value)
+
+
+def loose(caption: str, found: Any, key: str = "name", unit: str = "N") -> Table | None:
+    """Return a table of whatever a document holds: a list of objects, an object of objects, or of plain values.
+
+    ``key`` heads the names of an object, ``unit`` is that of the fields ending in ``_n``; None where there is nothing.
+
+    Examples
+    --------
+    >>> [[c.text for c in r] for r in loose("t", {"a": {"size": 0.5}, "b": {"size": None}}).rows]
+    [['a', '0.5'], ['b', '–']]
+    """
+    if isinstance(found, dict):
+        found = [{key: k, **(v if isinstance(v, dict) else {"value": v})} for k, v in found.items()]
+    if not isinstance(found, list) or not found:
+        return None
+    lines = [f if isinstance(f, dict) else {key: f} for f in found]
+    names = list(dict.fromkeys(k for line in lines for k in line))
+    return table(caption, [_heading(n, unit) for n in names], ([line.get(n) for n in names] for line in lines))
+
+
+def _heading(name: str, unit_n: str) -> tuple[str, str]:
+    for end, unit in (("_n", unit_n), ("_pct", "%"), ("_s", "s"), ("_hz", "Hz"), ("_mm", "mm")):
+        if name.endswith(end):
+            return name.removesuffix(end).replace("_", " "), unit
+    return name.replace("_", " "), ""

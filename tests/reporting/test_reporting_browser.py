@@ -62,7 +62,7 @@ def test_console_is_silent_and_nothing_else_is_fetched(browser):
 
 def test_every_section_is_shown(browser):
     shown = [s.get_attribute("id") for s in browser.find_elements("css selector", "main > section") if s.is_displayed()]
-    assert shown == ["diagnosis", "logs", "theta", "mapping", "compensation", "blind", "summary", "files"]
+    assert shown == ["diagnosis", "logs", "theta", "mapping", "compensation", "blind", "effects", "summary", "files"]
     links = [a.get_attribute("href").partition("#")[2] for a in browser.find_elements("css selector", "nav a")]
     assert links == shown
     sizes = browser.execute_script(

@@ -38,7 +38,7 @@ def test_report_as_json(folder):
     )
     assert done.returncode == 0 and done.stderr == ""
     document = json.loads(done.stdout)
-    assert document["schema"] == "sstl.report/1" and document["sections"] == ["diagnosis", "logs", "theta"]
+    assert document["schema"] == "sstl.report/1" and document["sections"] == ["diagnosis", "logs", "theta", "effects"]
     html = (folder / "r.html").read_text()
     assert "<h1>My rig</h1>" in html and len(html.encode()) == document["bytes"]
     again = sstl(folder, "report", "log.parquet", "--out", "r.html")

@@ -120,8 +120,12 @@ def check_residuals(f):
 
 
 def check_variants(f):
-    rows = [{"variant": "a", "rmse_total": v, "rmse_gamma_p": 0.01, "rmse_gamma_r": None} for v in (0.02, 0.04)]
-    found = f.data(rows)
+    rows = [
+        {"variant": "a", "seed": i, "rmse_total": v, "rmse_gamma_p": 0.01, "rmse_gamma_r": None}
+        for i, v in enumerate((0.02, 0.04))
+    ]
+    # the mean prediction over seeds has its own row without a seed: it is no third seed
+    found = f.data([*rows, {"variant": "a", "seed": None, "rmse_total": 0.01, "rmse_gamma_p": 0.01}])
     assert found["variants"]["a"]["rmse_total"]["mean"] == pytest.approx(0.03)
     assert found["variants"]["a"]["rmse_total"]["sd"] == pytest.approx(0.02 / math.sqrt(2))
     assert "rmse_gamma_r" not in found["variants"]["a"]
@@ -213,6 +217,18 @@ def check_simulated(f):
     }
     found = f.data(loop)
     assert list(found["curves"]) == ["measured", "base"] and found["rmse_n"] == {"base": 1.0}
+    return found
+
+
+def check_misfit(f):
+    record = {"run_id": "r", "time_s": [0, 1], "tension_in_n": [5, 6], "base_n": [0.3, -0.4], "effect_n": [0.0, None]}
+    found = f.data(record, "V")
+    assert found["rmse_n"] == pytest.approx({"base": math.sqrt(0.125), "with effect": 0.0})
+    assert found["time_s"].tolist() == [0, 1] and f.figure(found)[1] == (1, 2)
+    # a document without residuals has those of its loops, without a clock
+    loop = {"run_id": "r", "tension_in_n": [5, 6], "measured_n": [3, 3], "base_n": [2, 5], "with_effect_n": [3, 3]}
+    made = f.default(Inputs(diagnosis=[{"loops": [loop]}]), "r")
+    assert made["curves"]["base"].tolist() == [1, -2] and made["time_s"] is None and f.figure(made)[1] == (1, 1)
     return found
 
 

@@ -17,7 +17,7 @@ from sstl_cli.reporting import drawing, sections
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.load import load
 from sstl_cli.reporting.page import TEMPLATES
-from sstl_cli.reporting.sections.diagnosis import sentence
+from sstl_cli.reporting.words import sentence
 from sstl_cli.steps import report
 
 LOADING = {"src", "srcset", "poster", "data", "background", "xlink:href"}
@@ -161,7 +161,7 @@ def test_hundred_runs_stay_small(tmp_path):
 def test_sparse_documents_are_enough():
     found = Inputs(diagnosis=[{"file": "d"}], blind=[{"file": "b"}], files=[("diagnosis", "d", "0")])
     page = report.run(found)
-    assert page.sections == ("diagnosis", "blind") and "holds no verdict" in page.html
+    assert page.sections == ("diagnosis", "blind", "effects") and "holds no verdict" in page.html
 
 
 @pytest.mark.parametrize("document", [{"where": "x"}, {"candidates": [1]}, {"gap": []}, {"verdict": {"effects": "x"}}])

@@ -8,6 +8,8 @@ from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import interval, mapping, number, rows, texts
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.table import probability
+from sstl_cli.reporting.words import unit_of
 
 NEEDS = ("diagnosis",)
 MOST = 12
@@ -32,6 +34,7 @@ def data(document: dict[str, Any]) -> dict[str, Any]:
         "candidates": found[:MOST],
         "floor_n": number(gap.get("noise_floor_n")),
         "retuned_n": number(gap.get("rmse_retuned_n")),
+        "unit": unit_of(document),
     }
 
 
@@ -63,7 +66,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
         low, high = c["interval"]
         if low == low and high == high:
             left.plot([low, high], [i, i], color=palette.INK, linewidth=1.2, zorder=3)
-        text = "–" if c["probability"] != c["probability"] else f"{c['probability']:.2g}"
+        text = probability(c["probability"]).text if c["probability"] < 0.001 else f"{c['probability']:.2g}"
         left.text(
             max(0.0 if c["probability"] != c["probability"] else c["probability"], high if high == high else 0.0)
             + 0.02,
@@ -90,7 +93,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
         if value == value:
             right.axvline(value, color=colour, linestyle=style, linewidth=1.6, label=name)
     right.set_xlim(left=0)
-    right.set_xlabel("held-out RMSE / N")
+    right.set_xlabel(f"held-out RMSE / {data['unit']}")
     right.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     for panel, texts_ in ((left, names), (right, [""] * len(names))):
         panel.set_yticks(list(places), texts_)

@@ -11,6 +11,7 @@ from sstl_cli.reporting.documents import numbers, rows
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.reduce import keep
+from sstl_cli.reporting.words import unit_of
 
 NEEDS = ("diagnosis",)
 CURVES = (("measured", "measured_n"), ("base", "base_n"), ("with effect", "with_effect_n"))
@@ -22,8 +23,8 @@ LOOKS = {
 STRETCHES = 120
 
 
-def data(loop: dict[str, Any]) -> dict[str, Any]:
-    """Return input tension and curves of equal length in N, thinned together, and the RMSE of each simulation."""
+def data(loop: dict[str, Any], unit: str = "N") -> dict[str, Any]:
+    """Return input tension and curves of equal length in the unit, thinned together, and each simulation's RMSE."""
     x = np.array(numbers(loop, "tension_in_n"))
     curves = {name: np.array(numbers(loop, key)) for name, key in CURVES}
     curves = {name: y for name, y in curves.items() if len(y) == len(x) and len(x)}
@@ -38,6 +39,7 @@ def data(loop: dict[str, Any]) -> dict[str, Any]:
     return {
         "run": str(loop.get("run_id", "?")),
         "system": str(loop.get("system", "")),
+        "unit": unit,
         "input_n": x[index],
         "curves": {name: y[index] for name, y in curves.items()},
         "rmse_n": rmse,
@@ -48,7 +50,7 @@ def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
     """Return the data of the named run of the first diagnosis, or of its first loop."""
     loops = rows(inputs.diagnosis[0], "loops") if inputs.diagnosis else []
     found = next((loop for loop in loops if run is None or loop.get("run_id") == run), None)
-    made = data(found) if found else {"curves": {}}
+    made = data(found, unit_of(inputs.diagnosis[0])) if found else {"curves": {}}
     return made if made["curves"] else None
 
 
@@ -62,15 +64,15 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
     for name in ("base", "with effect", "measured"):
         if name in data["curves"]:
             colour, style, width = LOOKS[name]
-            text = f"{name} (RMSE {data['rmse_n'][name]:.3g} N)" if name in data["rmse_n"] else name
+            text = f"{name} (RMSE {data['rmse_n'][name]:.3g} {data['unit']})" if name in data["rmse_n"] else name
             axes.plot(data["input_n"], data["curves"][name], color=colour, linestyle=style, linewidth=width, label=text)
-    axes.set_xlabel("input tension / N")
-    axes.set_ylabel("output tension / N")
+    axes.set_xlabel(f"input tension / {data['unit']}")
+    axes.set_ylabel(f"output tension / {data['unit']}")
     axes.set_title(label(f"{data['run']} ({data['system']})", 52), loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.17), ncols=2, columnspacing=1.2, handlelength=2, fontsize=8)
 
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words."""
-    errors = ", ".join(f"{name} RMSE {value:.3g} N" for name, value in data["rmse_n"].items())
+    errors = ", ".join(f"{name} RMSE {value:.3g} {data['unit']}" for name, value in data["rmse_n"].items())
     return f"Measured and simulated loops of run {data['run']} ({data['system']}); {errors}."

@@ -23,6 +23,9 @@ def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Return, by variant in the order of the table, every seed's RMSE, its mean and standard deviation."""
     groups: dict[str, dict[str, list[float]]] = {}
     for row in rows:
+        # the row of the mean prediction over all seeds is no seed
+        if "seed" in row and row["seed"] is None:
+            continue
         group = groups.setdefault(str(row.get("variant", "–")), {m: [] for m in MEASURES})
         for measure in MEASURES:
             value = number(row.get(measure))

@@ -7,6 +7,7 @@ from typing import Any
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import mapping, number
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.words import unit_of
 
 NEEDS = ("diagnosis",)
 STEPS = (
@@ -26,7 +27,7 @@ def data(document: dict[str, Any]) -> dict[str, Any]:
         if value == value:
             change = value - steps[-1]["rmse_n"] if steps else None
             steps.append({"name": name, "rmse_n": value, "change_n": change, "colour": colour})
-    return {"steps": steps}
+    return {"steps": steps, "unit": unit_of(document)}
 
 
 def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
@@ -46,7 +47,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
     top = max(s["rmse_n"] for s in steps) or 1.0
     for i, step in enumerate(steps):
         axes.bar(i, step["rmse_n"], width=0.62, color=step["colour"], zorder=2)
-        axes.text(i, step["rmse_n"] + 0.02 * top, f"{step['rmse_n']:.3g} N", ha="center", va="bottom", fontsize=9)
+        axes.text(i, step["rmse_n"] + 0.02 * top, f"{step['rmse_n']:.3g} {data['unit']}", ha="center", va="bottom", fontsize=9)
         if step["change_n"] is not None:
             before = steps[i - 1]["rmse_n"]
             axes.plot([i - 1 + 0.31, i + 0.31], [before, before], color=palette.INK, linewidth=0.9, linestyle=":")
@@ -54,19 +55,19 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
                 axes.text(
                     i,
                     (before + step["rmse_n"]) / 2 + 0.03 * top,
-                    f"{step['change_n']:+.3g} N".replace("-", "−"),
+                    f"{step['change_n']:+.3g} {data['unit']}".replace("-", "−"),
                     ha="center",
                     va="center",
                     fontsize=8.5,
                 )
     axes.set_ylim(0, 1.14 * top)
     axes.set_xticks(range(len(steps)), [s["name"] for s in steps])
-    axes.set_ylabel("held-out RMSE / N")
+    axes.set_ylabel(f"held-out RMSE / {data['unit']}")
     axes.grid(False, axis="x")
 
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words."""
     return (
-        "Gap between simulator and log: " + ", ".join(f"{s['name']} {s['rmse_n']:.3g} N" for s in data["steps"]) + "."
+        "Gap between simulator and log: " + ", ".join(f"{s['name']} {s['rmse_n']:.3g} {data['unit']}" for s in data["steps"]) + "."
     )

@@ -1,48 +1,51 @@
-"""Diagnosis: the sentence first, then the gap, where it sits, the candidates, and what to record next."""
+"""Diagnosis: where, which, how far and how sure first, then pictures, candidates, and what to record next."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from sstl_cli.reporting import drawing
-from sstl_cli.reporting.documents import interval, mapping, number, rows, texts
-from sstl_cli.reporting.figures import candidates, isolability, simulated, waterfall, where
+from sstl_cli.core.errors import printable
+from sstl_cli.reporting import diagnosis_tables, drawing, words
+from sstl_cli.reporting.documents import mapping, rows, texts
+from sstl_cli.reporting.figures import candidates, isolability, misfit, simulated, waterfall, where
 from sstl_cli.reporting.inputs import Inputs
-from sstl_cli.reporting.table import table
 
 TITLE, ORDER, NEEDS = "Diagnosis", 10, ("diagnosis",)
 LOOPS = 6
 
 
 def context(inputs: Inputs) -> dict[str, Any]:
-    """Return one block a diagnosis file."""
-    return {"blocks": [_block(document, i) for i, document in enumerate(inputs.diagnosis)]}
+    """Return one block a diagnosis file, and one a tendon where a file judges several."""
+    parts = [
+        (file, name, part)
+        for document in inputs.diagnosis
+        for file in [document["file"] if len(inputs.diagnosis) > 1 else ""]
+        for name, part in tendons(document)
+    ]
+    blocks = [_block(file, name, part, i, inputs) for i, (file, name, part) in enumerate(parts)]
+    return {"blocks": blocks}
 
 
-def sentence(document: dict[str, Any]) -> str:
-    """Return the verdict as one sentence.
+def tendons(document: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Return (name, document) of every tendon, the leading one first; the document itself where it has but one.
 
-    Examples
-    --------
-    >>> sentence({"verdict": {"status": "identified", "effects": ["pulley_friction"], "confidence": 0.97}})
-    'The simulator misses pulley friction (confidence 97 %).'
+    The leading tendon's block is the top level too: it has the loops and the isolability, which the others lack.
     """
+    found = rows(document, "tendons")
+    if not found:
+        return [("", document)]
+    shared = {k: document[k] for k in ("unit", "schema", "file") if k in document}
+    leading = document.get("tendon")
+    parts = [
+        (str(t.get("tendon") or "without a name"), {**(document if t.get("tendon") == leading else shared), **t})
+        for t in sorted(found, key=lambda t: t.get("tendon") != leading)
+    ]
+    return parts
+
+
+def _block(file: str, tendon: str, document: dict[str, Any], place: int, inputs: Inputs) -> dict[str, Any]:
     verdict = mapping(document, "verdict")
-    effects = _list(texts(verdict, "effects"), "and")
-    group = _list(texts(verdict, "ambiguity_group"), "or")
-    status = str(verdict.get("status", ""))
-    text = {
-        "identified": f"The simulator misses {effects or 'an effect'}",
-        "ambiguous": f"The simulator misses {group or effects or 'an effect'}, and this data cannot tell which",
-        "unknown": "The simulator misses something that no candidate, alone or combined, explains",
-        "none": "The simulator already explains the log down to its noise floor",
-    }.get(status, f"The verdict is '{status}'" if status else "The document holds no verdict")
-    sure = number(verdict.get("confidence"))
-    return text + (f" (confidence {100 * sure:.0f} %)." if sure == sure else ".")
-
-
-def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
-    gap = mapping(document, "gap")
+    status = str(verdict.get("status", "–"))
     pictures = {}
     for name, module in (
         ("waterfall", waterfall),
@@ -50,106 +53,57 @@ def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
         ("candidates", candidates),
         ("isolability", isolability),
     ):
-        found = module.default(Inputs(diagnosis=[document]), None)
+        # below 'none' a list of candidates would read like a list of suspects
+        found = None if name == "candidates" and status == "none" else module.default(Inputs(diagnosis=[document]), None)
         pictures[name] = drawing.picture(module, found, f"{name}-{place}") if found is not None else None
-    loops = [simulated.data(loop) for loop in rows(document, "loops")[:LOOPS]]
-    low, high = interval(gap.get("shrink_ci95_pct"))
+    unit = words.unit_of(document)
+    loops = [simulated.data(loop, unit) for loop in rows(document, "loops")[:LOOPS]]
+    left = [misfit.data(record, unit) for record in misfit.records(document)[:LOOPS]]
+    heading = " · ".join(t for t in (f"Tendon {tendon}" if tendon else "", file) if t)
     return {
-        "file": document["file"],
-        "status": str(mapping(document, "verdict").get("status", "–")),
-        "sentence": sentence(document),
-        "why": str(mapping(document, "verdict").get("why") or ""),
+        "heading": printable(heading),
+        "id": f"diagnosis-{place}",
+        "status": status,
+        "sentence": words.sentence(document, inputs.catalogue),
+        "why": str(verdict.get("why") or ""),
+        "facts": _facts(document, inputs),
+        "remarks": [printable(r) for r in [*texts(document, "remarks"), *texts(document, "notes")]],
         # many configurations need the whole width to stay readable
         "wide_map": len({r.get("config_id") for r in rows(document, "where")}) > 8,
         "pictures": pictures,
         "loops": [drawing.picture(simulated, d, f"simulated-{place}-{i}") for i, d in enumerate(loops) if d["curves"]],
-        "shrink": number(gap.get("shrink_pct")),
-        "low": low,
-        "high": high,
-        "held_out": gap.get("held_out"),
-        "explained": number(gap.get("explained_of_reducible_pct")),
-        "where": _where(document),
-        "candidates": _candidates(document),
-        "parameters": _parameters(document),
+        "left": [drawing.picture(misfit, d, f"misfit-{place}-{i}") for i, d in enumerate(left) if d["curves"]],
+        "tables": diagnosis_tables.all_of(document if status != "none" else {**document, "candidates": []}, inputs.catalogue),
         "next": _next(mapping(document, "next_experiment")),
     }
 
 
-def _where(document: dict[str, Any]) -> Any:
-    header = ["system", "phase", "configuration", ("share", "%"), ("RMSE", "N")]
-    found = rows(document, "where")
-    return (
-        table(
-            "Where the gap sits",
-            header,
-            (
-                [
-                    r.get("system"),
-                    r.get("phase"),
-                    r.get("config_id"),
-                    number(r.get("share_pct")),
-                    number(r.get("rmse_n")),
-                ]
-                for r in found
-            ),
-        )
-        if found
-        else None
-    )
-
-
-def _candidates(document: dict[str, Any]) -> Any:
-    header = ["candidate", ("probability", "1"), ("held-out RMSE", "N"), ("shrink", "%"), "identifiability"]
-    found = rows(document, "candidates")
-    return (
-        table(
-            "Candidates",
-            header,
-            (
-                [
-                    r.get("id"),
-                    number(r.get("probability")),
-                    number(r.get("rmse_held_out_n")),
-                    number(r.get("shrink_pct")),
-                    str(r.get("identifiability") or "–").replace("_", " "),
-                ]
-                for r in found
-            ),
-        )
-        if found
-        else None
-    )
-
-
-def _parameters(document: dict[str, Any]) -> Any:
-    header = ["candidate", "parameter", "unit", "estimate", "95 % from", "95 % to", "at bound"]
+def _facts(document: dict[str, Any], inputs: Inputs) -> list[dict[str, Any]]:
+    """Return the four answers of the first screen; one that the document cannot give is left out."""
+    verdict = mapping(document, "verdict")
+    effects = texts(verdict, "effects")
+    others = [e for e in texts(verdict, "ambiguity_group") if e not in effects]
+    which = [diagnosis_tables.linked(e, inputs.catalogue) for e in effects]
+    also = f"Not told apart from it: {words.listed((words.title(e, inputs.catalogue) for e in others), 'or')}." if others else ""
+    named = words.listed((words.title(e, inputs.catalogue) for e in effects), "and")
     found = [
-        [
-            c.get("id"),
-            p.get("name"),
-            p.get("unit"),
-            number(p.get("estimate")),
-            *interval(p.get("ci95")),
-            p.get("at_bound"),
-        ]
-        for c in rows(document, "candidates")
-        for p in rows(c, "parameters")
+        ("Where", [words.where(document)], []),
+        ("Which", [f"{named[:1].upper()}{named[1:]}." if named else "", also], which),
+        ("How far", [words.how_far(document), words.shrinkage(document)], []),
+        ("How sure", [words.how_sure(document, inputs.blind)] if verdict else [], []),
     ]
-    return table("Parameters of the candidates, with 95 % intervals", header, found) if found else None
+    return [
+        {"name": name, "lines": [t for t in lines if t], "links": links}
+        for name, lines, links in found
+        if any(lines)
+    ]
 
 
 def _next(document: dict[str, Any]) -> dict[str, str] | None:
     if not document:
         return None
     return {
-        "separates": _list(texts(document, "separates"), "from"),
+        "separates": " from ".join(texts(document, "separates")),
         "trajectory": str(document.get("trajectory") or ""),
         "why": str(document.get("why") or ""),
     }
-
-
-def _list(names: list[str], word: str) -> str:
-    plain = [n.replace("_", " ") for n in names]
-    return (
-        f" {word} ".join(plain) if len(plain) < 3 or word == "from" else f"{', '.join(plain[:-1])} {word} {plain[-1]}"
-    )
