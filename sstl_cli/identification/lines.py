@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 MAX_BLOCKS = 4096
 BLOCK_S = 0.01
+# of the points of one direction: half a window over which travel is measured
+TRAVEL_PARTS = 64
+# of the span: two points nearer than this make no line
+FAR = 0.2
 
 
 def block_length(n: int, dt_s: float) -> int:
@@ -71,21 +75,46 @@ def _least_squares(x: Array, y: Array, slope: float, bias: float, threshold: flo
 
 
 @njit(cache=True, nogil=True)
-def _consensus(x: Array, y: Array, picks: NDArray[np.int64], threshold: float, apart: float) -> tuple[float, float]:
-    """Return the line through two points with the smallest sum of squared distances capped at the threshold."""
+def travel(y: Array, stretch: NDArray[np.int64]) -> Array:
+    """Return how far the output goes per point (N), shape (n,): a centred difference within its stretch.
+
+    A loop rounded by presliding dwells long on a nearly level approach to its line. Counted by samples the
+    approach outvotes the line; counted by the output's travel it cannot.
+    """
+    n = y.size
+    reach = max(1, n // TRAVEL_PARTS)
+    out = np.zeros(n)
+    begin = 0
+    while begin < n:
+        end = begin
+        while end + 1 < n and stretch[end + 1] == stretch[begin]:
+            end += 1
+        for k in range(begin, end + 1):
+            a, b = max(k - reach, begin), min(k + reach, end)
+            if b > a:
+                out[k] = abs(y[b] - y[a]) / (b - a)
+        begin = end + 1
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _consensus(
+    x: Array, y: Array, weight: Array, picks: NDArray[np.int64], threshold: float
+) -> tuple[float, float]:
+    """Return the line through two points with the smallest weighted sum of squared distances capped at the threshold."""
     best, slope, bias = np.inf, np.nan, np.nan
     cap = threshold * threshold
     for i in range(picks.shape[0]):
         a, b = picks[i, 0], picks[i, 1]
         dx = x[b] - x[a]
-        if abs(dx) < apart:
+        if dx == 0.0:
             continue
         g = (y[b] - y[a]) / dx
         c = y[a] - g * x[a]
         cost = 0.0
         for k in range(x.size):
             r = y[k] - g * x[k] - c
-            cost += min(r * r, cap)
+            cost += weight[k] * min(r * r, cap)
             if cost > best:
                 break
         if cost < best:
@@ -94,7 +123,14 @@ def _consensus(x: Array, y: Array, picks: NDArray[np.int64], threshold: float, a
 
 
 def ransac(
-    x: Array, y: Array, threshold: float, floor: float, fixed: bool, trials: int, rng: np.random.Generator
+    x: Array,
+    y: Array,
+    threshold: float,
+    floor: float,
+    fixed: bool,
+    trials: int,
+    rng: np.random.Generator,
+    weight: Array | None = None,
 ) -> tuple[float, float, float]:
     """Return slope, bias and the inlier threshold of a robust line (NaN where no pair is far enough apart).
 
@@ -104,17 +140,25 @@ def ransac(
         Points (N).
     threshold : float
         First inlier distance (N); unless ``fixed`` it then follows the spread of the residuals, not below ``floor``.
+    weight : ndarray, shape (n,), optional
+        How much each point counts in the search and in the spread, such as :func:`travel`; by default all alike.
     """
+    w = np.ones(len(x)) if weight is None or not weight.any() else weight
     span = float(np.ptp(x))
-    picks = rng.integers(0, len(x), (4 * trials, 2))
-    far = np.flatnonzero(np.abs(x[picks[:, 0]] - x[picks[:, 1]]) >= 0.2 * span)[:trials]
-    slope, bias = _consensus(x, y, picks[far], threshold, 1e-300)
+    total = np.cumsum(w)
+    picks = np.searchsorted(total, rng.random((4 * trials, 2)) * total[-1], side="right").clip(max=len(x) - 1)
+    far = np.flatnonzero(np.abs(x[picks[:, 0]] - x[picks[:, 1]]) >= FAR * span)[:trials]
+    slope, bias = _consensus(x, y, w, picks[far], threshold)
     if not np.isfinite(slope):
         return np.nan, np.nan, threshold
     for _ in range(3):
         slope, bias = _least_squares(x, y, slope, bias, threshold)
         if not fixed:
-            residual = np.abs(y - slope * x - bias)
-            spread = 1.4826 * float(np.median(residual))
-            threshold = max(4.0 * spread, floor)
+            threshold = max(4.0 * 1.4826 * _weighted_median(np.abs(y - slope * x - bias), w), floor)
     return slope, bias, threshold
+
+
+def _weighted_median(values: Array, weight: Array) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weight[order])
+    return float(values[order[np.searchsorted(total, 0.5 * total[-1])]])

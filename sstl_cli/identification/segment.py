@@ -63,7 +63,7 @@ class Segmentation:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Robust line of one direction and its inlier blocks."""
+    """Robust line of one direction and its inlier blocks; ``on_line`` is the share of the output's travel they make."""
 
     slope: float
     bias: float
@@ -71,6 +71,7 @@ class _Fit:
     points: tuple[Array, Array, Array]
     length: int = 1
     reason: str = ""
+    on_line: float = math.nan
 
     @property
     def spread(self) -> float:
@@ -162,7 +163,7 @@ class _Session:
 
     def _fit(self, direction: int, length: int) -> _Fit:
         sign = 1 - 2 * direction
-        t, x, y, _ = lines.block_means(self.time, self.x, self.y, self.use, sign, length)
+        t, x, y, stretch = lines.block_means(self.time, self.x, self.y, self.use, sign, length)
         name = DIRECTIONS[direction]
         if len(t) < MIN_BLOCKS:
             if length > 1:
@@ -175,12 +176,15 @@ class _Session:
         floor = max(3.0 * math.hypot(self.sd_out, self.sd_in) / math.sqrt(length), 1e-4 * float(np.ptp(y)), 1e-12)
         first = given or max(0.05 * float(np.ptp(y)), 2.0 * floor)
         rng = stream(self.options.seed, "ransac", self.run.run_id, direction)
-        slope, bias, threshold = lines.ransac(x, y, first, floor, given is not None, self.options.ransac_trials, rng)
+        weight = lines.travel(y, stretch)
+        slope, bias, threshold = lines.ransac(
+            x, y, first, floor, given is not None, self.options.ransac_trials, rng, weight
+        )
         if not math.isfinite(slope):
             return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: propagation too short for a line")
         inlier = np.abs(y - slope * x - bias) <= threshold
-        share = float(np.mean(inlier))
-        return _Fit(slope, bias, share, (t[inlier], x[inlier], y[inlier]), length)
+        on_line = float(np.sum(weight[inlier]) / np.sum(weight)) if weight.any() else float(np.mean(inlier))
+        return _Fit(slope, bias, float(np.mean(inlier)), (t[inlier], x[inlier], y[inlier]), length, on_line=on_line)
 
     def _fits(self) -> list[_Fit]:
         return [self._fit(0, self.block), self._fit(1, self.block)]
@@ -247,8 +251,8 @@ class _Session:
 def _doubt(direction: int, fit: _Fit, line: Line | None) -> str:
     """Return why a line is not reported, or nothing."""
     name = DIRECTIONS[direction]
-    if fit.share < MIN_INLIERS:
-        return f"{name}: no consistent line ({100 * fit.share:.0f} % inliers)"
+    if fit.on_line < MIN_INLIERS:
+        return f"{name}: no consistent line ({100 * fit.on_line:.0f} % of the output's travel on it)"
     if line is None:
         return f"{name}: noise of the input too large for the range in propagation"
     if line.gamma <= 0.0:

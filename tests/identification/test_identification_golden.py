@@ -104,13 +104,14 @@ def test_the_same_numbers_as_published(name: str) -> None:
 
 
 def fit(share: float = 1.0) -> _Fit:
-    return _Fit(0.6, 0.0, share, (np.zeros(3), np.array([1.0, 2.0, 3.0]), np.array([0.6, 1.5, 1.8])))
+    points = (np.zeros(3), np.array([1.0, 2.0, 3.0]), np.array([0.6, 1.5, 1.8]))
+    return _Fit(0.6, 0.0, share, points, on_line=share)
 
 
 @pytest.mark.parametrize(
     ("share", "gamma", "error", "words"),
     [
-        (0.49, 0.6, 0.01, "pull: no consistent line (49 % inliers)"),
+        (0.49, 0.6, 0.01, "pull: no consistent line (49 % of the output's travel on it)"),
         (0.5, 0.6, 0.01, ""),
         (1.0, None, None, "pull: noise of the input too large for the range in propagation"),
         (1.0, -0.1, 0.01, "pull: slope is not positive"),

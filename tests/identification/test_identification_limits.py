@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sstl_cli.core.runs import Run
+from sstl_cli.identification import segment_run
 from sstl_cli.identification.change import LEARN, LIMITS, LOOPS, limit
-from sstl_cli.identification.lines import block_length, ransac
+from sstl_cli.identification.lines import block_length, ransac, travel
+from sstl_cli.physics.rig import NoiseSpec, RigRun, RigSpec, simulate_rig
 
 
 @pytest.mark.parametrize(
@@ -41,3 +44,37 @@ def test_ransac_leaves_outliers_out() -> None:
     assert 0.03 < threshold < 0.07
     assert ransac(x, y, 1.0, 0.001, True, 64, rng)[2] == 1.0
     assert ransac(x, y, 1.0, 0.5, False, 64, rng)[2] == 0.5
+
+
+def recorded(theta: float, system: str, presliding: bool) -> Run:
+    """Return a 12 s trapezoid on the elastic rig, which knows nothing of the identification."""
+    low, high = {"act": (1.0, 30.0), "sstl": (0.2, 80.0)}[system]
+    t = np.arange(6000) * 0.002
+    x = low + (high - low) * np.interp(t / 12.0, [0.0, 0.4, 0.45, 0.95, 1.0], [0.0, 1.0, 1.0, 0.0, 0.0])
+    effects = {"presliding": {"breakaway_mm": 0.17, "spread": 0.5}} if presliding else {}
+    made = simulate_rig(RigSpec(pretension_n=1.0), RigRun(system, theta, "ND", t, "tension", x), effects, NoiseSpec(), 3)
+    return Run("r", system, made.time_s, made.tension_in_n, made.tension_out_n)
+
+
+@pytest.mark.parametrize(("system", "theta"), [("act", 0.57), ("act", 0.62), ("act", 0.68), ("sstl", 0.68), ("sstl", 0.72)])
+def test_a_rounded_corner_does_not_outvote_the_line(system: str, theta: float) -> None:
+    """Presliding: by samples the nearly level approach outvotes the release line, by the output's travel it cannot."""
+    sharp, rounded = (segment_run(recorded(theta, system, presliding)) for presliding in (False, True))
+    assert (sharp.status, rounded.status) == ("ok", "ok")
+    for name in ("gamma_p", "gamma_r"):
+        assert rounded.theta[name] == pytest.approx(sharp.theta[name], rel=0.02)
+
+
+def test_travel_counts_the_way_of_the_output_within_each_stretch() -> None:
+    y = np.array([0.0, 0.0, 0.0, 2.0, 4.0, 10.0, 10.0])
+    stretch = np.array([0, 0, 0, 0, 0, 1, 1])
+    assert travel(y, stretch).tolist() == [0.0, 0.0, 1.0, 2.0, 2.0, 0.0, 0.0]
+
+
+def test_a_weighted_search_follows_the_weight() -> None:
+    x = np.concatenate([np.linspace(0.0, 10.0, 80), np.linspace(0.0, 10.0, 20)])
+    y = np.concatenate([0.1 * x[:80], 3.0 * x[80:]])
+    few = np.concatenate([np.full(80, 0.1), np.full(20, 3.0)])
+    for weight, slope in ((None, 0.1), (few, 3.0)):
+        found = ransac(x, y, 0.05, 0.01, False, 64, np.random.default_rng(0), weight)
+        assert found[0] == pytest.approx(slope, abs=1e-9)
