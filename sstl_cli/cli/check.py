@@ -127,6 +127,7 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
     import pyarrow as pa
 
     from sstl_cli.core.errors import nearest
+    from sstl_cli.core.units import is_force
     from sstl_cli.steps.check import FAILURE, REMARK, Finding
 
     spare = [n for n in arrow.names if n not in schema.names]
@@ -150,7 +151,12 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
                 REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right"
             )
         elif unit is not None and unit.decode(errors="replace") != column.unit:
-            detail = f"{unit.decode(errors='replace')!r}, not {column.unit!r}"
+            stated = unit.decode(errors="replace")
+            if column.name in ("tension_in_n", "tension_out_n") and not is_force(stated):
+                detail = f"in {stated}, declared in the mapping: slopes and biases are in this unit too"
+                yield Finding(REMARK, "not a tension", column.name, 1, detail, "none needed")
+                continue
+            detail = f"{stated!r}, not {column.unit!r}"
             yield Finding(FAILURE, "wrong unit", column.name, 1, detail, "convert it with sstl import")
 
 

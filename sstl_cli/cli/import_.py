@@ -44,7 +44,9 @@ def import_(
     manifest: Annotated[Path | None, typer.Option("--manifest", help="CSV with labels by file name.")] = None,
     merge: Annotated[
         str | None,
-        typer.Option("--merge", help="append (files follow in time) or channels (files hold different channels)."),
+        typer.Option(
+            "--merge", help="append (files follow in time), channels (each with its clock) or rows (row n of each)."
+        ),
     ] = None,
     guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping, with reasons and a preview loop.")] = False,
     json_: Json = False,
@@ -56,11 +58,15 @@ def import_(
 
     screen = Screen(json_)
     if mapping is not None and map_ is None and mapping.suffix.lower() != ".toml":
-        raise UsageError(f"--mapping takes a TOML file, found '{mapping}'", fix="use --map for text", code="E346")
+        raise UsageError(
+            f"--mapping takes a TOML file, found '{mapping}'", fix=f"for a mapping in short write --map '{mapping}'", code="E346"
+        )
     if guess:
         _guess(screen, files, format_, out, force)
     if out is None:
-        raise UsageError("--out is missing", fix="give --out log.parquet", code="E346")
+        raise UsageError(
+            "--out is missing", fix=f"add --out {files[0].stem}.parquet, or --guess to see what the file holds", code="E346"
+        )
     _import(screen, files, out, mapping, map_, format_, on_gap, manifest, merge, force)
 
 
@@ -81,17 +87,21 @@ def _import(
     from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.runs import write_runs
     from sstl_cli.importers.base import head_of, members
-    from sstl_cli.importers.mapping import Mapping, inline_mapping, read_mapping, with_policy
+    from sstl_cli.importers.inline import inline_mapping, targets_of, with_policy
+    from sstl_cli.importers.mapping import Mapping, read_mapping, still_open
     from sstl_cli.importers.sources import read_manifest
     from sstl_cli.steps.import_ import provenance_extra, run
 
-    chosen = read_mapping(mapping) if mapping is not None else Mapping()
+    answered = targets_of(map_ or "")
+    for question in still_open(mapping, answered)[1:] if mapping is not None else ():
+        screen.note(f"{mapping}, line {question.line} asks too: {question.text}")
+    chosen = read_mapping(mapping, answered) if mapping is not None else Mapping()
     if map_ is not None:
         chosen = inline_mapping(map_, chosen)
     chosen = with_policy(chosen, on_gap=on_gap, merge=merge)
     require_writable(out, force)
-    for path in files:
-        head_of(path)
+    if len(files) == 1:
+        head_of(files[0])
     table = manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
     labels = read_manifest(table) if table is not None else {}
     parts = [m for path in files for m in members(path)]
@@ -107,7 +117,7 @@ def _import(
     if "not_a_tension" in provenance.extra:
         document["not_a_tension"] = provenance.extra["not_a_tension"]
     _show(screen, document, [r.sentence() for r in result.clocks])
-    screen.finish(document, EXIT_SET_ASIDE if result.counts.set_aside else 0)
+    screen.finish(document, EXIT_SET_ASIDE if result.counts.set_aside or result.bad else 0)
 
 
 def _beside(mapping: Path | None, name: str) -> Path:
@@ -126,10 +136,11 @@ def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
         screen.note(
             f"set aside in all: {document['set_aside']} samples, {document['set_aside_pct']:.2f} % of those read"
         )
-    for unit in document.get("not_a_tension", {}).values():
-        screen.note(
-            f"tension_out_n holds an output in {unit}, not a tension: its slope and offset are not in N/N and N"
-        )
+    for bad in document["files_set_aside"]:
+        screen.note(f"set aside: {bad['file']}, [{bad['code']}] {bad['message']}" + (f"; {bad['fix']}" if bad["fix"] else ""))
+    for name, unit in document.get("not_a_tension", {}).items():
+        side = "an output" if name == "tension_out_n" else "an input"
+        screen.note(f"{name} holds {side} in {unit}, not a tension: slopes and offsets are not in N/N and N")
     for text in [*clocks, *document["remarks"]]:
         screen.note(text)
 

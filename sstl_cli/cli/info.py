@@ -78,6 +78,7 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
 def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
     from dataclasses import asdict
 
+    from sstl_cli.core.runs import units_of
     from sstl_cli.steps import info as step
 
     runs = step.run([s for table in _tables(reader) for s in _summaries(table)])
@@ -94,10 +95,11 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
         )
         for r in runs[:SHOWN]
     ]
-    header = ("run", "config", "system", "samples", "s", "Hz", "T_in N", "T_out N")
+    units = units_of(reader.file.schema_arrow)
+    header = ("run", "config", "system", "samples", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
     screen.table(f"{len(runs)} runs", header, rows, f"and {len(runs) - SHOWN} more" if len(runs) > SHOWN else "")
     if not screen.as_json and runs:
-        for line in _loop(reader, runs[0]):
+        for line in _loop(reader, runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
     return [{**asdict(r), "duration_s": r.end_s - r.start_s, "rate_hz": r.rate_hz} for r in runs]
 
@@ -152,7 +154,7 @@ def _summaries(table: Any) -> Iterator[RunSummary]:
         start = end
 
 
-def _loop(reader: Any, first: RunSummary) -> list[str]:
+def _loop(reader: Any, first: RunSummary, unit_in: str, unit_out: str) -> list[str]:
     """Return the drawing of the first run's loop, read from as many row groups as it needs."""
     import pyarrow.compute as pc
 
@@ -178,15 +180,15 @@ def _loop(reader: Any, first: RunSummary) -> list[str]:
     lines = [f"loop of {first.run_id}: T_out over T_in"]
     for i, row in enumerate(drawn):
         label = (
-            f"{first.out_max_n:8.3g} N "
+            f"{first.out_max_n:8.3g} {unit_out} "
             if i == 0
-            else f"{first.out_min_n:8.3g} N "
+            else f"{first.out_min_n:8.3g} {unit_out} "
             if i == len(drawn) - 1
-            else " " * 11
+            else " " * (10 + len(unit_out))
         )
         lines.append(label + row)
-    low, high = f"{first.in_min_n:.3g} N", f"{first.in_max_n:.3g} N"
-    return [*lines, " " * 11 + low + high.rjust(len(drawn[0]) - len(low))]
+    low, high = f"{first.in_min_n:.3g} {unit_in}", f"{first.in_max_n:.3g} {unit_in}"
+    return [*lines, " " * (10 + len(unit_out)) + low + high.rjust(len(drawn[0]) - len(low))]
 
 
 def _other(reader: Any, screen: Screen) -> dict[str, Any]:

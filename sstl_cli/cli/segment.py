@@ -51,7 +51,7 @@ def segment(
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, open_table, write_table
     from sstl_cli.core.provenance import Provenance, inputs_of
-    from sstl_cli.core.tables import LOG, PHASES, THETA
+    from sstl_cli.core.tables import LOG, PHASES, THETA, theta_units
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.steps import segment as step
 
@@ -64,10 +64,12 @@ def segment(
     total = sum(open_table(path, LOG).rows for path in logs)
     provenance = Provenance(command_line(), seed, inputs_of(logs))
     rows: list[dict[str, object]] = []
+    unit_in = unit_out = "N"
     writer = TableWriter(phases, PHASES, provenance, force) if phases else nullcontext()
     with writer as file, screen.progress("segmenting", total) as advance:
         for found in step.run(_runs(logs), options):
             rows.append(found.row())
+            unit_in, unit_out = found.run.unit_in, found.run.unit_out
             if file is not None:
                 file.write(found.phase_table())
             advance(len(found.run))
@@ -76,9 +78,11 @@ def segment(
                 "holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221"
             )
         # inside the block: should this fail, neither file appears
-        write_table(out, step.theta_table(rows), THETA, provenance, force, step.extra_columns(rows))
+        units = theta_units(unit_in, unit_out)
+        theta = THETA.in_units(units)
+        write_table(out, step.theta_table(rows), theta, provenance, force, step.extra_columns(rows))
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
-    _show(screen, rows)
+    _show(screen, rows, units.get("gamma_p", ""), unit_out)
     screen.line(f"{len(rows)} runs, {total} samples -> {out}")
     if aside:
         screen.note(f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):")
@@ -95,6 +99,8 @@ def segment(
         "set_aside": len(aside),
         "set_aside_runs": aside,
         "theta": rows,
+        "unit": unit_out,
+        "unit_in": unit_in,
         "seed": seed,
     }
     screen.finish(document, EXIT_SET_ASIDE if aside else 0)
@@ -107,7 +113,7 @@ def _runs(logs: list[Path]) -> Iterator[Run]:
         yield from read_runs(path)
 
 
-def _show(screen: Screen, rows: list[dict[str, Any]]) -> None:
+def _show(screen: Screen, rows: list[dict[str, Any]], slope: str, unit: str) -> None:
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
     shown = [
         [r["run_id"], *(r[n] for n in names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]]
@@ -115,7 +121,7 @@ def _show(screen: Screen, rows: list[dict[str, Any]]) -> None:
     ]
     more = f"and {len(rows) - SHOWN} more rows in the file" if len(rows) > SHOWN else ""
     screen.table(
-        "Theta: slopes, biases in N, standard errors of the slopes",
+        f"Theta: slopes{' in ' + slope if slope else ''}, biases in {unit}, standard errors of the slopes",
         ("run", *names, "se_p %", "se_r %", "loops"),
         shown,
         more,

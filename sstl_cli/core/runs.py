@@ -24,7 +24,10 @@ PASSES = {"act": 1, "sstl": 2}
 
 @dataclass(frozen=True)
 class Run:
-    """One run: labels and equally long float64 arrays (time in s, tensions in N, position in mm)."""
+    """One run: labels and equally long float64 arrays (time in s, tensions in N, position in mm).
+
+    ``unit_in`` and ``unit_out`` differ from N where the log's mapping declared an input or output that is no tension.
+    """
 
     run_id: str
     system: str
@@ -39,6 +42,13 @@ class Run:
     tension_ref_n: Array | None = None
     tendon: str | None = None
     extra: dict[str, Array] = field(default_factory=dict)
+    unit_in: str = "N"
+    unit_out: str = "N"
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the two tension columns, by column name."""
+        return {"tension_in_n": self.unit_in, "tension_out_n": self.unit_out}
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -88,7 +98,7 @@ def write_runs(
     Raises
     ------
     SstlError
-        If there is no run, or a run names a tendon after the file was begun without that column.
+        If there is no run, a run names a tendon after the file was begun without that column, or units differ.
     """
     samples = 0
     iterator = iter(runs)
@@ -96,12 +106,19 @@ def write_runs(
     if first is None:
         raise SstlError("no run to write", where=str(path), fix="check the input for usable samples", code="E120")
     named = first.tendon is not None or tendons()
-    with TableWriter(path, LOG, provenance, force, extra=[TENDON] if named else []) as writer:
+    with TableWriter(path, LOG.in_units(first.units), provenance, force, extra=[TENDON] if named else []) as writer:
         run: Run | None = first
         while run is not None:
             if run.tendon is not None and not named:
                 where = f"{path}, run {run.run_id!r}"
                 raise SstlError("names a tendon, the runs before it do not", where=where, fix="put it first", code="E127")
+            if run.units != first.units:
+                raise SstlError(
+                    f"is in {run.unit_in} and {run.unit_out}, the runs before it in {first.unit_in} and {first.unit_out}",
+                    where=f"{path}, run {run.run_id!r}",
+                    fix="give runs of other units a log of their own",
+                    code="E128",
+                )
             writer.write(run_table(run, named))
             samples += len(run)
             run = next(iterator, None)
@@ -117,11 +134,15 @@ def read_runs(path: Path) -> Iterator[Run]:
         If the file is not a log, a required value is null, a label changes within a run, or a run comes in two
         pieces.
     """
-    yield from runs_of(open_table(path, LOG, coded=TEXTS).blocks(), str(path))
+    reader = open_table(path, LOG, coded=TEXTS)
+    yield from runs_of(reader.blocks(), str(path), units_of(reader.file.schema_arrow))
 
 
-def runs_of(blocks: Iterable[pa.Table], source: str) -> Iterator[Run]:
-    """Yield the runs of tables that follow one another (columns of the log schema); ``source`` stands in errors."""
+def runs_of(blocks: Iterable[pa.Table], source: str, units: dict[str, str] | None = None) -> Iterator[Run]:
+    """Yield the runs of tables that follow one another (columns of the log schema); ``source`` stands in errors.
+
+    ``units`` are those that ``units_of`` finds where the tables come from (default: newtons).
+    """
     pending: list[pa.Table] = []
     seen: set[str] = set()
     for block in blocks:
@@ -132,7 +153,7 @@ def runs_of(blocks: Iterable[pa.Table], source: str) -> Iterator[Run]:
                 continue
             piece = block.slice(a, b - a)
             if pending and _text(pending[0], "run_id") != _text(piece, "run_id"):
-                yield _run(pending, source, seen)
+                yield _run(pending, source, seen, units)
                 pending = []
             pending.append(piece)
             for name, at in changes.items():
@@ -141,7 +162,7 @@ def runs_of(blocks: Iterable[pa.Table], source: str) -> Iterator[Run]:
                     where = f"{source}, run {_text(piece, 'run_id')!r}"
                     raise SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
     if pending:
-        yield _run(pending, source, seen)
+        yield _run(pending, source, seen, units)
 
 
 def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
@@ -167,14 +188,23 @@ def _text(table: pa.Table, name: str) -> str | None:
     return None if value is None else str(value)
 
 
-def _run(pieces: list[pa.Table], source: str, seen: set[str]) -> Run:
+def units_of(schema: pa.Schema) -> dict[str, str]:
+    """Return ``unit_in`` and ``unit_out`` from the field metadata of a log; N where nothing is stated."""
+    out = {}
+    for name, column in (("unit_in", "tension_in_n"), ("unit_out", "tension_out_n")):
+        stated = (schema.field(column).metadata or {}).get(b"unit", b"") if column in schema.names else b""
+        out[name] = stated.decode("utf-8", "replace") or "N"
+    return out
+
+
+def _run(pieces: list[pa.Table], source: str, seen: set[str], units: dict[str, str] | None) -> Run:
     head = pieces[0]
     run_id = head.column("run_id")[0].as_py()
     where = f"{source}, run {run_id!r}"
     if run_id in seen:
         raise SstlError("the run comes in two pieces", where=where, fix="sort the file by run_id", code="E122")
     seen.add(run_id)
-    values: dict[str, object] = {n: _text(head, n) for n in TEXTS if n in head.column_names}
+    values: dict[str, object] = {**(units or {}), **{n: _text(head, n) for n in TEXTS if n in head.column_names}}
     lead = head.column("lead_mm")[0].as_py()
     values["lead_mm"] = None if lead is None or lead != lead else lead
     if values["system"] not in PASSES:

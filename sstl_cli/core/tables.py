@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pyarrow as pa
 
@@ -36,6 +36,12 @@ class Schema:
 
     def column(self, name: str) -> Column:
         return next(c for c in self.columns if c.name == name)
+
+    def in_units(self, units: dict[str, str]) -> Schema:
+        """Return the schema with the given columns in other units (a log whose output is no tension)."""
+        return replace(
+            self, columns=tuple(replace(c, unit=units[c.name]) if c.name in units else c for c in self.columns)
+        )
 
     def arrow(self) -> pa.Schema:
         """Return the Arrow schema with the unit of each column in its field metadata."""
@@ -147,5 +153,16 @@ EVALUATION = Schema(
         Column("outside_range_pct", _F, "%", meaning="test inputs outside the trained range"),
     ),
 )
+
+
+def theta_units(unit_in: str, unit_out: str) -> dict[str, str]:
+    """Return the units of Theta's columns where input and output are not both in newtons."""
+    if unit_in == unit_out == "N":
+        return {}
+    slope = "1" if unit_in == unit_out else f"{unit_out}/{unit_in}"
+    names = [n for p in PARAMETERS for n in (p, p + "_se")]
+    units = {n: slope if n.startswith("gamma") else unit_out for n in names}
+    return {**units, "rmse_p_n": unit_out, "rmse_r_n": unit_out}
+
 
 SCHEMAS = {s.id: s for s in (LOG, THETA, PHASES, COMMAND, SCORE, EVALUATION)}

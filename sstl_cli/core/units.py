@@ -117,6 +117,11 @@ def is_unit(name: str) -> bool:
     return _ALIASES.get(name.strip(), name.strip()) in UNITS
 
 
+def is_force(name: str) -> bool:
+    """Return whether ``name`` is a unit of force."""
+    return is_unit(name) and unit_of(name)[0] == "force"
+
+
 def conversion(
     unit: str,
     target: str,
@@ -150,33 +155,34 @@ def conversion(
     dimension, factor = unit_of(unit, where)
     if gain is not None and dimension in ("voltage", "count"):
         return Linear(sign * gain * (factor if dimension == "voltage" else 1.0), offset)
+    base = BASE.get(target, target)
     if gain is not None:
-        raise SstlError(
-            f"a gain belongs to V or counts, not to {unit}", where=where, fix="leave the gain out", code="E302"
-        )
+        fix = f"leave the gain out; for a correction factor on {unit} write scale = {gain:g}"
+        raise SstlError(f"a gain belongs to V or counts, not to {unit}", where=where, fix=fix, code="E302")
     if dimension == target:
         return Linear(sign * factor, offset)
     if dimension == "angle" and target == "length":
         if radius_mm is None:
-            raise SstlError(f"{unit} needs a spool radius to become mm", where=where, fix="give radius_mm", code="E302")
+            fix = f'write {{ ..., unit = "{unit}", radius_mm = 8.5 }} with the radius of your spool'
+            raise SstlError(f"{unit} needs a spool radius to become mm", where=where, fix=fix, code="E302")
         return Linear(sign * factor * radius_mm, offset)
     if dimension == "pressure" and target == "force":
         if area_mm2 is None:
-            raise SstlError(
-                f"{unit} needs a piston area to become N", where=where, fix="give area_mm2 or bore_mm", code="E302"
-            )
+            fix = f'write {{ ..., unit = "{unit}", bore_mm = 25 }} with the bore of your cylinder, or area_mm2'
+            raise SstlError(f"{unit} needs a piston area to become N", where=where, fix=fix, code="E302")
         return Linear(sign * factor * area_mm2 * 1e-6, offset)
     if dimension in ("voltage", "count"):
-        raise SstlError(
-            f"{unit} needs a gain ({BASE[target]} per {unit}) to become {BASE[target]}",
-            where=where,
-            fix="give gain",
-            code="E302",
+        per = "V" if dimension == "voltage" else "count"
+        fix = (
+            f'write {{ ..., unit = "{unit}", gain = G, offset = Z }} with G in {base} per {per} from the calibration '
+            f"and Z the reading in {unit} at no load"
         )
+        raise SstlError(f"{unit} needs a gain to become {base}", where=where, fix=fix, code="E302")
     known = ", ".join(u for u, (d, _) in UNITS.items() if d == target)
+    keep = f'; an output that is no {target}: add as = "N"' if target == "force" else ""
     raise SstlError(
         f"{unit} is a {dimension}, not a {target}",
         where=where,
-        fix=f"use one of {known}, or correct the column",
+        fix=f"correct the column, or use one of {known}{keep}",
         code="E302",
     )

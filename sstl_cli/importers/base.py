@@ -63,9 +63,10 @@ class Layout:
 
 @dataclass
 class Notes:
-    """What a reader had to set aside, in words and rows."""
+    """What a reader had to set aside, in words and rows, and what the mapping told it to leave out."""
 
     set_aside: dict[str, int] = field(default_factory=dict)
+    trimmed: int = 0
 
     def aside(self, reason: str, rows: int) -> None:
         """Count rows that were not used, by reason."""

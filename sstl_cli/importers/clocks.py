@@ -110,11 +110,11 @@ def compare(
     if np.ptp(a) == 0 or np.ptp(b) == 0:
         return replace(none, why_not="a channel is flat")
     step = max(float(np.median(np.diff(time_a))), float(np.median(np.diff(time_b))))
-    span = max(time_a[-1], time_b[-1]) - min(time_a[0], time_b[0])
-    step = max(step, span / MAX_GRID)
-    limit = max_offset_s if max_offset_s is not None else 0.5 * min(np.ptp(time_a), np.ptp(time_b))
     # epoch times differ by the start of the recorder; the offset is looked for around that difference
     nearby = 0.0 if min(time_a[-1], time_b[-1]) > max(time_a[0], time_b[0]) else float(time_b[0] - time_a[0])
+    span = max(time_a[-1], time_b[-1] - nearby) - min(time_a[0], time_b[0] - nearby)
+    step = max(step, span / MAX_GRID)
+    limit = max_offset_s if max_offset_s is not None else 0.5 * min(np.ptp(time_a), np.ptp(time_b))
     lag, _ = _lag(time_a, a, time_b - nearby, b, step, limit)
     origin = float(np.median(time_a))
     drift = _drift_start(time_a, a, time_b - nearby, b, step, lag)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 
 from sstl_cli.importers.base import Notes
 from sstl_cli.importers.mapping import Repair, Time
@@ -25,6 +25,16 @@ class Counts:
     gap_s: float | None = None
     notes: Notes = field(default_factory=Notes)
     remarks: list[str] = field(default_factory=list)
+
+    def copy(self) -> Counts:
+        """Return the counts as they are now."""
+        notes = Notes(dict(self.notes.set_aside), self.notes.trimmed)
+        return replace(self, notes=notes, remarks=list(self.remarks))
+
+    def back_to(self, before: Counts) -> None:
+        """Forget what was counted since ``before``, a copy made earlier."""
+        for one in fields(self):
+            setattr(self, one.name, getattr(before, one.name))
 
     @property
     def set_aside(self) -> int:

@@ -191,8 +191,7 @@ class TextFollower:
         signals = {"time_s": time[first:]}
         for s in plan.signals:
             if s.target in SIGNALS:
-                raw = number[s.channels[0]] - (number[s.channels[1]] if len(s.channels) == 2 else 0.0)
-                signals[s.target] = _linear(raw, s.convert)[first:]
+                signals[s.target] = _linear(s.recorded(number), s.convert)[first:]
         labels = {k: table.column(c).to_pylist()[first:] for k, c in plan.labels.items()}
         yield from self._pieces(signals, labels)
 
@@ -214,6 +213,7 @@ class TextFollower:
             rest: dict[str, Any] = {k: None if found.get(k) is None else str(found[k]) for k in TEXTS if k not in ("run_id", "system")}
             run_id = str(found["run_id"]) if found.get("run_id") is not None else self.run_name
             rest.update({k: v[at] for k, v in signals.items()})
+            rest.update({f"unit_{k.split('_')[1]}": v for k, v in self._plan.units.items()})
             yield Run(run_id=run_id, system=str(found["system"]), lead_mm=_lead(found.get("lead_mm")), **rest)
 
     def _aside(self, reason: str, count: int) -> None:

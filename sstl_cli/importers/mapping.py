@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from sstl_cli.core.config import Model, parse, read_toml
-from sstl_cli.core.errors import SstlError, UsageError, nearest
-from sstl_cli.core.units import unit_of
+from sstl_cli.core.config import MAX_TOML_BYTES, Model, parse, read_toml
+from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.core.units import is_unit, unit_of
 
 SIGNAL_DIMENSION = {
     "time_s": "time",
@@ -20,6 +22,7 @@ SIGNAL_DIMENSION = {
     "position_in_mm": "length",
     "tension_ref_n": "force",
 }
+TENSIONS = ("tension_in_n", "tension_out_n")
 REQUIRED = ("time_s", "tension_in_n", "tension_out_n")
 LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
 TARGETS = (*SIGNAL_DIMENSION, *LABELS)
@@ -27,21 +30,26 @@ Reference = int | str
 
 
 class Source(Model):
-    """Where one column comes from: channel by name, 1-based number or pattern, or the difference of two."""
+    """Where one column comes from: channel by name, 1-based number or pattern, the difference or norm of several."""
 
     column: Reference | None = None
     pattern: str | None = None
     minus: tuple[Reference, Reference] | None = None
+    norm: tuple[Reference, ...] | None = Field(default=None, min_length=2, max_length=8)
+    zeros: tuple[float, ...] | None = None
     unit: str = ""
     as_: str | None = Field(default=None, alias="as")
     sign: Literal[1, -1] = 1
     gain: float | None = None
     offset: float = 0.0
+    scale: float = 1.0
     radius_mm: float | None = Field(default=None, gt=0)
     area_mm2: float | None = Field(default=None, gt=0)
     bore_mm: float | None = Field(default=None, gt=0)
     time: Reference | None = None
     time_unit: str = "s"
+    time_scale: float = Field(default=1.0, gt=0)
+    time_offset: float = 0.0
     rate_hz: float | None = Field(default=None, gt=0)
     file: str | None = None
 
@@ -50,19 +58,27 @@ class Source(Model):
     def _compiles(cls, value: str | None) -> str | None:
         return compiled(value)
 
-    @field_validator("unit", "time_unit")
-    @classmethod
-    def _known(cls, value: str) -> str:
-        if value:
-            unit_of(value)
-        return value
-
     @model_validator(mode="after")
-    def _one_source(self) -> Source:
-        given = [n for n in ("column", "pattern", "minus", "rate_hz") if getattr(self, n) is not None]
+    def _consistent(self) -> Source:
+        given = [n for n in ("column", "pattern", "minus", "norm", "rate_hz") if getattr(self, n) is not None]
         if len(given) != 1:
-            raise ValueError("give exactly one of column, pattern, minus (and rate_hz for time_s)")
+            raise ValueError("give exactly one of column, pattern, minus, norm (and rate_hz for time_s)")
+        if self.scale == 0:
+            raise ValueError("scale is 0: give the factor on the recorded number")
+        several = self.minus or self.norm
+        if self.zeros is not None and (several is None or len(self.zeros) != len(several)):
+            raise ValueError("zeros are the readings at no load of the channels of minus or norm, one each")
+        # an output that is no tension may be in any unit: its numbers are kept
+        for unit in filter(None, (self.time_unit, "" if self.as_ is not None else self.unit)):
+            unit_of(unit)
+        if self.as_ is not None and not (0 < len(self.unit) <= 24 and self.unit.isprintable()):
+            raise ValueError('as = "N" needs the unit of what the channel is, such as unit = "deg"')
         return self
+
+    @property
+    def several(self) -> tuple[Reference, ...]:
+        """The channels of a difference or norm (empty for a single channel)."""
+        return self.minus or self.norm or ()
 
     @property
     def area(self) -> float | None:
@@ -88,6 +104,14 @@ class Time(Model):
     gap_s: float | None = Field(default=None, gt=0)
     on_gap: Literal["split", "fill", "fail"] = "split"
     start: Literal["keep", "zero"] = "keep"
+    from_s: float | None = Field(default=None, ge=0)
+    to_s: float | None = Field(default=None, gt=0)
+
+    @model_validator(mode="after")
+    def _window(self) -> Time:
+        if self.from_s is not None and self.to_s is not None and self.to_s <= self.from_s:
+            raise ValueError(f"to_s = {self.to_s:g} is not after from_s = {self.from_s:g}")
+        return self
 
 
 class Repair(Model):
@@ -96,13 +120,14 @@ class Repair(Model):
     dropouts: Literal["drop", "interpolate", "fail"] = "drop"
     spikes: Literal["keep", "interpolate", "drop"] = "keep"
     spike_factor: float = Field(default=12.0, gt=3)
+    refreshed: Literal["tension_in_n", "tension_out_n", "any", "both"] | None = None
     min_samples: int = Field(default=2, ge=2)
 
 
 class Files(Model):
-    """How several files form runs: each its own, appended in time, or side by side with own clocks."""
+    """How several files form runs: each its own, appended in time, side by side with own clocks or row by row."""
 
-    merge: Literal["no", "append", "channels"] = "no"
+    merge: Literal["no", "append", "channels", "rows"] = "no"
     key: str | None = None
     shift: bool = False
 
@@ -110,7 +135,7 @@ class Files(Model):
 class Clocks(Model):
     """How clocks of channels with their own time are compared and set."""
 
-    align: Literal["report", "apply", "none"] = "report"
+    align: Literal["report", "apply", "start", "none"] = "report"
     content: tuple[Source, Source] | None = None
     max_offset_s: float | None = Field(default=None, gt=0)
 
@@ -125,12 +150,14 @@ class Mapping(Model):
 
     format: str | None = None
     text: Text = Text()
+    units: dict[str, str] = {}
     columns: dict[str, Source] = {}
     constants: dict[str, str | float] = {}
     file_name: str | None = None
     manifest: str | None = None
     runs: str | None = None
     skip_samples: int = Field(default=0, ge=0)
+    skip_end_samples: int = Field(default=0, ge=0, le=10_000_000)
     time: Time = Time()
     repair: Repair = Repair()
     files: Files = Files()
@@ -184,95 +211,103 @@ def mapping_of(document: dict[str, Any], where: str) -> Mapping:
                     fix=nearest(name, allowed),
                     code="E330",
                 )
-    mapping = parse(Mapping, document, where)
+    mapping = parse(Mapping, _with_own_units(document, where), where)
     for name, source in mapping.columns.items():
         if source.rate_hz is not None and name != "time_s":
             raise SstlError(f"'{name}' cannot be a rate", where=where, fix="rate_hz belongs to time_s", code="E331")
-        if source.minus is not None and name in LABELS:
-            raise SstlError(f"'{name}' is a label, not a difference", where=where, code="E331")
-        if source.as_ is not None and (name != "tension_out_n" or source.as_ != "N"):
+        if source.several and (name in LABELS or name == "time_s"):
+            raise SstlError(
+                f"'{name}' cannot be made of several channels", where=where, fix="name one column", code="E331"
+            )
+        if source.as_ is not None and (name not in TENSIONS or source.as_ != "N"):
             raise SstlError(
                 f"'as = {source.as_!r}' on {name}",
                 where=where,
-                fix='only tension_out_n may hold another output, with as = "N"',
+                fix='only tension_in_n and tension_out_n may hold another quantity, with as = "N"',
                 code="E331",
             )
     return mapping
 
 
-def read_mapping(path: Path) -> Mapping:
-    """Return the mapping in a TOML file."""
-    return mapping_of(read_toml(path), str(path))
+_OWN_UNIT = re.compile(r"\s*([+]?\d*\.?\d+(?:[eE][+-]?\d+)?)\s*(\S+)\s*")
 
 
-def inline_mapping(text: str, base: Mapping | None = None) -> Mapping:
-    """Return the mapping of a ``--map`` text, laid over ``base``.
+def _with_own_units(document: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return the document with units that the user defined in [units] put as a known unit and a scale."""
+    own, columns = document.get("units"), document.get("columns")
+    if not isinstance(own, dict) or not own or not isinstance(columns, dict):
+        return document
+    known: dict[str, tuple[float, str]] = {}
+    for name, text in own.items():
+        found = _OWN_UNIT.fullmatch(text) if isinstance(text, str) else None
+        if is_unit(name) or found is None or not is_unit(found[2]) or float(found[1]) == 0:
+            what = f"'{name}' is a known unit" if is_unit(name) else f"unit '{name}' is {text!r}"
+            fix = "choose another name" if is_unit(name) else "give a number and a known unit, such as \"0.0125 N\""
+            raise SstlError(what, where=f"{where}, [units]", fix=fix, code="E331")
+        known[name] = (float(found[1]), found[2])
+    out = {}
+    for target, source in columns.items():
+        if isinstance(source, dict) and source.get("as") is None and source.get("unit") in known:
+            factor, unit = known[source["unit"]]
+            scale = source.get("scale", 1.0)
+            source = {**source, "unit": unit, "scale": factor * scale if isinstance(scale, (int, float)) else scale}
+        out[target] = source
+    return {**document, "columns": out}
+
+
+@dataclass(frozen=True)
+class Question:
+    """A line of a proposed mapping that its author still has to answer."""
+
+    line: int
+    target: str
+    text: str
+
+
+def open_questions(text: str) -> list[Question]:
+    """Return the lines that ``sstl import --guess`` marked ``(?)`` and nobody has completed."""
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        body, mark, _ = line.partition("(?)")
+        if mark and "=" in body:
+            found.append(Question(number, body.split("=")[0].strip(" #\t"), line.strip()))
+    return found
+
+
+def still_open(path: Path, answered: Collection[str] = ()) -> list[Question]:
+    """Return the open questions of a mapping file without those answered elsewhere."""
+    try:
+        asked = open_questions(path.read_text(encoding="utf-8")) if path.stat().st_size <= MAX_TOML_BYTES else []
+    except (OSError, ValueError):
+        # what is wrong with the file is said when it is read as TOML
+        return []
+    return [q for q in asked if q.target not in answered]
+
+
+def read_mapping(path: Path, answered: Collection[str] = ()) -> Mapping:
+    """Return the mapping in a TOML file.
 
     Parameters
     ----------
-    text : str
-        Comma-separated ``target=source[:unit]``. A source is ``colN``, ``-colN`` (sign), ``colA-colB``
-        (difference), ``/pattern/`` or a channel name; a label takes a plain text as a constant.
+    answered : collection of str
+        Columns and labels that the command line gives: their lines in the file do not count.
 
     Raises
     ------
-    UsageError
-        If a part is not understood, a target unknown, or a unit unknown.
+    SstlError
+        If a line is still marked ``(?)``: a proposal is not taken for an answer.
     """
-    document: dict[str, Any] = base.model_dump(by_alias=True, exclude_unset=True) if base else {}
-    columns, constants = dict(document.get("columns", {})), dict(document.get("constants", {}))
-    for part in filter(None, (p.strip() for p in text.split(","))):
-        target, equals, value = (x.strip() for x in part.partition("="))
-        if not equals or not value:
-            raise UsageError(f"'{part}' is not target=source[:unit]", where="--map", code="E332")
-        if target not in TARGETS:
-            raise UsageError(f"unknown column '{target}'", where="--map", fix=nearest(target, TARGETS), code="E330")
-        source = _inline_source(value, target)
-        constants.pop(target, None)
-        columns.pop(target, None)
-        if isinstance(source, str):
-            constants[target] = source
-        else:
-            columns[target] = source
-    document["columns"], document["constants"] = columns, constants
-    try:
-        return mapping_of(document, "--map")
-    except UsageError:
-        raise
-    except SstlError as error:
-        raise UsageError(error.what, where="--map", fix=error.fix, code=error.code) from None
-
-
-def _inline_source(value: str, target: str) -> dict[str, Any] | str:
-    body, unit = value, ""
-    if target in SIGNAL_DIMENSION and ":" in value:
-        body, _, unit = value.rpartition(":")
-    sign = 1
-    if body.startswith("-") and len(body) > 1:
-        sign, body = -1, body[1:]
-    source: dict[str, Any] = {"unit": unit, "sign": sign}
-    difference = re.fullmatch(r"col(\d+)-col(\d+)", body)
-    if difference:
-        return {**source, "minus": [int(difference[1]), int(difference[2])]}
-    number = re.fullmatch(r"col(\d+)", body)
-    if number:
-        return {**source, "column": int(number[1])}
-    if len(body) > 2 and body[0] == body[-1] == "/":
-        return {**source, "pattern": body[1:-1]}
-    if target in LABELS:
-        return {"column": body[1:]} if body.startswith("@") else value
-    return {**source, "column": body}
-
-
-def with_policy(mapping: Mapping, on_gap: str | None, merge: str | None) -> Mapping:
-    """Return the mapping with policies from the command line laid over it."""
-    document = mapping.model_dump(by_alias=True, exclude_unset=True)
-    if on_gap is not None:
-        if on_gap not in ("split", "fill", "fail"):
-            raise UsageError(f"--on-gap is '{on_gap}'", fix="use split, fill or fail", code="E332")
-        document["time"] = {**document.get("time", {}), "on_gap": on_gap}
-    if merge is not None:
-        if merge not in ("no", "append", "channels"):
-            raise UsageError(f"--merge is '{merge}'", fix="use append or channels", code="E332")
-        document["files"] = {**document.get("files", {}), "merge": merge}
-    return mapping_of(document, "mapping")
+    asked = still_open(path, answered)
+    if asked:
+        more = f" (and {len(asked) - 1} more, lines {', '.join(str(q.line) for q in asked[1:9])})" if asked[1:] else ""
+        raise SstlError(
+            f"line {asked[0].line} still asks: {asked[0].text}{more}",
+            where=str(path),
+            fix="complete each such line and delete its (?), or answer with --map target=...",
+            code="E348",
+        )
+    document = read_toml(path)
+    for table in ("columns", "constants"):
+        if isinstance(document.get(table), dict):
+            document[table] = {k: v for k, v in document[table].items() if k not in answered}
+    return mapping_of(document, str(path))

@@ -3,45 +3,44 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.units import Linear, conversion, is_unit, unit_of
-from sstl_cli.importers.base import Channel, Format, Layout, detect
-from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Mapping, Reference, Source
+from sstl_cli.importers.base import Channel, Layout, detect
+from sstl_cli.importers.finder import Finder, Recording, TimeBase
+from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Reference, Source
+from sstl_cli.importers.mapping import Mapping as MappingFile
 
-
-@dataclass(frozen=True)
-class Recording:
-    """One input file: its format and channels; ``prefix`` where it holds several runs side by side."""
-
-    path: Path
-    format: Format
-    channels: tuple[Channel, ...]
-    layout: Layout
-    prefix: str = ""
-
-
-@dataclass(frozen=True)
-class TimeBase:
-    """A clock: the file and channel that tell the time, or a constant rate."""
-
-    file: int
-    channel: str | None
-    convert: Linear
-    rate_hz: float | None = None
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Signal:
-    """One numeric column of the log: one channel, or the difference of two, and its conversion."""
+    """One numeric column of the log: one channel, or the difference or norm of several, and its conversion."""
 
     target: str
     file: int
     channels: tuple[str, ...]
     convert: Linear
     clock: TimeBase
+    norm: bool = False
+    zeros: tuple[float, ...] = ()
+
+    def recorded(self, columns: Mapping[str, object]) -> Array:
+        """Return the recorded numbers, shape (n,), of channels of shape (n,), before the conversion."""
+        values = [np.asarray(columns[c], np.float64) for c in self.channels]
+        if self.zeros:
+            values = [v - z for v, z in zip(values, self.zeros, strict=True)]
+        if self.norm:
+            with np.errstate(over="ignore"):
+                return np.sqrt(sum((v * v for v in values), np.zeros(len(values[0]))))
+        return values[0] if len(values) == 1 else values[0] - values[1]
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,7 @@ class Plan:
     run_name: str
     content: tuple[Signal, Signal] | None = None
     notes: tuple[str, ...] = ()
-    output_unit: str = "N"
-    others: dict[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
 
     @property
     def clocks(self) -> list[TimeBase]:
@@ -65,7 +63,7 @@ class Plan:
         return list(dict.fromkeys([self.clock, *(s.clock for s in self.signals)]))
 
 
-def recordings(path: Path, mapping: Mapping, wanted: str | None) -> list[Recording]:
+def recordings(path: Path, mapping: MappingFile, wanted: str | None) -> list[Recording]:
     """Return the recordings in a file: one, or one for each prefix under which a run's columns stand."""
     chosen = detect(path, wanted or mapping.format)
     layout = Layout(**mapping.text.model_dump())
@@ -77,7 +75,7 @@ def recordings(path: Path, mapping: Mapping, wanted: str | None) -> list[Recordi
     return [replace(whole, prefix=p) for p in prefixes] or [whole]
 
 
-def _prefixes(names: list[str], mapping: Mapping) -> list[str]:
+def _prefixes(names: list[str], mapping: MappingFile) -> list[str]:
     if mapping.runs is not None:
         found = (re.match(mapping.runs, n) for n in names)
         return list(dict.fromkeys(m.group(0) for m in found if m))
@@ -89,7 +87,7 @@ def _prefixes(names: list[str], mapping: Mapping) -> list[str]:
     return [p for p in ends if p and all(p + n in known for n in needed)]
 
 
-def plan_of(files: list[Recording], mapping: Mapping, labels: dict[str, str | float], run_name: str) -> Plan:
+def plan_of(files: list[Recording], mapping: MappingFile, labels: dict[str, str | float], run_name: str) -> Plan:
     """Return what to read from the files of one recording.
 
     Parameters
@@ -107,11 +105,12 @@ def plan_of(files: list[Recording], mapping: Mapping, labels: dict[str, str | fl
         If a channel is missing or misspelt (the nearest is named), or a unit does not fit.
     """
     notes: list[str] = []
-    find = _Finder(files)
+    find = Finder(files)
     time = mapping.columns.get("time_s")
     first = mapping.columns.get("tension_in_n")
     clock = _clock_of(time, first, find, mapping)
-    signals, output_unit = [], "N"
+    signals: list[Signal] = []
+    units: dict[str, str] = {}
     for target, dimension in SIGNAL_DIMENSION.items():
         if target == "time_s":
             continue
@@ -120,10 +119,10 @@ def plan_of(files: list[Recording], mapping: Mapping, labels: dict[str, str | fl
             if target in REQUIRED:
                 raise find.missing(target)
             continue
-        signal = _signal(target, source or Source(column=target), dimension, find, clock, notes)
-        signals.append(signal)
-        if source is not None and source.as_ is not None:
-            output_unit = source.unit
+        source = source or find.canonical(target)
+        signals.append(_signal(target, source, dimension, find, clock, notes))
+        if source.as_ is not None:
+            units[target] = source.unit
     content = None
     if mapping.clocks.content is not None:
         pair = [_signal(f"content {i + 1}", s, None, find, clock, notes) for i, s in enumerate(mapping.clocks.content)]
@@ -151,7 +150,7 @@ def plan_of(files: list[Recording], mapping: Mapping, labels: dict[str, str | fl
     if "lead_mm" in constants:
         constants["lead_mm"] = _number(constants["lead_mm"], find.where)
     return Plan(
-        tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), output_unit
+        tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units
     )
 
 
@@ -180,76 +179,7 @@ def _number(value: str | float, where: str) -> float:
         raise SstlError(f"lead_mm is '{value}'", where=where, fix="it must be a number in mm", code="E335") from None
 
 
-class _Finder:
-    """Channels of the files of one recording, by name, number or pattern."""
-
-    def __init__(self, files: list[Recording]) -> None:
-        self.files = files
-        self.where = str(files[0].path) if len(files) == 1 else f"{files[0].path} and {len(files) - 1} more"
-
-    def has(self, name: str) -> bool:
-        return any(f.prefix + name == c.name for f in self.files for c in f.channels)
-
-    def time_beside(self, clock: TimeBase) -> str:
-        """Return the time channel of the topic that a clock's own channel stands in."""
-        return next((c.time for c in self.files[clock.file].channels if c.name == clock.channel), "")
-
-    def missing(self, name: str) -> SstlError:
-        names = [c.name.removeprefix(f.prefix) for f in self.files for c in f.channels if c.name.startswith(f.prefix)]
-        return SstlError(
-            f"misses column '{name}'",
-            where=self.where,
-            fix=f"{nearest(name, names)} Give a mapping, or try sstl import --guess",
-            code="E336",
-        )
-
-    def channel(self, source: Source, target: str) -> tuple[int, Channel]:
-        """Return the file number and channel of a source given by name, number or pattern."""
-        wanted = source.column if source.column is not None else source.pattern
-        assert wanted is not None
-        return self.find(wanted, target, source.file, pattern=source.column is None)
-
-    def find(self, wanted: Reference, target: str, file: str | None, pattern: bool = False) -> tuple[int, Channel]:
-        pool = [(i, f) for i, f in enumerate(self.files) if file is None or re.search(file, f.path.name)]
-        if not pool:
-            names = ", ".join(f.path.name for f in self.files)
-            raise SstlError(
-                f"{target}: no file name matches '{file}'", where=self.where, fix=f"files: {names}", code="E337"
-            )
-        found = [(i, c) for i, f in pool for c in self._match(f, wanted, pattern)]
-        if len(found) == 1:
-            return found[0]
-        known = [c.name.removeprefix(f.prefix) for _, f in pool for c in f.channels]
-        if not found and isinstance(wanted, int):
-            raise SstlError(
-                f"{target}: column {wanted} does not exist",
-                where=self.where,
-                fix=f"there are {len(known)}, counted from 1",
-                code="E336",
-            )
-        if not found:
-            fix = nearest(str(wanted), known) if not pattern else nearest("", known)
-            raise SstlError(f"{target}: misses column '{wanted}'", where=self.where, fix=fix, code="E336")
-        shown = ", ".join(c.name for _, c in found[:6])
-        raise SstlError(
-            f"{target}: '{wanted}' fits {len(found)} channels ({shown})",
-            where=self.where,
-            fix='make the pattern tighter, or say which file = "..."',
-            code="E338",
-        )
-
-    def _match(self, file: Recording, wanted: Reference, pattern: bool) -> list[Channel]:
-        under = [c for c in file.channels if c.name.startswith(file.prefix)]
-        if isinstance(wanted, int):
-            return [under[wanted - 1]] if 1 <= wanted <= len(under) else []
-        if pattern:
-            return [c for c in under if re.search(wanted, c.name.removeprefix(file.prefix))]
-        exact = [c for c in under if c.name.removeprefix(file.prefix) == wanted]
-        number = re.fullmatch(r"col(\d+)", wanted)
-        return exact or (self._match(file, int(number[1]), False) if number else [])
-
-
-def _clock_of(time: Source | None, first: Source | None, find: _Finder, mapping: Mapping) -> TimeBase:
+def _clock_of(time: Source | None, first: Source | None, find: Finder, mapping: MappingFile) -> TimeBase:
     if time is not None and time.rate_hz is not None:
         file = find.find(
             _reference(first) if first else "tension_in_n",
@@ -261,7 +191,7 @@ def _clock_of(time: Source | None, first: Source | None, find: _Finder, mapping:
     if time is None and not find.has("time_s"):
         # a format with a clock of its own for each channel (robot logs, waveforms)
         if first is not None and first.time is not None:
-            return _own_clock(first, find, find.channel(first, "tension_in_n") if first.minus is None else None)
+            return _own_clock(first, find, None if first.several else find.channel(first, "tension_in_n"))
         try:
             file, channel = find.find(
                 _reference(first) if first else "tension_in_n",
@@ -275,37 +205,42 @@ def _clock_of(time: Source | None, first: Source | None, find: _Finder, mapping:
             return TimeBase(file, channel.time, Linear(1.0))
         raise find.missing("time_s")
     source = time or Source(column="time_s")
-    if source.minus is not None:
-        raise SstlError("time_s cannot be a difference", where=find.where, fix="name one column", code="E331")
     file, channel = find.channel(source, "time_s")
     unit = source.unit or (channel.unit if is_unit(channel.unit) and unit_of(channel.unit)[0] == "time" else "s")
-    return TimeBase(
-        file,
-        channel.name,
-        conversion(unit, "time", gain=source.gain, offset=source.offset, sign=source.sign, where="time_s"),
-    )
+    made = conversion(unit, "time", gain=source.gain, offset=source.offset, sign=source.sign, where="time_s")
+    return TimeBase(file, channel.name, _scaled(made, source.scale))
+
+
+def _scaled(made: Linear, scale: float) -> Linear:
+    return made if scale == 1.0 else replace(made, factor=made.factor * scale)
 
 
 def _reference(source: Source) -> Reference:
-    found = source.minus[0] if source.minus else source.column if source.column is not None else source.pattern
+    found = source.several[0] if source.several else source.column if source.column is not None else source.pattern
     assert found is not None
     return found
 
 
-def _own_clock(source: Source, find: _Finder, found: tuple[int, Channel] | None) -> TimeBase:
+def _own_clock(source: Source, find: Finder, found: tuple[int, Channel] | None) -> TimeBase:
     assert source.time is not None
     file = source.file if source.file else (re.escape(find.files[found[0]].path.name) + "$" if found else None)
     at, channel = find.find(source.time, "time", file)
-    return TimeBase(at, channel.name, conversion(source.time_unit, "time", where="time"))
+    made = conversion(source.time_unit, "time", offset=source.time_offset, where="time")
+    return TimeBase(at, channel.name, _scaled(made, source.time_scale))
 
 
 def _signal(
-    target: str, source: Source, dimension: str | None, find: _Finder, clock: TimeBase, notes: list[str]
+    target: str, source: Source, dimension: str | None, find: Finder, clock: TimeBase, notes: list[str]
 ) -> Signal:
-    if source.minus is not None:
-        found = [find.find(r, target, source.file) for r in source.minus]
-        if found[0][0] != found[1][0]:
-            raise SstlError(f"{target}: a difference needs two channels of one file", where=find.where, code="E331")
+    if source.several:
+        found = [find.find(r, target, source.file) for r in source.several]
+        if len({at for at, _ in found}) > 1:
+            raise SstlError(
+                f"{target}: a difference or norm needs channels of one file",
+                where=find.where,
+                fix='say which file = "..." in the mapping',
+                code="E331",
+            )
     else:
         found = [find.channel(source, target)]
     file, channel = found[0]
@@ -316,16 +251,11 @@ def _signal(
     elif file != clock.file:
         name = channel.time or (clock.channel or "")
         if name not in {c.name for c in find.files[file].channels}:
-            raise SstlError(
-                f"{target}: stands in another file than time_s",
-                where=str(find.files[file].path),
-                fix='give its own time = "..." in the mapping',
-                code="E339",
-            )
+            raise find.without_time(target, file)
         clock = TimeBase(file, name, clock.convert)
-    return Signal(
-        target, file, tuple(c.name for _, c in found), _convert(target, source, channel, dimension, notes), clock
-    )
+    convert = _scaled(_convert(target, source, channel, dimension, notes), source.scale)
+    names = tuple(c.name for _, c in found)
+    return Signal(target, file, names, convert, clock, source.norm is not None, source.zeros or ())
 
 
 def _convert(target: str, source: Source, channel: Channel, dimension: str | None, notes: list[str]) -> Linear:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.importers.chunk import Chunk, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
-from sstl_cli.importers.mapping import LABELS, REQUIRED
-from sstl_cli.importers.signals import Chunk
+from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
 
 Array = NDArray[np.float64]
 GAP_STEPS = 10.0
@@ -30,10 +30,18 @@ class Splitter:
     """
 
     def __init__(
-        self, name: str, constants: dict[str, str | float], policy: Policy, counts: Counts, used: set[str], where: str
+        self,
+        name: str,
+        constants: dict[str, str | float],
+        policy: Policy,
+        counts: Counts,
+        used: set[str],
+        where: str,
+        units: dict[str, str] | None = None,
     ) -> None:
         self.name, self.constants, self.policy, self.counts, self.used = name, constants, policy, counts, used
-        self.where = where
+        self.where, self.units = where, units or {}
+        self.last: dict[str, float] = {}
         self.held: Chunk | None = None
         self.run_id = ""
         self.key: tuple[str | None, ...] | None = None
@@ -48,7 +56,7 @@ class Splitter:
         """Yield pieces of runs; pieces of one run follow one another."""
         for chunk in chunks:
             self.counts.samples_in += len(chunk)
-            yield from self._take(self._clean(chunk), last=False)
+            yield from self._take(self._refreshed(self._clean(chunk)), last=False)
         if self.held is not None:
             held, self.held = self.held, None
             yield from self._take(held, last=True)
@@ -93,11 +101,26 @@ class Splitter:
                 lost |= np.isnan(chunk.signals[name])
             self.counts.filled += n - int(lost.sum())
         self.counts.notes.aside("dropouts (no number)", int(lost.sum()))
-        return _rows(chunk, ~lost)
+        return rows_of(chunk, ~lost)
+
+    def _refreshed(self, chunk: Chunk) -> Chunk:
+        """Set aside samples that a fast recorder repeated because a slow sensor had nothing new."""
+        how = self.policy.repair.refreshed
+        if how is None or not len(chunk):
+            return chunk
+        new = {}
+        for name in TENSIONS:
+            values = chunk.signals[name]
+            new[name] = np.diff(values, prepend=self.last.get(name, np.nan)) != 0
+            self.last[name] = float(values[-1])
+        first, second = new.values()
+        keep = first | second if how == "any" else first & second if how == "both" else new[how]
+        self.counts.notes.aside("not refreshed by the sensor", int(len(keep) - keep.sum()))
+        return rows_of(chunk, keep)
 
     def _take(self, chunk: Chunk, last: bool) -> Iterator[Run]:
         if self.held is not None:
-            chunk = _join(self.held, chunk)
+            chunk = joined(self.held, chunk)
             self.held = None
         if not len(chunk):
             return
@@ -106,7 +129,7 @@ class Splitter:
         chunk, changes = self._backward(chunk, changes)
         if not last:
             # everything at the last instant waits for what follows
-            self.held = _rows(chunk, slice(len(chunk) - 1, None))
+            self.held = rows_of(chunk, slice(len(chunk) - 1, None))
             body = len(chunk) - 1
         else:
             body = len(chunk)
@@ -121,7 +144,7 @@ class Splitter:
         for a, b in pairwise(cuts):
             if starts[a]:
                 yield from self._end()
-            yield from self._add(_rows(chunk, slice(a, b)))
+            yield from self._add(rows_of(chunk, slice(a, b)))
         if not last and starts[body]:
             yield from self._end()
 
@@ -149,13 +172,13 @@ class Splitter:
         self.counts.repeated += n
         self.counts.notes.aside(f"repeated time (kept the {self.policy.time.repeated})", n)
         if self.policy.time.repeated == "first":
-            return _rows(chunk, ~same), changes[~same]
+            return rows_of(chunk, ~same), changes[~same]
         keep = np.concatenate((~same[1:], [True]))
         # a change of run marked on a dropped first row moves to the row that is kept
         groups = np.cumsum(~same) - 1
         moved = np.zeros(int(groups[-1]) + 1, bool)
         np.logical_or.at(moved, groups, changes)
-        return _rows(chunk, keep), moved
+        return rows_of(chunk, keep), moved
 
     def _backward(self, chunk: Chunk, changes: NDArray[np.bool_]) -> tuple[Chunk, NDArray[np.bool_]]:
         time = chunk.signals["time_s"]
@@ -182,7 +205,7 @@ class Splitter:
             top = np.maximum.accumulate(time[a:b])
             keep[a + 1 : b] = time[a + 1 : b] > top[:-1]
         self.counts.notes.aside("backward time", int(len(keep) - keep.sum()))
-        return _rows(chunk, keep), changes[keep]
+        return rows_of(chunk, keep), changes[keep]
 
     def _learn_gap(self, steps: Array) -> None:
         """Set what counts as a gap from the first samples: ten usual steps."""
@@ -319,7 +342,7 @@ class Splitter:
         self.counts.spikes += n
         if n and self.policy.repair.spikes == "drop":
             self.counts.notes.aside("spikes", n)
-            return _rows(piece, ~wild)
+            return rows_of(piece, ~wild)
         return piece
 
     def _run(self, piece: Chunk) -> Run:
@@ -352,20 +375,13 @@ class Splitter:
         for name in ("position_in_mm", "tension_ref_n"):
             if name in signals and np.isnan(signals[name]).all():
                 del signals[name]
-        return Run(run_id=self.run_id, system=str(system), lead_mm=lead, **text, **signals)  # type: ignore[arg-type]
-
-
-def _rows(chunk: Chunk, rows: slice | NDArray[np.bool_]) -> Chunk:
-    if isinstance(rows, slice):
-        start, stop, _ = rows.indices(len(chunk))
-        labels = {k: v.slice(start, max(stop - start, 0)) for k, v in chunk.labels.items()}
-    else:
-        labels = {k: v.filter(pa.array(rows)) for k, v in chunk.labels.items()}
-    return Chunk({k: v[rows] for k, v in chunk.signals.items()}, labels)
-
-
-def _join(a: Chunk, b: Chunk) -> Chunk:
-    return Chunk(
-        {k: np.concatenate((v, b.signals[k])) for k, v in a.signals.items()},
-        {k: pa.concat_arrays([v, b.labels[k]]) for k, v in a.labels.items()},
-    )
+        unit_in, unit_out = (self.units.get(n, "N") for n in TENSIONS)
+        return Run(
+            run_id=self.run_id,
+            system=str(system),
+            lead_mm=lead,
+            unit_in=unit_in,
+            unit_out=unit_out,
+            **text,  # type: ignore[arg-type]
+            **signals,  # type: ignore[arg-type]
+        )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
@@ -11,22 +10,13 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import ROWS_PER_BLOCK, Block, Notes, guarded, text_array
+from sstl_cli.importers.chunk import Chunk
 from sstl_cli.importers.clocks import ClockReport, compare, on_grid
-from sstl_cli.importers.plan import Plan, Signal, TimeBase
+from sstl_cli.importers.finder import TimeBase
+from sstl_cli.importers.plan import Plan, Signal
 
 Array = NDArray[np.float64]
 Advance = Callable[[float], None]
-
-
-@dataclass
-class Chunk:
-    """Consecutive samples of one recording: signals (with ``time_s``) and labels of the same length."""
-
-    signals: dict[str, Array]
-    labels: dict[str, pa.Array]
-
-    def __len__(self) -> int:
-        return len(self.signals["time_s"])
 
 
 def chunks(
@@ -94,10 +84,7 @@ def _time(clock: TimeBase, block: Block, index: int) -> Array:
 
 
 def _value(signal: Signal, block: Block) -> Array:
-    values = np.asarray(block.columns[signal.channels[0]], np.float64)
-    if len(signal.channels) == 2:
-        values = values - np.asarray(block.columns[signal.channels[1]], np.float64)
-    return _linear(values, signal.convert.factor, signal.convert.offset)
+    return _linear(signal.recorded(block.columns), signal.convert.factor, signal.convert.offset)
 
 
 def _linear(values: Array, factor: float, offset: float) -> Array:
@@ -152,6 +139,7 @@ def _gridded(
     signals = {"time_s": reference, **{k: v for k, v in at_reference.items() if not k.startswith("content")}}
     for clock in plan.clocks[1:]:
         time, values_of = held[clock]
+        _must_meet(plan, clock, reference, time, align)
         report = (
             compare(
                 _name(plan, plan.clock),
@@ -160,9 +148,12 @@ def _gridded(
                 max_offset_s,
                 shared=plan.content is not None,
             )
-            if align != "none"
+            if align in ("report", "apply")
             else None
         )
+        if align == "start" and len(time) and len(reference):
+            # both recorders were started together: their first samples are the same instant
+            time = time - time[0] + reference[0]
         applied = report is not None and align == "apply" and report.estimated
         if report is not None:
             reports.append(report.applied(applied))
@@ -183,6 +174,22 @@ def _gridded(
     for a in range(0, len(keep), ROWS_PER_BLOCK):
         rows = keep[a : a + ROWS_PER_BLOCK]
         yield Chunk({k: v[rows] for k, v in signals.items()}, {k: v.take(pa.array(rows)) for k, v in texts.items()})
+
+
+def _must_meet(plan: Plan, clock: TimeBase, reference: Array, time: Array, align: str) -> None:
+    """Refuse clocks with another zero, such as unix time beside one from 0 s, unless it is said how they meet."""
+    here, there = reference[np.isfinite(reference)], time[np.isfinite(time)]
+    if align in ("apply", "start") or not len(here) or not len(there):
+        return
+    if there[0] <= here[-1] and here[0] <= there[-1]:
+        return
+    raise SstlError(
+        f"clock '{_name(plan, clock)}' runs from {there[0]:.6g} to {there[-1]:.6g} s, "
+        f"'{_name(plan, plan.clock)}' from {here[0]:.6g} to {here[-1]:.6g} s: they never meet",
+        where=str(plan.files[clock.file].path),
+        fix='in [clocks] write align = "start" if both were started together, or align = "apply" to find it by the motion',
+        code="E357",
+    )
 
 
 def _outside(values: Array) -> NDArray[np.bool_]:

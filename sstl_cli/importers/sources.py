@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.importers.finder import Recording
 from sstl_cli.importers.mapping import LABELS, Mapping
-from sstl_cli.importers.plan import Plan, Recording, plan_of, recordings
+from sstl_cli.importers.plan import Plan, plan_of, recordings
+from sstl_cli.importers.rows import JoinedRows
 
 MAX_MANIFEST_BYTES = 16 << 20
 Labels = dict[str, str | float]
@@ -29,31 +31,55 @@ class Group:
         return str(self.plans[0].files[0].path)
 
 
-def groups(files: list[Path], mapping: Mapping, wanted: str | None, manifest: dict[str, Labels]) -> Iterator[Group]:
-    """Yield the recordings of a call in the order of the files."""
-    how = mapping.files.merge
-    names = {path: labels_of(path, mapping, manifest) for path in files}
-    if how == "no":
+@dataclass(frozen=True)
+class Bad:
+    """A file of a batch that cannot be imported, and why."""
+
+    path: Path
+    error: SstlError
+
+
+def groups(files: list[Path], mapping: Mapping, wanted: str | None, manifest: dict[str, Labels]) -> Iterator[Group | Bad]:
+    """Yield the recordings of a call in the order of the files; a file that cannot be opened comes as ``Bad``."""
+    if mapping.files.merge == "no":
         for path in files:
-            for recording in recordings(path, mapping, wanted):
-                part = _part_name(recording, mapping)
-                labels = {**names[path], **_part_labels(recording, mapping)}
-                name = f"{stem(path)}-{part}" if part else stem(path)
-                if "runs" in recording.prefix and part and mapping.runs is None:
-                    name = part
-                yield Group((plan_of([recording], mapping, labels, str(labels.get("run_id", name))),), name)
+            try:
+                yield from list(_of_file(path, mapping, wanted, manifest))
+            except SstlError as error:
+                yield Bad(path, error)
         return
+    names = {path: labels_of(path, mapping, manifest) for path in files}
     keyed: dict[str, list[Path]] = {}
     for path in files:
         keyed.setdefault(_key(path, mapping, names[path]), []).append(path)
     for key, paths in keyed.items():
-        parts = [(p, _single(p, mapping, wanted)) for p in paths]
         labels = {k: v for p in paths for k, v in names[p].items()}
-        name = str(labels.get("run_id", key))
-        if how == "channels":
-            yield Group((plan_of([r for _, r in parts], mapping, labels, name),), name)
-        else:
-            yield Group(tuple(plan_of([r], mapping, labels, name) for _, r in parts), name)
+        try:
+            yield _merged(paths, mapping, wanted, labels, str(labels.get("run_id", key)))
+        except SstlError as error:
+            yield Bad(paths[0], error)
+
+
+def _of_file(path: Path, mapping: Mapping, wanted: str | None, manifest: dict[str, Labels]) -> Iterator[Group]:
+    names = labels_of(path, mapping, manifest)
+    for recording in recordings(path, mapping, wanted):
+        part = _part_name(recording, mapping)
+        labels = {**names, **_part_labels(recording, mapping)}
+        name = f"{stem(path)}-{part}" if part else stem(path)
+        if "runs" in recording.prefix and part and mapping.runs is None:
+            name = part
+        yield Group((plan_of([recording], mapping, labels, str(labels.get("run_id", name))),), name)
+
+
+def _merged(paths: list[Path], mapping: Mapping, wanted: str | None, labels: Labels, name: str) -> Group:
+    parts = [_single(p, mapping, wanted) for p in paths]
+    if mapping.files.merge == "rows":
+        joined = JoinedRows(tuple(parts))
+        layout = parts[0].layout
+        parts = [Recording(paths[0], joined, tuple(joined.channels(paths[0], layout)), layout)]
+    if mapping.files.merge == "append":
+        return Group(tuple(plan_of([r], mapping, labels, name) for r in parts), name)
+    return Group((plan_of(parts, mapping, labels, name),), name)
 
 
 def stem(path: Path) -> str:

@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from sstl_cli.core.errors import SstlError
+from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import Run
+from sstl_cli.importers.chunk import Chunk
 from sstl_cli.importers.clocks import ClockReport
 from sstl_cli.importers.counts import Counts, Policy
-from sstl_cli.importers.mapping import Mapping
+from sstl_cli.importers.mapping import TENSIONS, Mapping
 from sstl_cli.importers.repair import Splitter
-from sstl_cli.importers.signals import Chunk, chunks
-from sstl_cli.importers.sources import Group, Labels, groups
+from sstl_cli.importers.signals import chunks
+from sstl_cli.importers.sources import Bad, Group, Labels, groups
+from sstl_cli.importers.window import windowed
+
+# samples of one file that may wait in memory until it is known to be sound
+HELD_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,7 @@ class Import:
     clocks: list[ClockReport]
     recordings: list[dict[str, object]] = field(default_factory=list)
     tendons: list[str] = field(default_factory=list)
+    bad: list[Bad] = field(default_factory=list)
 
     def document(self) -> dict[str, object]:
         """Return the account as plain values."""
@@ -50,6 +56,10 @@ class Import:
             "step_s": c.step_s,
             "gap_s": c.gap_s,
             "clocks": [r.document() for r in self.clocks],
+            "files_set_aside": [
+                {"file": b.path.name, "code": b.error.code, "message": b.error.what, "fix": b.error.fix}
+                for b in self.bad
+            ],
             "remarks": list(dict.fromkeys(c.remarks)),
         }
 
@@ -90,9 +100,9 @@ def run(
 def provenance_extra(mapping: Mapping) -> dict[str, object]:
     """Return what the provenance of a log must say about its mapping."""
     extra: dict[str, object] = {"mapping": mapping.model_dump(by_alias=True, exclude_unset=True, mode="json")}
-    output = mapping.columns.get("tension_out_n")
-    if output is not None and output.as_ is not None:
-        extra["not_a_tension"] = {"tension_out_n": output.unit or "unknown"}
+    other = {n: s.unit for n in TENSIONS if (s := mapping.columns.get(n)) is not None and s.as_ is not None}
+    if other:
+        extra["not_a_tension"] = other
     return extra
 
 
@@ -108,23 +118,42 @@ def _runs(
     policy = Policy(mapping.time, mapping.repair)
     used: set[str] = set()
     for group in groups(files, mapping, wanted, manifest):
-        before_runs, before_samples = counts.runs, counts.samples_out
+        if isinstance(group, Bad):
+            _set_aside(result, files, group.path, group.error)
+            continue
+        before = counts.copy()
+        names = set(used)
         for plan in group.plans:
             counts.remarks.extend(plan.notes)
             result.tendons.extend(str(v["tendon"]) for v in (plan.labels, plan.constants) if "tendon" in v)
-        splitter = Splitter(group.plans[0].run_name, group.plans[0].constants, policy, counts, used, group.where)
-        yield from splitter.runs(_appended(group, mapping, result, advance))
+        first = group.plans[0]
+        splitter = Splitter(first.run_name, first.constants, policy, counts, used, group.where, first.units)
+        pieces = splitter.runs(_appended(group, mapping, result, advance))
+        try:
+            held = list(_first_of(pieces)) if len(files) > 1 else []
+        except SstlError as error:
+            _set_aside(result, files, first.files[0].path, error)
+            # nothing of a file that fails is counted or written
+            counts.back_to(before)
+            used &= names
+            continue
+        yield from held
+        yield from pieces
         result.recordings.append(
             {
                 "file": ", ".join(dict.fromkeys(f.path.name for p in group.plans for f in p.files)),
-                "format": group.plans[0].files[0].format.ID,
-                "runs": counts.runs - before_runs,
-                "samples": counts.samples_out - before_samples,
+                "format": first.files[0].format.ID,
+                "runs": counts.runs - before.runs,
+                "samples": counts.samples_out - before.samples_out,
             }
         )
-        if counts.runs == before_runs:
+        if counts.runs == before.runs:
             counts.remarks.append(f"{group.where}: no run of at least {mapping.repair.min_samples} samples")
+    if counts.notes.trimmed:
+        counts.remarks.append(f"{counts.notes.trimmed} samples outside the window asked for were left out")
     if not counts.runs:
+        if result.bad:
+            raise result.bad[0].error
         why = "; ".join(f"{n} {reason}" for reason, n in counts.notes.set_aside.items()) or "no sample was read"
         raise SstlError(
             f"no run of at least {mapping.repair.min_samples} samples ({why})",
@@ -134,13 +163,32 @@ def _runs(
         )
 
 
+def _first_of(pieces: Iterator[Run]) -> Iterator[Run]:
+    """Yield the pieces of one recording of a batch, as far as may stand in memory before any is written.
+
+    A file that turns out to be damaged within them is set aside whole; damage behind them ends the import.
+    """
+    held = 0
+    for piece in pieces:
+        yield piece
+        held += len(piece)
+        if held >= HELD_SAMPLES:
+            return
+
+
+def _set_aside(result: Import, files: list[Path], path: Path, error: SstlError) -> None:
+    if len(files) == 1 or isinstance(error, UsageError):
+        raise error
+    result.bad.append(Bad(path, error))
+
+
 def _appended(group: Group, mapping: Mapping, result: Import, advance: Callable[[float], None]) -> Iterable[Chunk]:
     """Yield the chunks of plans one after the other; ``shift`` lets a restarted clock go on."""
     last: float | None = None
     end: float | None = None
     for plan in group.plans:
         begin: float | None = None
-        for chunk in chunks(
+        read = chunks(
             plan,
             mapping.skip_samples,
             mapping.clocks.align,
@@ -148,7 +196,8 @@ def _appended(group: Group, mapping: Mapping, result: Import, advance: Callable[
             result.counts.notes,
             result.clocks,
             advance,
-        ):
+        )
+        for chunk in windowed(read, mapping, result.counts.notes):
             time = chunk.signals["time_s"]
             finite = time[np.isfinite(time)]
             if mapping.files.shift and last is not None and len(finite):

@@ -54,10 +54,19 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
     Raises
     ------
     SstlError
-        If two runs carry the same run_id.
+        If two runs carry the same run_id, or runs are in different units.
     """
     seen: set[str] = set()
+    units: dict[str, str] | None = None
     for one in runs:
+        units = units or one.units
+        if one.units != units:
+            raise SstlError(
+                f"has the output in {one.unit_out}, the runs before it in {units['tension_out_n']}",
+                where=f"run {one.run_id!r}",
+                fix="segment logs of one unit at a time",
+                code="E222",
+            )
         if one.run_id in seen:
             raise SstlError(
                 "comes twice", where=f"run {one.run_id!r}", fix="give every run its own run_id", code="E220"

@@ -22,7 +22,8 @@ from byte_damage import WILD, strike
 from seeds import SHORT, WRITERS, seed_bytes
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.importers.mapping import Mapping, inline_mapping
+from sstl_cli.importers.inline import inline_mapping
+from sstl_cli.importers.mapping import Mapping
 from sstl_cli.steps.import_ import run
 
 MAX_SECONDS = 20.0

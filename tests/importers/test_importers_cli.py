@@ -63,7 +63,11 @@ def test_guess_proposes_a_mapping_that_works(tmp_path: Path) -> None:
     source.write_text("time_ms,force_in_N,force_out_N\n" + "\n".join(rows) + "\n")
     guess = sstl("import", "--guess", source, "--out", tmp_path / "rig.toml")
     assert guess.returncode == 0 and "by their names" in guess.stderr
-    done = sstl("import", source, "--mapping", tmp_path / "rig.toml", "--out", tmp_path / "a.parquet")
+    ask = sstl("import", source, "--mapping", tmp_path / "rig.toml", "--out", tmp_path / "a.parquet")
+    assert ask.returncode == 1 and "still asks: system" in ask.stderr and not (tmp_path / "a.parquet").exists()
+    done = sstl(
+        "import", source, "--mapping", tmp_path / "rig.toml", "--map", "system=act", "--out", tmp_path / "a.parquet"
+    )
     assert done.returncode == 0, done.stderr
     (one,) = read_runs(tmp_path / "a.parquet")
     assert len(one) == 500 and abs(one.dt_s - 0.002) < 1e-9

@@ -12,7 +12,8 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, read_runs, write_runs
 from sstl_cli.importers.base import detect, formats
-from sstl_cli.importers.mapping import Mapping, inline_mapping
+from sstl_cli.importers.inline import inline_mapping
+from sstl_cli.importers.mapping import Mapping
 from sstl_cli.steps import export_log
 from sstl_cli.steps.import_ import run
 

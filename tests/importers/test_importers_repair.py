@@ -11,7 +11,8 @@ from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.units import conversion, unit_of
 from sstl_cli.importers import repair, text
 from sstl_cli.importers.clocks import compare
-from sstl_cli.importers.mapping import Mapping, inline_mapping, mapping_of
+from sstl_cli.importers.inline import inline_mapping
+from sstl_cli.importers.mapping import Mapping, mapping_of
 from sstl_cli.importers.sources import read_manifest
 from sstl_cli.steps.import_ import Import, run
 

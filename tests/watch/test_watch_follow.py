@@ -12,7 +12,8 @@ from watch_logs import HEAD, lines, loops, write
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.importers.follow import TextFollower
-from sstl_cli.importers.mapping import Mapping, inline_mapping
+from sstl_cli.importers.inline import inline_mapping
+from sstl_cli.importers.mapping import Mapping
 from sstl_cli.steps.watch import Loop, Watcher, WatchOptions
 
 

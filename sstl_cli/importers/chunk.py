@@ -1,0 +1,40 @@
+"""Consecutive samples of one recording on their way from a file to runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Chunk:
+    """Consecutive samples of one recording: signals (with ``time_s``) and labels of the same length."""
+
+    signals: dict[str, Array]
+    labels: dict[str, pa.Array]
+
+    def __len__(self) -> int:
+        return len(self.signals["time_s"])
+
+
+def rows_of(chunk: Chunk, rows: slice | NDArray[np.bool_]) -> Chunk:
+    """Return the samples of a chunk in a slice, or where a mask is true."""
+    if isinstance(rows, slice):
+        start, stop, _ = rows.indices(len(chunk))
+        labels = {k: v.slice(start, max(stop - start, 0)) for k, v in chunk.labels.items()}
+    else:
+        labels = {k: v.filter(pa.array(rows)) for k, v in chunk.labels.items()}
+    return Chunk({k: v[rows] for k, v in chunk.signals.items()}, labels)
+
+
+def joined(a: Chunk, b: Chunk) -> Chunk:
+    """Return two chunks one after the other."""
+    return Chunk(
+        {k: np.concatenate((v, b.signals[k])) for k, v in a.signals.items()},
+        {k: pa.concat_arrays([v, b.labels[k]]) for k, v in a.labels.items()},
+    )
