@@ -124,7 +124,7 @@ def test_own_units_and_channels_that_are_no_tension(tmp_path: Path) -> None:
         },
         **ACT,
     }
-    result, runs = load(path, **document)
+    _, runs = load(path, **document)
     np.testing.assert_array_equal(runs[0].tension_in_n, 0.25 * (np.arange(40) - 4))
     assert (runs[0].unit_in, runs[0].unit_out) == ("N", "px")
     write_runs(tmp_path / "log.parquet", runs, Provenance("test"))
