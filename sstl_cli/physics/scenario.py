@@ -115,7 +115,7 @@ class Scenario(Model):
     """A rig, its sensors, its configurations, what is recorded, and the effects it contains."""
 
     schema_id: Literal["sstl.scenario/1"] = Field("sstl.scenario/1", alias="schema")
-    simulator: Literal["transmission", "rig"] = "transmission"
+    simulator: Literal["transmission", "rig", "bristle"] = "transmission"
     sampling_hz: Annotated[float, Field(gt=0, le=1e5)] = 500.0
     generator: Literal["paper-cp40", "paper-150"] | None = None
     rig: RigSection = RigSection()

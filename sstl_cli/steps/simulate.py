@@ -1,4 +1,4 @@
-"""Simulate the recordings of a scenario with the fast model or the rig, run by run."""
+"""Simulate the recordings of a scenario with the fast model, the rig or the bristle simulator, run by run."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterato
                     fix="give theta in the scenario",
                     code="E717",
                 )
-    if scenario.simulator == "rig":
+    if scenario.simulator != "transmission":
         from sstl_cli.steps.simulate_rig import record
 
         for p in plans:

@@ -1,14 +1,16 @@
-"""Record a planned run on the rig."""
+"""Record a planned run on a simulator that stands in for hardware: the rig or the bristle simulator."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
+from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
 from sstl_cli.physics.effect import Values
-from sstl_cli.physics.rig import NoiseSpec, RigRun, RigSpec, simulate_rig
+from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -16,35 +18,32 @@ if TYPE_CHECKING:
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
-    """Return the run as the rig's sensors show it (time in s, tensions in N, position in mm).
+    """Return the run as the simulator's sensors show it (time in s, tensions in N, position in mm).
 
     Raises
     ------
     SstlError
-        If the configuration gives propagation lines instead of theta, the rig refuses a value, or it did not converge.
+        If the configuration gives propagation lines instead of theta, the simulator refuses a value, or it did not converge.
     """
     from sstl_cli.steps.simulate import input_path, labels, neighbour_tension
 
     c = p.configuration
     if c.theta is None:
-        raise SstlError(f"configuration {c.id} gives no theta, which the rig needs", fix="set theta", code="E718")
+        raise SstlError(f"configuration {c.id} gives no theta, which the {scenario.simulator} needs", fix="set theta", code="E718")
     time, command = input_path(scenario, p, seed)
+    beside = neighbour_tension(scenario, p, seed)
+    built, heard = _built(scenario), scenario.noise.model_dump()
+    given = (p.system, c.theta, c.location, time, "tension", command, beside)
+    values = {k: dict(v) for k, v in effects.items()}
+    own = _seed(seed, scenario.simulator, p.run_id)
+    result: RigResult | BristleResult
     try:
-        rig = scenario.rig
-        spec = RigSpec(
-            length_mm=rig.length_mm,
-            ea_n=rig.ea_n,
-            nodes=rig.nodes,
-            bend_arc_fraction=rig.arc_fraction,
-            bend_centres=dict(rig.bend_centres),
-            load_k1_n_per_mm=rig.load_n_per_mm,
-        )
-        noise = NoiseSpec(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
-        beside = neighbour_tension(scenario, p, seed)
-        run = RigRun(p.system, c.theta, c.location, time, "tension", command, beside)
-        result = simulate_rig(spec, run, {k: dict(v) for k, v in effects.items()}, noise, _seed(seed, p.run_id))
+        if scenario.simulator == "bristle":
+            result = simulate_bristle(BristleSpec(**built), BristleRun(*given), values, BristleNoise(**heard), own)
+        else:
+            result = simulate_rig(RigSpec(**built), RigRun(*given), values, NoiseSpec(**heard), own)
     except ValueError as error:
-        # the rig shares no code with the rest and so raises no error of ours
+        # a simulator that stands in for hardware shares no code with the rest and so raises no error of ours
         raise SstlError(str(error), where=f"run {p.run_id}", fix="change the scenario or the effect", code="E720") from error
     if result.unconverged > max(1, len(time) // 100_000):
         raise SstlError(
@@ -60,7 +59,20 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     )
 
 
-def _seed(seed: int, run_id: str) -> int:
+def _built(scenario: Scenario) -> dict[str, Any]:
+    """Return geometry and mechanics under the names that both simulators give them."""
+    rig = scenario.rig
+    return {
+        "length_mm": rig.length_mm,
+        "ea_n": rig.ea_n,
+        "nodes": rig.nodes,
+        "bend_arc_fraction": rig.arc_fraction,
+        "bend_centres": dict(rig.bend_centres),
+        "load_k1_n_per_mm": rig.load_n_per_mm,
+    }
+
+
+def _seed(seed: int, simulator: str, run_id: str) -> int:
     from sstl_cli.core.rng import stream
 
-    return int(stream(seed, "rig", run_id).integers(2**63))
+    return int(stream(seed, simulator, run_id).integers(2**63))

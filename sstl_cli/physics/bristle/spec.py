@@ -1,0 +1,194 @@
+"""What is built (BristleSpec), what is run (BristleRun), how noisy the sensors are (NoiseSpec), the record (BristleResult)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SYSTEMS = ("act", "sstl")
+DRIVES = ("tension", "position", "loop")
+POSITIVE = (
+    "length_mm", "ea_n", "load_k1_n_per_mm", "line_density_g_per_m", "bristle_mm", "renewal_mm", "film_mm", "healing_mm",
+    "finest_step_s", "tolerance_n",
+)  # fmt: skip
+NOT_NEGATIVE = ("pretension_n", "pid_kp_mm_per_n", "pid_ki_mm_per_n_s", "pid_kd_mm_s_per_n", "motor_lag_s")
+
+
+def _check(holds: object, name: str, value: object, rule: str) -> None:
+    if not holds:
+        raise ValueError(f"bristle: {name} = {value} must be {rule}")
+
+
+@dataclass(frozen=True)
+class BristleSpec:
+    """Geometry, mechanics, contact, drive and solver of the bristle simulator (lengths in mm, forces in N).
+
+    Defaults describe a 2 m steel tendon of 0.45 mm (EA about 8 kN for a wire rope, 1.25 g/m) in a 0.6 mm sheath.
+    `nodes` counts friction nodes per pass; `bend_arc_fraction` is the bent share of a pass, centred at
+    `bend_centres[location]`. `load_k1_n_per_mm` is the spring at the output end, at rest under `pretension_n`.
+    `bristle_mm` is the deflection at which a bristle carries Coulomb friction; tiny, so that the base is Coulomb.
+    `renewal_mm` is the slip that renews an asperity contact (Dieterich 1979: 1-100 um), `film_mm` that which renews
+    the film under it (from the lags of Hess and Soom 1990, 2-9 ms, at their speeds), and `healing_mm` over the
+    stick-slip speed v_c the rest after which half of the static excess is back. The tension loop is a PID on the motor
+    position and a first-order motor of `motor_lag_s`. `finest_step_s` is the step below which nothing is resolved.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range; the message names it.
+    """
+
+    length_mm: float = 2000.0
+    ea_n: float = 8000.0
+    nodes: int = 30
+    bend_arc_fraction: float = 0.25
+    bend_centres: dict[str, float] = field(default_factory=lambda: {"NP": 0.2, "CP": 0.5, "ND": 0.8})
+    load_k1_n_per_mm: float = 8.0
+    pretension_n: float = 5.0
+    line_density_g_per_m: float = 1.25
+    bristle_mm: float = 2e-4
+    renewal_mm: float = 0.03
+    film_mm: float = 0.06
+    healing_mm: float = 0.35
+    pid_kp_mm_per_n: float = 0.05
+    pid_ki_mm_per_n_s: float = 4.0
+    pid_kd_mm_s_per_n: float = 0.0
+    motor_lag_s: float = 0.02
+    finest_step_s: float = 4e-5
+    max_iterations: int = 60
+    tolerance_n: float = 1e-7
+
+    def __post_init__(self) -> None:
+        for name in POSITIVE:
+            value = getattr(self, name)
+            _check(np.isfinite(value) and value > 0.0, name, value, "finite and > 0")
+        for name in NOT_NEGATIVE:
+            value = getattr(self, name)
+            _check(np.isfinite(value) and value >= 0.0, name, value, "finite and >= 0")
+        _check(4 <= self.nodes <= 400, "nodes", self.nodes, "in 4..400 per pass")
+        _check(0.0 < self.bend_arc_fraction <= 1.0, "bend_arc_fraction", self.bend_arc_fraction, "in (0, 1]")
+        _check(self.max_iterations >= 10, "max_iterations", self.max_iterations, ">= 10")
+        for place, centre in self.bend_centres.items():
+            _check(0.0 <= centre <= 1.0, f"bend_centres[{place!r}]", centre, "in 0..1 of the pass")
+
+
+@dataclass(frozen=True)
+class BristleRun:
+    """One run to record: configuration, time base and command.
+
+    Parameters
+    ----------
+    system : "act" (one pass) or "sstl" (there and back around a distal pulley).
+    theta : mu * Phi of one pass, dimensionless, 0..3.
+    location : "NP", "CP", "ND" or None (taken as CP).
+    time_s : shape (n,), strictly increasing, s.
+    drive : "tension" (command is T_in in N, imposed exactly), "position" (command is motor travel in mm from the
+        pretensioned rest) or "loop" (command is T_cmd in N, tracked by the PID and the motor).
+    command : shape (n,).
+    neighbour_n : shape (n,), N, summed tension of the other tendons in the tube, or None.
+
+    Raises
+    ------
+    ValueError
+        A field is unknown, misshapen, not finite or out of range.
+    """
+
+    system: str
+    theta: float
+    location: str | None
+    time_s: FloatArray
+    drive: str
+    command: FloatArray
+    neighbour_n: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        _check(self.system in SYSTEMS, "system", repr(self.system), f"one of {', '.join(SYSTEMS)}")
+        _check(self.drive in DRIVES, "drive", repr(self.drive), f"one of {', '.join(DRIVES)}")
+        _check(np.isfinite(self.theta) and 0.0 <= self.theta <= 3.0, "theta", self.theta, "in 0..3")
+        signals = {"time_s": self.time_s, "command": self.command, "neighbour_n": self.neighbour_n}
+        for name, signal in signals.items():
+            if signal is None:
+                continue
+            given = np.asarray(signal, dtype=np.float64)
+            _check(given.ndim == 1 and given.size >= 2, name, f"shape {given.shape}", "of two samples or more")
+            _check(given.shape == np.shape(self.time_s), name, f"shape {given.shape}", "of the shape of time_s")
+            _check(np.all(np.isfinite(given)), name, "[...]", "finite")
+            object.__setattr__(self, name, given)
+        _check(np.all(np.diff(self.time_s) > 0.0), "time_s", "[...]", "strictly increasing, s")
+
+
+@dataclass(frozen=True)
+class NoiseSpec:
+    """Noise, independent for each sensor: white and first-order coloured tension noise (N RMS), position (mm RMS).
+
+    Raises
+    ------
+    ValueError
+        A level is negative or the correlation time (s) is not positive.
+    """
+
+    white_n: float = 0.02
+    coloured_n: float = 0.0
+    correlation_s: float = 0.3
+    position_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("white_n", "coloured_n", "position_mm"):
+            value = getattr(self, name)
+            _check(np.isfinite(value) and value >= 0.0, name, value, "finite and >= 0")
+        _check(0.0 < self.correlation_s < np.inf, "correlation_s", self.correlation_s, "> 0 s")
+
+
+QUIET = NoiseSpec(white_n=0.0)
+
+
+@dataclass(frozen=True)
+class BristleResult:
+    """Record of one run: arrays of shape (n,) after sensors and noise, the truth beside them, and solver health.
+
+    `position_in_mm` is the motor travel from the pretensioned rest. `unconverged` counts samples the solver gave up
+    on, `substepped` those it had to divide. Energies are in J; `min_step_dissipation_j` is the smallest of one step.
+    `node_tension` has shape (n, springs), N, drive end first, when asked for.
+    """
+
+    time_s: FloatArray
+    tension_in_n: FloatArray
+    tension_out_n: FloatArray
+    position_in_mm: FloatArray
+    true_tension_in_n: FloatArray
+    true_tension_out_n: FloatArray
+    true_position_in_mm: FloatArray
+    unconverged: int
+    substepped: int
+    iterations: int
+    dissipated_j: float
+    min_step_dissipation_j: float
+    node_tension: FloatArray | None = None
+
+
+def bend_weights(spec: BristleSpec, system: str, location: str | None) -> FloatArray:
+    """Share of the bend angle of one pass carried by each friction node; the way back is mirrored.
+
+    The curvature rises and falls as sin^2 over the bent arc, as a body does that is bent by moments, not by a mandrel.
+
+    Returns
+    -------
+    shape (nodes,) for "act", (2 * nodes + 1,) for "sstl" with the (unbent) pulley node in the middle; sums to 1 or 2.
+
+    Raises
+    ------
+    ValueError
+        `location` is not one of `spec.bend_centres`.
+    """
+    key = location or "CP"
+    _check(key in spec.bend_centres, "location", repr(location), f"None or one of {', '.join(spec.bend_centres)}")
+    arc = spec.bend_arc_fraction
+    # A bend cannot hang over the end of the sheath: it is shifted inwards.
+    start = min(max(spec.bend_centres[key] - 0.5 * arc, 0.0), 1.0 - arc)
+    along = np.clip((np.linspace(0.0, 1.0, spec.nodes + 1) - start) / arc, 0.0, 1.0)
+    there = np.diff(along - np.sin(2.0 * np.pi * along) / (2.0 * np.pi))
+    return there if system == "act" else np.concatenate([there, [0.0], there[::-1]])
