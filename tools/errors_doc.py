@@ -27,8 +27,8 @@ PARTS = {
 }
 HEAD = """# Errors
 
-Every failure prints one line, `sstl: [CODE] where: what; what to do`, on standard error. Exit codes: 1 failed, 2 usage,
-3 done with data set aside, 4 a gate was missed. This page is kept complete by `python tools/errors_doc.py`.
+Every failure prints one line, `sstl: [CODE] where: what; what to do`, on standard error; with `--json` also a document
+`sstl.error/1` on standard output. Exit codes: 1 failed, 2 usage, 3 done with data set aside, 4 a gate was missed. This page is kept complete by `python tools/errors_doc.py`.
 """
 _CODE = re.compile(r"\bE\d{3}\b")
 

@@ -86,6 +86,8 @@ def _call(job: Job, local: Path, work: Path, url: str) -> tuple[int, str, list[s
     # what the subcommand says must not show where this worker kept the file meanwhile
     printed, told = (t.replace(json.dumps(str(local))[1:-1], json.dumps(url)[1:-1]) for t in (printed, told))
     told = told.replace(str(work) + "/", "")
+    if _is_error(printed):
+        printed = ""
     if form.printed and printed.startswith("{"):
         out.write_text(printed, encoding="utf-8")
         with open(out, "rb") as file:
@@ -98,6 +100,11 @@ def _call(job: Job, local: Path, work: Path, url: str) -> tuple[int, str, list[s
     if form.printed and code == EXIT_FAILED and not lines:
         line = f"failures: {json.loads(printed).get('failures')}" if printed.startswith("{") else line
     return code, line, [n for n in (job.item.output, *job.item.side) if (work / n).is_file()]
+
+
+def _is_error(printed: str) -> bool:
+    """Whether a subcommand printed that it failed, instead of a document of its own."""
+    return printed.startswith('{"schema": "sstl.error/1"')
 
 
 def call_program(words: list[str], environment: dict[str, str]) -> tuple[int, str, str]:

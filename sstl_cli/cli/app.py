@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import pkgutil
 import signal
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
+from typer.exceptions import TyperException
 
 from sstl_cli import cli
 from sstl_cli.cli.options import name_variables
-from sstl_cli.core.errors import EXIT_FAILED, SstlError, printable
+from sstl_cli.cli.render import begin, show_error
+from sstl_cli.cli.streams import drop_output, open_streams, tell
+from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
 
-_NOT_COMMANDS = {"app", "options", "render"}
+_NOT_COMMANDS = {"app", "options", "render", "streams"}
+# without a file name these come from a standard stream
+_NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 _ORDER = [
     "simulate",
     "import",
@@ -34,6 +40,9 @@ _ORDER = [
     "export",
     "batch",
     "watch",
+    "doctor",
+    "plot",
+    "schema",
 ]
 
 
@@ -106,6 +115,12 @@ def _root(
 
 def program() -> None:
     """Run the program as a process of its own."""
+    import warnings
+
+    if not sys.warnoptions and not os.environ.get("SSTL_DEBUG"):
+        # what a library tells its developers, with paths of its sources, is no message of ours; workers inherit it
+        os.environ["PYTHONWARNINGS"] = "ignore"
+        warnings.simplefilter("ignore")
     try:
         main()
     finally:
@@ -114,31 +129,52 @@ def program() -> None:
 
 
 def main() -> None:
-    """Run the program; errors print one line on standard error and set the exit code."""
+    """Run the program and exit; errors print one line on standard error (with --json a document too)."""
+    open_streams()
+    begin()
     try:
         _register()
         try:
-            app()
+            code = app(standalone_mode=False)
         finally:
             # what is still buffered must fail here, where it can be told, not while Python shuts down
             sys.stdout.flush()
+        sys.exit(code or EXIT_DONE)
     except SstlError as error:
-        _end(error.line(), error.exit_code)
+        _end(error)
+    except TyperException as error:
+        _usage(error)
     except KeyboardInterrupt:
-        _end("[E001] interrupted; nothing half-written was left behind", EXIT_FAILED)
+        _end(SstlError("interrupted; nothing half-written was left behind", code="E001"))
     except BrokenPipeError:
         # the reader of our output went away (for example `| head`): not an error of ours
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()
         sys.exit(EXIT_FAILED)
     except MemoryError:
-        _end("[E002] out of memory; split the log with 'sstl import' or use a machine with more", EXIT_FAILED)
+        _end(SstlError("out of memory", fix="split the log with 'sstl import' or use a machine with more", code="E002"))
     except Exception as error:
         if os.environ.get("SSTL_DEBUG"):
             raise
-        text = printable(f"{type(error).__name__}: {error}")[:300]
-        _end(f"[E003] internal error, {text}; set SSTL_DEBUG=1 for details and report it", EXIT_FAILED)
+        if isinstance(error, OSError) and (error.filename or error.errno in _NO_SPACE):
+            drop_output()
+            where = str(error.filename or "standard output")
+            what = f"cannot be read or written: {error.strerror}"
+            _end(SstlError(what, where=where, fix="check space and rights", code="E005"))
+        text = f"{type(error).__name__}: {error}"[:300]
+        _end(SstlError(f"internal error, {text}", fix="set SSTL_DEBUG=1 for details and report it", code="E003"))
 
 
-def _end(line: str, code: int) -> None:
-    print(f"sstl: {line}", file=sys.stderr)
-    sys.exit(code)
+def _end(error: SstlError) -> NoReturn:
+    tell(f"sstl: {error.line()}")
+    show_error(error)
+    sys.exit(error.exit_code)
+
+
+def _usage(error: Any) -> NoReturn:
+    """End with what typer says of a wrong option or argument, after the usage line of the command."""
+    error.show()
+    if error.exit_code:
+        message = " ".join(error.format_message().split())
+        if message:
+            show_error(UsageError(message, fix="see the command's --help", code="E004"))
+    sys.exit(error.exit_code)

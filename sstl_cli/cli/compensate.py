@@ -258,10 +258,7 @@ def _offline(
         "max_rmse_n": max_rmse,
     }
     if max_rmse is not None and worst > max_rmse:
-        if screen.as_json:
-            from sstl_cli.core.files import dumps
-
-            print(dumps(document))
+        screen.document(document)
         raise GateError(f"RMSE {worst:.4g} N is above --max-rmse {max_rmse:g} N", code="E411")
     screen.finish(document, EXIT_SET_ASIDE if aside else 0)
 

@@ -87,10 +87,8 @@ def evaluate(
         document.update(_theta.aside_fields(pairs))
     if missed is not None:
         from sstl_cli.core.errors import GateError
-        from sstl_cli.core.files import dumps
 
-        if as_json:
-            print(dumps({**document, "gate": missed}))
+        screen.document({**document, "gate": missed})
         raise GateError(missed, where=str(model), code="E513")
     screen.finish(document, EXIT_SET_ASIDE if pairs is not None and pairs.aside else 0)
 

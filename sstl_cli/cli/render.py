@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import time
@@ -11,18 +12,26 @@ from typing import Any, NoReturn, TypeVar
 
 import typer
 
-from sstl_cli.core.errors import printable
+from sstl_cli.cli.streams import takes_all_text
+from sstl_cli.core.errors import SstlError, printable
 
 T = TypeVar("T")
 SHOW_PROGRESS_AFTER_S = 2.0
 PIPE_COLUMNS = 200
+# the screens of this call of the program
+_open: list[Screen] = []
 
 
 class Screen:
-    """What one command shows: results on stdout, narration and progress on stderr."""
+    """What one command shows: results on stdout, narration and progress on stderr.
 
-    def __init__(self, as_json: bool = False) -> None:
-        self.as_json = as_json
+    With ``lines`` it prints JSON Lines: several documents, one a line.
+    """
+
+    def __init__(self, as_json: bool = False, lines: bool = False) -> None:
+        self.as_json, self.lines = as_json, lines
+        self.shown = False
+        _open.append(self)
 
     def note(self, text: str) -> None:
         """Print narration on stderr."""
@@ -60,12 +69,17 @@ class Screen:
         if notes:
             self.line(notes)
 
-    def finish(self, document: dict[str, Any], code: int = 0) -> NoReturn:
-        """Print the JSON document if asked for, and end with the exit code."""
+    def document(self, document: dict[str, Any]) -> None:
+        """Print a JSON document, if asked for."""
         if self.as_json:
             from sstl_cli.core.files import dumps
 
-            print(dumps(document))
+            print(dumps(document, ascii_only=not takes_all_text(), one_line=self.lines))
+            self.shown = True
+
+    def finish(self, document: dict[str, Any], code: int = 0) -> NoReturn:
+        """Print the JSON document if asked for, and end with the exit code."""
+        self.document(document)
         raise typer.Exit(code)
 
     @contextmanager
@@ -88,6 +102,28 @@ class Screen:
         finally:
             if bar:
                 bar[0].stop()
+
+
+def begin() -> None:
+    """Forget the screens of an earlier call in this process."""
+    _open.clear()
+
+
+def show_error(error: SstlError) -> None:
+    """Print a failure as a JSON document, if the call asked for JSON and has not printed its document yet."""
+    if _open:
+        wanted = any(s.as_json and (s.lines or not s.shown) for s in _open)
+    else:
+        # the command did not come to its screen: a wrong option beside --json, for example
+        words = sys.argv[1:]
+        wanted = "--json" in (words[: words.index("--")] if "--" in words else words)
+    if not wanted:
+        return
+    from sstl_cli.core.documents.error import of
+    from sstl_cli.core.files import dumps
+
+    with contextlib.suppress(OSError):
+        print(dumps(of(error).model_dump(by_alias=True), ascii_only=not takes_all_text(), one_line=True), flush=True)
 
 
 def track(screen: Screen, label: str, items: Sequence[T]) -> Iterator[T]:

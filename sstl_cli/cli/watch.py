@@ -49,7 +49,7 @@ def watch(
 
     if once and until_idle is not None:
         raise UsageError("--once and --until-idle exclude one another", fix="give one", code="E250")
-    screen = Screen(as_json)
+    screen = Screen(as_json, lines=True)
     columns = read_mapping(mapping) if mapping is not None else Mapping()
     sources = [source_of(text, columns) for text in logs]
     options = WatchOptions(learn, false_alarms, name_after, SegmentOptions(seed=seed))
@@ -151,13 +151,10 @@ class _Session:
 
     def _line(self, text: str, document: dict[str, Any] | None = None) -> None:
         """Show a line at once: a watch may be read by another program as it goes."""
-        import json
         import sys
 
-        from sstl_cli.core.files import dumps
-
         if self.screen.as_json and document is not None:
-            print(json.dumps(json.loads(dumps(document)), ensure_ascii=False))
+            self.screen.document(document)
         elif text:
             self.screen.line(text)
         sys.stdout.flush()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from sstl_cli.core.errors import SstlError
+
+_UNSAFE = re.compile("[\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff]")
 
 
 def require_writable(path: Path, force: bool) -> None:
@@ -64,9 +67,15 @@ def write_text(path: Path, text: str, force: bool = False) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def dumps(document: Any) -> str:
-    """Return canonical JSON: NaN and infinity become null, floats keep full precision."""
-    return json.dumps(_plain(document), indent=2, allow_nan=False, ensure_ascii=False)
+def dumps(document: Any, ascii_only: bool = False, one_line: bool = False) -> str:
+    """Return canonical JSON: NaN and infinity become null, floats keep full precision, no raw control character."""
+    text = json.dumps(_plain(document), indent=None if one_line else 2, allow_nan=False, ensure_ascii=ascii_only)
+    # C1 controls, line separators, bidirectional marks and lone surrogates: JSON allows them, terminals obey them
+    return _UNSAFE.sub(_escaped, text)
+
+
+def _escaped(found: re.Match[str]) -> str:
+    return json.dumps(found.group()).strip('"') if found.group() != "\x7f" else "\\u007f"
 
 
 def write_json(path: Path, document: Any, force: bool = False) -> None:

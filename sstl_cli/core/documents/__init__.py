@@ -23,7 +23,7 @@ def catalogue() -> Mapping[str, type[Document]]:
     for module in pkgutil.iter_modules(__path__):
         importlib.import_module(f"{__name__}.{module.name}")
     found = {short(model.schema_name()): model for model in Document.__subclasses__()}
-    return dict(sorted(found.items()))
+    return {name: found[name] for name in sorted(found)}
 
 
 def short(schema: str) -> str:

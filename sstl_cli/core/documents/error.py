@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from sstl_cli.core.documents.base import Document
+from sstl_cli.core.errors import SstlError, printable
 
 
 class ErrorDocument(Document):
@@ -18,3 +19,12 @@ class ErrorDocument(Document):
     fix: str = Field(description="what to do about it; empty where there is nothing to say")
     where: str = Field(default="", description="file, run, column or option concerned")
     exit_code: int = Field(default=1, description="exit code of the program")
+
+
+def of(error: SstlError) -> ErrorDocument:
+    """Return the document of an error."""
+    message = f"{error.where}: {error.what}" if error.where else error.what
+    return ErrorDocument(
+        schema="sstl.error/1", code=error.code, message=printable(message), fix=printable(error.fix),
+        where=printable(error.where), exit_code=error.exit_code,
+    )

@@ -1,0 +1,104 @@
+"""What ``simulate``, ``import``, ``check`` and ``info`` say of logs and other tables."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from sstl_cli.core.documents.base import Document, Part
+
+
+class SimulateDocument(Document):
+    """A log that was simulated (``sstl simulate``)."""
+
+    schema_id: Literal["sstl.simulate/1"] = Field(alias="schema")
+    out: str
+    runs: int
+    samples: int
+    simulator: str
+    effects: dict[str, dict[str, float]] = Field(description="parameters of the added effects by id")
+    seed: int
+
+
+class Recording(Part):
+    """One recording or group of files of an import."""
+
+    file: str
+    format: str
+    runs: int
+    samples: int
+
+
+class ImportDocument(Document):
+    """Recordings taken into a log table, and what was set aside (``sstl import``)."""
+
+    schema_id: Literal["sstl.import/1"] = Field(alias="schema")
+    out: str
+    recordings: list[Recording]
+    runs: int
+    samples_in: int
+    samples_out: int
+    set_aside: int
+    set_aside_pct: float
+    set_aside_by: dict[str, int] = Field(description="samples set aside, by reason")
+    found: dict[str, int] = Field(description="repeated and backward times, gaps, dropouts, spikes, filled samples")
+    step_s: float | None
+    gap_s: float | None
+    clocks: list[dict[str, Any]]
+    remarks: list[str]
+
+
+class GuessDocument(Document):
+    """A proposed mapping of a foreign recording (``sstl import --guess``)."""
+
+    schema_id: Literal["sstl.import-guess/1"] = Field(alias="schema")
+    file: str
+    format: str
+    mapping: str = Field(description="the mapping as TOML")
+    reasons: list[str]
+    preview: list[str]
+
+
+class Finding(Part):
+    """One thing that is wrong with a table, or worth a remark."""
+
+    file: str
+    run_id: str | None
+    level: Literal["failure", "remark"]
+    what: str
+    column: str
+    count: int
+    detail: str
+    fix: str
+
+
+class CheckDocument(Document):
+    """Everything that is wrong with tables (``sstl check``); exit code 1 where ``ok`` is false."""
+
+    schema_id: Literal["sstl.check/1"] = Field(alias="schema")
+    ok: bool
+    failures: int
+    remarks: int
+    findings: list[Finding]
+    files: list[str]
+
+
+class FileInfo(Part):
+    """One table: ``runs`` for a log, ``ranges`` of the columns for others."""
+
+    file: str
+    schema_id: str = Field(alias="schema")
+    version: int
+    rows: int
+    provenance: dict[str, Any] | None
+    columns: list[str]
+    runs: list[dict[str, Any]] | None = None
+    ranges: dict[str, dict[str, Any]] | None = None
+
+
+class InfoDocument(Document):
+    """What tables hold and where they came from (``sstl info``)."""
+
+    schema_id: Literal["sstl.info/1"] = Field(alias="schema")
+    files: list[FileInfo]

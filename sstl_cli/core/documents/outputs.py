@@ -1,0 +1,93 @@
+"""What ``report``, ``plot``, ``batch``, ``doctor`` and ``reproduce`` did."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from sstl_cli.core.documents.base import Document, Part
+
+
+class ReportDocument(Document):
+    """A page that was written (``sstl report``)."""
+
+    schema_id: Literal["sstl.report/1"] = Field(alias="schema")
+    out: str
+    bytes: int
+    sections: list[str]
+    inputs: list[dict[str, str]]
+
+
+class PlotDocument(Document):
+    """A picture that was written (``sstl plot``)."""
+
+    schema_id: Literal["sstl.plot/1"] = Field(alias="schema")
+    out: str
+    kind: str
+    description: str
+
+
+class BatchResult(Part):
+    """One file of a batch."""
+
+    input: str
+    output: str
+    state: Literal["done", "skipped", "set_aside", "gate", "failed"]
+    exit_code: int
+    line: str
+    sha256: str | None
+
+
+class BatchDocument(Document):
+    """The account of a batch (``sstl batch``)."""
+
+    schema_id: Literal["sstl.batch/1"] = Field(alias="schema")
+    command: str
+    options: list[str]
+    out_dir: str
+    files: int
+    done: int
+    skipped: int
+    set_aside: int
+    gate_missed: int
+    failed: int
+    results: list[BatchResult]
+
+
+class ProbePart(Part):
+    """One check of the installation."""
+
+    name: str
+    ok: bool
+    detail: str
+    fix: str
+
+
+class DoctorDocument(Document):
+    """What the installation is made of, and whether it works (``sstl doctor``)."""
+
+    schema_id: Literal["sstl.doctor/1"] = Field(alias="schema")
+    ok: bool
+    sstl: str
+    python: str
+    system: str
+    cores: int
+    cores_usable: int
+    packages: dict[str, str | None]
+    extras: dict[str, bool]
+    probes: list[ProbePart]
+
+
+class ReproduceDocument(Document):
+    """The paper's tables beside the published values (``sstl reproduce``)."""
+
+    schema_id: Literal["sstl.reproduce/1"] = Field(alias="schema")
+    seed: int
+    seeds: int
+    tables: list[str] = []
+    verdicts: dict[str, int] = {}
+    facts: list[str] = []
+    entries: list[dict[str, Any]] = []
+    written: list[str] = []
+    spread: str | None = None

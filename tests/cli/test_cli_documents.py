@@ -1,0 +1,224 @@
+"""Every JSON document validates against its published schema; a failure is a document too."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from sstl_cli.cli import app as program
+from sstl_cli.core import documents
+from sstl_cli.core.documents.error import of
+from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.core.files import dumps
+
+ROOT = Path(__file__).parents[2]
+SAMPLE = ROOT / "data/samples/log.parquet"
+# written to files of their own, not printed
+FILES = {
+    "sstl.blind.hashes/1", "sstl.blind.plan/1", "sstl.blind.truth/1", "sstl.blind.result/1", "sstl.scenario/1",
+    "sstl.controller/1", "sstl.batch-record/1",
+}  # fmt: skip
+FEW = ("--effects", "pulley_friction,const_friction", "--max-effects", 1)
+# words of a call, and the documents it prints; in the order of the work, in one folder
+CALLS = [
+    (("simulate", "--scenario", "paper-cp40", "--out", "training.parquet", "--seed", 1), ["simulate"]),
+    (("check", "log.parquet"), ["check"]),
+    (("info", "log.parquet"), ["info"]),
+    (("segment", "log.parquet", "--out", "theta.parquet"), ["segment"]),
+    (("segment", "training.parquet", "--out", "tt.parquet"), ["segment"]),
+    (("info", "theta.parquet"), ["info"]),
+    (("train", "tt.parquet", "--variants", "linear", "--seeds", 2, "--out", "m.safetensors"), ["train"]),
+    (("evaluate", "m.safetensors", "--theta", "tt.parquet", "--tables"), ["evaluate"]),
+    (("evaluate", "m.safetensors", "--theta", "tt.parquet", "--max-rmse", 0), ["evaluate"]),
+    (("compensate", "--theta", "theta.parquet", "--model", "m.safetensors", "--out", "c.parquet"), ["compensate"]),
+    (("compensate", "--theta", "theta.parquet", "--max-rmse", 0), ["compensate"]),
+    (("diagnose", "c.parquet"), ["stages"]),
+    (("diagnose", "log.parquet", "--out", "d.json", *FEW), ["diagnosis"]),
+    (("export", "theta.parquet", "-f", "json", "--out", "p.json"), ["export"]),
+    (("export", "log.parquet", "-f", "csv", "--out", "log.csv"), ["export"]),
+    (("import", "log.csv", "--out", "again.parquet"), ["import"]),
+    (("import", "log.csv", "--guess"), ["import-guess"]),
+    (("watch", "log.csv", "--once", "--learn", 10, "--model", "m.safetensors"), ["watch.loop", "watch.alarm", "watch"]),
+    (("report", "log.parquet", "d.json", "--out", "r.html"), ["report"]),
+    (("plot", "theta.parquet", "--out", "t.png"), ["plot"]),
+    (("effects", "list"), ["effects"]),
+    (("effects", "show", "viscous"), ["effect"]),
+    (("batch", "segment", "log.parquet", "--out-dir", "many", "--workers", 1), ["batch"]),
+    (("doctor",), ["doctor"]),
+    (("schema",), ["schemas"]),
+    (("reproduce", "--table", "I"), ["reproduce"]),
+    (("blind", "make", "set", "--cases", 1, "--quick", "--workers", 1), ["blind.make"]),
+    (("segment", "nope.parquet", "--out", "x.parquet"), ["error"]),
+    (("watch", "nope-*.csv", "--once"), ["watch"]),
+]
+# minutes, or the part of other tests
+ELSEWHERE = {"blind.run", "blind.score", "blind.calibration", "blind.real"}
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[int, list[dict]]:
+    """What every call of CALLS printed."""
+    folder = tmp_path_factory.mktemp("documents")
+    shutil.copy(SAMPLE, folder / "log.parquet")
+    return {i: _documents(_call(folder, *words, "--json")[1]) for i, (words, _) in enumerate(CALLS)}
+
+
+def _call(folder: Path, *words: object) -> tuple[int, str]:
+    """Run the program in this process in a folder; return exit code and standard output."""
+    from sstl_cli.cli._batch_worker import call_program
+
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        code, out, err = call_program([str(w) for w in words], {})
+    finally:
+        os.chdir(before)
+    assert "Traceback" not in err
+    return code, out
+
+
+def _documents(text: str) -> list[dict]:
+    try:
+        return [json.loads(text)]
+    except json.JSONDecodeError:
+        return [json.loads(line) for line in text.splitlines()]
+
+
+@pytest.mark.parametrize("number", range(len(CALLS)), ids=lambda i: " ".join(map(str, CALLS[i][0][:3])))
+def test_every_document_validates(number: int, printed) -> None:
+    found = printed[number]
+    names = {documents.short(d["schema"]) for d in found}
+    assert names and names <= set(CALLS[number][1])
+    for document in found:
+        schema = documents.get(document["schema"]).json_schema()
+        jsonschema.Draft202012Validator(schema).validate(document)
+
+
+def test_the_calls_show_every_document(printed) -> None:
+    seen = {documents.short(d["schema"]) for found in printed.values() for d in found}
+    assert seen == set(documents.catalogue()) - ELSEWHERE
+
+
+def test_every_schema_is_a_schema_and_every_printed_id_has_one() -> None:
+    for model in documents.catalogue().values():
+        jsonschema.Draft202012Validator.check_schema(model.json_schema())
+    text = "\n".join(p.read_text(encoding="utf-8") for p in (ROOT / "sstl_cli").rglob("*.py"))
+    used = set(re.findall(r'"(sstl\.[a-z.-]+/1)"', text))
+    assert used - FILES == {m.schema_name() for m in documents.catalogue().values()}
+
+
+def test_the_committed_schemas_are_those_of_the_models() -> None:
+    sys.path.insert(0, str(ROOT / "tools"))
+    try:
+        import schemas
+    finally:
+        sys.path.pop(0)
+    committed = {p.name: p.read_text(encoding="utf-8") for p in (ROOT / "docs/schemas").glob("*.json")}
+    assert committed == schemas.texts(), "run python tools/schemas.py"
+
+
+def test_a_schema_refuses_what_is_no_such_document() -> None:
+    validator = jsonschema.Draft202012Validator(documents.get("diagnosis").json_schema())
+    assert not validator.is_valid({"schema": "sstl.diagnosis/1"})
+    assert not jsonschema.Draft202012Validator(documents.get("error").json_schema()).is_valid({"schema": "sstl.error/1"})
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "stable"),
+    [
+        (("segment", "nope.parquet", "--out", "x.parquet"), 1, "E130"),
+        (("segment",), 2, "E004"),
+        (("segment", "log.parquet", "--out", "x.parquet", "--cutoff-hz", "-1"), 2, "E210"),
+        (("segment", "log.parquet", "--out", "x.parquet", "--nope"), 2, "E004"),
+        (("compensate", "--theta", "log.parquet", "--methods", "nope"), 2, "E404"),
+        (("schema", "nope"), 2, "E160"),
+        (("nope",), 2, "E004"),
+    ],
+)
+def test_a_failure_is_a_document(words, code, stable, tmp_path: Path) -> None:
+    shutil.copy(SAMPLE, tmp_path / "log.parquet")
+    ended, out = _call(tmp_path, *words, "--json")
+    document = json.loads(out)
+    assert ended == code == document["exit_code"]
+    assert document["schema"] == "sstl.error/1" and document["code"] == stable and document["message"]
+    jsonschema.validate(document, documents.get("error").json_schema())
+    assert _call(tmp_path, *words) == (code, ""), "without --json nothing on standard output"
+
+
+def test_json_of_a_batch_is_no_wish_for_json_of_the_failure_within(tmp_path: Path) -> None:
+    # what stands after -- is for the subcommand
+    code, out = _call(tmp_path, "batch", "segment", "--", "--json")
+    assert code == 2 and out == ""
+
+
+def test_a_failed_check_in_a_batch_leaves_no_error_document_behind(tmp_path: Path) -> None:
+    shutil.copy(SAMPLE, tmp_path / "log.parquet")
+    (tmp_path / "bad.parquet").write_bytes(b"PAR1 nothing")
+    code, out = _call(tmp_path, "batch", "info", "log.parquet", "bad.parquet", "--out-dir", "o", "--workers", 1, "--json")
+    states = {Path(r["input"]).name: r["state"] for r in json.loads(out)["results"]}
+    assert code == 3 and states == {"log.parquet": "done", "bad.parquet": "failed"}
+    assert [p.name for p in (tmp_path / "o").glob("*.json")] == ["log.json"]
+
+
+def test_error_document_of_any_error() -> None:
+    document = of(UsageError("bad \x9b value", where="--x", fix="give y", code="E999")).model_dump(by_alias=True)
+    assert document["message"] == "--x: bad \\x9b value" and document["exit_code"] == 2
+    assert of(SstlError("lost")).fix == ""
+
+
+@pytest.mark.parametrize("character", ["\x7f", "\x9b", "\x85", "\u2028", "\u202e", "\u200b", "\ufeff", "\udc80"])
+def test_json_holds_no_raw_control_character(character: str) -> None:
+    text = dumps({"run_id": f"a{character}b", "name": "Γ ± é"})
+    assert character not in text and "Γ ± é" in text
+    assert json.loads(text)["run_id"] == f"a{character}b"
+    assert dumps({"g": "Γ"}, ascii_only=True).isascii()
+
+
+def test_json_stays_json_where_the_stream_is_ascii(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "sstl_cli", "effects", "list", "--json"],
+        capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, check=True,
+    )  # fmt: skip
+    assert done.stdout.isascii() and json.loads(done.stdout)["effects"]
+    text = subprocess.run(
+        [sys.executable, "-m", "sstl_cli", "effects", "list"],
+        capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, check=True,
+    )  # fmt: skip
+    assert text.stdout.isascii() and b"viscous" in text.stdout and text.stderr == b""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
+@pytest.mark.parametrize("words", [("effects", "list"), ("effects", "list", "--json"), ("--help",)])
+def test_a_full_disk_behind_the_output_is_one_line(words) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([sys.executable, "-m", "sstl_cli", *words], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and "[E005] standard output" in done.stderr and "No space left" in done.stderr
+
+
+def test_closed_streams_do_no_harm() -> None:
+    command = f"{sys.executable} -m sstl_cli effects list --json >&- 2>&-"
+    assert subprocess.run(command, shell=True).returncode == 0
+
+
+def test_a_second_call_in_one_process_forgets_the_first(capsys, monkeypatch) -> None:
+    for words, expected in ((["effects", "list", "--json"], 0), (["effects", "show", "nope", "--json"], 1)):
+        monkeypatch.setattr(sys, "argv", ["sstl", *words])
+        with pytest.raises(SystemExit) as end:
+            program.main()
+        assert (end.value.code or 0) == expected
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["code"] == "E700"
+
+
+def test_numbers_stay_whole() -> None:
+    value = float(np.nextafter(0.1, 1))
+    assert json.loads(dumps([value, np.float64("nan"), np.arange(2)])) == [value, None, [0, 1]]
