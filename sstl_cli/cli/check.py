@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from sstl_cli.steps.check import Finding, Piece
 
 EPILOG = "Example: sstl check log.parquet theta.parquet"
+SHOWN = 40
 
 
 def register(app: typer.Typer) -> None:
@@ -47,10 +48,14 @@ def check(
         )
         for e in sorted(entries, key=lambda e: e["level"])
     ]
-    if rows:
-        screen.table("", ("level", "file", "run", "column", "what", "do"), rows)
     remarks = len(entries) - len(failures)
-    screen.line(f"{len(logs)} files: {len(failures)} failures, {remarks} remarks")
+    which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"
+    screen.say(f"{which} {'not sound' if failures else 'sound'}. {_many(len(logs), 'file')}: {_many(len(failures), 'failure')}, {_many(remarks, 'remark')}")
+    if rows:
+        # where a file or a column is the same in all rows it need not be said in each
+        keep = [i for i in range(6) if i in (0, 4, 5) or len({r[i] for r in rows}) > 1 or (i > 1 and rows[0][i])]
+        header = ("level", "file", "run", "column", "what", "do")
+        screen.table("", [header[i] for i in keep], [[r[i] for i in keep] for r in rows], most=SHOWN)
     document = {
         "schema": "sstl.check/1",
         "ok": not failures,
@@ -60,6 +65,10 @@ def check(
         "files": [str(p) for p in logs],
     }
     screen.finish(document, 1 if failures else 0)
+
+
+def _many(count: int, noun: str) -> str:
+    return f"{count} {noun}" + ("" if count == 1 else "s")
 
 
 def _entry(finding: Finding, run_id: str | None = None) -> dict[str, Any]:

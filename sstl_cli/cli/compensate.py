@@ -9,7 +9,7 @@ import typer
 
 from sstl_cli.cli import _controller as shared
 from sstl_cli.cli.options import Config, Force, Json, Seed, command_line
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, cell
 
 if TYPE_CHECKING:
     from sstl_cli.control.controller import Options
@@ -223,8 +223,9 @@ def _offline(
             advance(1)
     if scores is not None:
         write_table(scores, step.score_table(rows), SCORE, provenance, force)
-    summary = _summary(rows)
+    summary: list[dict[str, Any]] = _summary(rows)
     shown = ("trajectory", "location", "method", "n", "rmse_n", "std_n", "mape_pct", "reduction_pct")
+    screen.say(_sentence(summary))
     screen.table(
         "Tension tracking",
         ["reference", "place", "method", "n", "RMSE N", "STD N", "MAPE %", "less %"],
@@ -297,6 +298,22 @@ def _summary(rows: list[dict[str, object]]) -> list[dict[str, object]]:
         entry["window"] = steady[0]["window"]
         found.append(entry)
     return found
+
+
+def _sentence(summary: list[dict[str, Any]]) -> str:
+    """Return what the compensation gained, over all references and places."""
+
+    def mean(method: str) -> float | None:
+        values = [s["rmse_n"] for s in summary if s["method"] == method and s["rmse_n"] is not None]
+        return sum(values) / len(values) if values else None
+
+    method = next((m for m in ("proposed", "DI", "no-bias") if mean(m) is not None), summary[0]["method"])
+    before, after = mean("none"), mean(method)
+    if before is None or after is None or method == "none" or before <= 0:
+        return f"{method}: tracking error {cell(after)} N (RMSE)."
+    change = 100 * (1 - after / before)
+    word = "less" if change >= 0 else "MORE"
+    return f"{method} tracks with an error of {after:.2g} N instead of {before:.2g} N: {abs(change):.0f} % {word} (RMSE)."
 
 
 def _gate_value(rows: list[dict[str, object]]) -> float:

@@ -44,6 +44,7 @@ def diagnose(
     config: Config = None,
 ) -> None:
     """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
+    from sstl_cli.cli import _diagnose_show as show
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable, write_json, write_text
     from sstl_cli.core.parquet import schema_id_of
@@ -91,7 +92,7 @@ def diagnose(
     screen.line(document["sentence"])
     for line in [*lines(document), *tendons.lines(document)]:
         screen.line(line)
-    _tables(screen, document)
+    show.tables(screen, document)
     missed = _missed(document, max_rmse, max_gap_pct, expect)
     for text in missed:
         screen.note(f"gate missed: {text}")
@@ -105,6 +106,7 @@ def _stages(screen: Screen, files: list[Path], out: Path | None, force: bool) ->
     """Share the tracking error of command streams out over the controller's stages, and end."""
     import pyarrow as pa
 
+    from sstl_cli.cli import _diagnose_show as show
     from sstl_cli.core.errors import EXIT_DONE, EXIT_SET_ASIDE
     from sstl_cli.core.files import write_json
     from sstl_cli.core.parquet import open_table
@@ -114,9 +116,7 @@ def _stages(screen: Screen, files: list[Path], out: Path | None, force: bool) ->
     document = run(pa.concat_tables([open_table(path, COMMAND).table() for path in files]))
     if out is not None:
         write_json(out, document, force)
-    names = list(document["streams"][0]["share_pct"])
-    rows = [(s["run_id"], s["rmse_n"], *(s["share_pct"][n] for n in names)) for s in document["streams"]]
-    screen.table("tracking error by stage (%)", ("stream", "RMSE N", *names), rows)
+    show.stages(screen, document)
     for run_id, reason in document["set_aside"].items():
         screen.note(f"set aside: {run_id}: {reason}")
     screen.finish(document, EXIT_SET_ASIDE if document["set_aside"] else EXIT_DONE)
@@ -124,20 +124,6 @@ def _stages(screen: Screen, files: list[Path], out: Path | None, force: bool) ->
 
 def _ids(text: str | None) -> tuple[str, ...]:
     return tuple(s.strip() for s in text.split(",") if s.strip()) if text else ()
-
-
-def _tables(screen: Screen, document: dict[str, Any]) -> None:
-    rows = []
-    for c in document["candidates"][:6]:
-        values = ", ".join(f"{p['name']} {p['estimate']:.3g} {p['unit']}" for p in c["parameters"][:3])
-        p = c["probability"]
-        rows.append((c["id"], "< 0.001" if p < 0.001 else f"{p:.3f}", c["rmse_held_out_n"], c["shrink_pct"], values))
-    screen.table("candidates", ("effect", "p", "RMSE N", "shrink %", "parameters"), rows)
-    following = document["next_experiment"]
-    if following:
-        screen.line(
-            f"record next: {following['trajectory']}, to tell {' from '.join(following['separates'])}; {following['why']}"
-        )
 
 
 def _missed(

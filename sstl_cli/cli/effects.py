@@ -49,7 +49,8 @@ def list_effects(as_json: Json = False, config: Config = None) -> None:
 
     screen = Screen(as_json)
     rows = [(e.id, e.stage, e.title) for e in catalogue().values()]
-    screen.table(f"{len(rows)} effects", ("id", "stage", "title"), rows)
+    screen.say(f"{len(rows)} effects that a simulator may leave out; 'sstl effects show ID' explains one.")
+    screen.table("", ("id", "stage", "title"), rows)
     screen.finish({"schema": "sstl.effects/1", "effects": [_document(e) for e in catalogue().values()]})
 
 
@@ -65,13 +66,13 @@ def show_effect(
     screen = Screen(as_json)
     effect = get(effect_id)
     screen.line(f"{effect.id}: {effect.title} ({effect.stage})")
-    screen.line(f"  {effect.equation}")
-    screen.line(f"  source: {effect.source}")
-    screen.line(f"  shows with: {effect.excitation}")
+    screen.say(f"  {effect.equation}")
+    screen.say(f"  source: {effect.source}")
+    screen.say(f"  shows with: {effect.excitation}")
     if effect.needs:
         screen.line(f"  needs the channel: {', '.join(effect.needs)}")
     if effect.look_alikes:
         screen.line(f"  may be mistaken for: {', '.join(effect.look_alikes)}")
-    rows = [(p.name, p.unit, p.neutral, p.low, p.high, p.meaning) for p in effect.parameters]
+    rows = [(p.name, "" if p.unit == "1" else p.unit, p.neutral, p.low, p.high, p.meaning) for p in effect.parameters]
     screen.table("", ("parameter", "unit", "neutral", "low", "high", "meaning"), rows)
     screen.finish({"schema": "sstl.effect/1", **_document(effect)})

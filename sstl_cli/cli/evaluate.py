@@ -79,7 +79,7 @@ def evaluate(
         if predictions is not None:
             write_table(predictions, step.predictions_table(found), PREDICTIONS, provenance, force)
         document.update(_document(mapping.header, found, out, predictions))
-        _show(screen, mapping.header, found)
+        _show(screen, mapping.header, found, everything)
         if max_rmse is not None and document["rmse_total"] > max_rmse:
             missed = f"Total RMSE {document['rmse_total']:.4g} is above --max-rmse {max_rmse:g}"
     if pairs is not None:
@@ -126,7 +126,7 @@ def _document(header: Any, found: Any, out: Path | None, predictions: Path | Non
     }
 
 
-def _show(screen: Screen, header: Any, found: Any) -> None:
+def _show(screen: Screen, header: Any, found: Any, everything: bool) -> None:
     from sstl_cli.cli.render import cell
 
     def plus(mean: float, sd: float) -> str:
@@ -141,6 +141,11 @@ def _show(screen: Screen, header: Any, found: Any) -> None:
         )
         for s in found.scores
     ]
+    default = next(s for s in found.scores if s.variant == header.default)
+    screen.say(
+        f"{header.default}, the default, errs by {default.mean[2]:.3g} in the slopes (RMSE on {len(found.pairs)} pairs, "
+        f"{'trained ones among them' if everything else 'all held out'})."
+    )
     screen.table(
         f"Table III: RMSE on {len(found.pairs)} pairs, {len(header.seeds)} seeds",
         ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p/r", "mean"),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sstl_cli.steps.info import RunSummary
 
 EPILOG = "Example: sstl info log.parquet"
-SHOWN = 60
+SHOWN = 20
 LOOP_POINTS = 3000
 
 
@@ -52,10 +52,10 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
     reader = open_table(path, schema)
     origin = reader.metadata
     screen.line(
-        f"{path.name}: {schema.id} version {schema.version}, {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB"
+        f"{path.name} is a table {schema.id} (version {schema.version}) of {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB."
     )
     if origin:
-        screen.line(f"  made by: {origin.get('command')}")
+        screen.say(f"  made by: {origin.get('command')}")
         screen.line(f"  sstl {origin.get('package_version')}, seed {origin.get('seed')}")
         inputs = origin.get("inputs")
         for source, digest in inputs.items() if isinstance(inputs, dict) else ():
@@ -90,14 +90,14 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
             r.samples,
             r.end_s - r.start_s,
             r.rate_hz,
-            f"{r.in_min_n:.4g}..{r.in_max_n:.4g}",
-            f"{r.out_min_n:.4g}..{r.out_max_n:.4g}",
+            f"{r.in_min_n:.2f}..{r.in_max_n:.2f}",
+            f"{r.out_min_n:.2f}..{r.out_max_n:.2f}",
         )
-        for r in runs[:SHOWN]
+        for r in runs
     ]
     units = units_of(reader.file.schema_arrow)
     header = ("run", "config", "system", "samples", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
-    screen.table(f"{len(runs)} runs", header, rows, f"and {len(runs) - SHOWN} more" if len(runs) > SHOWN else "")
+    screen.table(f"{len(runs)} runs", header, rows, most=SHOWN)
     if not screen.as_json and runs:
         for line in _loop(reader, runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
@@ -214,7 +214,7 @@ def _other(reader: Any, screen: Screen) -> dict[str, Any]:
                 if name in reader.schema.names
                 else ""
             )
-            rows.append((name, unit, column.null_count, ends["min"], ranges[name]["mean"], ends["max"]))
+            rows.append((name, "" if unit == "1" else unit, column.null_count, ends["min"], ranges[name]["mean"], ends["max"]))
         else:
             counts = pc.value_counts(column).to_pylist()
             ranges[name] = {"nulls": column.null_count, "distinct": len(counts)}

@@ -42,32 +42,37 @@ class Screen:
         if not self.as_json:
             print(printable(text))
 
-    def table(self, title: str, header: Sequence[str], rows: Iterable[Sequence[object]], notes: str = "") -> None:
-        """Print a table that fits 80 columns where it can; numbers to the right (not with --json)."""
+    def say(self, text: str) -> None:
+        """Print a sentence of the result, broken between words where the terminal ends (not with --json)."""
+        import textwrap
+
+        shown = printable(text)
+        indent = shown[: len(shown) - len(shown.lstrip())]
+        width = _width()
+        for line in textwrap.wrap(
+            shown, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        ) or [""]:
+            self.line(line)
+
+    def table(
+        self, title: str, header: Sequence[str], rows: Iterable[Sequence[object]], notes: str = "", most: int | None = None
+    ) -> None:
+        """Print a table in the width of the terminal; numbers to the right, at most ``most`` rows (not with --json)."""
         if self.as_json:
             return
-        from rich import box
-        from rich.console import Console
-        from rich.table import Table
-        from rich.text import Text
+        from sstl_cli.cli import _table
 
         rows = [list(r) for r in rows]
-        table = Table(
-            title=Text(title), box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title_justify="left", title_style="bold"
-        )
-        for i, name in enumerate(header):
-            numeric = all(isinstance(r[i], (int, float)) or r[i] is None for r in rows) if rows else False
-            # half a number is a wrong number: only text is folded
-            table.add_column(
-                Text(name), justify="right" if numeric else "left", overflow="fold", no_wrap=numeric, min_width=4
-            )
-        for row in rows:
-            table.add_row(*(Text(printable(cell(v))) for v in row))
-        # a file or a pipe has no width to keep to
-        width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
-        Console(width=width, soft_wrap=False, highlight=False).print(table)
+        cells = [[printable(cell(v)) for v in row] for row in rows[:most]]
+        numeric = [bool(rows) and all(_is_number(r[i]) for r in rows) for i in range(len(header))]
+        if title:
+            print(f"\n{_bold(printable(title))}")
+        for line in _table.lines(header, cells, numeric, _width()):
+            print(line)
+        if len(rows) > len(cells):
+            self.line(f"and {len(rows) - len(cells)} more rows; --json has all")
         if notes:
-            self.line(notes)
+            self.say(notes)
 
     def document(self, document: dict[str, Any]) -> None:
         """Print a JSON document, if asked for."""
@@ -132,6 +137,33 @@ def track(screen: Screen, label: str, items: Sequence[T]) -> Iterator[T]:
         for item in items:
             yield item
             advance(1)
+
+
+def small(value: float | None) -> object:
+    """Return a number for a table; one that differs from zero by less than a thousandth says just that.
+
+    Examples
+    --------
+    >>> small(3e-13), small(0.25), small(None)
+    ('< 0.001', 0.25, None)
+    """
+    return "< 0.001" if value is not None and 0 < abs(value) < 1e-3 else value
+
+
+def _is_number(value: object) -> bool:
+    return value is None or isinstance(value, (int, float)) or (isinstance(value, str) and value.startswith("< "))
+
+
+def _bold(text: str) -> str:
+    plain = not sys.stdout.isatty() or "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
+    return text if plain else f"\033[1m{text}\033[0m"
+
+
+def _width() -> int:
+    """Return the columns to keep to; a file or a pipe has none."""
+    import shutil
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
 
 
 def cell(value: object) -> str:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sstl_cli.core.runs import Run
 
 EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
-SHOWN = 40
+SHOWN = 20
 
 
 def register(app: typer.Typer) -> None:
@@ -82,8 +82,8 @@ def segment(
         theta = THETA.in_units(units)
         write_table(out, step.theta_table(rows), theta, provenance, force, step.extra_columns(rows))
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
+    screen.say(_sentence(rows, total, len(aside), out))
     _show(screen, rows, units.get("gamma_p", ""), unit_out)
-    screen.line(f"{len(rows)} runs, {total} samples -> {out}")
     if aside:
         screen.note(f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):")
         for entry in aside[:SHOWN]:
@@ -113,20 +113,27 @@ def _runs(logs: list[Path]) -> Iterator[Run]:
         yield from read_runs(path)
 
 
+def _sentence(rows: list[dict[str, Any]], samples: int, aside: int, out: Path) -> str:
+    whole = "both propagation lines of"
+    found = f"{whole} all {len(rows)} runs" if not aside else f"{whole} {len(rows) - aside} of {len(rows)} runs"
+    return f"Found {found} ({samples} samples) -> {out}"
+
+
 def _show(screen: Screen, rows: list[dict[str, Any]], slope: str, unit: str) -> None:
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
     shown = [
-        [r["run_id"], *(r[n] for n in names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]]
-        for r in rows[:SHOWN]
+        [r["run_id"], *_rounded(r, names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]] for r in rows
     ]
-    more = f"and {len(rows) - SHOWN} more rows in the file" if len(rows) > SHOWN else ""
-    screen.table(
-        f"Theta: slopes{' in ' + slope if slope else ''}, biases in {unit}, standard errors of the slopes",
-        ("run", *names, "se_p %", "se_r %", "loops"),
-        shown,
-        more,
-    )
+    per = f" {slope}" if slope else ""
+    heads = (f"Γ_p{per}", f"β_p {unit}", f"Γ_r{per}", f"β_r {unit}", "± p %", "± r %", "loops")
+    screen.table("Theta: slope Γ and bias β of pull (p) and release (r), standard errors of Γ", ("run", *heads), shown, most=SHOWN)
+
+
+def _rounded(row: dict[str, Any], names: tuple[str, ...]) -> list[float | None]:
+    """Return slopes and biases; a bias below a thousandth beside much larger ones needs no more digits than they do."""
+    scale = max((abs(row[n]) for n in names if row[n] is not None), default=0.0)
+    return [None if row[n] is None else 0.0 if abs(row[n]) < 1e-4 * scale else row[n] for n in names]
 
 
 def _percent(row: dict[str, Any], name: str) -> float | None:
-    return None if row[name] is None else 100.0 * row[name + "_se"] / row[name]
+    return None if row[name] is None else float(f"{100.0 * row[name + '_se'] / row[name]:.2g}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -60,7 +60,7 @@ def simulate(
                 advance(1)
 
         samples = write_runs(out, counted(), provenance, force, lambda: bool(loaded.tendons))
-    screen.line(f"{total} runs, {samples} samples -> {out}")
+    screen.say(f"Simulated {total} runs ({samples} samples) with the {_simulator(loaded.simulator, effects)} -> {out}")
     document = {
         "schema": "sstl.simulate/1",
         "out": str(out),
@@ -71,3 +71,9 @@ def simulate(
         "seed": seed,
     }
     screen.finish(document)
+
+
+def _simulator(name: str, effects: dict[str, Any]) -> str:
+    """Return what simulated the runs, in words."""
+    model = {"transmission": "fast model", "rig": "elastic rig"}.get(name, name)
+    return f"{model} and {' + '.join(effects)}" if effects else model

@@ -73,11 +73,15 @@ def train(
     if history is not None:
         write_table(history, result.history, HISTORY, Provenance(command_line(), seed, inputs_of(theta)), force)
     header = result.model.header
+    best = next(v for v in header.variants if v.name == header.default)
+    screen.say(
+        f"{header.default} predicts best on the validation part (RMSE {best.rmse_validation:.3g} of the slopes); it is the default -> {out}"
+    )
     screen.table(
         f"{len(result.pairs)} pairs, {len(header.seeds)} seeds",
         ("variant", "validation RMSE", "best epoch"),
         [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
-        f"{header.default} predicts by default (least validation error, mean over seeds) -> {out}",
+        "Validation errors are means over seeds.",
     )
     screen.line("Configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()))
     if header.tendons:

@@ -172,12 +172,13 @@ class _Session:
         for reason, count in aside.items():
             self.screen.note(f"set aside: {count} ({reason})")
         loops, samples = self.watcher.loops, self.watcher.intake.samples
-        self._line(f"{loops} loops in {samples} samples, {len(self.alarms)} alarms")
+        learning = self.watcher.not_armed()
+        self._line(_summary(loops, samples, len(self.alarms), learning, self.watcher.options.learn))
         if samples == 0:
             self.screen.note("no sample was read; is the name right, and are there whole lines?")
         document = {
             "schema": "sstl.watch/1", "loops": loops, "samples": samples, "breaks": self.watcher.intake.breaks,
-            "alarms": self.alarms, "set_aside": aside,
+            "alarms": self.alarms, "set_aside": aside, "not_armed": learning, "learn": self.watcher.options.learn,
         }
         self._line("", document)
         code = EXIT_SET_ASIDE if aside else EXIT_DONE
@@ -187,6 +188,15 @@ class _Session:
             self.screen.note(f"gate missed: {len(self.alarms)} alarms")
             code = EXIT_GATE
         raise typer.Exit(code)
+
+
+def _summary(loops: int, samples: int, alarms: int, learning: dict[str, int], learn: int) -> str:
+    """Return what was seen; where a stream is still learning, that no alarm means little is said instead of 0 alarms."""
+    waiting = ", ".join(f"{name} {n} of {learn} loops" for name, n in list(learning.items())[:4])
+    more = f" and {len(learning) - 4} more" if len(learning) > 4 else ""
+    told = f"not armed: {waiting}{more}" if learning else ""
+    counted = f"{alarms} alarms" if alarms or not learning else ""
+    return f"{loops} loops in {samples} samples, " + "; ".join(t for t in (counted, told) if t)
 
 
 def _text(loop: Any) -> str:

@@ -93,6 +93,11 @@ class Chart:
         return all(f is None for f in self._fit)
 
     @property
+    def learned(self) -> int:
+        """How many observations the component that knows most has learned from, at most ``learn``."""
+        return max(map(len, self._first))
+
+    @property
     def level(self) -> float:
         """The highest chart as a share of its limit."""
         return float(self.sums.max()) / self.limit

@@ -145,6 +145,10 @@ class Watcher:
         self._streams: dict[str, _Stream] = {}
         self._sstl: dict[str | None, tuple[float, float]] = {}
 
+    def not_armed(self) -> dict[str, int]:
+        """Return the loops learned so far by every stream that cannot raise an alarm yet."""
+        return {name: s.chart.learned for name, s in self._streams.items() if s.chart.learning}
+
     def feed(self, piece: Run) -> Iterator[Loop | Alarm]:
         """Take the next samples of a run (in order) and yield the loops they complete, each followed by its alarms."""
         for whole in self.intake.add(piece):

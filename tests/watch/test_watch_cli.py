@@ -90,7 +90,14 @@ def test_the_lines_for_people_say_the_same(changed):
 def test_no_change_no_alarm(tmp_path):
     path = write(tmp_path / "log.csv", lines([loops(22, {}, 5)]))
     done = sstl(path, "--once", "--learn", 10, "--fail-on-alarm")
-    assert "22 loops" in done.stdout and "0 alarms" in done.stdout
+    assert "22 loops" in done.stdout and "0 alarms" in done.stdout and "not armed" not in done.stdout
+
+
+def test_without_enough_loops_no_alarm_means_nothing_and_it_says_so(tmp_path):
+    path = write(tmp_path / "log.csv", lines([loops(7, {}, 5)]))
+    done = sstl(path, "--once")
+    assert "7 loops" in done.stdout and "not armed: act A 7 of 20 loops" in done.stdout and "0 alarms" not in done.stdout
+    assert documents(sstl(path, "--once", "--json"))[-1]["not_armed"] == {"act A": 7}
 
 
 def test_another_bend_is_called_a_bend(tmp_path):
@@ -187,7 +194,7 @@ def test_ctrl_c_is_the_usual_end(tmp_path):
         process.send_signal(signal.SIGINT)
         rest, notes = process.communicate(timeout=30)
     assert process.returncode == 0
-    assert first.split()[:3] == ["1", "act", "A"] and "0 alarms" in rest
+    assert first.split()[:3] == ["1", "act", "A"] and "not armed: act A 1 of 20 loops" in rest
     assert "interrupted" in notes and "Traceback" not in notes
 
 

@@ -1,0 +1,48 @@
+"""How a diagnosis looks on a terminal below its sentence: candidates, what to record next, stages of a controller."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sstl_cli.cli.render import Screen, small
+
+SHOWN = 6
+PARAMETERS = 3
+
+
+def tables(screen: Screen, document: dict[str, Any]) -> None:
+    """Print the candidates (none where nothing is missing) and the recording that would tell the first two apart."""
+    unit = document.get("unit") or "N"
+    if document["verdict"]["status"] != "none":
+        rows = [
+            (c["id"], small(c["probability"]), c["rmse_held_out_n"], c["shrink_pct"], _parameters(c["parameters"]))
+            for c in document["candidates"][:SHOWN]
+        ]
+        screen.table("candidates", ("effect", "p", f"RMSE {unit}", "shrink %", "parameters"), rows)
+        if len(document["candidates"]) > SHOWN:
+            screen.line(f"and {len(document['candidates']) - SHOWN} more; --json has all")
+    following = document["next_experiment"]
+    if following:
+        apart = " from ".join(following["separates"])
+        screen.say(f"record next: {following['trajectory']}, to tell {apart}; {following['why']}")
+
+
+def stages(screen: Screen, document: dict[str, Any]) -> None:
+    """Say which stage of the controller makes most of the error, then the shares of every stream."""
+    names = list(document["streams"][0]["share_pct"])
+    worst = max(document["streams"], key=lambda s: s["rmse_n"])
+    stage = max(names, key=lambda n: worst["share_pct"][n])
+    screen.say(
+        f"Most of the largest tracking error ({worst['run_id']}, {worst['rmse_n']:.2g} N) comes from the {stage}: "
+        f"{worst['share_pct'][stage]:.0f} %."
+    )
+    rows = [
+        (s["run_id"], small(s["rmse_n"]), *(round(s["share_pct"][n], 1) + 0.0 for n in names)) for s in document["streams"]
+    ]
+    screen.table("share of the squared tracking error by stage / %", ("stream", "RMSE N", *names), rows, most=20)
+
+
+def _parameters(found: list[dict[str, Any]]) -> str:
+    """Return the first parameters as text; a dimensionless one has no unit."""
+    shown = [f"{p['name']} {p['estimate']:.3g}" + ("" if p["unit"] == "1" else f" {p['unit']}") for p in found[:PARAMETERS]]
+    return ", ".join(shown) + (", ..." if len(found) > PARAMETERS else "")
