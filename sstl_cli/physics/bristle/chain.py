@@ -8,6 +8,7 @@ overshoot; hence the one rule here: a node that would turn round stops at rest f
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +20,8 @@ from sstl_cli.physics.bristle.contact import Contact, ContactLaw, bristle_force,
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# A load that has gone slack keeps this share of its stiffness, so that its end has a place.
-SLACK_SHARE = 1e-6
+# A slack tendon pushes with this share of the load's stiffness: what its bending resists, and what stops its coasting.
+SLACK_SHARE = 0.01
 
 
 class Chain(NamedTuple):
@@ -137,7 +138,7 @@ def solve(
             force[i] = friction
             inertia = mass[i] / dt
             residual = t_left - t_right - friction - drag[i] * step / dt - inertia * (step / dt - speed[i])
-            worst = max(worst, abs(residual))
+            worst = max(abs(residual), worst)
             right = k_right * (1.0 + skew)
             pivot = k_left * (1.0 - back) + right + stiff + (drag[i] + inertia) / dt
             shift = (residual + k_left * shift) / pivot
@@ -148,6 +149,8 @@ def solve(
         residual = t_left - t_load
         if max(worst, abs(residual)) < tolerance:
             return iteration
+        if not isfinite(worst + residual):
+            return -1
         move = (residual + k_left * shift) / (k_left * (through - back) + k_load)
         u[last] = _moved(u[last], move, old[last], sides[last], load.half_play > 0.0)
         for i in range(last - 1, -1, -1):

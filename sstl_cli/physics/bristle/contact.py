@@ -72,13 +72,14 @@ def bend_factor(law: ContactLaw, tension: float) -> tuple[float, float]:
     """Normal load over tension, one at 10 N without effects, and its derivative with respect to the tension (N).
 
     Load: mu N with a contact area ~ (N + N_a)^(1 - alpha), Hertz with adhesion (Derjaguin, Muller, Toporov 1975). Sheath:
-    every newton bends it by the same share of the angle that is there, d Phi = c_T Phi dT.
+    it bends by c_T a newton at first and stiffens towards three times its angle, as a coil does that closes on one side.
     """
     if law.alpha == 0.0 and law.c_t == 0.0:
         return 1.0, 0.0
     load = (tension + ADHESION_N) / (REFERENCE_TENSION_N + ADHESION_N)
-    factor = exp(law.c_t * tension) * load ** (-law.alpha)
-    return factor, factor * (law.c_t - law.alpha / (tension + ADHESION_N))
+    power, closing = load ** (-law.alpha), 1.0 + 0.5 * law.c_t * tension
+    bent = 1.0 + law.c_t * tension / closing
+    return power * bent, power * (law.c_t / closing**2 - bent * law.alpha / (tension + ADHESION_N))
 
 
 @njit(cache=True)

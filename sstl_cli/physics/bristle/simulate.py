@@ -197,8 +197,8 @@ def simulate_bristle(
     lag, bending = values["tension_loop_lag"], values["tendon_crosstalk"]["c_bend_per_n"]
     if run.drive != "position" and (lag["tau_s"] > 0.0 or lag["inverse_slew_s_per_n"] > 0.0):
         command = late_command(run.time_s, command, lag["tau_s"], lag["inverse_slew_s_per_n"])
-    # Each newton of the neighbours bends the tube by the same share of the angle that is there.
-    swell = np.ones(size) if run.neighbour_n is None else np.exp(bending * run.neighbour_n)
+    # Neighbours bend the tube by a share a newton, less and less as it stiffens.
+    swell = np.ones(size) if run.neighbour_n is None else np.exp(2.0 * np.tanh(0.5 * bending * run.neighbour_n))
     rest = setting.gap if run.drive == "position" else spec.pretension_n
     path = np.linspace(rest, command[0], LEAD_STEPS + 1)
     # Nothing rests or wears while the run is being set up, so that contacts are fresh at its first sample.

@@ -58,7 +58,7 @@ class BristleSpec:
     pid_ki_mm_per_n_s: float = 4.0
     pid_kd_mm_s_per_n: float = 0.0
     motor_lag_s: float = 0.02
-    finest_step_s: float = 4e-5
+    finest_step_s: float = 2e-5
     max_iterations: int = 60
     tolerance_n: float = 1e-7
 
