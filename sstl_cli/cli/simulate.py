@@ -24,8 +24,8 @@ def simulate(
         str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")
     ] = "default",
     simulator: Annotated[
-        Literal["transmission", "rig", "bristle"] | None,
-        typer.Option(help="Fast model, elastic rig, or bristle friction (default: as in the scenario)."),
+        Literal["transmission", "rig", "bristle", "variant"] | None,
+        typer.Option(help="Fast model, elastic rig, bristle friction, or rig of law variants (default: as in the scenario)."),
     ] = None,
     effect: Annotated[
         list[str] | None, typer.Option(metavar="ID[:param=value,...]", help="Effect to add (repeatable).")

@@ -115,7 +115,7 @@ class Scenario(Model):
     """A rig, its sensors, its configurations, what is recorded, and the effects it contains."""
 
     schema_id: Literal["sstl.scenario/1"] = Field("sstl.scenario/1", alias="schema")
-    simulator: Literal["transmission", "rig", "bristle"] = "transmission"
+    simulator: Literal["transmission", "rig", "bristle", "variant"] = "transmission"
     sampling_hz: Annotated[float, Field(gt=0, le=1e5)] = 500.0
     generator: Literal["paper-cp40", "paper-150"] | None = None
     rig: RigSection = RigSection()
@@ -124,6 +124,8 @@ class Scenario(Model):
     trajectories: tuple[Trajectory, ...] = ()
     tendons: tuple[Tendon, ...] = ()
     effects: dict[str, dict[str, float]] = {}
+    # law of an effect by its name where the simulator is `variant`; drawn from the seed where not given
+    laws: dict[str, str] = {}
 
     @model_validator(mode="after")
     def _known_effects(self) -> Scenario:

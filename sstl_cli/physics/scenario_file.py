@@ -16,6 +16,8 @@ def dump(scenario: Scenario) -> str:
         lines += ["", *_table(key, document[key])]
     for effect_id, values in document.get("effects", {}).items():
         lines += ["", *_table(f"effects.{effect_id}", values)]
+    if document.get("laws"):
+        lines += ["", *_table("laws", document["laws"])]
     for key in ("configurations", "trajectories", "tendons"):
         for item in document.get(key, []):
             lines += ["", f"[[{key}]]", *(f"{k} = {_value(v)}" for k, v in item.items())]

@@ -1,4 +1,4 @@
-"""Simulate the recordings of a scenario with the fast model, the rig or the bristle simulator, run by run."""
+"""Simulate the recordings of a scenario with the fast model or one that stands in for hardware, run by run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Record a planned run on a simulator that stands in for hardware: the rig or the bristle simulator."""
+"""Record a planned run on a simulator that stands in for hardware: the rig, bristle friction or the law variants."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
+from sstl_cli.physics.variant import VariantNoise, VariantResult, VariantRun, VariantSpec, simulate_variant
 
 if TYPE_CHECKING:
     from sstl_cli.steps.simulate import Plan
@@ -36,10 +37,13 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     given = (p.system, c.theta, c.location, time, "tension", command, beside)
     values = {k: dict(v) for k, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
-    result: RigResult | BristleResult
+    result: RigResult | BristleResult | VariantResult
     try:
         if scenario.simulator == "bristle":
             result = simulate_bristle(BristleSpec(**built), BristleRun(*given), values, BristleNoise(**heard), own)
+        elif scenario.simulator == "variant":
+            spec = VariantSpec(**built, laws=scenario.laws, law_seed=_seed(seed, "laws", "") % 2**32)
+            result = simulate_variant(spec, VariantRun(*given), values, VariantNoise(**heard), own)
         else:
             result = simulate_rig(RigSpec(**built), RigRun(*given), values, NoiseSpec(**heard), own)
     except ValueError as error:
@@ -60,7 +64,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
 
 
 def _built(scenario: Scenario) -> dict[str, Any]:
-    """Return geometry and mechanics under the names that both simulators give them."""
+    """Return geometry and mechanics under the names that all these simulators give them."""
     rig = scenario.rig
     return {
         "length_mm": rig.length_mm,

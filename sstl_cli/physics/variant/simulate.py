@@ -1,0 +1,159 @@
+"""One run on the rig of law variants: build the line, march it, pass the truth through the sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sstl_cli.physics.variant.build import build_laws, build_line, empty_trial
+from sstl_cli.physics.variant.cascade import march
+from sstl_cli.physics.variant.catalogue import resolve_effects
+from sstl_cli.physics.variant.ends import extra_travel, follow
+from sstl_cli.physics.variant.laws import Chosen, choose
+from sstl_cli.physics.variant.line import ITERATIONS, LEAST, SUBSTEPPED, UNCONVERGED, WORK, Array
+from sstl_cli.physics.variant.recorder import read
+from sstl_cli.physics.variant.spec import VariantNoise, VariantResult, VariantRun, VariantSpec
+
+Effects = Mapping[str, Mapping[str, float]]
+# steps in which the line is brought from rest to the first command, one a second
+LEAD_IN_STEPS = 30
+
+
+@dataclass(frozen=True)
+class VariantTruth:
+    """True tensions in and out (N) and position (mm) of a run, each (n,), and the health of the solution."""
+
+    tension_in_n: Array
+    tension_out_n: Array
+    position_in_mm: Array
+    unconverged: int
+    substepped: int
+    iterations: int
+    dissipated_j: float
+    min_step_dissipation_j: float
+    node_tension: Array | None = None
+
+
+def laws_of(spec: VariantSpec, seed: int = 0) -> dict[str, Chosen]:
+    """Return the law of every effect on a rig; ValueError for one that is not known."""
+    return choose(spec.laws, seed if spec.law_seed is None else spec.law_seed)
+
+
+def march_variant(
+    spec: VariantSpec, run: VariantRun, effects: Effects | None = None, seed: int = 0, keep_nodes: bool = False
+) -> VariantTruth:
+    """Return the true tensions and position of a run, without sensors; `seed` only draws laws left open.
+
+    Raises
+    ------
+    ValueError
+        An effect, a parameter, a law or the location is unknown, or a value is out of range.
+    """
+    v, laws = resolve_effects(effects or {}), laws_of(spec, seed)
+    law = build_laws(v, laws, spec.load_k1_n_per_mm, seed if spec.law_seed is None else spec.law_seed)
+    line = build_line(spec, run, v, laws)
+    loop = v["tension_loop_lag"]
+    t_in = follow(run.time_s, run.command, loop["tau_s"], loop["inverse_slew_s_per_n"], laws["tension_loop_lag"])
+    t_in = np.maximum(t_in, 0.0)
+    size = t_in.size
+    t_out, travel = np.empty(size), np.empty(size)
+    nodes = np.empty((size if keep_nodes else 0, line.tension.size))
+    march(
+        line,
+        law,
+        empty_trial(line),
+        run.time_s,
+        t_in,
+        np.zeros(0) if run.neighbour_n is None else run.neighbour_n,
+        np.linspace(spec.pretension_n, t_in[0], LEAD_IN_STEPS + 1),
+        law.rate.drag > 0.0 or law.rate.soft > 0.0 or law.spring.creep > 0.0,
+        (spec.tolerance_n, spec.max_iterations, spec.max_substeps),
+        t_out,
+        travel,
+        nodes,
+    )
+    k_sh, gap = v["sheath_compliance"]["k_sh_mm_per_n"], v["slack"]["gap_mm"]
+    beside = extra_travel(
+        np.append(t_in, spec.pretension_n), k_sh, laws["sheath_compliance"], gap, laws["slack"]
+    )
+    tally = line.tally
+    return VariantTruth(
+        tension_in_n=t_in,
+        tension_out_n=t_out,
+        position_in_mm=travel + beside[:-1] - beside[-1],
+        unconverged=int(tally[UNCONVERGED]),
+        substepped=int(tally[SUBSTEPPED]),
+        iterations=int(tally[ITERATIONS]),
+        dissipated_j=1e-3 * float(tally[WORK]),
+        min_step_dissipation_j=1e-3 * float(tally[LEAST]),
+        node_tension=nodes if keep_nodes else None,
+    )
+
+
+def read_variant(
+    spec: VariantSpec,
+    run: VariantRun,
+    truth: tuple[Array, Array, Array],
+    effects: Effects | None = None,
+    noise: VariantNoise | None = None,
+    seed: int = 0,
+) -> tuple[Array, Array, Array, Array]:
+    """Return time stamps (s), tensions in and out (N) and position (mm) that sensors and recorder make of the truth.
+
+    Raises
+    ------
+    ValueError
+        As `march_variant`.
+    """
+    v, laws = resolve_effects(effects or {}), laws_of(spec, seed)
+    return read(run.time_s, truth, v, laws, run.system, run.theta, noise or VariantNoise(), seed)
+
+
+def simulate_variant(
+    spec: VariantSpec,
+    run: VariantRun,
+    effects: Effects | None = None,
+    noise: VariantNoise | None = None,
+    seed: int = 0,
+    keep_nodes: bool = False,
+) -> VariantResult:
+    """Record one run on the rig of law variants.
+
+    The rig starts at rest at the pretension, is brought slowly to the first command and then follows it. Without
+    effects it obeys the capstan equation with backlash, Eq. (3) and (5) of the paper.
+
+    Parameters
+    ----------
+    spec : geometry, mechanics, laws and solver; runs of one rig share `law_seed` or `laws`.
+    run : configuration and command, n samples.
+    effects : effect id to {parameter: value}, see `catalogue.EFFECTS`; what is missing is neutral.
+    noise : sensor noise; by default 0.02 N white.
+    seed : seed of noise and faults, and of the laws where `spec.law_seed` is None.
+    keep_nodes : also return the tension of every segment.
+
+    Raises
+    ------
+    ValueError
+        An effect, a parameter, a law or the location is unknown, or a value is out of range.
+    """
+    truth = march_variant(spec, run, effects, seed, keep_nodes)
+    arrays = (truth.tension_in_n, truth.tension_out_n, truth.position_in_mm)
+    stamps, t_in, t_out, x = read_variant(spec, run, arrays, effects, noise, seed)
+    return VariantResult(
+        time_s=stamps,
+        tension_in_n=t_in,
+        tension_out_n=t_out,
+        position_in_mm=x,
+        true_tension_in_n=arrays[0],
+        true_tension_out_n=arrays[1],
+        true_position_in_mm=arrays[2],
+        unconverged=truth.unconverged,
+        substepped=truth.substepped,
+        iterations=truth.iterations,
+        dissipated_j=truth.dissipated_j,
+        min_step_dissipation_j=truth.min_step_dissipation_j,
+        laws={e: laws.id for e, laws in laws_of(spec, seed).items() if e in (effects or {})},
+        node_tension=truth.node_tension,
+    )
