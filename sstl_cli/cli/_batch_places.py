@@ -100,7 +100,7 @@ def publish(staged: Path, target: Place) -> None:
     """Give a finished local file its name in the output folder, whole or not at all."""
     with telling(target.url):
         if target.local:
-            os.replace(staged, target.path)
+            os.replace(staged, os.path.realpath(target.path))
             return
         folder, _, name = target.path.rpartition("/")
         temporary = f"{folder}/.{name}.{secrets.token_hex(4)}.tmp"

@@ -67,11 +67,12 @@ class Chunks:
             yield from runs
 
     def _runs(self, path: Path) -> Iterator[Any]:
-        from sstl_cli.core.runs import read_runs
+        from sstl_cli.core.runs import recorded_runs
         from sstl_cli.steps import import_
 
         if path.suffix.lower() == ".parquet" and not self.mapping.columns:
-            yield from read_runs(path)
+            # pauses and faulty samples are sorted out over the ends of files, by the watcher
+            yield from recorded_runs(path)
             return
         result = import_.run([path], self.mapping)
         yield from result.runs

@@ -15,9 +15,10 @@ from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from sstl_cli import cli
-from sstl_cli.cli.options import name_variables
+from sstl_cli.cli.options import keep_files, name_variables
 from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, tell
+from sstl_cli.core.aside import ledger, open_ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
 
 _NOT_COMMANDS = {"app", "options", "render", "streams"}
@@ -63,6 +64,7 @@ class Commands(TyperGroup):
         command = super().get_command(ctx, cmd_name)
         if command is not None:
             name_variables(command, f"SSTL_{cmd_name.upper()}")
+            keep_files(command)
         return command
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
@@ -132,6 +134,7 @@ def main() -> None:
     """Run the program and exit; errors print one line on standard error (with --json a document too)."""
     open_streams()
     begin()
+    book = open_ledger()
     try:
         _register()
         try:
@@ -141,6 +144,8 @@ def main() -> None:
             sys.stdout.flush()
         sys.exit(code or EXIT_DONE)
     except SstlError as error:
+        if aside := (ledger() or book).brief():
+            error.fix += f" (set aside before: {aside})"
         _end(error)
     except TyperException as error:
         _usage(error)

@@ -84,11 +84,30 @@ def batch(
         workers = 1
     prefix = f"SSTL_{command.upper()}_"
     environment = {k: v for k, v in sorted(os.environ.items()) if k.startswith(prefix)}
+    _keep_inputs(out, items)
     jobs = [Job(command, item, out_dir, force, environment, os.getcwd()) for item in items]
     with _folder(out), screen.progress(f"batch {command}", len(jobs)) as advance:
         outcomes = run_all(jobs, min(workers or default_workers(), len(jobs)), scheduler, lambda _: advance(1))
     _show(screen, command, outcomes)
     screen.finish(step.document(command, out_dir, rest, outcomes), step.exit_code(outcomes))
+
+
+def _keep_inputs(out: Place, items: list[Any]) -> None:
+    """Refuse outputs that are inputs of the same batch, or no regular files."""
+    from sstl_cli.cli._batch_places import place
+    from sstl_cli.core.files import keep_safe, require_writable
+
+    if not out.local:
+        return
+    sources = [place(item.source) for item in items]
+    words = [word.partition("=")[2] if word.startswith("--") else word for item in items for word in item.options]
+    inputs = [*(s.path for s in sources if s.local), *words]
+    keep_safe([Path(name) for name in dict.fromkeys(inputs) if name and os.path.isfile(name)], "an input of the batch")
+    for item in items:
+        for name in (item.output, *item.side):
+            target = Path(out.inside(name).path)
+            if os.path.lexists(target):
+                require_writable(target, True)
 
 
 def _parse_once(context: typer.Context, command: str, item: Any) -> None:

@@ -168,8 +168,6 @@ def _offline(
     for path in (out, scores):
         if path is not None:
             require_writable(path, force)
-    if out is not None and out == scores:
-        raise UsageError("--out and --scores name the same file", code="E413")
     cases, aside = shared.load_cases(theta, model, biases, config_id)
     why = step.possible_methods(cases)
     impossible = {m: why[m] for m in methods if why[m]}

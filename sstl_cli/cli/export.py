@@ -60,10 +60,11 @@ def export(
     document: dict[str, Any] = {"schema": "sstl.export/1", "format": format, "input": str(source)}
     if not source.is_file():
         raise SstlError("file not found" if not source.exists() else "is not a file", where=str(source), code="E130")
+    if format != "c":
+        require_writable(out, force)
     if format in FOR_LOGS:
         from sstl_cli.steps import export_log
 
-        require_writable(out, force)
         export_log.run(source, out, format, force)
         screen.line(f"log -> {out}")
         screen.finish({**document, "out": [str(out)]})

@@ -83,7 +83,7 @@ def _import(
     force: bool,
 ) -> None:
     from sstl_cli.core.errors import EXIT_SET_ASIDE
-    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.files import keep_safe, require_writable
     from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.runs import write_runs
     from sstl_cli.importers.base import head_of, members
@@ -99,12 +99,13 @@ def _import(
     if map_ is not None:
         chosen = inline_mapping(map_, chosen)
     chosen = with_policy(chosen, on_gap=on_gap, merge=merge)
+    table = manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
+    parts = [m for path in files for m in members(path)]
+    keep_safe([*parts, *filter(None, (table,))], "the recordings")
     require_writable(out, force)
     if len(files) == 1:
         head_of(files[0])
-    table = manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
     labels = read_manifest(table) if table is not None else {}
-    parts = [m for path in files for m in members(path)]
     provenance = Provenance(
         command=command_line(),
         inputs=inputs_of([*parts, *filter(None, (mapping, table))]),
@@ -147,11 +148,13 @@ def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
 
 def _guess(screen: Screen, files: list[Path], format_: str | None, out: Path | None, force: bool) -> None:
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import write_text
+    from sstl_cli.core.files import require_writable, write_text
     from sstl_cli.importers.guess import guess
 
     if len(files) != 1:
         raise UsageError("--guess takes one file", fix="give the most typical recording", code="E346")
+    if out is not None:
+        require_writable(out, force)
     found = guess(files[0], format_)
     if out is not None:
         write_text(out, found.toml, force)

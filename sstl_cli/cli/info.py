@@ -81,7 +81,9 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
     from sstl_cli.core.runs import units_of
     from sstl_cli.steps import info as step
 
-    runs = step.run([s for table in _tables(reader) for s in _summaries(table)])
+    lost = _Lost()
+    runs = step.run([s for table in _tables(reader) for s in _summaries(table, lost)])
+    screen.aside.entries += lost.entries(runs)
     rows = [
         (
             r.run_id,
@@ -132,7 +134,48 @@ def _relaxed(column: Any) -> Any:
     return replace(column, nullable=True)
 
 
-def _summaries(table: Any) -> Iterator[RunSummary]:
+class _Lost:
+    """Values that no recorder can have given, counted by run and reason; the ranges shown leave them out."""
+
+    def __init__(self) -> None:
+        self.by_run: dict[str, dict[str, int]] = {}
+
+    def range(self, run_id: str, name: str, column: Any) -> tuple[float, float]:
+        """Return the smallest and largest sound value of a column (NaN where there is none), and count the others."""
+        import numpy as np
+        import pyarrow as pa
+
+        from sstl_cli.core.sound import unsound, why_unsound
+
+        # empty values are for sstl check to judge
+        held = column.drop_null().cast(pa.float64()).combine_chunks()
+        # Arrow's own way to numpy would import pandas
+        values = np.from_dlpack(held if isinstance(held, pa.Array) else pa.concat_arrays(held.chunks)).astype(np.float64)
+        wrong = unsound(values)
+        if wrong.any():
+            counts = self.by_run.setdefault(run_id, {})
+            for why, n in why_unsound(name, values).items():
+                counts[f"{why} in {name}"] = counts.get(f"{why} in {name}", 0) + n
+            values = values[~wrong]
+        return (float(np.min(values)), float(np.max(values))) if len(values) else (float("nan"), float("nan"))
+
+    def entries(self, runs: list[RunSummary]) -> Iterator[Any]:
+        """Yield what was left out, one entry a run and reason, and runs that no sensor can have given."""
+        import numpy as np
+
+        from sstl_cli.core.aside import Aside
+        from sstl_cli.core.sound import too_small
+
+        for run in runs:
+            for why, n in self.by_run.get(run.run_id, {}).items():
+                yield Aside(run.run_id, n, run.samples, why)
+            ranges = {"tension_in_n": (run.in_min_n, run.in_max_n), "tension_out_n": (run.out_min_n, run.out_max_n)}
+            for name, ends in ranges.items():
+                if said := too_small(name, np.array(ends)):
+                    yield Aside(run.run_id, run.samples, run.samples, said)
+
+
+def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
     """Yield a summary of each stretch of one run_id (Arrow's own grouping would import pandas)."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -145,11 +188,8 @@ def _summaries(table: Any) -> Iterator[RunSummary]:
     for end in pc.run_end_encode(ids).run_ends.to_pylist():
         part = table.slice(start, end - start)
         system, config_id, location = (part.column(n)[0].as_py() for n in ("system", "config_id", "location"))
-        limits: list[float] = []
-        for name in ("time_s", "tension_in_n", "tension_out_n"):
-            ends = pc.min_max(part.column(name)).as_py()
-            limits += [float("nan") if ends[k] is None else ends[k] for k in ("min", "max")]
         run_id = str(part.column("run_id")[0].as_py())
+        limits = [v for name in COLUMNS[-3:] for v in lost.range(run_id, name, part.column(name))]
         yield RunSummary(run_id, system, config_id, location, end - start, *limits)
         start = end
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -62,6 +63,25 @@ def _names(command: Any) -> dict[str, str]:
         words = [o.lstrip("-") for o in parameter.opts if o.startswith("--")] or [parameter.name]
         found.update({_plain(word): parameter.name for word in words})
     return {k: v for k, v in found.items() if k not in ("config", "help")}
+
+
+def keep_files(command: Any) -> None:
+    """Let no output of a command, or of those below it, take the place of a file that another of its options names."""
+    for inner in getattr(command, "commands", {}).values():
+        keep_files(inner)
+    body = command.callback
+    if body is None or getattr(command, "commands", None):
+        return
+    labels = {p.name: p.opts[0] if p.opts[0].startswith("-") else (p.metavar or p.name).upper() for p in command.params}
+
+    @functools.wraps(body)
+    def kept(**values: Any) -> Any:
+        from sstl_cli.core.files import call
+
+        with call({labels[name]: value for name, value in values.items() if name in labels}):
+            return body(**values)
+
+    command.callback = kept
 
 
 def name_variables(command: Any, prefix: str) -> None:

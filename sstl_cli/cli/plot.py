@@ -34,7 +34,7 @@ def plot(
     """Draw one figure of the report as a picture file."""
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import atomic
+    from sstl_cli.core.files import atomic, require_writable
     from sstl_cli.reporting.drawing import save
     from sstl_cli.reporting.load import load
     from sstl_cli.steps.plot import run
@@ -45,6 +45,7 @@ def plot(
         raise UsageError(
             f"no picture format '{out.suffix}'", where=str(out), fix="end the name in .png, .svg or .pdf", code="E610"
         )
+    require_writable(out, force)
     choice = run(load(files), kind, run_id)
     with atomic(out, force) as temporary:
         save(choice.module, choice.data, temporary, form)

@@ -8,16 +8,19 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from typing import Any, NoReturn, TypeVar
 
 import typer
 
 from sstl_cli.cli.streams import takes_all_text
-from sstl_cli.core.errors import SstlError, printable
+from sstl_cli.core.aside import open_ledger
+from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError, printable
 
 T = TypeVar("T")
 SHOW_PROGRESS_AFTER_S = 2.0
 PIPE_COLUMNS = 200
+SHOWN_ASIDE = 20
 # the screens of this call of the program
 _open: list[Screen] = []
 
@@ -31,6 +34,8 @@ class Screen:
     def __init__(self, as_json: bool = False, lines: bool = False) -> None:
         self.as_json, self.lines = as_json, lines
         self.shown = False
+        # from here on, whatever the reading of logs sets aside is noted here
+        self.aside = open_ledger()
         _open.append(self)
 
     def note(self, text: str) -> None:
@@ -83,9 +88,15 @@ class Screen:
             self.shown = True
 
     def finish(self, document: dict[str, Any], code: int = 0) -> NoReturn:
-        """Print the JSON document if asked for, and end with the exit code."""
-        self.document(document)
-        raise typer.Exit(code)
+        """Print the JSON document if asked for, and end with the exit code: 3 instead of 0 where data were set aside."""
+        entries = self.aside.entries
+        for entry in entries[:SHOWN_ASIDE]:
+            self.note(f"set aside: {entry}")
+        if len(entries) > SHOWN_ASIDE:
+            lost = sum(e.samples for e in entries[SHOWN_ASIDE:])
+            self.note(f"set aside: and {len(entries) - SHOWN_ASIDE} more, {lost} samples")
+        self.document({**document, "data_set_aside": [asdict(e) for e in entries]} if entries else document)
+        raise typer.Exit(code or (EXIT_SET_ASIDE if entries else code))
 
     @contextmanager
     def progress(self, label: str, total: float | None = None) -> Iterator[Callable[[float], None]]:

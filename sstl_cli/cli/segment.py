@@ -47,7 +47,7 @@ def segment(
     config: Config = None,
 ) -> None:
     """Segment hysteresis loops and identify the propagation lines of every run, with standard errors."""
-    from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError, UsageError
+    from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, open_table, write_table
     from sstl_cli.core.provenance import Provenance, inputs_of
@@ -59,8 +59,6 @@ def segment(
     options = SegmentOptions(cutoff_hz, prominence_n, delta_bl_n, ransac_threshold_n, ransac_trials, seed)
     for path in [out] + ([phases] if phases else []):
         require_writable(path, force)
-    if phases and phases.resolve() == out.resolve():
-        raise UsageError("names the same file as --out", where="--phases", code="E213")
     total = sum(open_table(path, LOG).rows for path in logs)
     provenance = Provenance(command_line(), seed, inputs_of(logs))
     rows: list[dict[str, object]] = []

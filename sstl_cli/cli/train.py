@@ -48,7 +48,7 @@ def train(
     config: Config = None,
 ) -> None:
     """Train the variants of Table III for several seeds at once and write one model file (safetensors)."""
-    from sstl_cli.core.errors import EXIT_SET_ASIDE, UsageError
+    from sstl_cli.core.errors import EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import write_table
     from sstl_cli.core.provenance import Provenance, inputs_of
@@ -58,8 +58,6 @@ def train(
     names = chosen(variants, weight_inv)
     for path in [out] + ([history] if history else []):
         require_writable(path, force)
-    if history and history.resolve() == out.resolve():
-        raise UsageError("names the same file as --out", where="--history", code="E508")
     table = _theta.read(theta)
 
     from sstl_cli.mapping import save_model

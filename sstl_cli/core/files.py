@@ -6,27 +6,97 @@ import json
 import os
 import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
-from sstl_cli.core.errors import SstlError
+from sstl_cli.core.errors import SstlError, UsageError
+
+_NAMED: ContextVar[dict[object, list[tuple[str, Path | None]]] | None] = ContextVar("named", default=None)
 
 _UNSAFE = re.compile("[\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff]")
 
 
 def require_writable(path: Path, force: bool) -> None:
-    """Raise SstlError if ``path`` exists without ``force``, or its folder cannot take a file."""
+    """Raise SstlError if ``path`` exists without ``force``, is no file to overwrite, or its folder cannot take one.
+
+    With ``force`` only a regular file is overwritten, and none that the same call reads (see :func:`call`).
+    """
+    path = Path(path)
     if path.is_dir():
         raise SstlError("is a folder", where=str(path), fix="give a file name", code="E101")
+    if path.is_symlink() and not path.exists():
+        target = os.readlink(path)
+        raise SstlError(f"is a link to '{target}', which is not there", where=str(path), fix="remove the link", code="E107")
+    _require_own(path)
+    if path.exists() and not path.is_file():
+        raise SstlError(
+            "is no regular file (a device or a pipe)", where=str(path), fix="give the name of a file", code="E108"
+        )
     if path.exists() and not force:
         raise SstlError("exists already", where=str(path), fix="use --force to overwrite", code="E102")
-    folder = path.parent
+    folder = path.resolve().parent if path.is_symlink() else path.parent
     if not folder.is_dir():
         raise SstlError("folder does not exist", where=str(folder), fix="create it first", code="E103")
     if not os.access(folder, os.W_OK):
         raise SstlError("folder is read-only", where=str(folder), fix="choose another output path", code="E104")
+
+
+@contextmanager
+def call(named: Mapping[str, object]) -> Iterator[None]:
+    """Know the files one call names, by option, so that no output takes the place of one that another option names.
+
+    Parameters
+    ----------
+    named : mapping of str to object
+        Value of each option: a path, a text that may be one, or a list of these; anything else names no file.
+    """
+    files: dict[object, list[tuple[str, Path | None]]] = {}
+    for option, value in named.items():
+        for text in value if isinstance(value, (list, tuple)) else [value]:
+            if isinstance(text, Path) or (isinstance(text, str) and _is_file(text)):
+                files.setdefault(_identity(text), []).append((option, Path(text)))
+    token = _NAMED.set(files)
+    try:
+        yield
+    finally:
+        _NAMED.reset(token)
+
+
+def keep_safe(paths: Iterable[Path], what: str) -> None:
+    """Refuse these files, such as those inside a bag's folder, as outputs of the call."""
+    named = _NAMED.get()
+    if named is None:
+        return
+    for path in paths:
+        named.setdefault(_identity(path), []).append((what, None))
+
+
+def _require_own(path: Path) -> None:
+    """Raise UsageError if another option, or the input, is the same file as this output."""
+    named = (_NAMED.get() or {}).get(_identity(path), [])
+    options = list(dict.fromkeys(option for option, _ in named))
+    # named once and in these words, it is the output's own option
+    if len(options) > 1 or (options and all(text != path for _, text in named)):
+        raise UsageError(
+            f"is the same file as {' and '.join(options)}", where=str(path),
+            fix="give the output a file of its own", code="E109",
+        )
+
+
+def _is_file(text: str) -> bool:
+    return 0 < len(text) < 4096 and "\0" not in text and os.path.isfile(text)
+
+
+def _identity(path: str | Path) -> object:
+    """Return what two names of one file share: links of both kinds and other spellings give the same."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return os.path.realpath(path)
+    return (found.st_dev, found.st_ino)
 
 
 @contextmanager
@@ -40,6 +110,8 @@ def atomic(path: Path, force: bool = False) -> Iterator[Path]:
     """
     path = Path(path)
     require_writable(path, force)
+    # what a link points to is overwritten, the link stays
+    path = path.resolve() if path.is_symlink() else path
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
         yield temporary

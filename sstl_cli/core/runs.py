@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableWriter, open_table
 from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 
 Array = NDArray[np.float64]
@@ -126,7 +128,20 @@ def write_runs(
 
 
 def read_runs(path: Path) -> Iterator[Run]:
-    """Yield the runs of a log in file order; a run must be contiguous.
+    """Yield the runs of a log in file order, made sound (see :mod:`sstl_cli.core.sound`): cut at pauses, without
+    samples that no recorder can have given. A run that keeps no sample comes without any.
+
+    Raises
+    ------
+    SstlError
+        As :func:`recorded_runs`.
+    """
+    for run in recorded_runs(path):
+        yield from noted(run)
+
+
+def recorded_runs(path: Path) -> Iterator[Run]:
+    """Yield the runs of a log in file order, as they stand there; a run must be contiguous.
 
     Raises
     ------
@@ -206,7 +221,7 @@ def _run(pieces: list[pa.Table], source: str, seen: set[str], units: dict[str, s
     seen.add(run_id)
     values: dict[str, object] = {**(units or {}), **{n: _text(head, n) for n in TEXTS if n in head.column_names}}
     lead = head.column("lead_mm")[0].as_py()
-    values["lead_mm"] = None if lead is None or lead != lead else lead
+    values["lead_mm"] = lead if lead is not None and math.isfinite(lead) else None
     if values["system"] not in PASSES:
         raise SstlError(f"system is {values['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
     for name in SIGNALS:

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import GAP_PERIODS, unsound
 from sstl_cli.importers.chunk import Chunk, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
 
 Array = NDArray[np.float64]
-GAP_STEPS = 10.0
 MAX_FILL_STEPS = 1_000
 MAX_RUNS = 1_000_000
 # runs up to this many samples come in one piece, longer ones in pieces of about this size
@@ -63,12 +63,12 @@ class Splitter:
         yield from self._end()
 
     def _clean(self, chunk: Chunk) -> Chunk:
-        """Handle values that are not finite."""
+        """Handle values that no recorder can have given."""
         lost = np.zeros(len(chunk), bool)
         for name, values in chunk.signals.items():
-            infinite = np.isinf(values)
-            if infinite.any():
-                values = np.where(infinite, np.nan, values)
+            wrong = unsound(values) & ~np.isnan(values)
+            if wrong.any():
+                values = np.where(wrong, np.nan, values)
                 chunk.signals[name] = values
             if name in REQUIRED:
                 lost |= np.isnan(values)
@@ -214,7 +214,7 @@ class Splitter:
             self.step_s = float(np.median(forward))
             self.counts.step_s = self.counts.step_s or self.step_s
             if self.gap_s is None:
-                self.gap_s = GAP_STEPS * self.step_s
+                self.gap_s = GAP_PERIODS * self.step_s
             self.counts.gap_s = self.counts.gap_s or self.gap_s
 
     def _gaps(

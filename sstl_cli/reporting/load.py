@@ -120,7 +120,7 @@ def _document_kind(document: Any, path: Path) -> str:
 
 
 def _log(path: Path, inputs: Inputs) -> None:
-    inputs.log.extend(view(run) for run in read_runs(path))
+    inputs.log.extend(view(run) for run in read_runs(path) if len(run))
 
 
 def _rows(kind: str, schema: Any = None) -> Callable[[Path, Inputs], None]:

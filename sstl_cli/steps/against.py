@@ -27,7 +27,7 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
     out = []
     for run in measured:
         twin = twins.get(run.run_id)
-        if twin is None:
+        if twin is None or not len(twin):
             raise SstlError(
                 f"run {run.run_id!r} has no twin in the simulated log", fix="use the same run_id in both", code="E910"
             )

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
+
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
-TENSIONS = ("tension_in_n", "tension_out_n")
 MIN_SAMPLES = 16
-# longer pauses than this many periods split a recording
-GAP_PERIODS = 10.0
 STUCK_SAMPLES = 8
 
 
@@ -52,7 +51,7 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     if "time_s" in piece.columns:
         found += _time(piece.columns["time_s"])
     usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
-    usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and bool(np.isfinite(v).all())}
+    usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
     for name, values in usable.items():
         found += _signal(name, values)
     if len(usable) == 2:
@@ -107,15 +106,23 @@ def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Findin
         found.append(
             Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export")
         )
+    absurd = int(np.count_nonzero(np.isfinite(values) & unsound(values)))
+    if absurd:
+        detail = f"{absurd} of {len(values)} over {LARGEST:.0e}, beyond any sensor or clock"
+        found.append(Finding(FAILURE, "absurd values", name, absurd, detail, "repair the export, or check the unit"))
+    if name in TENSIONS and (said := too_small(name, values[~unsound(values)])):
+        found.append(Finding(FAILURE, "absurd values", name, len(values), said, "check the unit"))
     return found
 
 
 def _time(time: Array) -> list[Finding]:
-    time = time[np.isfinite(time)]
+    time = time[~unsound(time)]
     if len(time) < 2:
         return []
     step = np.diff(time)
     found = []
+    if said := too_fast(time):
+        found.append(Finding(FAILURE, "absurd sampling rate", "time_s", len(time), said, "check the unit"))
     for what, bad, fix in (
         ("time runs backwards", step < 0, "sort by time or split the run"),
         ("time repeats", step == 0, 'import with keep = "last"'),

@@ -18,6 +18,8 @@ from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs
 from sstl_cli.core.tables import LOG, TENDON
 
 FORMATS = ("csv", "mat", "mcap")
+# nanoseconds in 64 bits
+MAX_MCAP_S = 1.8e10
 MAX_MAT_BYTES = 2**31 - 2**20
 _UNITS = {c.name: c.unit for c in LOG.columns}
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -73,6 +75,8 @@ class _Counted:
 
     def __iter__(self) -> Iterator[Run]:
         for one in self.source:
+            if not len(one):
+                continue
             self.runs += 1
             self.samples += len(one)
             yield one
@@ -158,6 +162,11 @@ def _mcap(runs: _Counted, path: Path, source: Path) -> None:
             channel = writer.register_channel(topic, "json", schema_id, {k: str(v) for k, v in labels.items()})
             tail = json.dumps(labels)[1:]
             begin = min(float(one.time_s[0]), 0.0)
+            if float(one.time_s[-1]) - begin > MAX_MCAP_S:
+                raise SstlError(
+                    "time goes beyond what MCAP can hold (584 years)", where=f"{source}, run {one.run_id!r}",
+                    fix="is time_s in s? export csv or mat instead", code="E362",
+                )
             present = [(n, getattr(one, n).tolist()) for n in names if getattr(one, n) is not None]
             for i, t in enumerate(one.time_s.tolist()):
                 values = {"time_s": t} | {n: v[i] for n, v in present if v[i] == v[i]}

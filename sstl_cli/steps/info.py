@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sstl_cli.core.sound import LARGEST
+
 # dots of a braille cell by (column, row)
 _DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 
@@ -58,7 +60,11 @@ def draw_loop(x: Sequence[float], y: Sequence[float], width: int = 44, height: i
     >>> draw_loop([0.0, 1.0], [0.0, 1.0], 2, 1)
     ['⡠⠊']
     """
-    pairs = [(a, b) for a, b in zip(x, y, strict=True) if a is not None and b is not None and abs(a + b) < float("inf")]
+    pairs = [
+        (a, b)
+        for a, b in zip(x, y, strict=True)
+        if a is not None and b is not None and abs(a) <= LARGEST and abs(b) <= LARGEST
+    ]
     if len(pairs) < 2:
         return []
     x0, x1 = min(p[0] for p in pairs), max(p[0] for p in pairs)

@@ -11,19 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, unsound
 from sstl_cli.identification.loops import WARM_UP, LoopCutter, usual_step
 
 Array = NDArray[np.float64]
 NAMES = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 # so many samples behind the clock are a clock that was set back, fewer are faulty stamps
 SET_BACK = 20
-GAP_STEPS = 10.0
-LEAST_GAP_S = 1.0
 # a loop is given up where it grows beyond this (an hour at 500 Hz)
 LONGEST = 1_800_000
 # a release at the end of a recording closes a loop if it comes back this near to where the loop began
 NEAR = 0.25
-LEAST_SAMPLES = 16
 
 
 @dataclass(frozen=True)
@@ -87,8 +85,10 @@ class _Growing:
 
     def add(self, piece: Run) -> Iterator[Pieces]:
         rows = np.stack([_signal(piece, n) for n in self.names])
-        good = np.isfinite(rows[:3]).all(axis=0)
-        self.intake.aside("not a number", int(np.count_nonzero(~good)))
+        good = ~unsound(rows[:3]).any(axis=0)
+        absurd = int(np.count_nonzero(np.isfinite(rows[:3]).all(axis=0) & ~good))
+        self.intake.aside("not a number", int(np.count_nonzero(~good)) - absurd)
+        self.intake.aside(f"beyond any sensor or clock (over {LARGEST:.0e})", absurd)
         yield from self._ordered(rows[:, good])
 
     def _ordered(self, rows: Array) -> Iterator[Pieces]:
@@ -123,7 +123,7 @@ class _Growing:
         """Cut increasing samples at gaps and into loops."""
         if math.isnan(self.step) and self.fed + rows.shape[1] >= WARM_UP:
             self.step = usual_step(np.concatenate((self.rows[0], rows[0])))
-        limit = max(GAP_STEPS * self.step, LEAST_GAP_S) if not math.isnan(self.step) else math.inf
+        limit = max(GAP_PERIODS * self.step, LEAST_GAP_S) if not math.isnan(self.step) else math.inf
         steps = np.diff(np.concatenate(([self.last if math.isfinite(self.last) else rows[0, 0]], rows[0])))
         # the first steps tell the usual one: they are no gaps
         index = self.offset + self.rows.shape[1] + np.arange(len(steps))

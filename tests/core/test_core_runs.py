@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from sstl_cli.core import parquet
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs, run_table, write_runs
+from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs, recorded_runs, run_table, write_runs
 
 MADE = Provenance("sstl test", 1)
 
@@ -53,7 +53,7 @@ def test_round_trip_with_nulls_nan_and_tendon(tmp_path: Path) -> None:
     ]
     path = tmp_path / "log.parquet"
     assert write_runs(path, iter(runs), MADE) == 11
-    found = list(read_runs(path))
+    found = list(recorded_runs(path))
     assert len(found) == 3
     for a, b in zip(runs, found, strict=True):
         same(a, b)

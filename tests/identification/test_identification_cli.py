@@ -199,7 +199,7 @@ BAD = [
     ("norows", 1, "holds no run", "no rows"),
     ("version", 1, "version 99", "version 99"),
     ("misspelt", 1, "'tension_in_n' (did you mean 'tension_inn'?)", "tension_inn"),
-    ("nan", 3, "1 not-a-number values in tension_in_n", "not a number"),
+    ("nan", 3, "1 of 1200 samples: 1 not a number in tension_in_n", "not a number"),
     ("null", 1, "1 empty values", "empty values"),
     ("words", 1, "tension_in_n", "wrong type"),
     ("system", 1, "'both'", "unknown system"),

@@ -1,0 +1,47 @@
+"""What the reading of logs sets aside in one call: which run, how many samples, why."""
+
+from __future__ import annotations
+
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Aside:
+    """Samples of a run that are not used (none where it was only split), how many it had, and why."""
+
+    run_id: str
+    samples: int
+    of: int
+    why: str
+
+    def __str__(self) -> str:
+        lost = f"{self.samples} of {self.of} samples: " if self.samples else ""
+        return f"run {self.run_id}: {lost}{self.why}"
+
+
+class Ledger:
+    """What the reading of one call set aside, in the order read."""
+
+    def __init__(self) -> None:
+        self.entries: list[Aside] = []
+
+    def brief(self) -> str:
+        """Return the first entry, and how many more there are, as one line ('' where nothing was set aside)."""
+        more = f", and {len(self.entries) - 1} more" if len(self.entries) > 1 else ""
+        return f"{self.entries[0]}{more}" if self.entries else ""
+
+
+_LEDGER: ContextVar[Ledger | None] = ContextVar("ledger", default=None)
+
+
+def open_ledger() -> Ledger:
+    """Return a new ledger; from here on the runs that are read note in it what they lose."""
+    book = Ledger()
+    _LEDGER.set(book)
+    return book
+
+
+def ledger() -> Ledger | None:
+    """Return the ledger that is open, if one is."""
+    return _LEDGER.get()

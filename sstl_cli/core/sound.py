@@ -1,0 +1,177 @@
+"""What no recorder can have measured is set aside, and a run ends where its recorder paused: one rule for every command."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.aside import Aside, ledger
+
+if TYPE_CHECKING:
+    from sstl_cli.core.runs import Run
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+REQUIRED = ("time_s", "tension_in_n", "tension_out_n")
+TENSIONS = REQUIRED[1:]
+OPTIONAL = ("position_in_mm", "tension_ref_n")
+CHANNELS = REQUIRED + OPTIONAL
+# in any unit a sensor or clock counts in: 32-bit counts reach 4.3e9, milliseconds since 1970 1.8e12
+LARGEST = 1e15
+# a channel that never leaves this many of its unit holds rounding, not a measurement
+SMALLEST = 1e-12
+FASTEST_S = 1e-9
+# a step longer than both ends a run
+GAP_PERIODS = 10.0
+LEAST_GAP_S = 1.0
+# where bridging all shorter pauses would take more points of an even grid than this a sample, those end it too
+MOST_BRIDGED = 10.0
+LEAST_SAMPLES = 16
+
+
+def noted(run: Run) -> list[Run]:
+    """Return the sound pieces of a run, with what it loses noted in the open ledger."""
+    pieces, aside = sound(run)
+    book = ledger()
+    if book is not None:
+        book.entries += aside
+    return pieces
+
+
+def unsound(values: Array) -> Mask:
+    """Return where values are not finite or beyond any sensor and clock, shape (n,)."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(~(np.abs(values) <= LARGEST))
+
+
+def why_unsound(name: str, values: Array) -> dict[str, int]:
+    """Return how many values of a column are unsound, by what is wrong with them.
+
+    Examples
+    --------
+    >>> why_unsound("tension_in_n", np.array([1.0, np.nan, np.inf, 1e308]))
+    {'not a number': 1, 'infinite': 1, 'beyond any sensor (over 1e+15)': 1}
+    """
+    absurd = f"beyond any {'clock' if name == 'time_s' else 'sensor'} (over {LARGEST:.0e})"
+    counts = {
+        "not a number": int(np.count_nonzero(np.isnan(values))),
+        "infinite": int(np.count_nonzero(np.isinf(values))),
+        absurd: int(np.count_nonzero(np.isfinite(values) & unsound(values))),
+    }
+    return {why: n for why, n in counts.items() if n}
+
+
+def too_small(name: str, values: Array) -> str:
+    """Return why a channel of finite values cannot be a measurement, else ''."""
+    top = max(-float(np.min(values)), float(np.max(values))) if len(values) else 0.0
+    return f"{name} never exceeds {top:.3g}, less than any sensor shows: is the unit right?" if 0.0 < top < SMALLEST else ""
+
+
+def too_fast(time_s: Array) -> str:
+    """Return why a clock cannot be a recorder's, else '' (also where it does not increase: that is another fault)."""
+    step = np.diff(time_s)
+    if not len(step) or float(step.min()) >= FASTEST_S or float(step.min()) <= 0.0:
+        return ""
+    period = float(np.median(step))
+    return f"a sampling period of {period:.3g} s, faster than any recorder: is time_s in s?" if period < FASTEST_S else ""
+
+
+def sound(run: Run) -> tuple[list[Run], list[Aside]]:
+    """Return the pieces of a run that can have been recorded in one go, and what is set aside.
+
+    Samples without a finite time, input and output go; a run no sensor can have given keeps none. The rest is cut at
+    pauses (see :func:`cuts`); the first piece keeps the name, others are called ``name~2`` and so on; pieces of fewer
+    than 16 samples go. Where time does not increase nothing is cut: that is for the caller to judge. Values of other
+    channels that are not sound become NaN, which means "not measured".
+    """
+    aside: list[Aside] = []
+    total = len(run.time_s)
+    run = _optional(run, aside)
+    lost = np.zeros(total, bool)
+    reasons = []
+    for name in REQUIRED:
+        values = getattr(run, name)
+        # two passes tell that all is well; NaN wins both
+        if total and not (np.min(values) >= -LARGEST and np.max(values) <= LARGEST):
+            lost |= unsound(values)
+            reasons += [f"{n} {why} in {name}" for why, n in why_unsound(name, values).items()]
+    if reasons:
+        run = _rows(run, ~lost)
+        aside.append(Aside(run.run_id, int(np.count_nonzero(lost)), total, ", ".join(reasons)))
+    small = [said for name in TENSIONS if (said := too_small(name, getattr(run, name)))]
+    at = cuts(run.time_s)
+    pieces = _split(run, at, total, aside) if len(at) else [run]
+    for i, piece in enumerate(pieces):
+        wrong = "; ".join([*small, *filter(None, [too_fast(piece.time_s)])])
+        if wrong and len(piece):
+            aside.append(Aside(piece.run_id, len(piece), total, wrong))
+            pieces[i] = _rows(piece, slice(0, 0))
+    return pieces, aside
+
+
+def cuts(time_s: Array) -> NDArray[np.intp]:
+    """Return the first sample after each pause of an increasing clock (none where it does not increase).
+
+    A pause is a step of more than 10 sampling periods (the median step) and 1 s; where an even grid over the shorter
+    ones would still need more than 10 points a sample, 10 periods alone. Each stretch is looked at again with its own period.
+    """
+    found: list[int] = []
+    waiting = [(0, len(time_s))]
+    while waiting:
+        a, b = waiting.pop()
+        step = np.diff(time_s[a:b])
+        if len(step) < 2:
+            continue
+        least, most = float(step.min()), float(step.max())
+        if not least > 0.0 or most <= GAP_PERIODS * least:
+            continue
+        period = float(np.median(step))
+        limit = max(GAP_PERIODS * period, LEAST_GAP_S)
+        if float(np.sum(step[step <= limit])) > MOST_BRIDGED * period * len(step):
+            limit = GAP_PERIODS * period
+        at = (np.flatnonzero(step > limit) + 1 + a).tolist()
+        if at:
+            found += at
+            edges = [a, *at, b]
+            waiting += list(zip(edges[:-1], edges[1:], strict=True))
+    return np.array(sorted(found), np.intp)
+
+
+def _split(run: Run, at: NDArray[np.intp], total: int, aside: list[Aside]) -> list[Run]:
+    edges = np.concatenate(([0], at, [len(run.time_s)]))
+    longest = float(np.max(run.time_s[at] - run.time_s[at - 1]))
+    short = np.diff(edges) < LEAST_SAMPLES
+    kept = [_rows(run, slice(int(a), int(b))) for a, b in zip(edges[:-1][~short], edges[1:][~short], strict=True)]
+    dropped = int(np.diff(edges)[short].sum())
+    pauses = f"{len(at)} pause{'s' if len(at) > 1 else ''}, the longest of {longest:.4g} s"
+    aside.append(Aside(run.run_id, 0, total, f"cut at {pauses}, into {len(kept)} runs"))
+    if dropped:
+        why = f"{int(short.sum())} stretches of fewer than {LEAST_SAMPLES} samples between pauses"
+        aside.append(Aside(run.run_id, dropped, total, why))
+    if not kept:
+        return [_rows(run, slice(0, 0))]
+    return [kept[0], *(replace(piece, run_id=f"{run.run_id}~{k}") for k, piece in enumerate(kept[1:], 2))]
+
+
+def _optional(run: Run, aside: list[Aside]) -> Run:
+    changed: dict[str, Any] = {}
+    for name in OPTIONAL:
+        values = getattr(run, name)
+        if values is None:
+            continue
+        # NaN is no fault here: it says "not measured"
+        wrong = unsound(values) & ~np.isnan(values)
+        if wrong.any():
+            n = int(np.count_nonzero(wrong))
+            aside.append(Aside(run.run_id, n, len(values), f"infinite or beyond any sensor in {name}, taken as not measured"))
+            changed[name] = np.where(wrong, np.nan, values)
+    return replace(run, **changed) if changed else run
+
+
+def _rows(run: Run, rows: slice | Mask) -> Run:
+    picked: dict[str, Any] = {n: v[rows] for n in CHANNELS if (v := getattr(run, n)) is not None}
+    return replace(run, **picked, extra={k: v[rows] for k, v in run.extra.items()})

@@ -1,0 +1,106 @@
+"""Every command that reads a log meets the same rule for samples no recorder can give, and for pauses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from trust_program import document, inside, loop
+
+Columns = dict[str, np.ndarray]
+
+
+def put(column: str, value: float) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        columns[column][100:103] = value
+
+    return change
+
+
+def pause(seconds: float) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        columns["time_s"][600:] += seconds
+
+    return change
+
+
+def scaled(factor: float) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        columns["tension_in_n"] *= factor
+        columns["tension_out_n"] *= factor
+
+    return change
+
+
+def log(path: Path, change: Callable[[Columns], None]) -> Path:
+    """A good run and one that is changed."""
+    pieces = []
+    for i, name in enumerate(("bad", "good")):
+        columns = loop(1200, seed=i)
+        if name == "bad":
+            change(columns)
+        pieces.append(pa.table({"run_id": [name] * 1200, "config_id": [name] * 1200, "system": ["act"] * 1200, **columns}))
+    pq.write_table(pa.concat_tables(pieces), path)
+    return path
+
+
+BAD = {
+    "inf": (put("tension_in_n", np.inf), 3, "3 infinite in tension_in_n"),
+    "-inf": (put("tension_out_n", -np.inf), 3, "3 infinite in tension_out_n"),
+    "nan": (put("tension_out_n", np.nan), 3, "3 not a number in tension_out_n"),
+    "1e308": (put("tension_out_n", 1e308), 3, "3 beyond any sensor (over 1e+15) in tension_out_n"),
+    "x1e307": (scaled(1e307), 1200, "beyond any sensor"),
+    "denormal": (scaled(1e-320), 1200, "less than any sensor shows"),
+    "hour": (pause(3600.0), 0, "1 pause, the longest of 3600 s"),
+    "epoch": (pause(1.7e9), 0, "1 pause, the longest of 1.7e+09 s"),
+}
+DIAGNOSE = ["diagnose", "--max-effects", "1", "--effects", "zero_offset"]
+COMMANDS = [
+    ["segment", "--out", "theta.parquet"],
+    ["report", "--out", "r.html"],
+    ["export", "--format", "csv", "--out", "l.csv"],
+    ["export", "--format", "mcap", "--out", "l.mcap"],
+    DIAGNOSE,
+]
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_commands_set_the_same_samples_aside(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    change, samples, why = BAD[name]
+    path = log(tmp_path / "log.parquet", change)
+    commands = COMMANDS if name in ("1e308", "epoch") else COMMANDS[:4]
+    for words in commands:
+        done = inside(words[0], path, *words[1:], "--json")
+        assert done.returncode == 3, (words, done.stderr)
+        assert sum(e["samples"] for e in document(done)["data_set_aside"]) == samples, words
+        assert {e["run_id"] for e in document(done)["data_set_aside"]} == {"bad"} and why in done.stderr
+    done = inside("info", path, "--json")
+    assert done.returncode == (3 if samples else 0)
+    assert "1e+308" not in done.stdout and "Infinity" not in done.stdout
+    done = inside("check", path, "--json")
+    found = {f["what"] for f in document(done)["findings"] if f["level"] == "failure" and f["run_id"] == "bad"}
+    assert done.returncode == 1 and found & {"infinite values", "not a number", "absurd values", "gaps"}
+
+
+def test_a_log_of_nothing_but_such_runs_ends_in_one_line_that_says_why(tmp_path: Path) -> None:
+    path = log(tmp_path / "log.parquet", scaled(1e307))
+    table = pq.read_table(path)
+    pq.write_table(table.slice(0, 1200), path)
+    done = inside(*DIAGNOSE, path)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert "[E901]" in done.stderr and "1200 of 1200 samples" in done.stderr and "beyond any sensor" in done.stderr
+
+
+def test_import_and_watch_count_absurd_values_too(tmp_path: Path) -> None:
+    rows = [f"r,A,act,{t:.3f},{a},{b}" for t, a, b in zip(*loop(1200).values(), strict=True)]
+    rows[50] = "r,A,act,0.500,1e308,3.0"
+    (tmp_path / "l.csv").write_text("\n".join(["run_id,config_id,system,time_s,tension_in_n,tension_out_n", *rows]) + "\n")
+    done = inside("import", tmp_path / "l.csv", "--out", tmp_path / "l.parquet")
+    assert done.returncode == 3 and "1 samples, dropouts" in done.stderr
+    done = inside("watch", tmp_path / "l.csv", "--once")
+    assert done.returncode == 3 and "set aside: 1 (beyond any sensor or clock (over 1e+15))" in done.stderr
