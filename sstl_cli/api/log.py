@@ -14,6 +14,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.provenance import Provenance, inputs_of
 from sstl_cli.core.runs import Run, read_runs, run_table, runs_of, write_runs
+from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.physics.scenario import Scenario, load
@@ -67,7 +68,7 @@ class Log:
             except (pa.ArrowException, ValueError, TypeError) as error:
                 raise SstlError(f"column '{name}' holds mixed values ({error})", where="DataFrame", code="E135") from None
         table = conform(pa.table(arrays), LOG, "DataFrame")
-        return cls(tuple(runs_of([table], "DataFrame")))
+        return cls(tuple(piece for run in runs_of([table], "DataFrame") for piece in noted(run)))
 
     def frame(self) -> pd.DataFrame:
         """Return all samples as one table with the columns of the log schema."""

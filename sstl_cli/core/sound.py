@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -34,11 +35,14 @@ LEAST_SAMPLES = 16
 
 
 def noted(run: Run) -> list[Run]:
-    """Return the sound pieces of a run, with what it loses noted in the open ledger."""
+    """Return the sound pieces of a run; what it loses is noted in the open ledger, or warned of where none is open."""
     pieces, aside = sound(run)
     book = ledger()
     if book is not None:
         book.entries += aside
+    else:
+        for entry in aside:
+            warnings.warn(f"set aside: {entry}", stacklevel=3)
     return pieces
 
 

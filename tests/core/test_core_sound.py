@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sstl_cli.core.aside import open_ledger
+from sstl_cli.core.aside import _LEDGER, open_ledger
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, read_runs, recorded_runs, write_runs
 from sstl_cli.core.sound import cuts, sound, unsound, why_unsound
@@ -119,4 +119,7 @@ def test_reading_notes_what_it_sets_aside(tmp_path: Path) -> None:
     book = open_ledger()
     assert [len(r) for r in read_runs(tmp_path / "l.parquet")] == [200, 49]
     assert [str(e) for e in book.entries] == ["run b: 1 of 50 samples: 1 infinite in tension_in_n"]
+    _LEDGER.set(None)
+    with pytest.warns(UserWarning, match="run b: 1 of 50 samples"):
+        list(read_runs(tmp_path / "l.parquet"))
     assert [len(r) for r in recorded_runs(tmp_path / "l.parquet")] == [200, 50] and len(book.entries) == 1
