@@ -16,6 +16,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from sstl_cli.core.kept import ensure as _ensure
+
 if TYPE_CHECKING:
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
     from sstl_cli.api.log import Log, read, simulate
@@ -36,6 +38,9 @@ _HOMES = {
     "train": "sstl_cli.api.mapping",
     "SstlError": "sstl_cli.core.errors",
 }
+
+# before anything imports numba or matplotlib
+_KEPT = _ensure()
 
 
 def __getattr__(name: str) -> Any:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import typer
 
 from sstl_cli.cli.options import Config, Json
@@ -25,7 +23,7 @@ def doctor(as_json: Json = False, config: Config = None) -> None:
     from sstl_cli.steps import doctor as step
 
     screen = Screen(as_json)
-    facts, probes = step.run(_cache_folders())
+    facts, probes = step.run()
     screen.line(f"sstl {facts['sstl']}, Python {facts['python']}, {facts['system']}")
     screen.line(f"{facts['cores_usable']} of {facts['cores']} cores usable")
     screen.line(", ".join(f"{name} {version or 'missing'}" for name, version in facts["packages"].items()))
@@ -38,17 +36,3 @@ def doctor(as_json: Json = False, config: Config = None) -> None:
     good = all(p.ok for p in probes)
     document = {"schema": "sstl.doctor/1", "ok": good, **facts, "probes": [asdict(p) for p in probes]}
     screen.finish(document, EXIT_DONE if good else EXIT_FAILED)
-
-
-def _cache_folders() -> list[Path]:
-    """Return where numba keeps compiled functions: beside the modules, or in NUMBA_CACHE_DIR."""
-    import os
-
-    import sstl_cli
-
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    if given:
-        return [Path(given)]
-    beside = Path(sstl_cli.__file__).parent / "identification"
-    kept = beside / "__pycache__"
-    return [kept if kept.is_dir() else beside]

@@ -15,6 +15,7 @@ import numpy as np
 
 from sstl_cli import __version__
 from sstl_cli.core.config import parse
+from sstl_cli.core.kept import Kept, ensure
 from sstl_cli.core.tables import PARAMETERS
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.physics.scenario import Scenario
@@ -39,14 +40,8 @@ class Probe:
     fix: str = ""
 
 
-def run(cache_folders: list[Path]) -> tuple[dict[str, Any], list[Probe]]:
-    """Return what is installed, and the probes of it.
-
-    Parameters
-    ----------
-    cache_folders : list of Path
-        Folders in which compiled functions are kept; each must be writable.
-    """
+def run() -> tuple[dict[str, Any], list[Probe]]:
+    """Return what is installed, and the probes of it."""
     versions = {name: _version(name) for name in PACKAGES}
     extras = {name: all(_version(p) is not None for p in needed) for name, needed in EXTRAS.items()}
     facts = {
@@ -66,16 +61,18 @@ def run(cache_folders: list[Path]) -> tuple[dict[str, Any], list[Probe]]:
             f"missing: {', '.join(missing)}" if missing else f"{len(versions)} found",
             "pip install sstl-cli",
         ),
-        *(cache_probe(folder) for folder in cache_folders),
+        cache_probe(ensure()),
         self_test(),
     ]
     return facts, probes
 
 
-def cache_probe(folder: Path) -> Probe:
-    """Return whether compiled functions can be kept in ``folder`` (else every start compiles anew)."""
-    writable = folder.is_dir() and os.access(folder, os.W_OK)
-    return Probe("compile cache", writable, f"{folder}", "set NUMBA_CACHE_DIR to a folder that can be written")
+def cache_probe(kept: Kept) -> Probe:
+    """Return whether compiled functions are kept where they were asked to be; anywhere else is good enough to work."""
+    asked = os.environ.get("NUMBA_CACHE_DIR", "")
+    detail = "; ".join(filter(None, (str(kept.folder or "none"), kept.why)))
+    good = not asked or kept.folder == Path(asked)
+    return Probe("compile cache", good, detail, "set NUMBA_CACHE_DIR to a folder that can be written")
 
 
 def self_test() -> Probe:

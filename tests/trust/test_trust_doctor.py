@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from trust_program import document, sstl
 
+from sstl_cli.core.kept import Kept
 from sstl_cli.steps import doctor
 
 
@@ -30,10 +31,13 @@ def test_self_test_fails_where_the_answer_is_wrong(monkeypatch: pytest.MonkeyPat
     assert not doctor.self_test().ok
 
 
-def test_cache_that_cannot_be_written(tmp_path: Path) -> None:
+def test_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "file"
     file.write_text("")
-    assert doctor.cache_probe(tmp_path).ok
-    assert not doctor.cache_probe(file).ok
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    assert doctor.cache_probe(Kept(tmp_path)).ok
+    assert doctor.cache_probe(Kept(tmp_path, "the home folder cannot be written")).detail.endswith("cannot be written")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(file))
+    assert not doctor.cache_probe(Kept(tmp_path)).ok
     done = sstl("doctor", NUMBA_CACHE_DIR=str(file))
     assert done.returncode == 1 and "NUMBA_CACHE_DIR" in done.stderr

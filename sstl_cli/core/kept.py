@@ -1,0 +1,93 @@
+"""Where compiled functions and font lists are kept where neither the installation nor the home folder can be written.
+
+Containers and service users often have no usable home; without a folder numba refuses to start, and matplotlib complains.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where compiled functions are kept: a folder, or None where each start compiles anew; and why it is that one."""
+
+    folder: Path | None
+    why: str = ""
+
+
+def ensure() -> Kept:
+    """Choose the folder, and tell numba and matplotlib before they are imported; costs a few system calls."""
+    if os.name != "posix":
+        return Kept(PACKAGE)
+    home = Path(os.path.expanduser("~"))
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
+    if not os.environ.get("MPLCONFIGDIR") and not _can_make(Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")):
+        fonts = private("fonts")
+        if fonts is not None:
+            os.environ["MPLCONFIGDIR"] = str(fonts)
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given and _can_make(Path(given)):
+        return Kept(Path(given), "NUMBA_CACHE_DIR")
+    if _tree_writable():
+        return Kept(PACKAGE, f"NUMBA_CACHE_DIR={given} cannot be written" if given else "")
+    if _can_make(caches / "numba"):
+        return Kept(caches / "numba", f"NUMBA_CACHE_DIR={given} cannot be written" if given else "")
+    folder = private("compiled")
+    why = "neither the installation nor the home folder can be written"
+    if folder is None:
+        _keep_nothing()
+        return Kept(None, f"{why}, nor a folder for temporary files: every start compiles anew")
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    return Kept(folder, f"{why}: kept until the temporary files are cleared")
+
+
+def private(name: str) -> Path | None:
+    """Return a folder among the temporary files that only this user can write, or None.
+
+    What is kept there will be run: a folder of somebody else under that name is not taken.
+    """
+    import tempfile
+
+    try:
+        root = Path(tempfile.gettempdir())
+        if root == Path.cwd():
+            return None
+        folder = root / f"sstl-{os.getuid()}"
+        for path in (folder, folder / name):
+            path.mkdir(mode=0o700, exist_ok=True)
+            found = path.lstat()
+            if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o022:
+                return None
+    except OSError:
+        return None
+    return folder / name
+
+
+def _tree_writable() -> bool:
+    """Whether every folder of the package can take compiled functions."""
+    folders = [Path(folder) for folder, _, files in os.walk(PACKAGE) if any(f.endswith(".py") for f in files)]
+    kept = [f / "__pycache__" for f in folders]
+    return all(os.access(k if k.is_dir() else f, os.W_OK) for f, k in zip(folders, kept, strict=True))
+
+
+def _can_make(folder: Path) -> bool:
+    """Whether a folder can be written, or made and written."""
+    if not folder.is_absolute():
+        return False
+    while not folder.exists():
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def _keep_nothing() -> None:
+    """Let numba compile without keeping anything."""
+    from numba.core.dispatcher import Dispatcher
+
+    # numba has no setting for "no cache"; a function marked for it would stop the import
+    Dispatcher.enable_caching = lambda self: None

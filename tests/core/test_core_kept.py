@@ -1,0 +1,92 @@
+"""A read-only installation without a home: compiled functions go to a private temporary folder, or nowhere."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sstl_cli.core import kept
+
+ROOT = Path(__file__).parents[2]
+ROOT_USER = hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+@pytest.fixture
+def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """No home, a package that cannot be written, temporary files in tmp_path."""
+    monkeypatch.setattr(kept, "_tree_writable", lambda: False)
+    for name in ("NUMBA_CACHE_DIR", "MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME"):
+        # set first: what the code under test sets must be taken back too
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    file = tmp_path / "file"
+    file.write_text("")
+    monkeypatch.setenv("HOME", str(file / "none"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_a_private_temporary_folder_where_nothing_else_can_be_written(bare: Path) -> None:
+    found = kept.ensure()
+    assert found.folder == bare / f"sstl-{os.getuid()}" / "compiled" and "neither" in found.why
+    assert os.environ["NUMBA_CACHE_DIR"] == str(found.folder) and os.environ["MPLCONFIGDIR"].endswith("fonts")
+    assert found.folder.stat().st_mode & 0o077 == 0
+    assert kept.ensure().folder == found.folder
+
+
+def test_a_folder_that_others_can_write_is_not_taken(bare: Path) -> None:
+    (bare / f"sstl-{os.getuid()}").mkdir()
+    (bare / f"sstl-{os.getuid()}").chmod(0o777)
+    assert kept.private("compiled") is None
+
+
+def test_a_link_is_not_followed(bare: Path) -> None:
+    (bare / "elsewhere").mkdir()
+    (bare / f"sstl-{os.getuid()}").symlink_to(bare / "elsewhere")
+    assert kept.private("compiled") is None
+
+
+def test_without_any_folder_nothing_is_kept_and_functions_still_compile(bare: Path) -> None:
+    code = (
+        "from pathlib import Path\n"
+        "from sstl_cli.core import kept\n"
+        "kept._tree_writable = lambda: False\nkept._can_make = lambda folder: False\nkept.private = lambda name: None\n"
+        "assert kept.ensure().folder is None\n"
+        "from numba import njit\n"
+        "@njit(cache=True)\n"
+        "def twice(x): return 2 * x\n"
+        "print(twice(21))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "42", done.stderr
+
+
+def test_a_relative_home_is_none(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # a user without an entry in the list of users: "~" stays as it is
+    assert not kept._can_make(Path("~/.cache/numba"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(ROOT_USER and not shutil.which("setpriv"), reason="root can write anywhere")
+def test_a_service_user_on_a_read_only_tree(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "sstl_cli", tmp_path / "sstl_cli", ignore=shutil.ignore_patterns("__pycache__"))
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    for path in (tmp_path / "sstl_cli").rglob("*"):
+        path.chmod(path.stat().st_mode & 0o555)
+    (tmp_path / "sstl_cli").chmod(0o555)
+    plain = "-dac_override,-dac_read_search"
+    before = ["setpriv", "--bounding-set", plain, "--inh-caps", plain] if ROOT_USER else []
+    log, out = ROOT / "data/samples/log.parquet", temporary / "t.parquet"
+    for words in (["doctor"], ["segment", log, "--out", out], ["plot", out, "--out", temporary / "t.png"]):
+        done = subprocess.run(
+            [*before, sys.executable, "-m", "sstl_cli", *map(str, words)], cwd=tmp_path, capture_output=True, text=True,
+            env={"PATH": os.environ["PATH"], "TMPDIR": str(temporary), "HOME": "/proc/none", "PYTHONPATH": str(tmp_path)},
+        )  # fmt: skip
+        assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    assert list((temporary / f"sstl-{os.getuid()}" / "compiled").rglob("*.nbi"))
