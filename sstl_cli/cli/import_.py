@@ -18,7 +18,7 @@ EPILOG = """Examples:
 
   sstl import bend_*.mat --mapping rig.toml --out log.parquet --on-gap fill
 
-  sstl import --guess recording.tdms > rig.toml
+  sstl import --guess bend_*.csv --out rig.toml
 """
 
 
@@ -48,7 +48,7 @@ def import_(
             "--merge", help="append (files follow in time), channels (each with its clock) or rows (row n of each)."
         ),
     ] = None,
-    guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping, with reasons and a preview loop.")] = False,
+    guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping for files of one kind, with reasons; what it cannot know it asks.")] = False,
     json_: Json = False,
     force: Force = False,
     config: Config = None,
@@ -147,28 +147,29 @@ def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
 
 
 def _guess(screen: Screen, files: list[Path], format_: str | None, out: Path | None, force: bool) -> None:
-    from sstl_cli.core.errors import UsageError
     from sstl_cli.core.files import require_writable, write_text
     from sstl_cli.importers.guess import guess
 
-    if len(files) != 1:
-        raise UsageError("--guess takes one file", fix="give the most typical recording", code="E346")
     if out is not None:
         require_writable(out, force)
-    found = guess(files[0], format_)
+    found = guess(files, format_)
     if out is not None:
         write_text(out, found.toml, force)
     for line in found.toml.splitlines():
         screen.line(line)
     for line in [*found.reasons, *found.preview]:
         screen.note(line)
+    for question in found.questions:
+        screen.note(f"line {question.line} asks: {question.text}")
     screen.finish(
         {
             "schema": "sstl.import-guess/1",
             "file": str(files[0]),
+            "files": [str(f) for f in files],
             "format": found.format,
             "mapping": found.toml,
             "reasons": found.reasons,
+            "questions": [{"line": q.line, "target": q.target, "text": q.text} for q in found.questions],
             "preview": found.preview,
         }
     )

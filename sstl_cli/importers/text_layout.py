@@ -209,7 +209,8 @@ def _decimal_comma(lines: list[str], delimiter: str) -> bool:
 def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
     """Return column names and units from the lines above the data."""
     plain = tuple(f"col{i + 1}" for i in range(width))
-    rows = [cut(line, delimiter) for line in head]
+    # LabVIEW names a column for comments, which most of its lines leave out
+    rows = [r[:-1] if len(r) == width + 1 and r[-1] == "Comment" else r for r in (cut(x, delimiter) for x in head)]
     fitting = [r for r in rows if len(r) == width or (len(r) == width - 1 and width > 2)]
     if not fitting:
         if rows and delimiter != SPACES and len(rows[-1]) > 1:

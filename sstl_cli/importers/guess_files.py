@@ -1,0 +1,120 @@
+"""What file names say about recordings: a pattern whose groups are labels, and which side a file holds."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from sstl_cli.importers.guess_words import SIDE_OF, words
+
+_PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
+_LOCATIONS = {"NP", "CP", "ND"}
+_SYSTEMS = {"act", "sstl"}
+_MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
+_TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
+_BEND = words("deg bend angle config cfg conf curve radius r bending biegung winkel grad kurve")
+_LEAD = words("lead screw leadscrew spindel")
+
+
+@dataclass(frozen=True)
+class Named:
+    """A ``file_name`` pattern (empty: none), the labels it gives, a question, and the reason."""
+
+    pattern: str = ""
+    labels: tuple[str, ...] = ()
+    question: str = ""
+    reason: str = ""
+    constants: tuple[tuple[str, str], ...] = ()
+
+
+def name_pattern(stems: list[str]) -> Named:
+    """Return the pattern that the names of recordings share.
+
+    Parameters
+    ----------
+    stems : list of str
+        File names without extension.
+
+    Examples
+    --------
+    >>> name_pattern(["bend_030_run1", "bend_060_run1"]).pattern
+    '^bend_(?P<config_id>\\\\d+)_run'
+    """
+    cut = [_PARTS.findall(s) for s in stems]
+    shapes = {tuple(_kind(p) for p in parts) for parts in cut}
+    if len(shapes) != 1:
+        return Named(reason="the file names are not alike: labels need a manifest (--manifest)")
+    columns = list(zip(*cut, strict=True))
+    labels: dict[int, str] = {}
+    unknown: list[int] = []
+    for i, values in enumerate(columns):
+        label = _label(i, values, columns)
+        if label and label not in labels.values():
+            labels[i] = label
+        elif label is None and len(set(values)) > 1:
+            unknown.append(i)
+    question = ""
+    if unknown and "config_id" not in labels.values():
+        labels[unknown[0]] = "config_id"
+        question = "does this part of the name tell the bending configuration?"
+    elif unknown:
+        question = "the name has parts that vary and got no label"
+    if not labels:
+        return Named(reason="" if len(stems) == 1 else "the file names give no label")
+    names = dict(labels)
+    constants: tuple[tuple[str, str], ...] = ()
+    if {"location", "config_id"} <= set(labels.values()):
+        # bend 40 at one place is not bend 40 at another
+        names = {i: "bend" if n == "config_id" else n for i, n in labels.items()}
+        constants = (("config_id", "{location}-{bend}"),)
+    body = []
+    for i, values in enumerate(columns[: max([*labels, *unknown]) + 2]):
+        kind = r"\d+" if not any("." in v for v in values) else r"\d+(?:\.\d+)?"
+        shape = kind if values[0][0].isdigit() else "[A-Za-z]+" if values[0][0].isalpha() else ""
+        if i in labels:
+            body.append(f"(?P<{names[i]}>{shape})")
+        else:
+            body.append(shape if len(set(values)) > 1 and shape else re.escape(values[0]))
+    shown = ", ".join(f"{labels[i]} from '{columns[i][0]}'" for i in labels)
+    return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants)
+
+
+def side_of(stem: str) -> str:
+    """Return ``in`` or ``out`` if a file's name says which side it holds, else an empty text."""
+    sides = {SIDE_OF[w.lower()] for w in _PARTS.findall(stem) if w.lower() in SIDE_OF}
+    return sides.pop() if len(sides) == 1 else ""
+
+
+def side_words(stems: list[str]) -> list[str]:
+    """Return the words of the names that tell the side, as they are written."""
+    return sorted({w for s in stems for w in _PARTS.findall(s) if w.lower() in SIDE_OF})
+
+
+def _kind(part: str) -> str:
+    return "number" if part[0].isdigit() else "word" if part[0].isalpha() else part
+
+
+def _label(i: int, values: tuple[str, ...], columns: list[tuple[str, ...]]) -> str | None:
+    """Return the label that a part of the names gives, an empty text for none, None if it is not known."""
+    before = columns[i - 1][0].lower() if i else ""
+    if before and not before[0].isalnum() and i > 1:
+        before = columns[i - 2][0].lower()
+    after = columns[i + 1][0].lower() if i + 1 < len(columns) else ""
+    if not values[0][0].isalnum():
+        return ""
+    if values[0][0].isalpha():
+        if set(values) <= _LOCATIONS:
+            return "location"
+        if set(values) <= _SYSTEMS:
+            return "system"
+        if {v.lower() for v in values} <= _MOTIONS:
+            return "trajectory"
+        return "" if len(set(values)) == 1 else None
+    if before in _LEAD or after == "mm":
+        return "lead_mm"
+    if before in _BEND or after in _BEND or before.upper() in _LOCATIONS:
+        return "config_id"
+    # dates and times of day, and numbers that count recordings
+    if before in _TRIAL or all(len(v) in (6, 8, 14) for v in values):
+        return ""
+    return None if len(set(values)) > 1 else ""

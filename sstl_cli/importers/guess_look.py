@@ -1,0 +1,105 @@
+"""A first look at one file: its channels, its first samples, its clock and its likely tensions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
+from sstl_cli.importers.guess_names import Said, said
+from sstl_cli.importers.guess_roles import Roles, guess_roles
+from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
+
+Array = NDArray[np.float64]
+MAX_ROWS = 20_000
+MAX_COLUMNS = 64
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one file seems to hold."""
+
+    path: Path
+    format: Format
+    names: tuple[Said, ...]
+    data: dict[str, Array]
+    time: TimeGuess
+    roles: Roles
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels, in the order of the file."""
+        return tuple(s.name for s in self.names)
+
+
+def look_at(path: Path, wanted: str | None) -> Look:
+    """Return what a file seems to hold; SstlError where it cannot be read or has no two numeric channels."""
+    chosen = detect(path, wanted)
+    found = chosen.channels(path, Layout())
+    channels = [c for c in found if not c.text][:MAX_COLUMNS]
+    data = _first_values(chosen, path, channels)
+    if len(data) < 2:
+        raise SstlError("holds fewer than two numeric channels", where=str(path), fix="check the file", code="E333")
+    names = [said(c.name, "" if chosen.ID == "text" and c.unit in c.name else c.unit) for c in channels]
+    names = [_clock_if_forward(s, data.get(s.name)) for s in names]
+    texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
+    own = {c.name: c.time for c in channels if c.time and c.time != c.name}
+    time = guess_time(names, data, texts)
+    moving = [s for s in names if s.name in data and s.name != time.channel and _moves(data[s.name])]
+    roles = guess_roles(moving, data)
+    clock = own.get(roles.first[0].name) if roles.first else None
+    if clock is not None:
+        # formats with a clock for each channel tell the time themselves, in s
+        line = f'time_s = {{ column = "{clock}", unit = "s" }}'
+        time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
+    return Look(path, chosen, tuple(names), data, time, roles)
+
+
+def _clock_if_forward(one: Said, values: Array | None) -> Said:
+    """Return ``t_in`` as a clock where it runs forward, and as the tension it may also be where it does not."""
+    if values is None or one.words[:1] != ("t",) or one.unit or not one.side:
+        return one
+    return replace(one, quantity="time") if runs_forward(values) else one
+
+
+def _moves(values: Array) -> bool:
+    finite = values[np.isfinite(values)]
+    return len(finite) > 2 and float(np.ptp(finite)) > 0
+
+
+def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> dict[str, Array]:
+    """Return the first values of the channels; one of text or of another length does not spoil the others."""
+    names = [c.name for c in channels]
+    try:
+        return {n: v for n, v in _read(chosen, path, names).items() if len(v) > 2}
+    except SstlError as error:
+        if error.code not in ("E328", "E314", "E339"):
+            raise
+    out = {}
+    for name in names:
+        try:
+            values = _read(chosen, path, [name])[name]
+        except SstlError as error:
+            if error.code not in ("E328", "E314"):
+                raise
+            continue
+        if len(values) > 2:
+            out[name] = values
+    return out
+
+
+def _read(chosen: Format, path: Path, names: list[str]) -> dict[str, Array]:
+    held: dict[str, list[Array]] = {n: [] for n in names}
+    rows = 0
+    with guarded(path, chosen.TITLE):
+        for block in chosen.read(path, names, [], Layout(), Notes()):
+            for name in names:
+                held[name].append(np.asarray(block.columns[name], np.float64))
+            rows += len(block)
+            if rows >= MAX_ROWS:
+                break
+    return {n: np.concatenate(v)[:MAX_ROWS] if v else np.empty(0) for n, v in held.items()}

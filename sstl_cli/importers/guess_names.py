@@ -1,0 +1,168 @@
+"""What a channel's name says: quantity, side of the transmission, reference or measured, and unit."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+from sstl_cli.core.units import is_unit, unit_of
+from sstl_cli.importers.guess_words import QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, STEMS, STRANGE, UNIT_WORDS
+
+_BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
+_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
+_SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
+_ORDER = tuple(QUANTITY)
+_SAFE_TAIL = {
+    "force": ("N", "mN", "kN", "uN", "kgf", "gf", "lbf", "ozf", "kg", "g", "lb", "lbs", "V", "mV", "n", "kn", "mn"),
+    "time": ("s", "ms", "us", "ns", "S", "MS", "US", "NS"),
+    "position": ("mm", "cm", "m", "um", "deg", "rad"),
+    "angle": ("deg", "rad", "rev"),
+    "pressure": ("bar", "psi", "kPa", "MPa", "Pa", "mbar"),
+}
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a name says; empty where it says nothing.
+
+    ``unit`` is a known unit, ``strange`` the text of one that is not.
+    """
+
+    name: str
+    words: tuple[str, ...]
+    quantity: str = ""
+    side: str = ""
+    reference: bool = False
+    unit: str = ""
+    strange: str = ""
+
+    @property
+    def dimension(self) -> str:
+        """Dimension of the unit (empty if there is none)."""
+        return unit_of(self.unit)[0] if self.unit else ""
+
+    @property
+    def tension(self) -> bool:
+        """Whether this is a measured force: by its unit, or by its name and no unit of something else."""
+        if self.reference or "/" in self.strange or self.quantity in ("current", "other", "time", "index"):
+            return False
+        if self.dimension == "force":
+            return True
+        return self.quantity == "force" and self.dimension in ("", "voltage", "count")
+
+
+def said(name: str, stated: str = "") -> Said:
+    """Return what a channel's name says.
+
+    Parameters
+    ----------
+    stated : str
+        Unit that the file states apart from the name (a row of units, a property of the channel).
+
+    Examples
+    --------
+    >>> s = said("Kraft Ausgang [N]")
+    >>> (s.quantity, s.side, s.unit)
+    ('force', 'out', 'N')
+    """
+    unit, strange = _unit(stated) if stated else ("", "")
+    # the ports of a block diagram are no side of a transmission
+    plain = re.sub(r"[/.](?:Out|In)\d*$", "", name)
+    for found in _BRACKETS.finditer(name):
+        inside = found[1].strip()
+        known, odd = _unit(inside)
+        if (known or odd) and not (unit or strange):
+            unit, strange = known, odd
+        if known or odd:
+            plain = plain.replace(found[0], " ")
+    words = _words(plain)
+    quantity, side, reference = _meaning(words)
+    if not unit and not strange:
+        unit, strange = _tail(plain, words, quantity)
+        if unit in ("counts", "V", "mV") or not quantity:
+            quantity = quantity or {"time": "time", "force": "force"}.get(unit_of(unit)[0] if unit else "", "")
+    if not quantity and unit:
+        quantity = {"force": "force", "time": "time", "length": "position", "angle": "angle"}.get(unit_of(unit)[0], "")
+    return Said(name, words, quantity, side, reference, unit, strange)
+
+
+def _unit(text: str) -> tuple[str, str]:
+    """Return a known unit, or the text of a strange one, or neither."""
+    text = text.strip().strip(".")
+    text = re.sub(r"^(in|en)\s+", "", text)
+    if is_unit(text) and text != "in":
+        return text, ""
+    if text in ("in", "inch", "inches"):
+        return "in", ""
+    plain = _plain(text).lower()
+    if plain in UNIT_WORDS:
+        return UNIT_WORDS[plain], ""
+    if plain in STRANGE or "%" in plain or re.fullmatch(r"[a-z]{1,3}/[a-z]{1,4}2?", plain):
+        return "", text
+    return "", ""
+
+
+def _words(text: str) -> tuple[str, ...]:
+    out: list[str] = []
+    for word in _WORDS.findall(_plain(text)):
+        low = word.lower()
+        short = _SHORT.fullmatch(low)
+        if short:
+            out += ["force", short[1].replace("mot", "motor").replace("soll", "ref")]
+        else:
+            out.append(low)
+    return tuple(out)
+
+
+def _plain(text: str) -> str:
+    text = text.replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("ß", "ss")
+    return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+
+
+def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:
+    quantities: list[str] = []
+    sides: list[str] = []
+    reference = any(w in REFERENCE for w in words)
+    if words == ("x", "value"):
+        # the time axis of LabVIEW's text files
+        return "time", "", False
+    for i, word in enumerate(words):
+        kind = QUANTITY_OF.get(word, "")
+        side = SIDE_OF.get(word, "") or ("out" if words[i : i + 2] == ("load", "side") else "")
+        if word == "f" or (word == "t" and i == 0 and len(words) > 1):
+            # F1, F_in, T_out: a force; t alone is time; T1 may be anything
+            kind = "force" if word == "f" or any(w in SIDE_OF for w in words[1:]) else ""
+        if side:
+            sides.append(side)
+        elif kind:
+            quantities.append(kind)
+        elif len(word) > 5:
+            for stem, (what, value) in STEMS.items():
+                if stem in word:
+                    if what == "quantity":
+                        quantities.append(value)
+                    elif what == "side":
+                        sides.append(value)
+                    else:
+                        reference = True
+    quantity = min(quantities, key=_ORDER.index, default="")
+    # a load cell at the output is sided once; words of both sides say nothing
+    side = sides[0] if len(set(sides)) == 1 else ""
+    return quantity, side, reference
+
+
+def _tail(plain: str, words: tuple[str, ...], quantity: str) -> tuple[str, str]:
+    """Return a unit written without brackets, or a strange one, where it fits what is measured."""
+    if any(w in ("adc", "raw", "counts", "lsb") for w in words):
+        return "counts", ""
+    last = re.sub(r"[^\w%/]", "", re.split(r"[\s_\-.,;:/]+", _plain(plain).strip(" _-./,;:"))[-1])
+    if last.lower() in UNIT_WORDS:
+        return UNIT_WORDS[last.lower()], ""
+    if last.lower() in ("percent", "pct", "prozent") or last.endswith("%"):
+        return "", last
+    if len(words) > 1 and last in _SAFE_TAIL.get(quantity, ()):
+        return {"n": "N", "kn": "kN", "mn": "mN", "S": "s", "MS": "ms", "US": "us", "NS": "ns"}.get(last, last), ""
+    if len(words) > 1 and not quantity and last in ("N", "mN", "kN", "lbf", "kgf"):
+        return last, ""
+    return "", ""

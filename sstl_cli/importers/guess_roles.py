@@ -1,0 +1,181 @@
+"""Which channels are the input and the output tension: names first, the motion only where names say nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.importers.guess_names import Said
+
+Array = NDArray[np.float64]
+SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
+
+
+@dataclass(frozen=True)
+class Roles:
+    """The channels proposed for input and output (two for a difference), a question for each, and the reasons."""
+
+    first: tuple[Said, ...] = ()
+    second: tuple[Said, ...] = ()
+    ask_first: str = ""
+    ask_second: str = ""
+    reasons: tuple[str, ...] = ()
+
+    def of(self, target: str) -> tuple[tuple[Said, ...], str]:
+        """Return channels and question of ``tension_in_n`` or ``tension_out_n``."""
+        return (self.first, self.ask_first) if target == "tension_in_n" else (self.second, self.ask_second)
+
+
+def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
+    """Return the likely tensions of a recording.
+
+    Parameters
+    ----------
+    names : list of Said
+        Channels that move, without the clock.
+    data : dict
+        First samples of each channel, shape (n,).
+    """
+    tensions = [s for s in names if s.tension]
+    sided = {side: [s for s in tensions if s.side == side] for side in ("in", "out")}
+    plain = [s for s in tensions if not s.side]
+    if len(sided["in"]) == 1 and len(sided["out"]) == 1:
+        a, b = sided["in"][0], sided["out"][0]
+        return Roles((a,), (b,), reasons=(f"tension_in_n: '{a.name}' and tension_out_n: '{b.name}', by their names",))
+    if sided["in"] and sided["out"]:
+        return _several(sided["in"], sided["out"])
+    for side in ("in", "out"):
+        if len(sided[side]) == 1 and len(plain) == 1:
+            return _by_exclusion(sided[side][0], plain[0], side)
+        if sided[side] and not plain:
+            return _only(sided[side], side)
+        if sided[side] and plain:
+            return _several(sided["in"] or plain, sided["out"] or plain)
+    if len(plain) == 1:
+        # a tension beside the command of a motion is what comes out of it; beside a command of tension it may be either
+        commanded = any(s.reference and s.quantity != "force" and s.dimension != "force" for s in names)
+        side = "out" if commanded or not any(s.side == "out" for s in names) else "in"
+        return _only(plain, side, sure=commanded)
+    if len(plain) > 1:
+        return _antagonists(plain, names, data) or _unsided(plain, data)
+    return _unnamed(names, data)
+
+
+def _by_exclusion(known: Said, other: Said, side: str) -> Roles:
+    question = f"'{known.name}' is the other side: is this the {'output' if side == 'in' else 'input'}?"
+    reasons = (f"'{known.name}' is the {side}put by its name, '{other.name}' is the only other tension",)
+    if side == "in":
+        return Roles((known,), (other,), "", question, reasons)
+    return Roles((other,), (known,), question, "", reasons)
+
+
+def _several(first: list[Said], second: list[Said]) -> Roles:
+    asks = []
+    for many in (first, second):
+        others = ", ".join(repr(s.name) for s in many[1:5])
+        asks.append(f"or {others}? give each tendon a mapping of its own" if others else "")
+    reasons = (f"{len(first)} channels look like the input and {len(second)} like the output",)
+    return Roles((first[0],), (second[0],), asks[0], asks[1], reasons)
+
+
+def _only(found: list[Said], side: str, sure: bool = True) -> Roles:
+    one = (found[0],)
+    ask = f"or {', '.join(repr(s.name) for s in found[1:5])}?" if found[1:] else ""
+    ask = ask or ("" if sure else "is this the output, or the input?")
+    what, other = ("output", "input") if side == "out" else ("input", "output")
+    reasons: tuple[str, ...] = (f"'{found[0].name}' is the {what}; the {other} tension is not in this file",)
+    missing = f"only one tension here: where is the {other}?"
+    return Roles(one, (), ask, missing, reasons) if side == "in" else Roles((), one, missing, ask, reasons)
+
+
+def _unsided(found: list[Said], data: dict[str, Array]) -> Roles:
+    """Return two tensions whose names say no side: the one that leads and moves more is proposed as the input."""
+    a, b = found[:2]
+    x, y = data[a.name], data[b.name]
+    leads = _lead(x, y) if len(x) == len(y) else 0.0
+    if leads < 0 or (leads == 0 and np.ptp(y) > np.ptp(x)):
+        a, b = b, a
+    more = f" (of {', '.join(repr(s.name) for s in found)})" if len(found) > 2 else ""
+    question = "the names do not say which is the input: this one leads or moves more"
+    reasons = (f"'{a.name}' and '{b.name}' are tensions{more}; which is the input is a guess from the motion",)
+    return Roles((a,), (b,), question + more, "is this the output?", reasons)
+
+
+def _lead(x: Array, y: Array) -> float:
+    """Return by how many samples ``x`` comes before ``y`` (negative: after), within a hundredth of the record."""
+    good = np.isfinite(x) & np.isfinite(y)
+    x, y = x[good] - np.mean(x[good]), y[good] - np.mean(y[good])
+    reach = max(1, len(x) // 100)
+    scores = [float(np.dot(x[reach:-reach], y[reach + k : len(y) - reach + k])) for k in range(-reach, reach + 1)]
+    return float(int(np.argmax(scores)) - reach) if len(x) > 2 * reach + 2 else 0.0
+
+
+def _antagonists(plain: list[Said], names: list[Said], data: dict[str, Array]) -> Roles | None:
+    """Return the difference of two tensions that pull against each other, and what follows it."""
+    for i, a in enumerate(plain):
+        for b in plain[i + 1 :]:
+            x, y = data[a.name], data[b.name]
+            if len(x) != len(y) or not (np.isfinite(x).all() and np.isfinite(y).all()):
+                continue
+            top = max(x.max(), y.max())
+            positive = min(x.min(), y.min()) > -0.05 * top and min(x[0], y[0]) > 0.1 * top
+            together = float(np.corrcoef(x, y)[0, 1])
+            if positive and abs(x[0] - y[0]) < 0.1 * top and together < -0.7:
+                reason = (
+                    f"tension_in_n: '{a.name}' minus '{b.name}', an antagonistic pair: both positive, equal at the "
+                    f"start, and moving against each other (correlation {together:.2f})"
+                )
+                others = [s for s in names if s not in (a, b) and not s.reference]
+                second, why = _follows(x - y, others, data)
+                return Roles(
+                    (a, b), second, "swap them if pulling should raise the input", "what is this?", (reason, *why)
+                )
+    return None
+
+
+def _follows(drive: Array, others: list[Said], data: dict[str, Array]) -> tuple[tuple[Said, ...], tuple[str, ...]]:
+    """Return the channel that follows the drive most."""
+    fit = [s for s in others if len(data[s.name]) == len(drive) and np.isfinite(data[s.name]).all()]
+    scores = {s.name: abs(float(np.corrcoef(drive, data[s.name])[0, 1])) for s in fit}
+    if not scores:
+        return (), ()
+    best = max(fit, key=lambda s: scores[s.name])
+    ranking = ", ".join(f"{n} {scores[n]:.2f}" for n in sorted(scores, key=lambda n: -scores[n])[:4])
+    return (best,), (f"tension_out_n: '{best.name}' follows it most (correlations: {ranking}); check what it measures",)
+
+
+def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
+    """Return channels whose names say no force: those named input and output, an antagonistic pair, the most alike."""
+    usable = [s for s in names if s.quantity in ("", "pressure", "position", "angle") and not s.reference]
+    by_side = [[s for s in usable if s.side == side] for side in ("in", "out")]
+    if len(by_side[0]) == 1 and len(by_side[1]) == 1:
+        a, b = by_side[0][0], by_side[1][0]
+        reasons = (f"'{a.name}' and '{b.name}' are input and output by their names, which do not say what of",)
+        return Roles((a,), (b,), "is this a tension?", "is this a tension?", reasons)
+    common = [s for s in usable if len(data[s.name]) == _common(usable, data)]
+    pair = _antagonists([s for s in common if not s.quantity], common, data)
+    if pair is not None:
+        return pair
+    if len(common) < 2:
+        return Roles(
+            ask_first="which channel?", ask_second="which channel?", reasons=("fewer than two channels move",)
+        )
+    table = np.vstack([np.nan_to_num(data[s.name]) for s in common])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        together = np.abs(np.nan_to_num(np.corrcoef(table)))
+    np.fill_diagonal(together, 0)
+    # copies of one channel tell nothing
+    together[together > 0.9995] = 0
+    i, j = sorted(int(k) for k in np.unravel_index(int(np.argmax(together)), together.shape))
+    reason = (
+        f"'{common[i].name}' and '{common[j].name}' move together most (correlation "
+        f"{np.corrcoef(table[i], table[j])[0, 1]:.2f}); which is the input, and whether they are tensions, is a guess"
+    )
+    return Roles((common[i],), (common[j],), "is this the input tension?", "is this the output?", (reason,))
+
+
+def _common(names: list[Said], data: dict[str, Array]) -> int:
+    lengths = [len(data[s.name]) for s in names]
+    return max(set(lengths), key=lengths.count) if lengths else 0

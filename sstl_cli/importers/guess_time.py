@@ -1,0 +1,134 @@
+"""Which channel is the clock of a recording, and in which unit; what cannot be known is asked."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_names import Said
+
+Array = NDArray[np.float64]
+# unix times of the years 2001 to 2100, by the unit they are counted in
+EPOCHS = ((1e9, "s"), (1e12, "ms"), (1e15, "us"), (1e18, "ns"))
+EPOCH_LAST = 4.1
+# days since 1900 or of the year 0, as spreadsheets and MATLAB count them
+DAYS = ((36_000.0, 73_000.0), (730_000.0, 770_000.0))
+LIKELY_STEP_S = (2e-5, 0.5)
+FORWARD = 0.98
+
+
+@dataclass(frozen=True)
+class TimeGuess:
+    """The line of a mapping for ``time_s``, the channel it names (None: none), and the reasons."""
+
+    line: str
+    channel: str | None
+    reasons: tuple[str, ...]
+
+
+def guess_time(names: list[Said], data: dict[str, Array], texts: list[str]) -> TimeGuess:
+    """Return the clock: by name and by running forward; a channel that counts samples is no clock.
+
+    Parameters
+    ----------
+    names : list of Said
+        The numeric channels in the order of the file.
+    data : dict
+        First samples of each channel, shape (n,).
+    texts : list of str
+        Names of the channels that hold text.
+    """
+    forward = [s for s in names if s.name in data and runs_forward(data[s.name])]
+    counters = [s for s in forward if s.quantity == "index" or (s.quantity != "time" and _counts(data[s.name]))]
+    clocks = [s for s in forward if s not in counters and (s.quantity == "time" or not (s.quantity or s.side))]
+    named = [s for s in clocks if s.quantity == "time" or s.dimension == "time"]
+    reasons = [f"'{s.name}' counts samples and is no time" for s in counters]
+    if named:
+        # of several the one that tells samples apart; then the sender's own stamp; then the first of the file
+        best = min(named, key=lambda s: (_repeats(data[s.name]) > 0.5, "header" not in s.words, _repeats(data[s.name]) > 0))
+        sides = {s.side for s in named if s.side}
+        if len(sides) == 2:
+            found = _of(best, data[best.name], reasons, sure=True)
+            ask = "each side has its own clock: add time = \"...\" to the other tension"
+            return replace(found, line=found.line.partition("  # (?)")[0] + f"  # (?) {ask}")
+        if len(named) > 1:
+            others = ", ".join(f"'{s.name}'" for s in named if s is not best)
+            reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
+        return _of(best, data[best.name], reasons, sure=True)
+    if clocks:
+        even = [s for s in clocks if _even(data[s.name])]
+        if even:
+            return _of(even[0], data[even[0].name], reasons, sure=False)
+    hint = f" ('{texts[0]}' holds text)" if texts else ""
+    reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
+    return TimeGuess(f"time_s = {{ rate_hz = 1000 }}  # (?) no clock found{hint}: which rate?", None, tuple(reasons))
+
+
+def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:
+    unit, scale, question, why = _unit(best, values)
+    if not sure:
+        question = question or "is this the time, and in this unit?"
+    steps = np.diff(values)
+    repeated = float(np.mean(steps == 0))
+    name = json.dumps(best.name, ensure_ascii=False)
+    extra = f", scale = {scale:g}" if scale != 1.0 else ""
+    mark = f"  # (?) {question}" if question else ""
+    reasons.append(f"time_s: '{best.name}' runs forward in {100 * np.mean(steps >= 0):.1f} % of the steps; {why}")
+    if repeated > 0.9:
+        mark = mark or "  # (?) it repeats in most steps: is there a finer clock, or a rate?"
+    if repeated:
+        reasons.append(f"time repeats in {100 * repeated:.0f} % of the steps: the last of a tick is kept")
+    return TimeGuess(f'time_s = {{ column = {name}, unit = "{unit}"{extra} }}{mark}', best.name, tuple(reasons))
+
+
+def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
+    """Return unit, scale, question (empty: none) and reason."""
+    finite = values[np.isfinite(values)]
+    steps = np.diff(finite)
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    stated = best.unit if best.dimension == "time" else ""
+    for start, unit in EPOCHS:
+        if start <= finite[0] < EPOCH_LAST * start:
+            if stated and unit_of(stated) != unit_of(unit):
+                return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}", "unix time"
+            return unit, 1.0, "", f"unix time in {unit}"
+    if not stated and any(a <= finite[0] < b for a, b in DAYS) and np.ptp(finite) < 2:
+        return "h", 24.0, "", "days, as spreadsheets and MATLAB count them"
+    if stated:
+        period = step * unit_of(stated)[1]
+        if period and not LIKELY_STEP_S[0] <= period <= LIKELY_STEP_S[1]:
+            return stated, 1.0, f"is {1 / period:.4g} Hz the rate? the name says {stated}", f"unit {stated} by its name"
+        return stated, 1.0, "", f"unit {stated} by its name"
+    whole = bool(np.all(finite == np.round(finite)))
+    if not whole and LIKELY_STEP_S[0] <= step <= LIKELY_STEP_S[1]:
+        return "s", 1.0, "", f"unit s from its usual step of {step:g}"
+    unit = "us" if step >= 500 else "ms" if step >= 1 else "s"
+    counts = " or does it count samples (then rate_hz)?" if _counts(values) else ""
+    return unit, 1.0, f"no unit is stated: {unit} fits steps of {step:g};{counts or ' right?'}", f"step {step:g}"
+
+
+def runs_forward(values: Array) -> bool:
+    """Return whether values go forward in nearly all steps, as time does."""
+    if len(values) < 3 or not np.isfinite(values).all():
+        return False
+    return bool(np.mean(np.diff(values) >= 0) >= FORWARD and values[-1] > values[0])
+
+
+def _counts(values: Array) -> bool:
+    """Whether the values go up by one each sample."""
+    return bool(np.mean(np.diff(values) == 1.0) > FORWARD)
+
+
+def _repeats(values: Array) -> float:
+    return float(np.mean(np.diff(values) == 0))
+
+
+def _even(values: Array) -> bool:
+    steps = np.diff(values)
+    steps = steps[steps > 0]
+    middle = float(np.median(steps)) if len(steps) else 0.0
+    return middle > 0 and float(np.median(np.abs(steps - middle))) < 0.2 * middle

@@ -1,0 +1,173 @@
+"""The proposed mapping as a TOML text: what is known stands there, what is not ends in ``(?)`` and a question."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.importers.guess_files import Named, side_words
+from sstl_cli.importers.guess_look import Look
+from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_roles import SIDES, Roles
+from sstl_cli.importers.guess_time import TimeGuess
+
+Array = NDArray[np.float64]
+HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark."
+# more than a steel tendon of 1 mm holds
+MANY_N = 3_000.0
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two files, one with the input and one with the output, of ``files`` in all."""
+
+    first: Look
+    second: Look
+    files: int
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Everything that is written down."""
+
+    format: str
+    names: tuple[Said, ...]
+    data: dict[str, Array]
+    time: TimeGuess
+    roles: Roles
+    named: Named
+    pair: Pair | None
+
+
+def written(p: Proposal) -> str:
+    """Return the mapping as TOML."""
+    lines = [HEAD, f"format = {json.dumps(p.format)}"]
+    if p.named.pattern:
+        lines.append(f"file_name = '{p.named.pattern}'" + _mark(p.named.question))
+    lines += _pair_name(p.pair) if p.pair else []
+    files = _files(p.pair) if p.pair else ("", "")
+    lines += ["", "[columns]", _with(p.time.line, files[0])]
+    for target, file in zip(SIDES, files, strict=True):
+        data = p.data if p.pair is None else (p.pair.first if target == "tension_in_n" else p.pair.second).data
+        line = _tension(target, p.roles, data)
+        if p.pair is not None and target == "tension_out_n":
+            line = _with(line, f"{file}{_own_time(p.pair)}")
+        else:
+            line = _with(line, file)
+        lines.append(line)
+    lines += _others(p)
+    constants = dict(p.named.constants)
+    lines += ["", "[constants]"]
+    if "system" not in p.named.labels:
+        lines.append('system = "act"  # (?) act: single pass, sstl: double pass')
+    lines += [f"{k} = {json.dumps(v)}" for k, v in constants.items()]
+    only_one = not (p.roles.first and p.roles.second)
+    if p.pair is not None or only_one:
+        lines += ["", "[files]", 'merge = "channels"']
+        lines += ['key = "take"'] if p.pair is not None and p.pair.files > 2 else []
+    return "\n".join([*lines, ""])
+
+
+def _tension(target: str, roles: Roles, data: dict[str, Array]) -> str:
+    found, question = roles.of(target)
+    if not found:
+        tail = ' , file = "NAME"' if question.startswith("only one") else ""
+        return f'{target} = {{ column = "...", unit = "N"{tail} }}'.replace(" ,", ",") + _mark(question or "which channel?")
+    one = found[0]
+    names = [json.dumps(s.name, ensure_ascii=False) for s in found]
+    source = f"minus = [{', '.join(names)}]" if len(found) > 1 else f"column = {names[0]}"
+    unit, doubt = _unit(one, target, [data[s.name] for s in found])
+    return f"{target} = {{ {source}, {unit} }}" + _mark("; ".join(filter(None, (question, doubt))))
+
+
+def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
+    """Return the unit part of a source and the question that it leaves."""
+    finite = np.concatenate([v[np.isfinite(v)] for v in values])
+    whole = bool(len(finite)) and bool(np.all(finite == np.round(finite)))
+    most = float(np.abs(finite).max()) if len(finite) else 0.0
+    if one.strange:
+        return (
+            f"unit = {json.dumps(one.strange, ensure_ascii=False)}",
+            f'{one.strange} is no force: define it in [units], such as {json.dumps(one.strange)} = "0.5 N"',
+        )
+    if one.dimension == "force":
+        if whole and most > 1000 and one.unit in ("N", "mN", "kN", "gf", "g"):
+            return f'unit = "{one.unit}"', f"whole numbers up to {most:g}: counts (then a gain), or {one.unit}?"
+        if one.unit == "N" and most > MANY_N:
+            return 'unit = "N"', f"up to {most:.4g} N: is the unit right?"
+        return f'unit = "{one.unit}"', ""
+    if one.dimension in ("voltage", "count"):
+        per = "V" if one.dimension == "voltage" else "count"
+        return f'unit = "{one.unit}"', f"{one.unit} need gain = N per {per}, and offset = the reading at no load"
+    if one.dimension == "pressure":
+        return f'unit = "{one.unit}"', "a pressure needs bore_mm or area_mm2"
+    if one.unit:
+        return f'unit = "{one.unit}", as = "N"', f"a {one.dimension} in {one.unit}, no tension: as = \"N\" keeps its numbers"
+    if one.name == target:
+        return 'unit = "N"', ""
+    if whole and most > 50:
+        return 'unit = "counts"', f"no unit is stated, whole numbers up to {most:g}: counts need gain = N per count"
+    return 'unit = "N"', f"no unit is stated (values up to {most:.4g}): N, or V, counts, lbf, kgf?"
+
+
+def _others(p: Proposal) -> list[str]:
+    """Return lines for the reference and the proximal displacement where they are sure, else comments."""
+    used = {s.name for s in (*p.roles.first, *p.roles.second)} | {p.time.channel}
+    lines = []
+    for target, dimension, fits in (
+        ("position_in_mm", "length", lambda s: s.quantity == "position" and not s.reference and s.side != "out"),
+        ("tension_ref_n", "force", lambda s: s.reference and (s.quantity == "force" or s.dimension == "force")),
+    ):
+        found = [s for s in p.names if s.name not in used and fits(s)]
+        for s in found:
+            name = json.dumps(s.name, ensure_ascii=False)
+            sure = len(found) == 1 and s.dimension == dimension and p.pair is None
+            lines.append(f"{'' if sure else '# '}{target} = {{ column = {name}, unit = \"{s.unit or '...'}\" }}")
+    return lines
+
+
+def _mark(question: str) -> str:
+    return f"  # (?) {question}" if question else ""
+
+
+def _with(line: str, extra: str) -> str:
+    """Return a line of [columns] with more keys in its table."""
+    return line.replace(" }", f", {extra} }}", 1) if extra else line
+
+
+def _files(pair: Pair) -> tuple[str, str]:
+    """Return ``file = "..."`` for either side: what only its names have."""
+    first, second = pair.first.path.name, pair.second.path.name
+    out = []
+    for mine, other in ((first, second), (second, first)):
+        words = [w for w in re.findall(r"[A-Za-z]+|\d+", mine) if w not in re.findall(r"[A-Za-z]+|\d+", other)]
+        word = next((w for w in side_words([mine]) if w in words), words[0] if words else mine)
+        out.append(f"file = {json.dumps(re.escape(mine) if word == mine else _alone(word))}")
+    return out[0], out[1]
+
+
+def _alone(word: str) -> str:
+    """Return a pattern for a word that is not part of a longer one (``in`` in ``line``)."""
+    return f"(?<![A-Za-z]){word}(?![A-Za-z])"
+
+
+def _own_time(pair: Pair) -> str:
+    channel = pair.second.time.channel
+    if channel is None:
+        return ""
+    unit = re.search(r'unit = "(\w+)"', pair.second.time.line)
+    return f", time = {json.dumps(channel, ensure_ascii=False)}, time_unit = {json.dumps(unit[1] if unit else 's')}"
+
+
+def _pair_name(pair: Pair) -> list[str]:
+    """Return the pattern that tells which files belong together, where there are several pairs."""
+    if pair.files <= 2:
+        return []
+    words = "|".join(side_words([pair.first.path.stem, pair.second.path.stem]))
+    at_start = re.match(rf"(?:{words})(?![A-Za-z])", pair.first.path.stem) is not None
+    body = rf"^(?:{words})[-_ ]*(?P<take>.*)\." if at_start else rf"^(?P<take>.*?)[-_ ]*(?:{words})(?![A-Za-z])"
+    return [f"file_name = '{body}'"]

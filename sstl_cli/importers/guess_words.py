@@ -1,0 +1,128 @@
+"""Words that loggers put into channel names, in English, German, French, Spanish and Italian, and what they mean."""
+
+from __future__ import annotations
+
+
+def words(text: str) -> frozenset[str]:
+    """Return the words of a text."""
+    return frozenset(text.split())
+
+
+# what a channel measures; the first that is found in this order counts
+QUANTITY: dict[str, str] = {
+    "current": "current curr strom courant corriente corrente amp amps ampere",
+    "other": (
+        "voltage volts temp temperature temperatur temperatura vel velocity speed geschwindigkeit vitesse velocidad "
+        "velocita acc accel acceleration beschleunigung torque moment drehmoment couple coppia pwm duty valve flow "
+        "error err fehler erreur status state flag mode power battery humidity gain strain dehnung emg imu gyro "
+        "residual cpu latency delay quality rssi"
+    ),
+    "pressure": "pressure druck pression presion pressione",
+    "force": (
+        "force forces frc tension tensions tens tensile load loads loadcell cell newton newtons kraft zugkraft zug "
+        "seilkraft fuerza fuerzas carga tensione forza forze carico tiro traction hx wrench ft fx fy fz"
+    ),
+    "position": (
+        "position pos displacement displ disp stroke travel extension elongation weg hub pfad verschiebung course "
+        "deplacement posicion recorrido desplazamiento carrera corsa spostamento posizione encoder enc lvdt length"
+    ),
+    "angle": "angle winkel angolo angulo rotation rot theta heading joint",
+    "time": (
+        "time times t zeit zeitstempel uhrzeit temps tiempo tempo stamp timestamp clock elapsed secs sec second "
+        "seconds sekunden segundos secondi secondes millis micros nanos msec usec nsec nsecs tout hora heure date "
+        "datetime datum"
+    ),
+    "index": (
+        "index idx sample samples nr no num number n row line frame seq sequence counter count cnt messung messwert "
+        "punkt point scan i id lfd zeile numero muestra echantillon campione unnamed"
+    ),
+}
+SIDE: dict[str, str] = {
+    "in": (
+        "in inp input prox proximal motor drive driver driving actuator actuation source upstream base handle winch "
+        "pull pulling antrieb eingang eingangs ein entree entrada ingresso moteur motore amont proximale servo"
+    ),
+    "out": (
+        "out outp output dist distal tip end effector downstream remote tool gripper return driven abtrieb ausgang "
+        "ausgangs aus spitze ende sortie salida uscita distale extremo aval punta jaw"
+    ),
+}
+REFERENCE = words(
+
+        "ref reference cmd command commanded desired des setpoint set sp target soll sollwert consigne consigna "
+        "referencia riferimento demand goal nominal vorgabe"
+
+)
+# parts of German compounds and of words written together
+STEMS: dict[str, tuple[str, str]] = {
+    "kraft": ("quantity", "force"),
+    "tension": ("quantity", "force"),
+    "force": ("quantity", "force"),
+    "load": ("quantity", "force"),
+    "eingang": ("side", "in"),
+    "antrieb": ("side", "in"),
+    "input": ("side", "in"),
+    "motor": ("side", "in"),
+    "prox": ("side", "in"),
+    "ausgang": ("side", "out"),
+    "abtrieb": ("side", "out"),
+    "output": ("side", "out"),
+    "dist": ("side", "out"),
+    "zeit": ("quantity", "time"),
+    "time": ("quantity", "time"),
+    "soll": ("reference", "reference"),
+    "winkel": ("quantity", "angle"),
+    "strom": ("quantity", "current"),
+    "druck": ("quantity", "pressure"),
+}
+QUANTITY_OF = {word: kind for kind, words in reversed(QUANTITY.items()) for word in words.split()}
+SIDE_OF = {word: side for side, words in SIDE.items() for word in words.split()}
+# written by loggers in other ways than the unit's own name
+UNIT_WORDS = {
+    "newton": "N",
+    "newtons": "N",
+    "millis": "ms",
+    "millisecond": "ms",
+    "milliseconds": "ms",
+    "millisekunden": "ms",
+    "msec": "ms",
+    "msecs": "ms",
+    "micros": "us",
+    "microseconds": "us",
+    "usec": "us",
+    "usecs": "us",
+    "nanos": "ns",
+    "nsec": "ns",
+    "nsecs": "ns",
+    "nanoseconds": "ns",
+    "secs": "s",
+    "sec": "s",
+    "second": "s",
+    "seconds": "s",
+    "sekunden": "s",
+    "segundos": "s",
+    "secondes": "s",
+    "secondi": "s",
+    "sek": "s",
+    "seg": "s",
+    "minuten": "min",
+    "volt": "V",
+    "volts": "V",
+    "grad": "deg",
+    "grados": "deg",
+    "gradi": "deg",
+    "degres": "deg",
+    "raw": "counts",
+    "adc": "counts",
+    "count": "counts",
+    "cts": "counts",
+    "digit": "counts",
+    "digits": "counts",
+    "lsb": "counts",
+    "bits": "counts",
+    "kp": "kgf",
+    "pounds": "lbf",
+    "grams": "gf",
+}
+# units that are no force, and that no factor known here turns into one
+STRANGE = words("% percent pct prozent fs mv/v a ma mw nm ncm au arb norm pu degc celsius")
