@@ -76,6 +76,10 @@ def said(name: str, stated: str = "") -> Said:
             unit, strange = known, odd
         if known or odd:
             plain = plain.replace(found[0], " ")
+    spoken = re.fullmatch(r"(.*\S)\s+in\s+(\S+)", plain.strip())
+    if spoken and _unit(spoken[2])[0] and any(_meaning(_words(spoken[1]))[i] for i in (1, 2)):
+        # "Ausgangskraft in N": the side is said already, so this "in" belongs to the unit
+        plain, unit = spoken[1], unit or _unit(spoken[2])[0]
     words = _words(plain)
     quantity, side, reference = _meaning(words)
     if not unit and not strange:

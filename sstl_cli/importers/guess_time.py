@@ -49,7 +49,15 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str]) -> T
     reasons = [f"'{s.name}' counts samples and is no time" for s in counters]
     if named:
         # of several the one that tells samples apart; then the sender's own stamp; then the first of the file
-        best = min(named, key=lambda s: (_repeats(data[s.name]) > 0.5, "header" not in s.words, _repeats(data[s.name]) > 0))
+        best = min(
+            named,
+            key=lambda s: (
+                _goes_back(data[s.name]),
+                _repeats(data[s.name]) > 0.5,
+                "header" not in s.words,
+                _repeats(data[s.name]) > 0,
+            ),
+        )
         sides = {s.side for s in named if s.side}
         if len(sides) == 2:
             found = _of(best, data[best.name], reasons, sure=True)
@@ -78,6 +86,8 @@ def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:
     extra = f", scale = {scale:g}" if scale != 1.0 else ""
     mark = f"  # (?) {question}" if question else ""
     reasons.append(f"time_s: '{best.name}' runs forward in {100 * np.mean(steps >= 0):.1f} % of the steps; {why}")
+    if _goes_back(values):
+        mark = mark or "  # (?) it runs back at times: is it one part of a clock, such as its nanoseconds?"
     if repeated > 0.9:
         mark = mark or "  # (?) it repeats in most steps: is there a finer clock, or a rate?"
     if repeated:
@@ -121,6 +131,10 @@ def runs_forward(values: Array) -> bool:
 def _counts(values: Array) -> bool:
     """Whether the values go up by one each sample."""
     return bool(np.mean(np.diff(values) == 1.0) > FORWARD)
+
+
+def _goes_back(values: Array) -> bool:
+    return bool((np.diff(values) < 0).any())
 
 
 def _repeats(values: Array) -> float:

@@ -84,6 +84,11 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     if not data:
         raise SstlError("holds no line of data", where=str(path), fix="check skip_rows and the file", code="E323")
     delimiter = _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
+    if wanted.header is None and not labview:
+        cut_off = _preamble(sample, data, delimiter)
+        position += sum(len(line) + len(line_end) for line in rest[:cut_off])
+        number += cut_off
+        rest, sample = rest[cut_off:], sample[cut_off:]
     decimal = decimal or ("," if delimiter != "," and _decimal_comma(data, delimiter) else ".")
     width = 0
     for i, line in enumerate(sample):
@@ -122,6 +127,27 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     names, units, named = _names(head, width, delimiter, path)
     text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in texts)
     return TextLayout(delimiter, decimal, names, units, position, number + rest_at + 1, comment, named, line_end, text)
+
+
+def _preamble(sample: list[str], data: list[str], delimiter: str) -> int:
+    """Return how many lines stand before the header where some of them hold numbers (an instrument's settings).
+
+    Such lines have another width than the data, and a line of names as wide as the data follows them.
+    """
+    widths = [len(cut(line, delimiter)) for line in data]
+    width = max(set(widths), key=lambda w: (widths.count(w), w))
+    settings = False
+    for i, line in enumerate(sample):
+        cells = cut(line, delimiter)
+        numbers = any(_is_number(c) for c in cells)
+        if numbers and len(cells) == width:
+            return 0
+        settings = settings or numbers
+        if settings and not numbers and len(cells) == width and all(cells):
+            following = next((x for x in sample[i + 1 :] if x.strip()), "")
+            if len(cut(following, delimiter)) == width and any(_is_number(c) for c in cut(following, delimiter)):
+                return i
+    return 0
 
 
 def cut(line: str, delimiter: str) -> list[str]:

@@ -1,0 +1,120 @@
+"""Proposals for several files: labels from names, files that hold one side each, and lines that import asks for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from header_table import N, T, X, Y, rows
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.guess import guess
+from sstl_cli.importers.guess_files import name_pattern
+from sstl_cli.importers.guess_names import said
+from sstl_cli.importers.inline import inline_mapping, targets_of
+from sstl_cli.importers.mapping import Mapping, read_mapping
+from sstl_cli.steps.import_ import run
+
+
+def answered(toml: str, folder: Path, answers: str = "system=act") -> Mapping:
+    """Return the proposed mapping with the questions answered on the command line."""
+    (folder / "rig.toml").write_text(toml)
+    return inline_mapping(answers, read_mapping(folder / "rig.toml", targets_of(answers)))
+
+
+def test_labels_from_names_of_several_files(tmp_path: Path) -> None:
+    files = []
+    for place, bend, system in (("CP", 40, "act"), ("CP", 40, "sstl"), ("ND", 60, "act")):
+        files.append(tmp_path / f"{place}_{bend:03d}_{system}_run1.csv")
+        files[-1].write_text("Time (s),Motor (N),Tip (N)\n" + rows(T, X, Y))
+    found = guess(files)
+    assert not found.questions
+    (tmp_path / "rig.toml").write_text(found.toml)
+    runs = list(run(files, read_mapping(tmp_path / "rig.toml")).runs)
+    assert [(r.location, r.config_id, r.system) for r in runs] == [
+        ("CP", "CP-040", "act"),
+        ("CP", "CP-040", "sstl"),
+        ("ND", "ND-060", "act"),
+    ]
+    np.testing.assert_allclose(runs[0].tension_in_n, X, atol=1e-5)
+
+
+@pytest.mark.parametrize("takes", [1, 3])
+def test_two_files_with_one_side_each_are_merged(takes: int, tmp_path: Path) -> None:
+    files = []
+    for take in range(takes):
+        for side, values in (("motor", X), ("tip", Y + take)):
+            files.append(tmp_path / f"{side}_{take}.csv")
+            files[-1].write_text("t [s],Force [lbf]\n" + rows(T, values))
+    found = guess(files)
+    assert [q.target for q in found.questions] == ["system"]
+    runs = list(run(files, answered(found.toml, tmp_path)).runs)
+    assert len(runs) == takes and all(len(r) == N for r in runs)
+    for take, one in enumerate(runs):
+        np.testing.assert_allclose(one.tension_out_n, 4.4482216152605 * (Y + take), atol=1e-3)
+
+
+def test_one_tension_only_proposes_the_other_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("Time [s],Stroke_Ref [mm],Tension [N]\n" + rows(T, X, Y))
+    found = guess([path])
+    assert 'merge = "channels"' in found.toml and 'tension_out_n = { column = "Tension [N]", unit = "N" }\n' in found.toml
+    assert {q.target for q in found.questions} == {"tension_in_n", "system"}
+
+
+def test_import_asks_for_every_open_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("Sample,adc_motor,adc_tip\n" + rows(np.arange(N), np.round(100 * X), np.round(100 * Y), digits=0))
+    found = guess([path])
+    assert [q.target for q in found.questions] == ["time_s", "tension_in_n", "tension_out_n", "system"]
+    assert found.toml.count('unit = "counts"') == 2
+    with pytest.raises(SstlError, match=r"line 5 still asks: time_s.*and 3 more, lines 6, 7, 10"):
+        answered(found.toml, tmp_path, "config_id=a")
+    # a mark deleted without an answer is still not taken for newtons
+    bare = "\n".join(line.partition("# (?)")[0] for line in found.toml.splitlines())
+    with pytest.raises(SstlError, match=r"counts needs a gain.*gain = G, offset = Z"):
+        list(run([path], answered(bare, tmp_path)).runs)
+
+
+def test_unreadable_and_unlike_files_are_named(tmp_path: Path) -> None:
+    for name, head in (("a", "t [s],Fin [N],Fout [N]"), ("b", "t [s],Fin [N],Fout [N]"), ("c", "t [s],Weg [mm],Fin [N]")):
+        (tmp_path / f"{name}.csv").write_text(head + "\n" + rows(T, X, Y))
+    (tmp_path / "d.csv").write_text("")
+    found = guess([tmp_path / f"{n}.csv" for n in "abcd"])
+    assert any("'c.csv' has other channels" in r for r in found.reasons)
+    assert any("d.csv: is empty" in r for r in found.reasons)
+
+
+@pytest.mark.parametrize(
+    ("stems", "pattern"),
+    [
+        (["bend_030_run1", "bend_060_run2"], r"^bend_(?P<config_id>\d+)_"),
+        (["lead3.5mm", "lead4mm"], r"^lead(?P<lead_mm>\d+(?:\.\d+)?)mm"),
+        (["20240301_101500", "20240301_103000"], ""),
+        (["a1", "b-2"], ""),
+    ],
+)
+def test_patterns_of_names(stems: list[str], pattern: str) -> None:
+    assert name_pattern(stems).pattern == pattern
+
+
+def test_an_unknown_part_of_the_name_is_asked() -> None:
+    assert "bending configuration" in name_pattern(["KDN_1bar", "KDN_5bar"]).question
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "side", "unit", "tension"),
+    [
+        ("F_in", "force", "in", "", True),
+        ("Ausgangskraft in N", "force", "out", "N", True),
+        ("tensión de salida [N]", "force", "out", "N", True),
+        ("Motor current (A)", "current", "in", "", False),
+        ("Sollkraft [N]", "force", "", "N", False),
+        ("Force rate [N/s]", "force", "", "", False),
+        ("F_min", "force", "", "", True),
+    ],
+)
+def test_what_names_say(name: str, quantity: str, side: str, unit: str, tension: bool) -> None:
+    found = said(name)
+    assert (found.quantity, found.side, found.unit, found.tension) == (quantity, side, unit, tension)

@@ -1,0 +1,46 @@
+"""The proposal on 25 headers as loggers write them: each line is right or asks; none is silently wrong."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from header_table import HEADERS, Header
+
+from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess import guess
+
+TARGETS = ("time_s", "tension_in_n", "tension_out_n")
+
+
+def verdicts(header: Header, folder: Path) -> list[str]:
+    """Return ``right``, ``asked`` or ``wrong`` for clock, input and output."""
+    path = folder / "log.csv"
+    path.write_bytes(header.text.encode(header.encoding))
+    found = guess([path])
+    asked = {q.target for q in found.questions}
+    columns = tomllib.loads(found.toml)["columns"]
+    out = []
+    for target, (channel, unit) in zip(TARGETS, (header.time, header.first, header.second), strict=True):
+        if target in asked:
+            out.append("asked")
+            continue
+        source = columns[target]
+        right = channel is not None and unit is not None and source.get("column") == channel
+        right = right and unit_of(source["unit"]) == unit_of(str(unit)) and "as" not in source
+        out.append("right" if right else "wrong")
+    return out
+
+
+@pytest.mark.parametrize("header", HEADERS, ids=lambda h: h.logger)
+def test_right_or_asked(header: Header, tmp_path: Path) -> None:
+    assert "wrong" not in verdicts(header, tmp_path)
+
+
+def test_what_a_header_says_is_not_asked(tmp_path: Path) -> None:
+    """Asking for everything would never be wrong: what the files do say is filled in."""
+    assert len(HEADERS) == 25
+    known = [c is not None and u is not None for h in HEADERS for c, u in (h.time, h.first, h.second)]
+    every = [v for h in HEADERS for v in verdicts(h, tmp_path)]
+    assert every.count("right") == sum(known) == 40
