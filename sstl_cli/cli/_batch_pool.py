@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from sstl_cli.cli._batch_worker import Job, run_one
+from sstl_cli.cli._batch_worker import Job, run_here, run_one
 from sstl_cli.core.errors import EXIT_FAILED
 from sstl_cli.steps.batch import Outcome
 
@@ -73,7 +73,7 @@ def _local(jobs: list[Job], workers: int) -> Iterator[Outcome]:
     )
     with _interrupts_held():
         # the processes start here and keep the mask: Ctrl-C ends this one, which ends them
-        results = pool(delayed(run_one)(job) for job in jobs)
+        results = pool(delayed(run_here)(job, os.getpid()) for job in jobs)
     yield from results
 
 

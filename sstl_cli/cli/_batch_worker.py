@@ -17,6 +17,7 @@ from pathlib import Path
 
 from sstl_cli.cli import _batch_places as places
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE, SstlError
+from sstl_cli.core.workers import at_work_in, end_with
 from sstl_cli.steps import batch as step
 
 # the subcommand sees the process's arguments and streams, of which there is one set
@@ -44,6 +45,12 @@ def run_one(job: Job) -> step.Outcome:
         return _run(job)
     except SstlError as error:
         return step.Outcome(job.item.source, job.item.output, "failed", EXIT_FAILED, error.line())
+
+
+def run_here(job: Job, program: int) -> step.Outcome:
+    """Do as :func:`run_one` in a process of this machine that ends with the program of that process number."""
+    end_with(program)
+    return run_one(job)
 
 
 def _run(job: Job) -> step.Outcome:
@@ -158,7 +165,8 @@ def _staging(folder: places.Place) -> Iterator[Path]:
     with places.telling(folder.url):
         work = Path(tempfile.mkdtemp(prefix="work-", dir=beside))
     try:
-        yield work
+        with at_work_in(work):
+            yield work
     finally:
         shutil.rmtree(work, ignore_errors=True)
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from sstl_cli.core.workers import end_with
 
 if TYPE_CHECKING:
     from sstl_cli.blind.cases import Case
@@ -175,7 +178,7 @@ def diagnose_all(
             _diagnose_one(job)
             advance(1)
         return len(jobs), there
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
         futures = [pool.submit(_diagnose_one, job) for job in jobs]
         try:
             for future in as_completed(futures):

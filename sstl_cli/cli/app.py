@@ -18,8 +18,9 @@ from sstl_cli import cli
 from sstl_cli.cli.options import keep_files, name_variables
 from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, tell
-from sstl_cli.core.aside import ledger, open_ledger
+from sstl_cli.core.aside import kept_apart, ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
+from sstl_cli.core.workers import stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "render", "streams"}
 # without a file name these come from a standard stream
@@ -123,18 +124,24 @@ def program() -> None:
         # what a library tells its developers, with paths of its sources, is no message of ours; workers inherit it
         os.environ["PYTHONWARNINGS"] = "ignore"
         warnings.simplefilter("ignore")
+    stop_on_signals()
     try:
         main()
     finally:
         # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for kind in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(kind, signal.SIG_IGN)
 
 
-def main() -> None:
+def main() -> NoReturn:
     """Run the program and exit; errors print one line on standard error (with --json a document too)."""
+    with kept_apart():
+        _main()
+
+
+def _main() -> NoReturn:
     open_streams()
     begin()
-    book = open_ledger()
     try:
         _register()
         try:
@@ -144,7 +151,8 @@ def main() -> None:
             sys.stdout.flush()
         sys.exit(code or EXIT_DONE)
     except SstlError as error:
-        if aside := (ledger() or book).brief():
+        book = ledger()
+        if book is not None and (aside := book.brief()):
             error.fix += f" (set aside before: {aside})"
         _end(error)
     except TyperException as error:

@@ -132,8 +132,6 @@ def _folder(out: Place) -> Iterator[None]:
     if not out.local:
         yield
         return
-    import shutil
-
     work = Path(out.path, WORK)
     with telling(out.url):
         lock = open(work / "lock", "a")
@@ -142,12 +140,23 @@ def _folder(out: Place) -> Iterator[None]:
             raise SstlError(
                 "another batch is writing here", where=out.url, fix="wait for it, or give another folder", code="E035"
             )
-        for stale in [*work.glob("work-*"), *work.glob("*.tmp")]:
-            if stale.is_dir():
-                shutil.rmtree(stale, ignore_errors=True)
-            else:
-                stale.unlink(missing_ok=True)
-        yield
+        _clear(work)
+        try:
+            yield
+        finally:
+            # workers that were stopped in the middle
+            _clear(work)
+
+
+def _clear(work: Path) -> None:
+    """Remove what stopped workers left."""
+    import shutil
+
+    for stale in [*work.glob("work-*"), *work.glob("*.tmp")]:
+        if stale.is_dir():
+            shutil.rmtree(stale, ignore_errors=True)
+        else:
+            stale.unlink(missing_ok=True)
 
 
 def _locked(lock: Any) -> bool:

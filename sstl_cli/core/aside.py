@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
@@ -40,6 +42,16 @@ def open_ledger() -> Ledger:
     book = Ledger()
     _LEDGER.set(book)
     return book
+
+
+@contextmanager
+def kept_apart() -> Iterator[None]:
+    """Let what one call of the program notes be forgotten after it."""
+    token = _LEDGER.set(Ledger())
+    try:
+        yield
+    finally:
+        _LEDGER.reset(token)
 
 
 def ledger() -> Ledger | None:

@@ -15,6 +15,7 @@ import numpy as np
 import pyarrow as pa
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.workers import end_with_thread
 from sstl_cli.importers.base import Block, Channel
 
 T = TypeVar("T")
@@ -67,8 +68,10 @@ def _from_child(
     messages: Callable[[], Iterator[tuple[dict[str, Any], list[bytes]]]], path: Path
 ) -> Iterator[tuple[dict[str, Any], list[bytes]]]:
     incoming, outgoing = os.pipe()
+    parent = os.getpid()
     child = os.fork()
     if child == 0:
+        end_with_thread(parent)
         os.close(incoming)
         _be_child(messages, outgoing, path)
     os.close(outgoing)
@@ -121,6 +124,7 @@ def _limit() -> None:
     import resource
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with open("/proc/self/statm", encoding="ascii") if os.path.exists("/proc/self/statm") else open(os.devnull) as file:
         used = int((file.read().split() or ["0"])[0]) * resource.getpagesize()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -10,6 +11,7 @@ import numpy as np
 
 from sstl_cli.blind.cases import Case, draw
 from sstl_cli.blind.schedule import Entry, schedule
+from sstl_cli.core.workers import end_with
 
 Named = tuple[str, Case]
 
@@ -36,7 +38,7 @@ def run(
             yield name, _draw(job)
             advance(1)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
         # a few at a time: finished cases wait in memory until they are written
         for start in range(0, cases, 4 * workers):
             part = slice(start, start + 4 * workers)

@@ -1,4 +1,4 @@
-"""Ctrl-C in mid-batch: one line, no process left, and the next batch takes up where it stopped."""
+"""Ctrl-C and other ends in mid-batch: one line, no process left, and the next batch takes up where it stopped."""
 
 from __future__ import annotations
 
@@ -37,3 +37,23 @@ def test_ctrl_c_ends_at_once_and_is_resumed(tmp_path: Path, workers: int, whole_
     assert document(again)["skipped"] >= made - workers and document(again)["failed"] == 0
     assert {p.name: p.read_bytes() for p in out.glob("*.parquet")} == before
     assert not list((out / ".batch").glob("work-*"))
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
+def test_workers_end_with_the_program(tmp_path: Path, how: signal.Signals) -> None:
+    first = write_log(tmp_path / "first.parquet", runs=40)
+    logs = [shutil.copy(first, tmp_path / f"log-{i:02d}.parquet") for i in range(FILES)]
+    out = tmp_path / "out"
+    words = ["batch", "segment", *map(str, logs), "--out-dir", str(out), "--workers", "2"]
+    with started([*SSTL, *words]) as running:
+        wait_for(lambda: len(list(out.glob("*.parquet"))) >= 2 or running.poll() is not None)
+        assert len(group(running.pid)) > 1
+        os.kill(running.pid, how)
+        _, told = running.communicate(timeout=20)
+        wait_for(lambda: not group(running.pid), 10)
+    assert len(list(out.glob("*.parquet"))) < FILES
+    assert not list((out / ".batch").glob("work-*"))
+    if how is signal.SIGKILL:
+        assert running.returncode == -how
+    else:
+        assert running.returncode == 1 and told.count("\n") == 1 and "[E001]" in told, told
