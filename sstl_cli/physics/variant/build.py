@@ -164,7 +164,7 @@ def build_line(spec: VariantSpec, run: VariantRun, v: Values, chosen: Mapping[st
         rest=np.zeros(angle.size),
         wear=np.zeros(angle.size),
         wear_n_mm=(angle * REFERENCE_N + weight) * path,
-        slow=np.zeros(3),
+        slow=np.array([0.0, 0.0, 0.0, 1.0]),
         tally=np.zeros(5),
     )
 

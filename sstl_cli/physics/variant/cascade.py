@@ -15,9 +15,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.physics.variant.contact import behind, drag_force, grip, strengths
+from sstl_cli.physics.variant.elastic import foresee_creep, load_stretch, settle, stretch
 from sstl_cli.physics.variant.line import (
     BESIDE,
     CLOCK,
+    FACTOR,
     ITERATIONS,
     LEAST,
     SUBSTEPPED,
@@ -29,14 +32,6 @@ from sstl_cli.physics.variant.line import (
     Rate,
     Spring,
     Trial,
-    behind,
-    drag_force,
-    foresee_creep,
-    grip,
-    load_stretch,
-    settle,
-    strengths,
-    stretch,
 )
 
 Array = NDArray[np.float64]
@@ -306,6 +301,7 @@ def march(
     time: Array,
     command: Array,
     beside: Array,
+    factor: Array,
     lead_in: Array,
     coupled: bool,
     limits: tuple[float, int, int],
@@ -315,12 +311,14 @@ def march(
 ) -> None:
     """Bring the line from rest along `lead_in` (one entry a second), then fill output (N) and travel (mm).
 
-    `beside` is the neighbours' tension (N), one value a sample, or empty; `nodes` may be empty.
+    `beside` is the neighbours' tension (N), `factor` one on friction, one value a sample, or empty; `nodes` may be empty.
     """
     last = line.tension.size - 1
     u = 0.0
     if beside.size > 0:
         line.slow[BESIDE] = beside[0]
+    if factor.size > 0:
+        line.slow[FACTOR] = factor[0]
     for n in range(1, lead_in.size):
         u += advance(line, law, trial, lead_in[n - 1], lead_in[n], 1.0, coupled, limits)
     # nothing that the lead-in wore, warmed or rested may count towards the run
@@ -332,6 +330,8 @@ def march(
         if n > 0:
             if beside.size > 0:
                 line.slow[BESIDE] = beside[n]
+            if factor.size > 0:
+                line.slow[FACTOR] = factor[n]
             u += advance(line, law, trial, command[n - 1], command[n], time[n] - time[n - 1], coupled, limits)
         t_out[n] = line.tension[last]
         travel[n] = u

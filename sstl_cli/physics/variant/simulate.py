@@ -67,6 +67,7 @@ def march_variant(
         run.time_s,
         t_in,
         np.zeros(0) if run.neighbour_n is None else run.neighbour_n,
+        np.zeros(0) if run.friction is None else run.friction,
         np.linspace(spec.pretension_n, t_in[0], LEAD_IN_STEPS + 1),
         law.rate.drag > 0.0 or law.rate.soft > 0.0 or law.spring.creep > 0.0,
         (spec.tolerance_n, spec.max_iterations, spec.max_substeps),

@@ -66,7 +66,8 @@ class VariantSpec:
 class VariantRun:
     """One run: "act" or "sstl", theta of one pass (rad), location or None (CP), instants (s), command (N), each (n,).
 
-    `drive` is "tension": the command is the input tension. `neighbour_n` is the summed tension (N) of other tendons.
+    `drive` is "tension": the command is the input tension. `neighbour_n` is the summed tension (N) of other tendons;
+    `friction` a factor on the friction of the bend (a disturbance), both (n,) or None.
 
     Raises
     ------
@@ -81,6 +82,7 @@ class VariantRun:
     drive: str
     command: Array
     neighbour_n: Array | None = None
+    friction: Array | None = None
 
     def __post_init__(self) -> None:
         check(self.system in ("act", "sstl"), "system", repr(self.system), "'act' or 'sstl'")
@@ -91,13 +93,14 @@ class VariantRun:
         ordered = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
         check(ordered, "time_s", "[...]", "finite and strictly increasing, s")
         object.__setattr__(self, "time_s", time)
-        for name in ("command", "neighbour_n"):
+        for name in ("command", "neighbour_n", "friction"):
             given = getattr(self, name)
             if given is None:
                 continue
             values = np.ascontiguousarray(given, dtype=np.float64)
             fits = values.shape == time.shape and bool(np.all(np.isfinite(values)))
             check(fits, name, f"shape {values.shape}", f"finite and of shape {time.shape}, as time_s")
+            check(name != "friction" or bool(np.all(values > 0.0)), name, "[...]", "> 0")
             object.__setattr__(self, name, values)
 
 
