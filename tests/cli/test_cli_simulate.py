@@ -82,7 +82,7 @@ def refused(folder, *words, code=1):
     return lines[0]
 
 
-@pytest.mark.parametrize("simulator", ["transmission", "rig"])
+@pytest.mark.parametrize("simulator", ["transmission", "rig", "bristle"])
 def test_same_seed_same_bytes(folder, simulator):
     words = ("simulate", "--scenario", "rig.toml", "--simulator", simulator, "--seed", "7", "--out", "log.parquet")
     words = (*words, "--effect", "acquisition_faults:spike_pct=0.5,jitter_pct=1", "--effect", "const_friction:w_l_n=0.2")
@@ -114,9 +114,10 @@ def test_provenance_and_document(folder):
     assert all(r.position_in_mm is not None and r.tension_ref_n is not None for r in runs)
 
 
-def test_both_simulators_agree_without_effects(folder):
+@pytest.mark.parametrize("other", ["rig", "bristle"])
+def test_simulators_agree_without_effects(folder, other):
     logs = []
-    for simulator in ("transmission", "rig"):
+    for simulator in ("transmission", other):
         name = f"{simulator}.parquet"
         words = ("--scenario", "rig.toml", "--simulator", simulator, "--noise-n", "0", "--out", name)
         assert sstl("simulate", *words, cwd=folder).returncode == 0

@@ -94,13 +94,15 @@ def bristle_force(
     """
     theta = pull if zeta >= 0.0 else release
     behind = max(tension, 0.0)
-    factor, slope = bend_factor(law, behind)
+    # the load on a node is that of its middle
+    middle = max(1.0 + 0.5 * zeta * theta, 0.1)
+    factor, slope = bend_factor(law, behind * middle)
     growth = exp(zeta * theta * factor)
     loaded = behind + zeta * bias
-    by_zeta = growth * (bias + loaded * theta * factor)
+    by_zeta = growth * (bias + loaded * theta * (factor + 0.5 * zeta * theta * slope * behind))
     by_tension = 0.0
     if tension > 0.0:
-        by_tension = growth * (1.0 + loaded * zeta * theta * slope) - 1.0
+        by_tension = growth * (1.0 + loaded * zeta * theta * slope * middle) - 1.0
     return loaded * growth - behind, by_zeta, by_tension
 
 

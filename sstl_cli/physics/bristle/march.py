@@ -117,10 +117,12 @@ def attempt(bench: Bench, drive: int, command: float, swell: float, dt: float, i
             if contact.living[i] == 1:
                 contact.level[i] = level(law, probe[ELAPSED] + dt, contact.film_age[i], contact.age[i])
     first, second, goal, per_n = drive_line(bench, drive, command, dt, crept)
-    used = solve(chain, contact, bench.load, law, swell, (first, second), dt, setting.tolerance, setting.limit)
-    if used >= 0 and drive != TENSION and chain.tension[0] < 0.0:
+    for _ in range(2):
+        used = solve(chain, contact, bench.load, law, swell, (first, second), dt, setting.tolerance, setting.limit)
+        if used < 0 or drive == TENSION or chain.tension[0] >= 0.0:
+            break
         # A tendon cannot push: it goes slack and its end stays where friction leaves it.
-        used = solve(chain, contact, bench.load, law, swell, (0.0, 0.0), dt, setting.tolerance, setting.limit)
+        first, second = 0.0, 0.0
     if not insist and (used < 0 or (setting.remembering and too_coarse(bench, dt))):
         return False
     if used < 0:
