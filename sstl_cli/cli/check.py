@@ -24,7 +24,7 @@ def register(app: typer.Typer) -> None:
 
 
 def check(
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs or other tables of sstl (Parquet).")],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Files of sstl: logs and other tables, logs as CSV, JSON, models.")],
     as_json: Json = False,
     config: Config = None,
 ) -> None:
@@ -78,20 +78,28 @@ def _entry(finding: Finding, run_id: str | None = None) -> dict[str, Any]:
 
 
 def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
+    from sstl_cli.cli._text_table import TextTable
     from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import open_table, schema_id_of
     from sstl_cli.core.tables import LOG, SCHEMAS, Schema
     from sstl_cli.steps import check as step
     from sstl_cli.steps.check import FAILURE, REMARK, Finding
 
+    kind = kind_of(path) if path.is_file() else ""
+    if kind in ("json", "safetensors"):
+        from sstl_cli.cli._other_files import findings as of_others
+
+        yield from map(_entry, of_others(path, kind))
+        return
     try:
-        name = schema_id_of(path)
+        name = LOG.id if kind == "text" else schema_id_of(path)
         schema = SCHEMAS.get(name or LOG.id)
         if schema is None:
             yield _entry(Finding(FAILURE, "unknown table", "", 1, repr(name), "give a table made by sstl"))
             return
         # no columns demanded here: each missing one becomes a finding of its own
-        reader = open_table(path, Schema(schema.id, schema.version, ()))
+        reader: Any = TextTable(path) if kind == "text" else open_table(path, Schema(schema.id, schema.version, ()))
     except SstlError as error:
         yield _entry(Finding(FAILURE, "unreadable", "", 1, error.what, error.fix))
         return

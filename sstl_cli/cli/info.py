@@ -25,11 +25,11 @@ def register(app: typer.Typer) -> None:
 
 
 def info(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Tables of sstl (Parquet).")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of sstl: tables, logs as CSV, JSON, models.")],
     as_json: Json = False,
     config: Config = None,
 ) -> None:
-    """Summarise tables: runs, samples, rates, ranges, provenance, and a small picture of the first loop."""
+    """Summarise tables, documents and models: runs, samples, rates, ranges, provenance, and a small picture of the first loop."""
     screen = Screen(as_json)
     documents = [_describe(path, screen) for path in files]
     screen.finish({"schema": "sstl.info/1", "files": documents})
@@ -37,10 +37,16 @@ def info(
 
 def _describe(path: Path, screen: Screen) -> dict[str, Any]:
     from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import open_table, schema_id_of
     from sstl_cli.core.tables import LOG, SCHEMAS
 
-    name = schema_id_of(path)
+    kind = kind_of(path) if path.is_file() else ""
+    if kind in ("json", "safetensors"):
+        from sstl_cli.cli._other_files import describe
+
+        return describe(path, kind, screen)
+    name = LOG.id if kind == "text" else schema_id_of(path)
     schema = SCHEMAS.get(name or LOG.id)
     if schema is None:
         raise SstlError(
@@ -49,7 +55,7 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
             fix="give a table of sstl",
             code="E240",
         )
-    reader = open_table(path, schema)
+    reader: Any = _text(path) if kind == "text" else open_table(path, schema)
     origin = reader.metadata
     screen.line(
         f"{path.name} is a table {schema.id} (version {schema.version}) of {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB."
@@ -73,6 +79,16 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
     if schema is LOG:
         return {**document, "runs": _log(reader, screen)}
     return {**document, "ranges": _other(reader, screen)}
+
+
+def _text(path: Path) -> Any:
+    from sstl_cli.cli._text_table import TextTable
+    from sstl_cli.core.parquet import check_columns
+    from sstl_cli.core.tables import LOG
+
+    table = TextTable(path)
+    check_columns(table.schema_arrow.names, LOG, str(path))
+    return table
 
 
 def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:

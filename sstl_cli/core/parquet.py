@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.files import atomic
+from sstl_cli.core.kinds import not_parquet
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.tables import Column, Schema
 
@@ -215,10 +216,6 @@ def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
         types = {f.name: f.type for f in file.schema_arrow}
         present = [n for n in coded if n in types and pa.types.is_string(types[n])]
         return pq.ParquetFile(path, read_dictionary=present) if present else file
-    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        raise SstlError(
-            f"is not a readable Parquet file ({str(error)[:100]})",
-            where=str(path),
-            fix="use sstl import for other formats",
-            code="E130",
-        ) from None
+    except (pa.ArrowException, OSError, UnicodeDecodeError):
+        what, fix = not_parquet(path)
+        raise SstlError(what, where=str(path), fix=fix, code="E130") from None

@@ -184,8 +184,11 @@ class Effect:
         for name, value in values.items():
             p = self.parameter(name)
             if not p.low <= value <= p.high:
+                near = p.low if value < p.low else p.high
                 raise SstlError(
-                    f"{self.id}: {name} = {value:g} {p.unit} is outside {p.low:g}..{p.high:g} {p.unit}", code="E702"
+                    f"{self.id}: {name} = {value:g} {p.unit} is outside {p.low:g}..{p.high:g} {p.unit}",
+                    fix=f"the nearest allowed is {near:g}, without the effect {p.neutral:g}: sstl effects show {self.id}",
+                    code="E702",
                 )
             full[name] = float(value)
         return full

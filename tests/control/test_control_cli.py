@@ -161,7 +161,7 @@ def test_bad_options_end_in_one_line(sstl, theta, args, exit_code, said):
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("t.parquet", b"not parquet", "not a readable Parquet"),
+        ("t.parquet", b"not parquet", "is text, not a table of sstl"),
         ("t.json", b"{}", "E112"),
         ("t.json", b'{"schema": "sstl.controller/1", "configurations": []}', "configurations"),
         ("t.json", b'{"schema": "sstl.controller/1", "configurations": [{"config_id": "a", "theta": {"gamma_p": -1, '

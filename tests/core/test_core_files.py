@@ -99,10 +99,20 @@ def test_another_table_or_version_is_refused(tmp_path):
         open_table(tmp_path / "y.parquet", LOG)
 
 
-@pytest.mark.parametrize("content", [b"", b"PAR1", b"not a table"])
-def test_what_is_no_parquet_is_refused(tmp_path, content):
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "is empty"),
+        (b"PAR1", "cut off or damaged; copy it again"),
+        (b"a,b\n1,2\n", "is text.*sstl import x"),
+        (b'{"schema": "sstl.diagnosis/1"}', "is a JSON document.*sstl info x"),
+        (b"\x89HDF\r\n\x1a\n\0\0\0", "is no Parquet file.*sstl import x"),
+        (b"\x02\0\0\0\0\0\0\0{}", "is a model file"),
+    ],
+)
+def test_what_is_no_parquet_says_what_reads_it(tmp_path, content, said):
     (tmp_path / "x.parquet").write_bytes(content)
-    with pytest.raises(SstlError, match="not a readable Parquet"):
+    with pytest.raises(SstlError, match=said):
         open_table(tmp_path / "x.parquet", LOG)
 
 

@@ -193,9 +193,9 @@ def bad_files(folder: Path):
 # file, exit code and words of `segment`, words of `check`
 BAD = [
     ("missing", 1, "file not found", "not found"),
-    ("empty", 1, "not a readable Parquet", "not a readable Parquet"),
-    ("text", 1, "not a readable Parquet", "sstl import"),
-    ("cut", 1, "not a readable Parquet", "not a readable Parquet"),
+    ("empty", 1, "is empty", "is empty"),
+    ("text", 1, "sstl import text.parquet --out text-log.parquet", "import with a mapping"),
+    ("cut", 1, "cut off or damaged; copy it again", "cut off or damaged"),
     ("norows", 1, "holds no run", "no rows"),
     ("version", 1, "version 99", "version 99"),
     ("misspelt", 1, "'tension_in_n' (did you mean 'tension_inn'?)", "tension_inn"),

@@ -46,6 +46,8 @@ class ImportDocument(Document):
     step_s: float | None
     gap_s: float | None
     clocks: list[dict[str, Any]]
+    files_set_aside: list[dict[str, str]] = Field(default=[], description="files of a batch with the error of each")
+    not_a_tension: dict[str, str] | None = Field(default=None, description="unit of a column that holds no tension")
     remarks: list[str]
 
 
@@ -57,6 +59,8 @@ class GuessDocument(Document):
     format: str
     mapping: str = Field(description="the mapping as TOML")
     reasons: list[str]
+    files: list[str] = Field(default=[], description="all files that were looked at")
+    questions: list[dict[str, Any]] = Field(default=[], description="lines marked (?): line, target, text")
     preview: list[str]
 
 

@@ -51,6 +51,8 @@ class SegmentDocument(Document):
     set_aside: int
     set_aside_runs: list[Aside]
     theta: list[ThetaRow]
+    unit: str = Field(default="N", description="unit of the output, biases and residuals")
+    unit_in: str = Field(default="N", description="unit of the input; slopes are in unit / unit_in")
     seed: int
 
 
