@@ -18,6 +18,7 @@ import pandas as pd
 from sstl_cli.api.log import Log
 from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
 from sstl_cli.core.files import dumps, write_text
+from sstl_cli.core.provenance import inputs_of
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.inputs import Inputs, view
@@ -190,5 +191,6 @@ def diagnose(
 
         runs = rebase(runs, against.runs)
     result = diagnose_tendons.run(runs, options)
-    inputs = {**log.inputs, **(against.inputs if against is not None else {})}
+    files = [Path(sim)] if sim is not None and not isinstance(sim, Scenario) and Path(sim).is_file() else []
+    inputs = {**log.inputs, **(against.inputs if against is not None else {}), **inputs_of(files)}
     return Diagnosis(log, json.loads(dumps({**result.document(), "inputs": inputs})), result.model())

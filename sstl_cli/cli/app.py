@@ -22,7 +22,7 @@ from sstl_cli.core.aside import kept_apart, ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
 from sstl_cli.core.workers import stop_on_signals
 
-_NOT_COMMANDS = {"app", "options", "render", "streams"}
+_NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 _ORDER = [

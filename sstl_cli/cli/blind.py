@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from sstl_cli.cli import _blind_show
-from sstl_cli.cli.options import Config, Force, Json, Out, Seed
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed, effect_ids
 from sstl_cli.cli.render import Screen
 
 Set = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the set.")]
@@ -184,8 +184,8 @@ def real(
     config: Config = None,
 ) -> None:
     """Fit the accepted model to recordings, take one term out of it, and diagnose it back."""
+    from sstl_cli.cli.origin import files_among, inputs
     from sstl_cli.core.files import require_writable, write_json
-    from sstl_cli.core.provenance import inputs_of
     from sstl_cli.core.runs import read_runs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import blind_real as step
@@ -194,10 +194,10 @@ def real(
     if out is not None:
         require_writable(out, force)
     runs = [r for path in logs for r in read_runs(path)]
-    terms = None if plant is None else [e.strip() for e in plant.split(",") if e.strip()]
+    terms = None if plant is None else list(effect_ids(plant, "--plant"))
     with screen.progress("diagnosing back") as advance:
         document = step.run(runs, load(model) if model else None, terms, strength, seed, advance=advance)
-    document["inputs"] = inputs_of(list(logs))
+    document["inputs"] = inputs([*logs, *files_among(model)])
     if out is not None:
         write_json(out, document, force)
     _blind_show.real(screen, document)

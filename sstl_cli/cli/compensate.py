@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sstl_cli.cli import _controller as shared
-from sstl_cli.cli.options import Config, Force, Json, Seed, command_line
+from sstl_cli.cli.options import Config, Force, Json, Seed
 from sstl_cli.cli.render import Screen, cell
 
 if TYPE_CHECKING:
@@ -154,12 +154,12 @@ def _offline(
 ) -> None:
     from contextlib import ExitStack
 
+    from sstl_cli.cli.origin import files_among, provenance
     from sstl_cli.control import reference_file, references
     from sstl_cli.control.plant import TensionLoop
     from sstl_cli.core.errors import EXIT_SET_ASIDE, GateError, SstlError, UsageError
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, write_table
-    from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.rng import stream
     from sstl_cli.core.runs import read_runs
     from sstl_cli.core.tables import COMMAND, SCORE
@@ -191,8 +191,7 @@ def _offline(
             fix="give --plant or --plant-sim, or a Theta table with act rows",
             code="E405",
         )
-    files = [Path(p) for p in (theta, model, plant, recorded, biases[2], *names, plant_sim) if p and Path(p).is_file()]
-    provenance = Provenance(command_line(), seed, inputs_of(files))
+    made = provenance(seed, files_among(theta, model, plant, recorded, biases[2], *names, plant_sim))
     loaded = {n: reference_file.read(Path(n), options.dt_s) for n in names if n not in references.NAMES}
 
     def references_of(case: Case) -> list[Reference]:
@@ -212,7 +211,7 @@ def _offline(
     extras: list[dict[str, object]] = []
     with ExitStack() as stack:
         advance = stack.enter_context(screen.progress("compensating", total))
-        writer = stack.enter_context(TableWriter(out, COMMAND, provenance, force)) if out is not None else None
+        writer = stack.enter_context(TableWriter(out, COMMAND, made, force)) if out is not None else None
         for result in results:
             rows += step.score_rows(result)
             extras.append(_extra(result))
@@ -220,7 +219,7 @@ def _offline(
                 writer.write(step.command_table(result))
             advance(1)
     if scores is not None:
-        write_table(scores, step.score_table(rows), SCORE, provenance, force)
+        write_table(scores, step.score_table(rows), SCORE, made, force)
     summary: list[dict[str, Any]] = _summary(rows)
     shown = ("trajectory", "location", "method", "n", "rmse_n", "std_n", "mape_pct", "reduction_pct")
     screen.say(_sentence(summary))

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json
+from sstl_cli.cli.options import Config, Force, Json, effect_ids
 from sstl_cli.cli.render import Screen
 
 EPILOG = "Example: sstl diagnose log.parquet --sim rig.toml --out diagnosis.json"
@@ -45,13 +45,12 @@ def diagnose(
 ) -> None:
     """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
     from sstl_cli.cli import _diagnose_show as show
+    from sstl_cli.cli.origin import environment, files_among, inputs
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable, write_json, write_text
     from sstl_cli.core.parquet import schema_id_of
-    from sstl_cli.core.provenance import inputs_of
     from sstl_cli.core.runs import read_runs
     from sstl_cli.diagnosis.sentence import lines
-    from sstl_cli.physics.effects import get
     from sstl_cli.physics.scenario import load
     from sstl_cli.physics.scenario_file import dump
     from sstl_cli.steps import diagnose as step
@@ -61,12 +60,11 @@ def diagnose(
     for path in (out, save_sim, next_out):
         if path is not None:
             require_writable(path, force)
-    if expect not in (None, "none"):
-        get(expect)
+    effect_ids(None if expect == "none" else expect, "--expect")
     options = step.DiagnoseOptions(
         sim=load(sim) if sim else None,
-        effects=_ids(effects) or None,
-        exclude=_ids(exclude),
+        effects=effect_ids(effects, "--effects") or None,
+        exclude=effect_ids(exclude, "--exclude"),
         max_effects=max_effects,
         workers=workers, position=position,
     )
@@ -80,7 +78,9 @@ def diagnose(
     with screen.progress("diagnosing", 60) as advance:
         result = tendons.run(runs, options, advance)
     document = result.document()
-    document["inputs"] = inputs_of([*logs, *([against] if against else [])])
+    document["inputs"] = inputs([*logs, *files_among(against, sim)])
+    if taken := environment():
+        document["environment"] = taken
     if out is not None:
         write_json(out, document, force)
     if save_sim is not None:
@@ -120,10 +120,6 @@ def _stages(screen: Screen, files: list[Path], out: Path | None, force: bool) ->
     for run_id, reason in document["set_aside"].items():
         screen.note(f"set aside: {run_id}: {reason}")
     screen.finish(document, EXIT_SET_ASIDE if document["set_aside"] else EXIT_DONE)
-
-
-def _ids(text: str | None) -> tuple[str, ...]:
-    return tuple(s.strip() for s in text.split(",") if s.strip()) if text else ()
 
 
 def _missed(

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Config, Json
+from sstl_cli.cli.options import Config, Json, usage
 from sstl_cli.cli.render import Screen
 
 effects_app = typer.Typer(
@@ -64,7 +64,8 @@ def show_effect(
     from sstl_cli.physics.effects import get
 
     screen = Screen(as_json)
-    effect = get(effect_id)
+    with usage("ID"):
+        effect = get(effect_id)
     screen.line(f"{effect.id}: {effect.title} ({effect.stage})")
     screen.say(f"  {effect.equation}")
     screen.say(f"  source: {effect.source}")

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from sstl_cli.cli import _theta
-from sstl_cli.cli.options import Config, Force, Json, command_line
+from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
 EPILOG = (
@@ -62,8 +62,8 @@ def evaluate(
         pairs = related.pairs
     missed = None
     if model is not None:
+        from sstl_cli.cli.origin import provenance
         from sstl_cli.core.parquet import write_table
-        from sstl_cli.core.provenance import Provenance, inputs_of
         from sstl_cli.core.tables import EVALUATION
         from sstl_cli.mapping import load_model
         from sstl_cli.mapping.tables import PREDICTIONS
@@ -71,11 +71,11 @@ def evaluate(
         mapping = load_model(model)
         found = step.run(mapping, table, everything, where)
         pairs = found.pairs
-        provenance = Provenance(command_line(), mapping.header.seed, inputs_of([model, *theta]))
+        made = provenance(mapping.header.seed, [model, *theta])
         if out is not None:
-            write_table(out, step.evaluation_table(found, mapping.header.seeds), EVALUATION, provenance, force)
+            write_table(out, step.evaluation_table(found, mapping.header.seeds), EVALUATION, made, force)
         if predictions is not None:
-            write_table(predictions, step.predictions_table(found), PREDICTIONS, provenance, force)
+            write_table(predictions, step.predictions_table(found), PREDICTIONS, made, force)
         document.update(_document(mapping.header, found, out, predictions))
         _show(screen, mapping.header, found, everything)
         if max_rmse is not None and document["rmse_total"] > max_rmse:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -25,7 +26,9 @@ def register(app: typer.Typer) -> None:
 
 def export(
     source: Annotated[Path, typer.Argument(metavar="INPUT", help="Theta table, parameters (JSON), model, or log.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Output file; for c also a folder.")],
+    out_name: Annotated[
+        str, typer.Option("--out", "-o", metavar="PATH", help="Output file; for c also a folder (NAME/ makes it).")
+    ],
     format: Annotated[
         Literal["c", "json", "onnx", "csv", "mat", "mcap"],
         typer.Option("--format", "-f", help="c, json: controller; onnx: mapping model; csv, mat, mcap: log."),
@@ -57,6 +60,7 @@ def export(
     from sstl_cli.core.files import require_writable
 
     screen = Screen(as_json)
+    out = Path(out_name)
     document: dict[str, Any] = {"schema": "sstl.export/1", "format": format, "input": str(source)}
     if not source.is_file():
         raise SstlError("file not found" if not source.exists() else "is not a file", where=str(source), code="E130")
@@ -88,7 +92,7 @@ def export(
         write_json(out, step.to_json(lines, chosen, options), force)
         written = [out]
     else:
-        written = _write_c(lines, config_id, chosen, options, real, out, force)
+        written = _write_c(lines, config_id, chosen, options, real, out_name, force)
     shown = ", ".join(list(lines)[:6]) + (", ..." if len(lines) > 6 else "")
     screen.line(f"{chosen}: {shown} -> {', '.join(map(str, written))}")
     if aside:
@@ -109,31 +113,32 @@ def _write_c(
     method: str,
     options: Options,
     real: Literal["double", "float"],
-    out: Path,
+    out_name: str,
     force: bool,
 ) -> list[Path]:
     import re
 
     from sstl_cli.control.parameters import index_of
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import require_writable, write_text
+    from sstl_cli.core.files import make_folder, require_writable, write_text
     from sstl_cli.steps import export_controller as step
 
     name = list(lines)[index_of(list(lines), config_id)]
-    if out.suffix and out.suffix not in (".c", ".h"):
+    out = Path(out_name)
+    folder = out.is_dir() or out_name.endswith(("/", os.sep))
+    if out.suffix and not folder and out.suffix not in (".c", ".h"):
         raise UsageError("is not a name for C source", where=str(out), fix="give a folder or a .c file", code="E412")
-    if out.suffix:
-        base = out.with_suffix("")
-    else:
-        base = (out if out.is_dir() else out.parent) / ("sstl_controller" if out.is_dir() else out.name)
+    base = out / "sstl_controller" if folder else out.with_suffix("")
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", base.name):
         raise UsageError(
             f"'{base.name}' is not a portable file name", where="--out", fix="use letters, digits, _ . -", code="E412"
         )
     header, source = base.with_name(base.name + ".h"), base.with_name(base.name + ".c")
+    code = step.to_c(name, lines[name], method, options, real, header.name)
+    if folder:
+        make_folder(out)
     for path in (header, source):
         require_writable(path, force)
-    code = step.to_c(name, lines[name], method, options, real, header.name)
     write_text(header, code.header, force)
     write_text(source, code.source, force)
     return [header, source]

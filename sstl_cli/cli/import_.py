@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json, command_line
+from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
 EPILOG = """Examples:
@@ -82,9 +82,9 @@ def _import(
     merge: str | None,
     force: bool,
 ) -> None:
+    from sstl_cli.cli.origin import provenance as provenance_of
     from sstl_cli.core.errors import EXIT_SET_ASIDE
     from sstl_cli.core.files import keep_safe, require_writable
-    from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.runs import write_runs
     from sstl_cli.importers.base import head_of, members
     from sstl_cli.importers.inline import inline_mapping, targets_of, with_policy
@@ -106,11 +106,7 @@ def _import(
     if len(files) == 1:
         head_of(files[0])
     labels = read_manifest(table) if table is not None else {}
-    provenance = Provenance(
-        command=command_line(),
-        inputs=inputs_of([*parts, *filter(None, (mapping, table))]),
-        extra=provenance_extra(chosen),
-    )
+    provenance = provenance_of(None, [*parts, *filter(None, (mapping, table))], provenance_extra(chosen))
     with screen.progress("import, bytes", float(sum(p.stat().st_size for p in parts))) as advance:
         result = run(files, chosen, wanted=format_, manifest=labels, advance=advance)
         write_runs(out, result.runs, provenance, force, lambda: bool(result.tendons))

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import functools
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from sstl_cli.cli.origin import remember
 
 
 def _load_config(context: typer.Context, path: Path | None) -> Path | None:
@@ -15,6 +19,7 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
 
     ``[blind.make]`` is the table of ``sstl blind make``. A top-level key that only other commands know is theirs.
     """
+    remember(context, path)
     if path is None:
         return None
     from sstl_cli.core.config import read_toml
@@ -99,6 +104,25 @@ def _names_of_all(command: Any) -> set[str]:
     return set(_names(command)).union(*(_names_of_all(c) for c in inner))
 
 
+@contextmanager
+def usage(option: str) -> Iterator[None]:
+    """Make an error in the value of an option a usage error (exit code 2) that names the option."""
+    from sstl_cli.core.errors import SstlError, UsageError
+
+    try:
+        yield
+    except SstlError as error:
+        raise UsageError(error.what, where=option, fix=error.fix, code=error.code) from None
+
+
+def effect_ids(text: str | None, option: str) -> tuple[str, ...]:
+    """Return the ids in a comma-separated list of effects; UsageError for one that is not in the catalogue."""
+    from sstl_cli.physics.effects import get
+
+    with usage(option):
+        return tuple(get(s.strip()).id for s in (text or "").split(",") if s.strip())
+
+
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout; narration on stderr.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite existing outputs.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=2**63 - 1, help="Seed of the random numbers.")]
@@ -134,9 +158,10 @@ def command_line() -> str:
             # its /patterns/ are not paths
             words += [word] if equals else [word, next(given, "")]
             continue
-        words.append(f"{name}{equals}{_without_folder(value)}")
+        words.append(f"{name}{equals}{without_folder(value)}")
     return " ".join(words)
 
 
-def _without_folder(word: str) -> str:
+def without_folder(word: str) -> str:
+    """Return a path without its folders; addresses and other words as they are."""
     return Path(word).name if "/" in word and "://" not in word else word

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json, Seed, command_line
+from sstl_cli.cli.options import Config, Force, Json, Seed
 from sstl_cli.cli.render import Screen
 
 EPILOG = "Example: sstl reproduce --table I,II --out results --force"
@@ -46,8 +46,8 @@ def reproduce(
 ) -> None:
     """Rebuild the paper's tables and figures from simulated recordings, beside the published values."""
     from sstl_cli.cli import _reproduce_files as files
+    from sstl_cli.cli.origin import provenance as provenance_of
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.provenance import Provenance
     from sstl_cli.paper.compare import VERDICTS, count
     from sstl_cli.paper.grid import text, wrapped
     from sstl_cli.paper.spread import stored
@@ -56,7 +56,7 @@ def reproduce(
 
     screen = Screen(as_json)
     tables = step.chosen(table)
-    provenance = Provenance(command_line(), seed, {})
+    provenance = provenance_of(seed, [])
     if spread:
         if out is None:
             raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")

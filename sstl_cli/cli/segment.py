@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json, Out, Seed, command_line
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
@@ -47,10 +47,10 @@ def segment(
     config: Config = None,
 ) -> None:
     """Segment hysteresis loops and identify the propagation lines of every run, with standard errors."""
+    from sstl_cli.cli.origin import provenance
     from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, open_table, write_table
-    from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.tables import LOG, PHASES, THETA, theta_units
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.steps import segment as step
@@ -60,10 +60,10 @@ def segment(
     for path in [out] + ([phases] if phases else []):
         require_writable(path, force)
     total = sum(open_table(path, LOG).rows for path in logs)
-    provenance = Provenance(command_line(), seed, inputs_of(logs))
+    made = provenance(seed, logs)
     rows: list[dict[str, object]] = []
     unit_in = unit_out = "N"
-    writer = TableWriter(phases, PHASES, provenance, force) if phases else nullcontext()
+    writer = TableWriter(phases, PHASES, made, force) if phases else nullcontext()
     with writer as file, screen.progress("segmenting", total) as advance:
         for found in step.run(_runs(logs), options):
             rows.append(found.row())
@@ -78,7 +78,7 @@ def segment(
         # inside the block: should this fail, neither file appears
         units = theta_units(unit_in, unit_out)
         theta = THETA.in_units(units)
-        write_table(out, step.theta_table(rows), theta, provenance, force, step.extra_columns(rows))
+        write_table(out, step.theta_table(rows), theta, made, force, step.extra_columns(rows))
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
     screen.say(_sentence(rows, total, len(aside), out))
     _show(screen, rows, units.get("gamma_p", ""), unit_out)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json, Out, Seed, command_line
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed, usage
 from sstl_cli.cli.render import Screen
 
 EPILOG = "Example: sstl simulate --scenario default --effect pulley_friction:m_p=0.1,m_r=0.1 --seed 1 --out log.parquet"
@@ -39,8 +38,8 @@ def simulate(
     config: Config = None,
 ) -> None:
     """Simulate the recordings that a scenario describes and write them as a log."""
+    from sstl_cli.cli.origin import files_among, provenance
     from sstl_cli.core.files import require_writable
-    from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.core.runs import write_runs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import simulate as step
@@ -48,10 +47,10 @@ def simulate(
     screen = Screen(as_json)
     require_writable(out, force)
     loaded = step.adjusted(load(scenario), simulator, noise_n)
-    effects = step.effects_of(effect or [])
+    with usage("--effect"):
+        effects = step.effects_of(effect or [])
     total = len(step.plan(loaded, seed))
-    files = [Path(scenario)] if Path(scenario).is_file() else []
-    provenance = Provenance(command_line(), seed, inputs_of(files))
+    made = provenance(seed, files_among(scenario))
     with screen.progress("simulating", total) as advance:
 
         def counted():  # type: ignore[no-untyped-def]
@@ -59,7 +58,7 @@ def simulate(
                 yield run
                 advance(1)
 
-        samples = write_runs(out, counted(), provenance, force, lambda: bool(loaded.tendons))
+        samples = write_runs(out, counted(), made, force, lambda: bool(loaded.tendons))
     screen.say(f"Simulated {total} runs ({samples} samples) with the {_simulator(loaded.simulator, effects)} -> {out}")
     document = {
         "schema": "sstl.simulate/1",

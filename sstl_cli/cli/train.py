@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from sstl_cli.cli import _theta
-from sstl_cli.cli.options import Config, Force, Json, Out, Seed, command_line
+from sstl_cli.cli.options import Config, Force, Json, Out, Seed
 from sstl_cli.cli.render import Screen
 
 EPILOG = "Example: sstl train theta.parquet --out mapping.safetensors --seeds 20 --history history.parquet"
@@ -48,10 +48,10 @@ def train(
     config: Config = None,
 ) -> None:
     """Train the variants of Table III for several seeds at once and write one model file (safetensors)."""
+    from sstl_cli.cli.origin import provenance
     from sstl_cli.core.errors import EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import write_table
-    from sstl_cli.core.provenance import Provenance, inputs_of
     from sstl_cli.mapping.variants import chosen
 
     screen = Screen(as_json)
@@ -69,7 +69,7 @@ def train(
         result = step.run(table, settings, advance, ", ".join(map(str, theta)))
     save_model(out, result.model, force)
     if history is not None:
-        write_table(history, result.history, HISTORY, Provenance(command_line(), seed, inputs_of(theta)), force)
+        write_table(history, result.history, HISTORY, provenance(seed, theta), force)
     header = result.model.header
     best = next(v for v in header.variants if v.name == header.default)
     screen.say(

@@ -44,6 +44,23 @@ def require_writable(path: Path, force: bool) -> None:
         raise SstlError("folder is read-only", where=str(folder), fix="choose another output path", code="E104")
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder for outputs, if it is not there.
+
+    Raises
+    ------
+    SstlError
+        E103 if its parent does not exist, or a file stands there; E104 where it cannot be made.
+    """
+    try:
+        path.mkdir(exist_ok=True)
+    except (FileNotFoundError, FileExistsError, NotADirectoryError):
+        what = "is a file, not a folder" if path.exists() else "folder does not exist"
+        raise SstlError(what, where=str(path if path.exists() else path.parent), fix="create it first", code="E103") from None
+    except OSError as error:
+        raise SstlError(f"folder cannot be made: {error.strerror}", where=str(path), fix="check rights", code="E104") from None
+
+
 @contextmanager
 def call(named: Mapping[str, object]) -> Iterator[None]:
     """Know the files one call names, by option, so that no output takes the place of one that another option names.

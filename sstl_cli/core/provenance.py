@@ -40,5 +40,12 @@ def sha256(path: Path | str) -> str:
 
 
 def inputs_of(paths: list[Path]) -> dict[str, str]:
-    """Return ``{file name: sha256}``; names only, so that a moved folder gives the same bytes."""
-    return {Path(p).name: sha256(p) for p in sorted(paths, key=lambda p: (Path(p).name, str(p)))}
+    """Return ``{file name: sha256}``; names only, so that a moved folder gives the same bytes.
+
+    Files of one name in several folders are told apart by a number: ``log.parquet``, ``log.parquet (2)``.
+    """
+    found: dict[str, str] = {}
+    for name, digest in sorted({(Path(p).name, sha256(p)) for p in paths}):
+        number = 1 + sum(n == name or n.startswith(f"{name} (") for n in found)
+        found[name if number == 1 else f"{name} ({number})"] = digest
+    return found

@@ -142,7 +142,7 @@ def _mcap(runs: _Counted, path: Path, source: Path) -> None:
         from mcap.writer import CompressionType, Writer
     except ImportError:
         raise SstlError(
-            "MCAP needs the library 'mcap'", where=str(path), fix="pip install 'sstl-cli[robot]'", code="E308"
+            "MCAP needs the library 'mcap'", where=str(source), fix="pip install 'sstl-cli[robot]'", code="E308"
         ) from None
 
     names = [n for n in SIGNALS if n != "time_s"]

@@ -129,17 +129,17 @@ def test_simulators_agree_without_effects(folder, other):
 
 
 def test_bad_values_name_parameter_unit_and_range(folder):
-    line = refused(folder, "--scenario", "rig.toml", "--effect", "pulley_friction:f0_n=3")
+    line = refused(folder, "--scenario", "rig.toml", "--effect", "pulley_friction:f0_n=3", code=2)
     assert "E702" in line and "f0_n = 3 N" in line and "0..2 N" in line
-    assert "did you mean 'pulley_friction'" in refused(folder, "--effect", "puley_friction")
-    assert "did you mean 'f0_n'" in refused(folder, "--effect", "pulley_friction:f0=1")
-    assert "param=value" in refused(folder, "--effect", "pulley_friction:f0_n")
+    assert "did you mean 'pulley_friction'" in refused(folder, "--effect", "puley_friction", code=2)
+    assert "did you mean 'f0_n'" in refused(folder, "--effect", "pulley_friction:f0=1", code=2)
+    assert "param=value" in refused(folder, "--effect", "pulley_friction:f0_n", code=2)
     assert "did you mean 'default'" in refused(folder, "--scenario", "defualt")
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
 def test_values_that_are_no_numbers_are_refused(folder, value):
-    assert "0..2 N" in refused(folder, "--effect", f"pulley_friction:f0_n={value}")
+    assert "0..2 N" in refused(folder, "--effect", f"pulley_friction:f0_n={value}", code=2)
 
 
 @pytest.mark.parametrize("effect", ["tendon_elasticity", "load_spring", "slack", "tension_loop_lag"])
@@ -185,7 +185,7 @@ def test_effects_list_and_show(folder):
     text = sstl("effects", "show", "slack", cwd=folder).stdout
     assert "gap_mm" in text and "position_in_mm" in text and "saturation" in text
     wrong = sstl("effects", "show", "viscos", cwd=folder)
-    assert wrong.returncode == 1 and "did you mean 'viscous'" in wrong.stderr
+    assert wrong.returncode == 2 and "did you mean 'viscous'" in wrong.stderr
 
 
 def test_a_dropped_in_effect_is_listed_and_simulated(folder, monkeypatch):

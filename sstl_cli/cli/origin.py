@@ -1,0 +1,68 @@
+"""Where the outputs of a call come from: its command line, inputs, configuration file and SSTL_* values."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sstl_cli.core.provenance import Provenance
+
+# how often a file is made, how it is shown and how many work on it decide no byte of it
+_NO_MATTER = {"force", "as_json", "json_", "workers"}
+# the context and the configuration file of the command that runs
+_call: dict[str, Any] = {}
+
+
+def remember(context: Any, config: Path | None) -> None:
+    """Keep what ``provenance`` needs of the call; the option ``--config`` is parsed first in every command."""
+    _call.update(context=context, config=config)
+
+
+def provenance(seed: int | None, files: list[Path], extra: dict[str, object] | None = None) -> Provenance:
+    """Return the provenance of an output of this call.
+
+    Parameters
+    ----------
+    seed : int or None
+        Seed of the random numbers.
+    files : list of Path
+        The inputs; the configuration file is added where one was given.
+    extra : dict, optional
+        What else is worth keeping.
+    """
+    from sstl_cli.cli.options import command_line
+    from sstl_cli.core.provenance import Provenance
+
+    values = environment()
+    return Provenance(command_line(), seed, inputs(files), {**(extra or {}), **({"environment": values} if values else {})})
+
+
+def inputs(files: list[Path]) -> dict[str, str]:
+    """Return the SHA-256 of inputs and configuration file by name."""
+    from sstl_cli.core.provenance import inputs_of
+
+    config = _call.get("config")
+    return inputs_of([*files, *([config] if config is not None else [])])
+
+
+def environment() -> dict[str, str]:
+    """Return the SSTL_* values that this command took, by name, folders removed from paths."""
+    from sstl_cli.cli.options import without_folder
+
+    context = _call.get("context")
+    if context is None:
+        return {}
+    taken = {}
+    for parameter in context.command.params:
+        source = context.get_parameter_source(parameter.name)
+        if source is not None and source.name == "ENVIRONMENT" and parameter.name not in _NO_MATTER:
+            name = str(parameter.envvar)
+            taken[name] = " ".join(without_folder(word) for word in os.environ.get(name, "").split())
+    return dict(sorted(taken.items()))
+
+
+def files_among(*given: Path | str | None) -> list[Path]:
+    """Return those of the given names that are files: a scenario may be one, or come with the package."""
+    return [Path(g) for g in given if g is not None and Path(g).is_file()]
