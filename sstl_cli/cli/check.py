@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from sstl_cli.steps.check import Finding, Piece
 
 EPILOG = "Example: sstl check log.parquet theta.parquet"
+# findings of one kind that are listed one by one
+LISTED = 50
 SHOWN = 40
 
 
@@ -83,7 +85,6 @@ def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
     from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import open_table, schema_id_of
     from sstl_cli.core.tables import LOG, SCHEMAS, Schema
-    from sstl_cli.steps import check as step
     from sstl_cli.steps.check import FAILURE, REMARK, Finding
 
     kind = kind_of(path) if path.is_file() else ""
@@ -115,20 +116,76 @@ def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
             required = [n for n in schema.required if n in numeric]
             yield from _check_table(reader, numeric, required)
             return
-        seen: set[str] = set()
-        optional = tuple(n for n in numeric if n not in schema.required)
-        with screen.progress("checking", reader.rows) as advance:
-            for piece in _pieces(reader, numeric):
-                findings = step.run(piece, optional)
-                if piece.run_id in seen:
-                    findings.append(
-                        Finding(FAILURE, "run in two pieces", "run_id", 1, "not contiguous", "sort by run_id")
-                    )
-                seen.add(piece.run_id or "")
-                yield from (_entry(f, piece.run_id) for f in findings)
-                advance(len(next(iter(piece.columns.values()), ())))
+        yield from _few(_check_log(reader, numeric, screen))
     except SstlError as error:
         yield _entry(Finding(FAILURE, "unreadable", "", 1, error.what, error.fix))
+
+
+def _check_log(reader: Any, numeric: list[str], screen: Screen) -> Iterator[dict[str, Any]]:
+    """Yield the findings on every run, its rows brought together first where they lie apart."""
+    from sstl_cli.core.tables import LOG
+    from sstl_cli.steps import check as step
+    from sstl_cli.steps.check import FAILURE, Finding
+
+    optional = tuple(n for n in numeric if n not in LOG.required)
+    stretches = _stretches(reader)
+    apart = {run_id: n for run_id, n in stretches.items() if n > 1}
+    blocks = _blocks(reader)
+    if apart:
+        runs = f"run {next(iter(apart))!r} comes" if len(apart) == 1 else f"{len(apart)} of {len(stretches)} runs come"
+        detail = f"{runs} in {sum(apart.values())} pieces" + ("; is the log sorted by time?" if len(apart) > 1 else "")
+        finding = Finding(FAILURE, "runs in pieces", "run_id", len(apart), detail, "sort by run_id, then by time_s")
+        yield _entry(finding, next(iter(apart)) if len(apart) == 1 else None)
+        blocks = iter([_by_run(blocks)])
+    with screen.progress("checking", reader.rows) as advance:
+        for piece in _pieces(blocks, numeric):
+            yield from (_entry(f, piece.run_id) for f in step.run(piece, optional))
+            advance(len(next(iter(piece.columns.values()), ())))
+
+
+def _few(entries: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the first entries of every kind, then one that counts the others of it."""
+    kinds: dict[tuple[str, ...], list[int]] = {}
+    for entry in entries:
+        kind = tuple(str(entry[k]) for k in ("level", "what", "column", "fix"))
+        seen = kinds.setdefault(kind, [0, 0])
+        seen[0] += 1
+        if seen[0] <= LISTED:
+            yield entry
+        else:
+            seen[1] += int(entry["count"])
+    for (level, what, column, fix), (n, count) in kinds.items():
+        if n > LISTED:
+            more = {"level": level, "what": what, "column": column, "count": count, "fix": fix}
+            yield {"run_id": None, **more, "detail": f"in {n - LISTED} more runs"}
+
+
+def _stretches(reader: Any) -> dict[str | None, int]:
+    """Return in how many stretches of rows each run comes, in order of appearance."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    found: dict[str | None, int] = {}
+    last: Any = ()
+    for block in _blocks(reader, ["run_id"]) if "run_id" in reader.file.schema_arrow.names else ():
+        ids = block.column("run_id").cast(pa.string()).combine_chunks()
+        ids = ids.combine_chunks() if isinstance(ids, pa.ChunkedArray) else ids
+        for run_id in pc.run_end_encode(ids).values.to_pylist():
+            if run_id != last:
+                found[run_id] = found.get(run_id, 0) + 1
+            last = run_id
+    return found
+
+
+def _by_run(blocks: Iterator[Any]) -> Any:
+    """Return all blocks as one table whose runs are contiguous, in order of appearance, their rows in file order."""
+    import numpy as np
+    import pyarrow as pa
+
+    table = pa.concat_tables(list(blocks), promote_options="permissive")
+    codes = table.column("run_id").cast(pa.string()).combine_chunks().dictionary_encode()
+    codes = codes.combine_chunks() if isinstance(codes, pa.ChunkedArray) else codes
+    return table.take(pa.array(np.argsort(codes.indices.fill_null(-1).to_numpy(zero_copy_only=False), kind="stable")))
 
 
 def _is_float(arrow: Any, name: str) -> bool:
@@ -177,14 +234,14 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
             yield Finding(FAILURE, "wrong unit", column.name, 1, detail, "convert it with sstl import")
 
 
-def _blocks(reader: Any) -> Iterator[Any]:
+def _blocks(reader: Any, columns: list[str] | None = None) -> Iterator[Any]:
     import pyarrow as pa
 
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.parquet import ROWS_PER_BLOCK
 
     try:
-        for batch in reader.file.iter_batches(ROWS_PER_BLOCK):
+        for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=columns):
             yield pa.Table.from_batches([batch])
     except (pa.ArrowException, OSError) as error:
         raise SstlError(
@@ -226,13 +283,13 @@ def _numbers(column: Any) -> Any:
     )
 
 
-def _pieces(reader: Any, numeric: list[str]) -> Iterator[Piece]:
+def _pieces(blocks: Iterator[Any], numeric: list[str]) -> Iterator[Piece]:
     """Yield contiguous stretches of one run_id; memory is bounded by the longest."""
     import numpy as np
     import pyarrow as pa
 
     pending: Any = None
-    for block in _blocks(reader):
+    for block in blocks:
         starts = [0]
         if "run_id" in block.column_names:
             ids = block.column("run_id").cast(pa.string()).combine_chunks()

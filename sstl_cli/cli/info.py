@@ -156,24 +156,40 @@ class _Lost:
     def __init__(self) -> None:
         self.by_run: dict[str, dict[str, int]] = {}
 
-    def range(self, run_id: str, name: str, column: Any) -> tuple[float, float]:
-        """Return the smallest and largest sound value of a column (NaN where there is none), and count the others."""
+    def ranges(self, name: str, column: Any, starts: Any, run_ids: list[str]) -> tuple[list[float], list[float]]:
+        """Return the smallest and largest sound value of each stretch of rows (NaN where it has none), and count the others.
+
+        Parameters
+        ----------
+        column : Arrow chunked array, shape (n,)
+            The values; empty ones are for sstl check to judge.
+        starts : ndarray of int, shape (m,)
+            First row of each stretch.
+        run_ids : list of str
+            The run of each stretch.
+        """
         import numpy as np
-        import pyarrow as pa
+        import pyarrow.compute as pc
 
         from sstl_cli.core.sound import unsound, why_unsound
 
-        # empty values are for sstl check to judge
-        held = column.drop_null().cast(pa.float64()).combine_chunks()
-        # Arrow's own way to numpy would import pandas
-        values = np.from_dlpack(held if isinstance(held, pa.Array) else pa.concat_arrays(held.chunks)).astype(np.float64)
+        null = pc.is_null(column)
+        empty = _numpy(pc.cast(null, "uint8")).astype(bool)
+        # any number does in the place of an empty value: a Python one would import pandas
+        values = _numpy(pc.coalesce(pc.cast(column, "double"), pc.cast(pc.cast(null, "uint8"), "double"))).astype(np.float64)
         wrong = unsound(values)
-        if wrong.any():
-            counts = self.by_run.setdefault(run_id, {})
-            for why, n in why_unsound(name, values).items():
+        with_faults = np.logical_or.reduceat(wrong, starts)
+        out = wrong | empty
+        ends = [*starts.tolist()[1:], len(values)]
+        for i in np.flatnonzero(with_faults).tolist():
+            rows = slice(starts[i], ends[i])
+            counts = self.by_run.setdefault(run_ids[i], {})
+            for why, n in why_unsound(name, values[rows][~empty[rows]]).items():
                 counts[f"{why} in {name}"] = counts.get(f"{why} in {name}", 0) + n
-            values = values[~wrong]
-        return (float(np.min(values)), float(np.max(values))) if len(values) else (float("nan"), float("nan"))
+        low = np.minimum.reduceat(np.where(out, np.inf, values), starts)
+        high = np.maximum.reduceat(np.where(out, -np.inf, values), starts)
+        none = low > high
+        return np.where(none, np.nan, low).tolist(), np.where(none, np.nan, high).tolist()
 
     def entries(self, runs: list[RunSummary]) -> Iterator[Any]:
         """Yield what was left out, one entry a run and reason, and runs that no sensor can have given."""
@@ -193,6 +209,7 @@ class _Lost:
 
 def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
     """Yield a summary of each stretch of one run_id (Arrow's own grouping would import pandas)."""
+    import numpy as np
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -200,14 +217,26 @@ def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
 
     ids = table.column("run_id").combine_chunks()
     ids = ids.combine_chunks() if isinstance(ids, pa.ChunkedArray) else ids
-    start = 0
-    for end in pc.run_end_encode(ids).run_ends.to_pylist():
-        part = table.slice(start, end - start)
-        system, config_id, location = (part.column(n)[0].as_py() for n in ("system", "config_id", "location"))
-        run_id = str(part.column("run_id")[0].as_py())
-        limits = [v for name in COLUMNS[-3:] for v in lost.range(run_id, name, part.column(name))]
-        yield RunSummary(run_id, system, config_id, location, end - start, *limits)
-        start = end
+    ends = pc.run_end_encode(ids).run_ends.to_pylist()
+    if not ends:
+        return
+    starts = np.array([0, *ends[:-1]])
+    # an Arrow array made of a list would import pandas
+    rows = np.diff([0, *ends]).tolist()
+    labels = [[table.column(n)[i].as_py() for i in starts.tolist()] for n in ("run_id", "system", "config_id", "location")]
+    run_ids = [str(v) for v in labels[0]]
+    limits = [v for name in COLUMNS[-3:] for v in lost.ranges(name, table.column(name), starts, run_ids)]
+    for run_id, system, config_id, location, n, *six in zip(run_ids, *labels[1:], rows, *limits, strict=True):
+        yield RunSummary(run_id, system, config_id, location, n, *six)
+
+
+def _numpy(column: Any) -> Any:
+    """Return an Arrow column without nulls as an array; Arrow's own way there would import pandas."""
+    import numpy as np
+    import pyarrow as pa
+
+    held = column.combine_chunks()
+    return np.from_dlpack(held if isinstance(held, pa.Array) else pa.concat_arrays(held.chunks))
 
 
 def _loop(reader: Any, first: RunSummary, unit_in: str, unit_out: str) -> list[str]:

@@ -39,23 +39,25 @@ class Intake:
         self.set_aside: dict[str, int] = {}
         self.samples = 0
         self.breaks = 0
-        self._runs: dict[tuple[str, str, str | None, str | None], _Growing] = {}
+        # the run that grows on each rig, by its labels without the run_id
+        self._runs: dict[tuple[str, str | None, str | None], tuple[str, _Growing]] = {}
 
     def add(self, piece: Run) -> Iterator[Pieces]:
         """Take the next samples of a run and yield the loops they complete."""
-        key = (piece.run_id, piece.system, piece.config_id, piece.tendon)
-        growing = self._runs.get(key)
-        if growing is None:
-            # the run before it on the same rig is over
-            for old in [k for k in self._runs if k[1:] == key[1:]]:
-                yield from self._runs.pop(old).close()
-            growing = self._runs[key] = _Growing(self, piece)
+        rig = (piece.system, piece.config_id, piece.tendon)
+        run_id, growing = self._runs.get(rig, ("", None))
+        if growing is None or run_id != piece.run_id:
+            if growing is not None:
+                # the run before it on the same rig is over
+                yield from growing.close()
+            growing = _Growing(self, piece)
+            self._runs[rig] = (piece.run_id, growing)
         self.samples += len(piece)
         yield from growing.add(piece)
 
     def end(self) -> Iterator[Pieces]:
         """Yield the loops that end with the recording."""
-        for growing in self._runs.values():
+        for _, growing in self._runs.values():
             yield from growing.close()
         self._runs.clear()
 

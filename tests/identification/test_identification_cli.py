@@ -251,9 +251,30 @@ def test_check_reads_runs_that_come_in_two_pieces(tmp_path):
     write_table(tmp_path / "split.parquet", pa.concat_tables(tables), LOG, ORIGIN)
     done = sstl("check", tmp_path / "split.parquet", "--json")
     assert done.returncode == 1
-    assert [f["what"] for f in json.loads(done.stdout)["findings"]] == ["run in two pieces"]
+    # brought together the run has a pause of its own
+    assert [f["what"] for f in json.loads(done.stdout)["findings"]] == ["runs in pieces", "gaps"]
     done = sstl("segment", tmp_path / "split.parquet", "--out", tmp_path / "t.parquet")
     assert done.returncode == 1 and "two pieces" in done.stderr and not (tmp_path / "t.parquet").exists()
+
+
+def test_check_of_a_log_sorted_by_time_is_one_finding(log, tmp_path):
+    table = pq.read_table(log)
+    pq.write_table(table.sort_by("time_s"), tmp_path / "sorted.parquet")
+    done = sstl("check", tmp_path / "sorted.parquet", "--json")
+    [finding] = [f for f in json.loads(done.stdout)["findings"] if f["level"] == "failure"]
+    runs = len(set(table["run_id"].to_pylist()))
+    assert done.returncode == 1 and finding["what"] == "runs in pieces" and finding["count"] == runs
+    assert "sort by run_id" in finding["fix"] and "sorted by time?" in finding["detail"]
+
+
+def test_check_lists_the_first_of_many_alike_and_counts_the_rest(tmp_path):
+    n = 120
+    ids = [f"r{i:03d}" for i in range(n) for _ in range(2)]
+    columns = {"time_s": [0.0, 0.1] * n, "tension_in_n": [1.0, 2.0] * n, "tension_out_n": [1.0, 2.0] * n}
+    pq.write_table(pa.table({"run_id": ids, "system": ["act"] * 2 * n, **columns}), tmp_path / "many.parquet")
+    found = [f for f in json.loads(sstl("check", tmp_path / "many.parquet", "--json").stdout)["findings"] if f["level"] == "failure"]
+    assert len(found) == 51 and {f["what"] for f in found} == {"too few samples"}
+    assert found[-1]["run_id"] is None and "70 more runs" in found[-1]["detail"]
 
 
 def test_check_names_units_that_are_not_ours(tmp_path):
