@@ -79,8 +79,9 @@ kill: $(STAMP) ## kill -9 at 200 random moments; fills docs/trust.md
 mutation: $(STAMP) ## do the tests notice small faults? a sample of SAMPLE a part; fills docs/trust.md
 	$(BIN)/python tools/mutation.py --sample $(or $(SAMPLE),100) --seed $(SEED) --publish
 
-effects-table: $(STAMP) ## fast model against rig, per effect; writes docs/effects.md
+effects-table: $(STAMP) ## fast model against rig and bristle simulator, per effect; writes docs/effects.md and docs/bristle.md
 	$(BIN)/python tools/effects_table.py
+	$(BIN)/python tools/effects_table.py --simulator bristle
 
 samples: data/samples/log.parquet ## remake the sample log
 

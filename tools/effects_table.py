@@ -1,6 +1,7 @@
-"""Write docs/effects.md: how closely the fast model, refitted, follows the rig under each effect.
+"""Write how closely the fast model, refitted, follows a simulator that stands in for hardware under each effect.
 
-Usage: python tools/effects_table.py [--out docs/effects.md]
+Usage: python tools/effects_table.py [--out docs/effects.md]      the rig
+       python tools/effects_table.py --simulator bristle           the bristle simulator, into docs/bristle.md
 """
 
 from __future__ import annotations
@@ -132,23 +133,23 @@ def _joined(runs: list[Run], name: str) -> Array:
     return np.concatenate([getattr(r, name) for r in runs])
 
 
-def _out_row(effect_id: str, clean: list[Run]) -> tuple[str, float, float]:
-    runs = record(effect_id)
+def _out_row(effect_id: str, clean: list[Run], simulator: str) -> tuple[str, float, float]:
+    runs = record(effect_id, simulator)
     strength = _rms(_joined(runs, "tension_out_n") - _joined(clean, "tension_out_n"))
     return "output, N", strength, refit(effect_id, runs).rms_n
 
 
-def _neighbour_row(effect_id: str) -> tuple[str, float, float]:
+def _neighbour_row(effect_id: str, simulator: str) -> tuple[str, float, float]:
     """Compare the first of two tendons, whose neighbour moves alike 7 s later."""
-    two = scenario().model_copy(update={"tendons": (Tendon(id="A"), Tendon(id="B", delay_s=7.0))})
+    two = scenario(simulator).model_copy(update={"tendons": (Tendon(id="A"), Tendon(id="B", delay_s=7.0))})
     together = [list(simulate.run(two, effects, 3)) for effects in ({}, {effect_id: CASES[effect_id]})]
     clean, runs = ([with_neighbours(r, rs) for r in rs if r.tendon == "A"] for rs in together)
     strength = _rms(_joined(runs, "tension_out_n") - _joined(clean, "tension_out_n"))
     return "output, N", strength, refit(effect_id, runs).rms_n
 
 
-def _recorder_row(effect_id: str, clean: list[Run]) -> tuple[str, float, float | None]:
-    runs = record(effect_id)
+def _recorder_row(effect_id: str, clean: list[Run], simulator: str) -> tuple[str, float, float | None]:
+    runs = record(effect_id, simulator)
     strength = _rms(_joined(runs, "tension_out_n") - _joined(clean, "tension_out_n"))
     if effect_id == "acquisition_faults":
         return "output, N", strength, None
@@ -157,8 +158,8 @@ def _recorder_row(effect_id: str, clean: list[Run]) -> tuple[str, float, float |
     return "output, N", strength, _rms(np.concatenate(seen) - _joined(runs, "tension_out_n"))
 
 
-def _loop_row(effect_id: str, clean: list[Run]) -> tuple[str, float, float]:
-    runs, effect = record(effect_id), get(effect_id)
+def _loop_row(effect_id: str, clean: list[Run], simulator: str) -> tuple[str, float, float]:
+    runs, effect = record(effect_id, simulator), get(effect_id)
     strength = _rms(_joined(runs, "tension_in_n") - _joined(clean, "tension_in_n"))
 
     def residual(x: Array) -> Array:
@@ -170,8 +171,8 @@ def _loop_row(effect_id: str, clean: list[Run]) -> tuple[str, float, float]:
     return "input, N", strength, _rms(_least(residual, effect_id))
 
 
-def _position_row(effect_id: str, clean: list[Run]) -> tuple[str, float, float]:
-    runs = record(effect_id)
+def _position_row(effect_id: str, clean: list[Run], simulator: str) -> tuple[str, float, float]:
+    runs = record(effect_id, simulator)
     strength = _rms(np.concatenate([_centred(a) - _centred(b) for a, b in zip(runs, clean, strict=True)]))
     effect, mechanics = get(effect_id), scenario().rig.mechanics()
     theta = {c.id: c.theta or 0.0 for c in scenario().configurations}
@@ -205,21 +206,38 @@ def _least(residual: Any, effect_id: str) -> Array:
     return np.asarray(found.fun)
 
 
-def row(effect_id: str, clean: list[Run]) -> tuple[str, float, float | None]:
-    """Return channel and unit, RMS of the effect in the rig, and RMS difference of the refitted fast model."""
+def row(effect_id: str, clean: list[Run], simulator: str = "rig") -> tuple[str, float, float | None]:
+    """Return channel and unit, RMS of the effect in the simulator, and RMS difference of the refitted fast model."""
     effect = get(effect_id)
     if effect.channel == "position":
-        return _position_row(effect_id, clean)
+        return _position_row(effect_id, clean, simulator)
     if effect.channel == "loop":
-        return _loop_row(effect_id, clean)
+        return _loop_row(effect_id, clean, simulator)
     if effect.channel == "neighbour":
-        return _neighbour_row(effect_id)
-    return _out_row(effect_id, clean) if effect.fitted else _recorder_row(effect_id, clean)
+        return _neighbour_row(effect_id, simulator)
+    return (_out_row if effect.fitted else _recorder_row)(effect_id, clean, simulator)
+
+
+def rows(simulator: str = "rig") -> list[str]:
+    """Return the table as lines of Markdown."""
+    clean = record(None, simulator)
+    lines = [
+        f"| effect | strength | channel | RMS of the effect | RMS fast model - {simulator} | left |",
+        "|---|---|---|---:|---:|---:|",
+    ]
+    for effect_id in catalogue():
+        if effect_id not in CASES:
+            continue
+        channel, strength, left = row(effect_id, clean, simulator)
+        values = ", ".join(f"{k} {v:g}" for k, v in CASES[effect_id].items())
+        shown = "random" if left is None else f"{left:.4f}"
+        share = "" if left is None else f"{100.0 * left / strength:.1f} %"
+        lines.append(f"| `{effect_id}` | {values} | {channel} | {strength:.4f} | {shown} | {share} |")
+    return lines
 
 
 def page() -> str:
-    """Return the page as Markdown."""
-    clean = record(None)
+    """Return the rig's page as Markdown."""
     lines = [
         "# Fast model against rig, effect by effect",
         "",
@@ -229,17 +247,8 @@ def page() -> str:
         "applied to the rig's clean record instead; random faults have no counterpart to compare. `tendon_crosstalk` is",
         "judged on the actuation runs of the first of two tendons, the second moving alike 7 s later.",
         "",
-        "| effect | strength | channel | RMS of the effect | RMS fast model - rig | left |",
-        "|---|---|---|---:|---:|---:|",
+        *rows(),
     ]
-    for effect_id in catalogue():
-        if effect_id not in CASES:
-            continue
-        channel, strength, left = row(effect_id, clean)
-        values = ", ".join(f"{k} {v:g}" for k, v in CASES[effect_id].items())
-        shown = "random" if left is None else f"{left:.4f}"
-        share = "" if left is None else f"{100.0 * left / strength:.1f} %"
-        lines.append(f"| `{effect_id}` | {values} | {channel} | {strength:.4f} | {shown} | {share} |")
     lines += [
         "",
         "Friction that weakens with speed (`stribeck`, `stick_slip`) makes an elastic line jump; when it jumps depends on",
@@ -253,12 +262,18 @@ def page() -> str:
 
 
 def main() -> None:
-    """Write the page."""
+    """Write the page of the rig, or the table of the bristle simulator into its page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("docs/effects.md"))
-    out = parser.parse_args().out
+    parser.add_argument("--simulator", choices=("rig", "bristle"), default="rig")
+    parser.add_argument("--out", type=Path, default=Path("docs/effects.md"), help="page of the rig")
+    given = parser.parse_args()
+    if given.simulator == "bristle":
+        from page_part import put
+
+        put("bristle.md", "effects", "\n".join(rows("bristle")))
+        return
     text = page()
-    with atomic(out, force=True) as path:
+    with atomic(given.out, force=True) as path:
         path.write_text(text)
     print(text)
 
