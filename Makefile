@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint reproduce blind blind-full bench sbom statistics fuzz kill mutation effects-table samples clean
+.PHONY: help install test test-slow lint docs reproduce blind blind-full bench sbom statistics fuzz kill mutation effects-table samples clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -36,6 +36,10 @@ lint: $(STAMP) ## ruff, mypy and import-linter
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(STAMP) ## the site of the documents in build/site; a broken link is an error
+	$(BIN)/python tools/reference_doc.py --check
+	$(BIN)/python tools/site.py
 
 reproduce: $(OUT)/reproduce/.done ## rebuild the paper's tables beside the published values
 	@cat $(OUT)/reproduce/tables.txt
@@ -83,10 +87,15 @@ effects-table: $(STAMP) ## fast model against rig and bristle simulator, per eff
 	$(BIN)/python tools/effects_table.py
 	$(BIN)/python tools/effects_table.py --simulator bristle
 
-samples: data/samples/log.parquet ## remake the sample log
+samples: data/samples/log.parquet data/samples/bench/bend20_slow_act.csv ## remake the sample recordings
 
 data/samples/log.parquet: sstl_cli/physics/scenarios/sample.toml | $(STAMP)
 	cd data/samples && ../../$(BIN)/sstl simulate --scenario sample --simulator rig --effect pulley_friction:m_p=0.08,m_r=0.06 --seed 7 --out log.parquet --force
+
+data/samples/bench/bend20_slow_act.csv: data/samples/bench.toml tools/bench_files.py | $(STAMP)
+	mkdir -p $(OUT)
+	$(BIN)/sstl simulate --scenario data/samples/bench.toml --seed 3 --out $(OUT)/bench.parquet --force
+	$(BIN)/python tools/bench_files.py $(OUT)/bench.parquet data/samples/bench
 
 clean: ## remove everything that was built
 	rm -rf $(OUT)

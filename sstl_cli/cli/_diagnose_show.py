@@ -22,7 +22,7 @@ def tables(screen: Screen, document: dict[str, Any]) -> None:
         if len(document["candidates"]) > SHOWN:
             screen.line(f"and {len(document['candidates']) - SHOWN} more; --json has all")
     following = document["next_experiment"]
-    if following:
+    if following and document["verdict"]["status"] != "none":
         apart = " from ".join(following["separates"])
         screen.say(f"record next: {following['trajectory']}, to tell {apart}; {following['why']}")
 

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from sstl_cli import cli
+from sstl_cli.cli._help import polish
 from sstl_cli.cli.options import keep_files, name_variables
 from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, tell
@@ -25,32 +26,34 @@ from sstl_cli.core.workers import stop_on_signals
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
-_ORDER = [
-    "simulate",
-    "import",
-    "check",
-    "info",
-    "segment",
-    "train",
-    "evaluate",
-    "compensate",
-    "diagnose",
-    "blind",
-    "reproduce",
-    "report",
-    "effects",
-    "export",
-    "batch",
-    "watch",
-    "doctor",
-    "plot",
-    "schema",
-]
+# the order of the work, and what fits beside the name in the list of commands
+_COMMANDS = {
+    "simulate": "Simulate recordings of a scenario, with any effects.",
+    "import": "Bring a lab's recordings into the log table.",
+    "check": "Find everything that is wrong with a table.",
+    "info": "Show what is in a table and where it came from.",
+    "segment": "Find slopes and biases (Theta) of every run.",
+    "train": "Learn the mapping from sensing loop to actuation tendon.",
+    "evaluate": "Judge a mapping on held-out configurations.",
+    "compensate": "Compute feedforward commands and score them.",
+    "diagnose": "Say where the gap lies, which effect causes it, how far.",
+    "blind": "Check the diagnosis on effects it cannot see.",
+    "reproduce": "Rebuild the paper's tables beside the published values.",
+    "report": "Make one HTML page of any outputs.",
+    "effects": "List and explain the effects of the catalogue.",
+    "export": "Write a controller, a mapping or a log for other programs.",
+    "batch": "Run one of these over many files.",
+    "watch": "Follow growing logs and raise alarms.",
+    "doctor": "Test this installation.",
+    "plot": "Draw one figure as a picture file.",
+    "schema": "Print the JSON Schema of a document.",
+}
 
 
 def _rank(name: str) -> tuple[int, str]:
     """Return the place of a command in the help: the order of the work, then the alphabet."""
-    return (_ORDER.index(name) if name in _ORDER else len(_ORDER), name)
+    order = list(_COMMANDS)
+    return (order.index(name) if name in order else len(order), name)
 
 
 class Commands(TyperGroup):
@@ -64,9 +67,17 @@ class Commands(TyperGroup):
         """Return a subcommand whose options are read from variables named like them."""
         command = super().get_command(ctx, cmd_name)
         if command is not None:
+            command.short_help = _COMMANDS.get(cmd_name, command.short_help)
+            polish(command)
             name_variables(command, f"SSTL_{cmd_name.upper()}")
             keep_files(command)
         return command
+
+    def format_options(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
+        """Write the program's own options without the variables, which nobody sets for them."""
+        for parameter in self.params:
+            parameter.show_envvar = False  # type: ignore[attr-defined]
+        super().format_options(ctx, formatter)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         """Run a subcommand; Ctrl-C becomes an error of ours before typer makes a silent exit of it."""
@@ -81,7 +92,7 @@ app = typer.Typer(
     cls=Commands,
     help="Identify, compensate and diagnose tendon-sheath hysteresis from recorded tension logs.",
     no_args_is_help=True,
-    add_completion=False,
+    epilog="Each command has --help with an example; 'sstl COMMAND -q' keeps stderr for errors. First steps: docs/tutorial.md.",
     pretty_exceptions_enable=False,
     context_settings={"auto_envvar_prefix": "SSTL", "help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
@@ -110,7 +121,7 @@ def _version(value: bool) -> None:
 @app.callback()
 def _root(
     version: bool = typer.Option(
-        False, "--version", callback=_version, is_eager=True, allow_from_autoenv=False, help="Print the version."
+        False, "--version", "-V", callback=_version, is_eager=True, allow_from_autoenv=False, help="Print the version."
     ),
 ) -> None:
     pass
@@ -145,7 +156,7 @@ def _main() -> NoReturn:
     try:
         _register()
         try:
-            code = app(standalone_mode=False)
+            code = app(standalone_mode=False, prog_name="sstl")
         finally:
             # what is still buffered must fail here, where it can be told, not while Python shuts down
             sys.stdout.flush()

@@ -310,7 +310,8 @@ def _sentence(summary: list[dict[str, Any]]) -> str:
         return f"{method}: tracking error {cell(after)} N (RMSE)."
     change = 100 * (1 - after / before)
     word = "less" if change >= 0 else "MORE"
-    return f"{method} tracks with an error of {after:.2g} N instead of {before:.2g} N: {abs(change):.0f} % {word} (RMSE)."
+    share = f"{abs(change):.1f}" if abs(change) > 99 else f"{abs(change):.0f}"
+    return f"{method} tracks with an error of {after:.2g} N instead of {before:.2g} N: {share} % {word} (RMSE)."
 
 
 def _gate_value(rows: list[dict[str, object]]) -> float:

@@ -35,6 +35,8 @@ def diagnose(
     max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None,
     max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None,
     expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None,
+    junit: Annotated[Path | None, typer.Option(help="Write the gates as a JUnit file, for a build server.")] = None,
+    summary: Annotated[Path | None, typer.Option(help="Write the diagnosis as a short Markdown text.")] = None,
     position: Annotated[
         bool, typer.Option("--position", help="Diagnose the recorded position too (the simulator claims a rigid tendon).")
     ] = False,
@@ -45,6 +47,7 @@ def diagnose(
 ) -> None:
     """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
     from sstl_cli.cli import _diagnose_show as show
+    from sstl_cli.cli import _gates
     from sstl_cli.cli.origin import environment, files_among, inputs
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable, write_json, write_text
@@ -57,7 +60,7 @@ def diagnose(
     from sstl_cli.steps import diagnose_tendons as tendons
 
     screen = Screen(as_json)
-    for path in (out, save_sim, next_out):
+    for path in (out, save_sim, next_out, junit, summary):
         if path is not None:
             require_writable(path, force)
     effect_ids(None if expect == "none" else expect, "--expect")
@@ -94,6 +97,11 @@ def diagnose(
         screen.line(line)
     show.tables(screen, document)
     missed = _missed(document, max_rmse, max_gap_pct, expect)
+    if junit is not None:
+        asked = {"--max-rmse": max_rmse, "--max-gap-pct": max_gap_pct, "--expect": expect}
+        write_text(junit, _gates.junit(asked, missed, document["sentence"]), force)
+    if summary is not None:
+        write_text(summary, _gates.markdown(document, missed), force)
     for text in missed:
         screen.note(f"gate missed: {text}")
     code = EXIT_GATE if missed else (EXIT_SET_ASIDE if document["analysis"]["set_aside"] else EXIT_DONE)
@@ -128,12 +136,12 @@ def _missed(
     gap, verdict = document["gap"], document["verdict"]
     missed = []
     if max_rmse is not None and gap["rmse_retuned_n"] > max_rmse:
-        missed.append(f"re-tuned RMSE {gap['rmse_retuned_n']:.3g} N > {max_rmse:g} N")
+        missed.append(f"--max-rmse: re-tuned RMSE {gap['rmse_retuned_n']:.3g} N > {max_rmse:g} N")
     reducible = 100.0 * (1.0 - gap["noise_floor_n"] / gap["rmse_retuned_n"]) if gap["rmse_retuned_n"] > 0 else 0.0
     if max_gap_pct is not None and reducible > max_gap_pct:
-        missed.append(f"reducible part {reducible:.1f} % > {max_gap_pct:g} %")
+        missed.append(f"--max-gap-pct: reducible part {reducible:.1f} % > {max_gap_pct:g} %")
     if expect == "none" and verdict["status"] != "none":
-        missed.append(f"expected none, verdict is {verdict['status']} {' + '.join(verdict['effects'])}")
+        missed.append(f"--expect: expected none, verdict is {verdict['status']} {' + '.join(verdict['effects'])}")
     if expect not in (None, "none") and not (verdict["status"] == "identified" and expect in verdict["effects"]):
-        missed.append(f"expected {expect}, verdict is {verdict['status']} {' + '.join(verdict['effects'])}")
+        missed.append(f"--expect: expected {expect}, verdict is {verdict['status']} {' + '.join(verdict['effects'])}")
     return missed

@@ -20,6 +20,7 @@ EPILOG = """Examples:
 
   sstl import --guess bend_*.csv --out rig.toml
 """
+SHOWN = 20
 
 
 def register(app: typer.Typer) -> None:
@@ -123,7 +124,9 @@ def _beside(mapping: Path | None, name: str) -> Path:
 
 def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
     rows = [[r["file"], r["format"], r["runs"], r["samples"]] for r in document["recordings"]]
-    screen.table(f"{document['out']}: {document['runs']} runs", ["file", "format", "runs", "samples"], rows)
+    many = "file" if len(rows) == 1 else "files"
+    screen.say(f"Imported {document['runs']} runs from {len(rows)} {many} -> {document['out']}")
+    screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)
     found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
     if found:
         screen.line(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))

@@ -28,7 +28,7 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
     known = _names(context.command)
     document = read_toml(path)
     table: Any = document
-    for name in _path(context):
+    for name in path_of(context):
         table = table.get(name, {})
         if not isinstance(table, dict):
             raise UsageError(f"'{name}' is not a table", where=str(path), fix=f"write [{name}]", code="E151")
@@ -48,7 +48,7 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
     return path
 
 
-def _path(context: typer.Context) -> list[str]:
+def path_of(context: typer.Context) -> list[str]:
     """Return the words that name the command, without the program's own."""
     names: list[str] = []
     while context.parent is not None:
@@ -143,12 +143,12 @@ def command_line() -> str:
     """Return the command line for provenance: what decides the bytes of the output, folders removed.
 
     Folders are dropped so that the same inputs in another folder give the same bytes; so is how often a file was
-    made (``--force``), how it was shown (``--json``) and how many worked on it (``--workers``).
+    made (``--force``), how it was shown (``--json``, ``--quiet``, ``--verbose``) and how many worked on it (``--workers``).
     """
     words, given = ["sstl"], iter(sys.argv[1:])
     for word in given:
         name, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
-        if name in ("--force", "--json") and not equals:
+        if word in ("--force", "--json", "--quiet", "-q", "--verbose", "-v"):
             continue
         if name == "--workers":
             if not equals:

@@ -21,8 +21,10 @@ T = TypeVar("T")
 SHOW_PROGRESS_AFTER_S = 2.0
 PIPE_COLUMNS = 200
 SHOWN_ASIDE = 20
-# the screens of this call of the program
+# the screens of this call of the program, what its -q and -v ask for, and when it began
 _open: list[Screen] = []
+_asked: set[str] = set()
+_began = time.monotonic()
 
 
 class Screen:
@@ -39,8 +41,9 @@ class Screen:
         _open.append(self)
 
     def note(self, text: str) -> None:
-        """Print narration on stderr."""
-        print(printable(text), file=sys.stderr)
+        """Print narration on stderr (not with --quiet)."""
+        if "quiet" not in _asked:
+            print(printable(text), file=sys.stderr)
 
     def line(self, text: str = "") -> None:
         """Print a line of the result (not with --json)."""
@@ -96,6 +99,8 @@ class Screen:
             lost = sum(e.samples for e in entries[SHOWN_ASIDE:])
             self.note(f"set aside: and {len(entries) - SHOWN_ASIDE} more, {lost} samples")
         self.document({**document, "data_set_aside": [asdict(e) for e in entries]} if entries else document)
+        if "verbose" in _asked:
+            self.note(f"took {time.monotonic() - _began:.1f} s{_memory()}")
         raise typer.Exit(code or (EXIT_SET_ASIDE if entries else code))
 
     @contextmanager
@@ -108,7 +113,7 @@ class Screen:
         def advance(amount: float) -> None:
             nonlocal done
             done += amount
-            if not bar and sys.stderr.isatty() and time.monotonic() - started > SHOW_PROGRESS_AFTER_S:
+            if not bar and "quiet" not in _asked and sys.stderr.isatty() and time.monotonic() - started > SHOW_PROGRESS_AFTER_S:
                 bar.append(_bar(label, total))
             if bar:
                 bar[0].update(0, completed=done)
@@ -123,6 +128,12 @@ class Screen:
 def begin() -> None:
     """Forget the screens of an earlier call in this process."""
     _open.clear()
+    _asked.clear()
+
+
+def narrate(how: str) -> None:
+    """Take note that the call asks to be ``quiet`` or ``verbose``."""
+    _asked.add(how)
 
 
 def show_error(error: SstlError) -> None:
@@ -163,6 +174,17 @@ def small(value: float | None) -> object:
 
 def _is_number(value: object) -> bool:
     return value is None or isinstance(value, (int, float)) or (isinstance(value, str) and value.startswith("< "))
+
+
+def _memory() -> str:
+    """Return the most memory the process held, where the system tells it."""
+    try:
+        import resource
+    except ImportError:
+        return ""
+    # kilobytes, but bytes on macOS
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 << 20 if sys.platform == "darwin" else 1 << 10)
+    return f", {most:.0f} MB at most"
 
 
 def _bold(text: str) -> str:

@@ -128,9 +128,14 @@ def _show(screen: Screen, rows: list[dict[str, Any]], slope: str, unit: str) -> 
 
 
 def _rounded(row: dict[str, Any], names: tuple[str, ...]) -> list[float | None]:
-    """Return slopes and biases; a bias below a thousandth beside much larger ones needs no more digits than they do."""
-    scale = max((abs(row[n]) for n in names if row[n] is not None), default=0.0)
-    return [None if row[n] is None else 0.0 if abs(row[n]) < 1e-4 * scale else row[n] for n in names]
+    """Return slopes as they are, and biases to a thousandth of the larger slope: no tension of 1 shows more of them."""
+    from math import floor, log10
+
+    scale = max((abs(row[n]) for n in names if n.startswith("gamma") and row[n]), default=1.0)
+    return [
+        None if row[n] is None else row[n] if n.startswith("gamma") else round(row[n], 3 - floor(log10(scale))) + 0.0
+        for n in names
+    ]
 
 
 def _percent(row: dict[str, Any], name: str) -> float | None:

@@ -59,7 +59,7 @@ def simulate(
                 advance(1)
 
         samples = write_runs(out, counted(), made, force, lambda: bool(loaded.tendons))
-    screen.say(f"Simulated {total} runs ({samples} samples) with the {_simulator(loaded.simulator, effects)} -> {out}")
+    screen.say(f"Simulated {total} runs ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}")
     document = {
         "schema": "sstl.simulate/1",
         "out": str(out),

@@ -198,8 +198,50 @@ def test_precedence_reaches_a_real_command(tmp_path) -> None:
 )
 def test_variables_are_named_like_the_options(path, variable, monkeypatch, capsys) -> None:
     run_here(monkeypatch, *path, "--help")
-    # long names are broken over lines
-    assert f"[envvar:{variable}" in "".join(capsys.readouterr().out.split())
+    # one line for all of them, not one an option; long names are broken over lines
+    shown = "".join(capsys.readouterr().out.split())
+    assert f"SSTL_{'_'.join(path).upper()}_OPTION" in shown and "[envvar:" not in shown
+    command = typer.main.get_command(program.app)
+    for name in path:
+        command = command.get_command(typer.Context(command), name)
+    assert variable in [p.envvar for p in command.params]
+
+
+def test_options_are_grouped(monkeypatch, capsys) -> None:
+    run_here(monkeypatch, "diagnose", "--help")
+    text = capsys.readouterr().out
+    titles = ["Arguments:", "Options:", "Outputs:", "Gates (exit 4 if missed):", "Common options:"]
+    places = [text.index(t) for t in titles]
+    assert places == sorted(places)
+    assert places[3] < text.index("--max-rmse") < places[4] < text.index("--quiet")
+    assert places[2] < text.index("--save-sim") < places[3]
+
+
+def test_quiet_and_verbose(tmp_path, monkeypatch, capsys) -> None:
+    short = tmp_path / "short.parquet"
+    pq.write_table(pq.read_table(SAMPLE).slice(0, 3), short)
+    words = ("segment", short, "-o", tmp_path / "t.parquet", "--force")
+    assert run_here(monkeypatch, *words, "-q") == 3
+    quiet = capsys.readouterr()
+    assert quiet.err == "" and "Found both propagation lines" in quiet.out
+    made = (tmp_path / "t.parquet").read_bytes()
+    assert run_here(monkeypatch, *words, "-v") == 3
+    assert "set aside" in (said := capsys.readouterr().err) and "took " in said and "MB at most" in said
+    # how it was shown does not change what was made
+    assert (tmp_path / "t.parquet").read_bytes() == made
+    # an error is no narration
+    assert run_here(monkeypatch, "check", "-q", "absent.parquet") == 1
+    assert run_here(monkeypatch, "info", "-q", "absent.parquet") == 1 and "absent.parquet" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_in_three_shells(shell) -> None:
+    assert "_SSTL_COMPLETE" in sstl("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1").stdout
+    asked = {"_SSTL_COMPLETE": f"complete_{shell}", "_TYPER_COMPLETE_ARGS": "sstl seg", "COMP_WORDS": "sstl seg", "COMP_CWORD": "1"}
+    more = {"_TYPER_COMPLETE_FISH_ACTION": "get-args", "_TYPER_COMPLETE_WORD_TO_COMPLETE": "seg"}
+    code = "import sys; sys.argv = ['sstl']; from sstl_cli.cli.app import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **asked, **more})
+    assert "segment" in done.stdout and "Traceback" not in done.stderr
 
 
 def test_wrong_type_in_environment_is_a_usage_error() -> None:
@@ -371,7 +413,7 @@ def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:
 
 def test_a_missed_gate_is_4(monkeypatch, capsys) -> None:
     assert run_here(monkeypatch, "diagnose", SAMPLE, "--expect", "none", "--max-effects", "1") == 4
-    assert "gate missed: expected none" in capsys.readouterr().err
+    assert "gate missed: --expect: expected none" in capsys.readouterr().err
 
 
 def test_data_set_aside_is_3(tmp_path, monkeypatch, capsys) -> None:
