@@ -28,6 +28,13 @@ class CSource:
     source: str
 
 
+SINGLE = """ *
+ * Single precision: commands are within 5 mN of those in double. A decision that hangs on less (a turn of the
+ * reference by under one part in ten million, the end of backlash or of a return after a loss) may fall some
+ * samples apart, and with it the command, never outside its range and its bounds.
+"""
+
+
 def c_source(
     controller: Controller, config_id: str, method: str = "DI", real: Real = "double",
     header_name: str = "sstl_controller.h",
@@ -51,11 +58,13 @@ def c_source(
         lines.append(f"static const sstl_real {name} = {_literal(value)}; /* {value:.6g} */")
     tolerance = law.SOLVE_TOLERANCE_N if real == "double" else 1e-5
     lines.append(f"static const sstl_real TOLERANCE = {_literal(tolerance)}; /* {tolerance:g} N */")
+    slack = law.RETURN_SLACK_N
+    lines.append(f"static const sstl_real RETURN_SLACK = {_literal(slack)}; /* {slack:g} N */")
     lines.append(f"static const long HOLD = {int(p[law.P_HOLD])}L; /* samples */")
     suffix = "" if real == "double" else "f"
     values = {
         "CONFIG": _comment(config_id), "METHOD": _comment(method), "PERIOD": f"{controller.options.dt_s:g}",
-        "REAL": real, "PLAYS": str(plays), "HEADER": header_name, "CONSTANTS": "\n".join(lines),
+        "PRECISION": SINGLE if real == "float" else "", "REAL": real, "PLAYS": str(plays), "HEADER": header_name, "CONSTANTS": "\n".join(lines),
         "SHARES": ", ".join(_literal(float(v)) for v in p[law.P_SHARES :]), "BOUNDED": str(int(bounded)),
         "COMPENSATE": str(int(p[law.P_COMPENSATE])), "DOUBLED": str(int(p[law.P_DOUBLED])),
         "FOLLOW": str(int(p[law.P_FOLLOW])), "FABS": f"fabs{suffix}", "SQRT": f"sqrt{suffix}",

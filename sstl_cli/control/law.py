@@ -34,6 +34,8 @@ PB, PP, RB, RP, SAFE = 0, 1, 2, 3, 4
 REF_NOT_FINITE, REF_OUTSIDE, IN_NOT_FINITE, IN_OUTSIDE = 1, 2, 4, 8
 SOLVE_TOLERANCE_N = 1e-12
 SOLVE_STEPS = 80
+# a return ends within one step of the wish; steps that add up to it exactly must not miss it by rounding
+RETURN_SLACK_N = 1e-4
 
 
 @njit(cache=True)
@@ -225,7 +227,7 @@ def _issue(p: Array, s: Array) -> float:
     command = min(max(command, 0.0), p[P_T_MAX])
     limit = p[P_STEP_MAX]
     if s[S_RETURNING] != 0.0:
-        if abs(command - s[S_CMD]) <= p[P_RAMP]:
+        if abs(command - s[S_CMD]) <= p[P_RAMP] + RETURN_SLACK_N:
             s[S_RETURNING] = 0.0
         else:
             limit = min(limit, p[P_RAMP])

@@ -188,7 +188,7 @@ static sstl_real issue(sstl_controller *c)
     c->aim = c->wish;
     command = least(most(command, (sstl_real)0.0), T_MAX);
     if (c->returning) {
-        if (@FABS@(command - c->command) <= RAMP) {
+        if (@FABS@(command - c->command) <= RAMP + RETURN_SLACK) {
             c->returning = 0;
         } else {
             limit = RAMP;

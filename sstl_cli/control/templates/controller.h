@@ -5,7 +5,7 @@
  * the output tension and the measured input tension, both in N. No allocation, no global state.
  * When an input is not a number or out of range the step answers SSTL_SAFE: it holds the last command,
  * then ramps it down to zero; `fault` in the state tells why (SSTL_FAULT_ bits).
- */
+@PRECISION@ */
 #ifndef SSTL_CONTROLLER_H
 #define SSTL_CONTROLLER_H
 
