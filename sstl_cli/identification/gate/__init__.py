@@ -1,0 +1,65 @@
+"""Data that cannot be right: every rule of physics and bookkeeping that a log can break, one file a rule.
+
+A file in ``rules/`` with ``RULE``, ``RANK`` and ``look(log)`` is found by itself. Rules are asked in the order of
+their rank; a run that one of them fails is not judged by those after it, so that one slip is told once.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
+from typing import Protocol, cast
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification.gate import rules
+from sstl_cli.identification.gate.evidence import Evidence, evidence_of
+from sstl_cli.identification.gate.remark import Remark
+from sstl_cli.identification.gate.sensors import Sensor, sensor_of, sensors_of
+
+__all__ = ["Evidence", "Remark", "Rule", "Sensor", "catalogue", "evidence_of", "judge", "remarks", "sensor_of", "sensors_of"]
+
+
+class Rule(Protocol):
+    """One rule: its name, its place in the order, and what it says of a log."""
+
+    RULE: str
+    RANK: int
+
+    def look(self, log: Sequence[Evidence], /) -> Iterator[Remark]:
+        """Yield what is wrong with the runs of a log."""
+        ...
+
+
+@cache
+def catalogue() -> tuple[Rule, ...]:
+    """Return all rules in the order in which they are asked."""
+    names = [f"{rules.__name__}.{m.name}" for m in pkgutil.iter_modules(rules.__path__)]
+    found = [cast(Rule, importlib.import_module(name)) for name in names]
+    return tuple(sorted(found, key=lambda rule: (rule.RANK, rule.RULE)))
+
+
+def remarks(runs: Iterable[Run], not_a_tension: Iterable[str] = ()) -> tuple[Remark, ...]:
+    """Return what cannot be right, or hardly, in the runs of a log: failures first.
+
+    Parameters
+    ----------
+    runs : iterable of Run
+        The runs of one log (or of several that are used together).
+    not_a_tension : iterable of str, optional
+        Channels that hold another unit than N (``tension_out_n``, ``tension_in_n``).
+    """
+    other = tuple(not_a_tension)
+    return judge([evidence_of(run, other) for run in runs])
+
+
+def judge(log: Sequence[Evidence]) -> tuple[Remark, ...]:
+    """Return the remarks on evidence that was collected run by run."""
+    found: list[Remark] = []
+    told: set[str] = set()
+    for rule in catalogue():
+        new = list(rule.look([e for e in log if e.run_id not in told]))
+        found += new
+        told.update(name for r in new if r.failed for name in r.run_ids)
+    return tuple(sorted(found, key=lambda r: not r.failed))

@@ -1,0 +1,341 @@
+"""What the rules of the gate look at: a few numbers of every run, measured once and kept without the samples."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, keys_of, signs_of
+from sstl_cli.identification.gate.playfit import PlayFit, fit_play
+from sstl_cli.identification.gate.sensors import Sensor, sensors_of
+from sstl_cli.identification.segment import segment_run
+
+Array = NDArray[np.float64]
+MIN_SAMPLES = 32
+# slopes, delays and loops of a recording show in this many points
+MOST_POINTS = 1536
+SEGMENT_POINTS = 16_384
+AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART = 0.97, 0.03, 0.15
+
+
+@dataclass(frozen=True)
+class Range:
+    """Extremes of a channel (N), spikes left out, and its median."""
+
+    low: float
+    high: float
+    middle: float
+
+    @property
+    def span(self) -> float:
+        return self.high - self.low
+
+    @property
+    def largest(self) -> float:
+        return max(abs(self.low), abs(self.high))
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Propagation slopes and biases (N) with standard errors of the slopes; NaN where a direction is not identified."""
+
+    gamma_p: float
+    beta_p: float
+    gamma_r: float
+    beta_r: float
+    se_p: float
+    se_r: float
+
+    @property
+    def known(self) -> bool:
+        return math.isfinite(self.gamma_p) and math.isfinite(self.gamma_r)
+
+    @property
+    def friction(self) -> float:
+        """Half the logarithm of release over pull: n theta, whatever the unit of the output."""
+        return 0.5 * math.log(self.gamma_r / self.gamma_p) if self.known else math.nan
+
+    @property
+    def friction_se(self) -> float:
+        return 0.5 * math.hypot(self.se_r / self.gamma_r, self.se_p / self.gamma_p) if self.known else math.nan
+
+    @property
+    def gain(self) -> float:
+        """Root of pull x release: what output and input sensor differ by, 1 for Coulomb friction."""
+        return math.sqrt(self.gamma_p * self.gamma_r) if self.known else math.nan
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One run as the rules see it. Times in s, tensions in N, positions in mm.
+
+    ``slopes`` are those on which phases and play operator agree. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    numbers, ``line_share`` how much of a channel is a straight line in time (both input, output).
+    ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
+    ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
+    ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
+    exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
+    ``keys`` are fingerprints of short stretches, ``signs`` of the noise's signs, which survive a change of unit.
+    """
+
+    run_id: str
+    config_id: str | None
+    system: str
+    location: str | None
+    lead_mm: float | None
+    trajectory: str | None
+    tendon: str | None
+    samples: int
+    usable: bool
+    tensions: tuple[str, ...]
+    dt_s: float
+    dt_first_s: float
+    dt_last_s: float
+    duration_s: float
+    loops: int
+    sensors: tuple[Sensor, Sensor]
+    ranges: tuple[Range, Range]
+    whole_share: tuple[float, float]
+    line_share: tuple[float, float]
+    correlation: float
+    noise_correlation: float
+    copy_rms: float
+    slopes: Slopes
+    play: PlayFit | None
+    forward_rms: float
+    swapped_rms: float
+    flipped_rms: float
+    stuck_while_n: tuple[float, float]
+    position_span_mm: float
+    reference_gain: float
+    keys: Keys
+    signs: Keys
+
+    @property
+    def passes(self) -> int:
+        return 2 if self.system == "sstl" else 1
+
+    @property
+    def both_tensions(self) -> bool:
+        return len(self.tensions) == 2
+
+    @property
+    def loop_s(self) -> float:
+        """Duration of a loop (of the run where it has none)."""
+        return self.duration_s / max(1, self.loops)
+
+    @property
+    def tendon_like(self) -> bool:
+        """Whether both channels are tensions that pull: a tendon cannot push, a difference of two or a rod can."""
+        return self.usable and self.both_tensions and all(r.low > -0.25 * r.high for r in self.ranges)
+
+
+def agreed(found: Slopes, play: PlayFit | None) -> Slopes:
+    """Return slopes on which phases and play operator agree; those of one where the other has none to show.
+
+    Where an output creeps, or friction is no play, the line through a hold passes for a slope: then the two differ.
+    """
+    if play is None or not play.explained > AGREED_EXPLAINED or not 0.0 < play.gamma_p < play.gamma_r:
+        return NO_SLOPES
+    if found.known:
+        apart = (abs(math.log(a / b)) for a, b in ((found.gamma_p, play.gamma_p), (found.gamma_r, play.gamma_r)))
+        return found if max(apart) < AGREED_APART else NO_SLOPES
+    if min(play.shares) < AGREED_SHARE:
+        return NO_SLOPES
+    se = AGREED_APART / 4.0
+    return Slopes(play.gamma_p, play.beta_p, play.gamma_r, play.beta_r, se * play.gamma_p, se * play.gamma_r)
+
+
+NO_SLOPES = Slopes(*[math.nan] * 6)
+NO_RANGE = Range(0.0, 0.0, 0.0)
+
+
+def evidence_of(run: Run, not_a_tension: tuple[str, ...] = ()) -> Evidence:
+    """Return what the rules need to know of a run; ``not_a_tension`` names channels in another unit than N."""
+    tensions = tuple(n for n in ("tension_in_n", "tension_out_n") if n not in not_a_tension)
+    sound = _sound(run)
+    step = np.diff(run.time_s)
+    tenth = max(1, len(step) // 10)
+    base: dict[str, Any] = dict(
+        run_id=run.run_id, config_id=run.config_id, system=run.system, location=run.location, lead_mm=run.lead_mm,
+        trajectory=run.trajectory, tendon=run.tendon, samples=len(run), tensions=tensions,
+        dt_s=float(np.median(step)) if len(step) else math.nan,
+        dt_first_s=float(np.mean(step[:tenth])) if len(step) else math.nan,
+        dt_last_s=float(np.mean(step[-tenth:])) if len(step) else math.nan,
+        duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
+        sensors=sensors_of(run),
+    )  # fmt: skip
+    if not sound:
+        return Evidence(
+            **base, usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
+            correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
+            swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
+            position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, signs=NO_KEYS,
+        )  # fmt: skip
+    return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
+
+
+def _sound(run: Run) -> bool:
+    if len(run) < MIN_SAMPLES or not np.all(run.time_s[1:] > run.time_s[:-1]):
+        return False
+    channels = (run.time_s, run.tension_in_n, run.tension_out_n)
+    return all(bool(np.isfinite(v).all()) and float(np.ptp(v)) > 0.0 for v in channels)
+
+
+def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
+    raw = (run.tension_in_n, run.tension_out_n)
+    clean = replace(run, tension_in_n=_middle_of_three(raw[0]), tension_out_n=_middle_of_three(raw[1]))
+    found = segment_run(_thinned(clean, SEGMENT_POINTS))
+    th, se = found.theta, found.theta_se
+    slopes = Slopes(
+        *(math.nan if th[n] is None else float(th[n]) for n in ("gamma_p", "beta_p", "gamma_r", "beta_r")),  # type: ignore[arg-type]
+        *(math.nan if se[n] is None else float(se[n]) for n in ("gamma_p", "gamma_r")),  # type: ignore[arg-type]
+    )
+    few = _thinned(clean, MOST_POINTS)
+    t, x, y = few.time_s - few.time_s[0], few.tension_in_n, few.tension_out_n
+    ranges = (_range(x), _range(y))
+    correlation = float(np.corrcoef(x, y)[0, 1])
+    play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
+    return {
+        "loops": found.loops,
+        "ranges": ranges,
+        "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
+        "line_share": tuple(_line_share(t, v) for v in (x, y)),
+        "correlation": correlation,
+        "noise_correlation": _noise_correlation(*raw),
+        "copy_rms": math.sqrt(max(0.0, 1.0 - correlation**2)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
+        "slopes": agreed(slopes, play),
+        "play": play,
+        "forward_rms": residuals[0],
+        "swapped_rms": residuals[1],
+        "flipped_rms": residuals[2],
+        "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
+        "position_span_mm": _span(run.position_in_mm),
+        "reference_gain": _reference_gain(run),
+        "keys": keys_of(*raw),
+        "signs": signs_of(raw[1]),
+    }
+
+
+def _thinned(run: Run, most: int) -> Run:
+    """Return block means of a run, at most ``most`` of them."""
+    length = -(-len(run) // most)
+    if length < 2:
+        return run
+    n = len(run) // length * length
+    return Run(
+        run.run_id,
+        run.system,
+        *(v[:n].reshape(-1, length).mean(axis=1) for v in (run.time_s, run.tension_in_n, run.tension_out_n)),
+    )
+
+
+def _middle_of_three(v: Array) -> Array:
+    """Return a channel without single samples that leave both neighbours, and without dropouts to exactly zero."""
+    zero = v == 0.0
+    if 0 < np.count_nonzero(zero) < 0.1 * len(v):
+        v = np.where(zero, np.interp(np.arange(len(v)), np.flatnonzero(~zero), v[~zero]), v)
+    a, b, c = v[:-2], v[1:-1], v[2:]
+    out = v.copy()
+    out[1:-1] = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
+    return out
+
+
+def _range(v: Array) -> Range:
+    low, middle, high = np.quantile(v, [0.005, 0.5, 0.995])
+    return Range(float(low), float(high), float(middle))
+
+
+def _fits(
+    t: Array,
+    x: Array,
+    y: Array,
+    slopes: Slopes,
+    ranges: tuple[Range, Range],
+    correlation: float,
+    sensors: tuple[Sensor, Sensor],
+) -> tuple[PlayFit | None, tuple[float, float, float]]:
+    """Return the play fit, and residuals (share of the output's span) as recorded, exchanged, and flipped."""
+    span_x, span_y = max(ranges[0].span, 1e-300), max(ranges[1].span, 1e-300)
+    fit = _best(t, x, y, slopes, ranges, sensors[1].noise_n)
+    forward = fit.rms_n / span_y
+    leads = fit.delay_s < -3.0 * fit.delay_se and fit.delayed_rms_n < 0.8 * fit.rms_n
+    doubtful = fit.explained < 0.98 or leads or not 0.0 < fit.gamma_p < fit.gamma_r
+    swapped = flipped = math.nan
+    if doubtful:
+        swapped = _best(t, y, x, NO_SLOPES, (ranges[1], ranges[0]), timed=False).rms_n / span_x
+    if correlation < 0.0:
+        low, high = -ranges[1].high, -ranges[1].low
+        mirrored = Range(low, high, -ranges[1].middle)
+        flipped = _best(t, x, -y, NO_SLOPES, (ranges[0], mirrored), timed=False).rms_n / span_y
+    return fit, (forward, swapped, flipped)
+
+
+def _best(
+    t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], noise_n: float = 0.0, timed: bool = True
+) -> PlayFit:
+    """Return the play fit from the segmentation's lines, or the better one of two guesses."""
+    if slopes.known and slopes.gamma_r > slopes.gamma_p:
+        start = np.array([slopes.gamma_p, slopes.beta_p, slopes.gamma_r, slopes.beta_r])
+        return fit_play(t, x, y, start, noise_n, timed)
+    # lines through the corners of the loop: the top belongs to the pull, the bottom to the release
+    (a, b) = ranges
+    fits = []
+    for theta in (0.3, 1.0):
+        gain = b.span / max(a.span, 1e-300) * math.exp(0.5 * theta)
+        gp, gr = gain * math.exp(-theta), gain * math.exp(theta)
+        start = np.array([gp, b.high - gp * a.high, gr, b.low - gr * a.low])
+        fits.append(fit_play(t, x, y, start, noise_n, timed))
+    return max(fits, key=lambda f: f.explained)
+
+
+def _line_share(t: Array, v: Array) -> float:
+    """Return how much of a channel's variance a straight line in time explains."""
+    return float(np.corrcoef(t, v)[0, 1] ** 2)
+
+
+def _noise_correlation(x: Array, y: Array) -> float:
+    """Return the correlation of second differences: sensors of their own share no noise."""
+    a, b = np.diff(x[:MOST_POINTS], 2), np.diff(y[:MOST_POINTS], 2)
+    limit_a, limit_b = (8.0 * float(np.median(np.abs(v))) for v in (a, b))
+    if limit_a == 0.0 or limit_b == 0.0:
+        return math.nan
+    quiet = (np.abs(a) < limit_a) & (np.abs(b) < limit_b)
+    a, b = a[quiet], b[quiet]
+    return float(a @ b / math.sqrt(float(a @ a) * float(b @ b))) if len(a) > 16 else math.nan
+
+
+def _moved_meanwhile(run: Run, channel: int, sensor: Sensor) -> float:
+    """Return how far (N) the other channel moved in the longest stretch in which this one stood still."""
+    if sensor.still_s <= 0.0:
+        return 0.0
+    other = run.tension_out_n if channel == 0 else run.tension_in_n
+    a = int(np.searchsorted(run.time_s, sensor.still_at_s))
+    b = int(np.searchsorted(run.time_s, sensor.still_at_s + sensor.still_s))
+    return float(np.ptp(other[a:b])) if b > a else 0.0
+
+
+def _span(values: Array | None) -> float:
+    if values is None:
+        return math.nan
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if len(finite) else math.nan
+
+
+def _reference_gain(run: Run) -> float:
+    """Return the slope of input over reference, NaN where no reference is followed."""
+    reference = run.tension_ref_n
+    if reference is None:
+        return math.nan
+    good = np.isfinite(reference)
+    r, x = reference[good], run.tension_in_n[good]
+    if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0:
+        return math.nan
+    if float(np.corrcoef(r, x)[0, 1]) < 0.9:
+        return math.nan
+    return float(np.std(x) / np.std(r))

@@ -1,0 +1,185 @@
+"""The play operator of Eqs. (3) and (5) fitted to a whole recording, with the output's delay and clock drift.
+
+Unlike the lines of ``segment_run`` it needs no phases, so that it also judges recordings whose phases make no sense.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ITERATIONS = 10
+HUBER = 1.5
+
+
+@dataclass(frozen=True)
+class PlayFit:
+    """Lines (slopes, biases in N), delay (s, negative where the output leads) and drift (s/s) of the output's clock.
+
+    ``rms_n`` is the residual without a delay, ``delayed_rms_n`` with one, ``drifting_rms_n`` with drift as well;
+    ``typical_n`` is what
+    its middle half tells (spikes weigh nothing), ``explained`` the share of the output's variance that lines and delay explain;
+    ``shares`` are the parts of the samples on the line of pull and on that of release.
+    """
+
+    gamma_p: float
+    beta_p: float
+    gamma_r: float
+    beta_r: float
+    delay_s: float
+    delay_se: float
+    drift: float
+    drift_se: float
+    rms_n: float
+    delayed_rms_n: float
+    drifting_rms_n: float
+    typical_n: float
+    explained: float
+    shares: tuple[float, float]
+
+
+@njit(cache=True, nogil=True)
+def _play(x: Array, p: Array, start: float) -> tuple[Array, Array]:
+    """Return the output of the play operator from ``start`` on, and its derivatives with respect to (Gp, bp, Gr, br)."""
+    n = x.size
+    y = np.empty(n)
+    jacobian = np.zeros((n, 4))
+    v = start
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        low, high = p[0] * x[k] + p[1], p[2] * x[k] + p[3]
+        if v < low:
+            v, s0, s1, s2, s3 = low, x[k], 1.0, 0.0, 0.0
+        elif v > high:
+            v, s0, s1, s2, s3 = high, 0.0, 0.0, x[k], 1.0
+        y[k] = v
+        jacobian[k, 0], jacobian[k, 1], jacobian[k, 2], jacobian[k, 3] = s0, s1, s2, s3
+    return y, jacobian
+
+
+def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0.0, timed: bool = True) -> PlayFit:
+    """Return the play operator that explains an output best, in the sense of Huber's loss.
+
+    Parameters
+    ----------
+    time_s, x, y : ndarray, shape (n,)
+        Time in s, input and output in N.
+    start : ndarray, shape (4,)
+        First guess of (Gp, bp, Gr, br).
+    noise_n : float
+        Noise of the output (N): where no more than that is left, no drift is looked for.
+    timed : bool
+        Whether delay and drift are fitted at all.
+    """
+    middle = 0.5 * float(time_s[0] + time_s[-1])
+    still, rms = _descend(time_s, x, y, np.concatenate((start, [0.0, 0.0])), 4, middle)
+    best, delayed_rms, delay_se = still, rms, float("nan")
+    if timed:
+        best, delayed_rms = _descend(time_s, x, y, still, 5, middle)
+        delay_se = float(_errors(time_s, x, y, best, middle, 5)[4])
+    drift, drift_se, drifting_rms = 0.0, float("nan"), delayed_rms
+    if timed and delayed_rms > 1.5 * noise_n:
+        drifting, drifting_rms = _descend(time_s, x, y, best, 6, middle)
+        drift, drift_se = float(drifting[5]), float(_errors(time_s, x, y, drifting, middle, 6)[5])
+    power = max(float(np.var(y)), 1e-300)
+    late = y - _model(time_s, x, y, best, middle, 5)[0]
+    return PlayFit(
+        gamma_p=float(best[0]),
+        beta_p=float(best[1]),
+        gamma_r=float(best[2]),
+        beta_r=float(best[3]),
+        delay_s=float(best[4]),
+        delay_se=delay_se,
+        drift=drift,
+        drift_se=drift_se,
+        rms_n=rms,
+        delayed_rms_n=delayed_rms,
+        drifting_rms_n=drifting_rms,
+        typical_n=1.4826 * float(np.median(np.abs(late))),
+        explained=1.0 - min(rms, delayed_rms) ** 2 / power,
+        shares=_shares(x, float(y[0]), best),
+    )
+
+
+def _shares(x: Array, start: float, p: Array) -> tuple[float, float]:
+    """Return the parts of the samples that move along the line of pull, and along that of release."""
+    on = _play(x, p[:4], start)[1]
+    move = np.diff(x, prepend=x[0])
+    return float(np.mean((move > 0.0) & (on[:, 1] == 1.0))), float(np.mean((move < 0.0) & (on[:, 3] == 1.0)))
+
+
+def _model(time_s: Array, x: Array, measured: Array, p: Array, middle: float, free: int) -> tuple[Array, Array]:
+    """Return the output and its derivatives with respect to the first ``free`` parameters."""
+    y, lines = _play(x, p[:4], float(np.median(measured[:3])))
+    if free == 4 and p[4] == 0.0:
+        return y, lines
+    rate = np.gradient(y, time_s)
+    if p[4] != 0.0 or p[5] != 0.0:
+        # the same shift for all: where the moved clock falls between two samples
+        at = time_s - p[4] - p[5] * (time_s - middle)
+        k = np.clip(np.searchsorted(time_s, at) - 1, 0, len(time_s) - 2)
+        part = np.clip((at - time_s[k]) / (time_s[k + 1] - time_s[k]), 0.0, 1.0)
+        y = y[k] + part * (y[k + 1] - y[k])
+        rate = rate[k] + part * (rate[k + 1] - rate[k])
+        lines = lines[k] + part[:, None] * (lines[k + 1] - lines[k])
+    columns = [lines, -rate[:, None]]
+    if free == 6:
+        columns.append((-rate * (time_s - middle))[:, None])
+    return y, np.concatenate(columns, axis=1)
+
+
+def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle: float) -> tuple[Array, float]:
+    """Levenberg-Marquardt on Huber's loss over the first ``free`` parameters; the scale follows the residual once."""
+    p = start.copy()
+    model, jacobian = _model(time_s, x, y, p, middle, free)
+    residual = y - model
+    for _ in range(2):
+        limit = HUBER * max(1.4826 * float(np.median(np.abs(residual))), 1e-3 * float(np.abs(residual).max()), 1e-300)
+        cost, weight = _loss(residual, limit)
+        damping = 1e-3
+        for _ in range(ITERATIONS):
+            weighted = (jacobian * weight[:, None]).T
+            normal, gradient = weighted @ jacobian, weighted @ residual
+            scale = np.diag(normal) + 1e-12 * float(np.trace(normal)) + 1e-200
+            trial = p.copy()
+            trial[:free] += np.linalg.lstsq(normal + damping * np.diag(scale), gradient, rcond=1e-12)[0]
+            model, candidate = _model(time_s, x, y, trial, middle, free)
+            tried, tried_weight = _loss(y - model, limit)
+            # a step that overflows is no step
+            if np.isfinite(tried) and tried < cost:
+                done = cost - tried < 1e-3 * cost
+                p, jacobian, residual, cost, weight = trial, candidate, y - model, tried, tried_weight
+                damping = max(0.2 * damping, 1e-9)
+                if done:
+                    break
+            else:
+                damping *= 8.0
+                if damping > 1e5:
+                    break
+    return p, float(np.sqrt(np.mean(residual**2)))
+
+
+def _loss(residual: Array, limit: float) -> tuple[float, Array]:
+    """Return the mean of Huber's loss and the weights of iterated least squares."""
+    size = np.abs(residual)
+    weight = np.minimum(1.0, limit / np.maximum(size, 1e-300))
+    return float(np.mean(np.where(size <= limit, 0.5 * size**2, limit * (size - 0.5 * limit)))), weight
+
+
+def _errors(time_s: Array, x: Array, y: Array, p: Array, middle: float, free: int) -> Array:
+    """Return standard errors of the first ``free`` parameters, widened for residuals that are not independent."""
+    model, jacobian = _model(time_s, x, y, p, middle, free)
+    residual = y - model
+    power = float(np.mean(residual**2)) or 1e-300
+    lag = float(np.clip(np.mean(residual[1:] * residual[:-1]) / power, 0.0, 0.98))
+    normal = jacobian.T @ jacobian
+    if not np.isfinite(normal).all() or float(np.abs(normal).max()) > 1e150:
+        return np.full(free, np.inf)
+    scale = np.sqrt(np.diag(normal))
+    scale[scale == 0.0] = 1.0
+    inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-10)
+    return np.asarray(np.sqrt(np.maximum(np.diag(inverse), 0.0) * power * (1.0 + lag) / (1.0 - lag)) / scale)

@@ -1,0 +1,86 @@
+"""Pull x release far from 1: input and output in different units, or through different levers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, Severity, names
+from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
+
+RULE, RANK = "gain", 28
+# direction-dependent friction, pulleys and sensor gains of the catalogue together stay within
+ODD, IMPOSSIBLE = 1.7, 3.0
+# spread of one log: units are the same for all of its runs
+ALIKE = 1.4
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output and input differ by a factor that friction does not make."""
+    groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
+    gains = [(gain_of(e), e) for e in log]
+    usual = {
+        system: _middle([g if g > 0.0 else 1.0 for g, e in gains if e.system == system]) for system in {e.system for e in log}
+    }  # fmt: skip
+    for g, e in gains:
+        size = abs(math.log(g)) if g > 0.0 else math.nan
+        # one run alone may be misled by a friction that is no play; a sensor is wrong in all
+        if size < math.log(IMPOSSIBLE) and not abs(math.log(usual[e.system])) > math.log(ODD):
+            continue
+        if size > math.log(ODD):
+            severity: Severity = "failure" if size > math.log(IMPOSSIBLE) else "remark"
+            groups.setdefault((severity, round(math.log(g) / math.log(ALIKE) / 2.0)), []).append((g, e))
+    for (severity, _), hit in groups.items():
+        g = math.exp(sum(math.log(v) for v, _ in hit) / len(hit))
+        what, mend = _guess(g, hit[0][1])
+        ids = tuple(e.run_id for _, e in hit)
+        yield Remark(
+            ids, RULE, severity, g * g, "1",
+            f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1, so output and input "
+            f"differ by a factor of {g:.3g}; probably {what}",
+            mend,
+        )  # fmt: skip
+
+
+def _middle(gains: list[float]) -> float:
+    return sorted(gains)[len(gains) // 2] if gains else 1.0
+
+
+def gain_of(e: Evidence) -> float:
+    """Return the factor between output and input sensor, NaN where the run does not tell."""
+    if not e.tendon_like or e.correlation < 0.2:
+        return math.nan
+    a, b = e.ranges
+    top = b.high / max(a.high, 1e-300)
+    g = e.slopes.gain
+    if not math.isfinite(g):
+        # without slopes only the sizes speak: no output exceeds twice its input, none that moves is a hundredth
+        moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
+        return top if top > 2.5 or (top < 0.02 and moves) else math.nan
+    # slopes over a small part of the range say little of the gain: the sizes must agree
+    if abs(math.log(g)) > math.log(ODD) and (g > 1.0) != (top > (1.15 if g > 1.0 else 0.7)):
+        return math.nan
+    return g
+
+
+def _guess(g: float, e: Evidence) -> tuple[str, str]:
+    """Return what probably happened and the line that mends it."""
+    options = []
+    for channel, factor in ((0, g), (1, 1.0 / g)):
+        unit = force_unit(factor)
+        if unit is not None:
+            # the unit must leave a tension that tendons bear
+            size = abs(math.log(max(e.ranges[channel].largest * FORCES[unit], 1e-9) / 30.0))
+            options.append((size, f"the {WORDS[channel]} is in {unit}, not N", stated(channel, unit)))
+    if options:
+        return min(options)[1:]
+    if any(abs(math.log(g / ratio)) < 0.12 for ratio in (2.0, 0.5)):
+        small = 0 if g > 1.0 else 1
+        mend = f"{('tension_in_n', 'tension_out_n')[small]} = {{ column = ..., unit = \"counts\", gain = 2 }}"
+        return f"the {WORDS[small]} sensor sits behind a 2:1 pulley or reads half of a pair", mend
+    large = 1 if g > 1.0 else 0
+    return (
+        f"the {WORDS[large]} is in counts or volts, or has a wrong calibration",
+        stated(large, "counts", f", gain = {1.0 / max(g, 1.0 / g):.4g}"),
+    )

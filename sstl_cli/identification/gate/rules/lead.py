@@ -1,0 +1,43 @@
+"""An output that comes before its input, or so late that its clock must be another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+
+RULE, RANK = "lead", 35
+# share of the residual that must remain once the output is moved in time
+REMAINS, LITTLE = 0.5, 0.3
+# a misfit of the shape passes for a small part of a loop
+PART_OF_LOOP = 0.008
+# the slowest channel of the catalogue is 0.2 s late
+LATE_S = 0.4
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output must be moved in time to follow its input."""
+    for early in (True, False):
+        hit = [e for e in log if _moved(e, early)]
+        if not hit:
+            continue
+        delays = sorted((e.play.delay_s for e in hit if e.play is not None), key=abs)
+        delay = delays[len(delays) // 2]
+        way = "comes before its input, which no tendon does" if early else "comes too late for friction"
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "failure" if early else "remark", delay, "s",
+            f"{names([e.run_id for e in hit])}: the output {way} (by {abs(delay):.3g} s); the two channels probably have "
+            "clocks of their own that do not start together",
+            '[clocks] align = "apply" (with a column that both sides recorded as content)',
+        )  # fmt: skip
+
+
+def _moved(e: Evidence, early: bool) -> bool:
+    p = e.play
+    if not e.tendon_like or e.correlation < 0.2 or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r:
+        return False
+    if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
+        return False
+    least = max(6.0 * p.delay_se, 2.5 * max(e.dt_s, e.sensors[0].refresh_s, e.sensors[1].refresh_s))
+    return p.delay_s < -least if early else p.delay_s > max(least, LATE_S)

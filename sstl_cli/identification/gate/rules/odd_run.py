@@ -1,0 +1,129 @@
+"""Runs unlike the others: one that stands alone, or two kinds that were put into one file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.zero import zeros
+
+RULE, RANK = "odd_run", 75
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A property of rig and sensors that the movement does not change, and the gap (its unit) that counts."""
+
+    name: str
+    alone: float
+    kinds: float
+    ratio: bool
+
+
+FEATURES = (
+    Feature("noise of the input", math.log(2.0), math.log(1.5), True),
+    Feature("noise of the output", math.log(2.0), math.log(1.5), True),
+    Feature("gain of output over input", 0.3, 0.1, True),
+    Feature("friction", 0.4, math.inf, True),
+    Feature("zero of the input", 3.0, 2.0, False),
+    Feature("zero of the output", 3.0, 2.0, False),
+)
+FEW = 4
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that lie apart from the rest of their system."""
+    for system in sorted({e.system for e in log}):
+        runs = [e for e in log if e.system == system and e.tendon_like and e.correlation > 0.0]
+        if len(runs) < FEW:
+            continue
+        table = np.array([_values(e) for e in runs])
+        splits = [(f, s) for j, f in enumerate(FEATURES) if (s := _split(table[:, j], f)) is not None]
+        yield from _alone(runs, splits)
+        yield from _kinds(runs, splits)
+
+
+def _values(e: Evidence) -> list[float]:
+    noise = [math.log(s.noise_n) if s.noise_n > 0.0 and s.step_n < s.noise_n and not s.held else math.nan for s in e.sensors]
+    s = e.slopes
+    gain = math.log(s.gain) if s.known else math.nan
+    friction = math.log(s.friction) if s.known and s.friction > 0.05 else math.nan
+    return [*noise, gain, friction, *zeros(e)]
+
+
+@dataclass(frozen=True)
+class _Split:
+    """The smaller side of the widest gap of a feature."""
+
+    members: frozenset[int]
+    gap: float
+    spread: float
+    whole: int
+
+
+def _split(values: Array, feature: Feature) -> _Split | None:
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) < FEW:
+        return None
+    order = known[np.argsort(values[known])]
+    steps = np.diff(values[order])
+    at = int(np.argmax(steps))
+    low, high = order[: at + 1], order[at + 1 :]
+    small = low if len(low) <= len(high) else high
+    spread = max(float(np.ptp(values[low])), float(np.ptp(values[high])))
+    gap = float(steps[at])
+    if gap < min(feature.alone, feature.kinds):
+        return None
+    return _Split(frozenset(small.tolist()), gap, spread, len(known))
+
+
+def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterator[Remark]:
+    told: set[int] = set()
+    for feature, split in splits:
+        if len(split.members) != 1 or split.gap < max(feature.alone, 1.5 * split.spread):
+            continue
+        (index,) = split.members
+        if index in told:
+            continue
+        told.add(index)
+        e = runs[index]
+        size = f"{math.exp(split.gap):.3g} times" if feature.ratio else f"{split.gap:.3g} N from"
+        yield Remark(
+            (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
+            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} lies {size} the nearest of them; the "
+            "sensor was probably changed or the file is from another rig",
+            "leave this file out, or give it its own mapping (gain, offset)",
+        )  # fmt: skip
+
+
+def _kinds(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterator[Remark]:
+    clear = [
+        (f, s) for f, s in splits if len(s.members) > 1 and s.gap > max(f.kinds, 2.0 * s.spread) and s.whole == len(runs)
+    ]  # fmt: skip
+    for members in dict.fromkeys(s.members for _, s in clear):
+        agree = [(f, s) for f, s in clear if s.members == members]
+        strong = any(f.ratio and s.gap > math.log(2.0) and s.gap > 4.0 * s.spread for f, s in agree)
+        if len(agree) < 2 and not strong:
+            continue
+        inside = {runs[i].trajectory for i in members}
+        outside = {e.trajectory for i, e in enumerate(runs) if i not in members}
+        if not inside & outside and None not in inside | outside:
+            # another movement, not another rig
+            continue
+        feature, split = max(agree, key=lambda a: a[1].gap / max(a[1].spread, 1e-9))
+        ids = tuple(runs[i].run_id for i in sorted(members))
+        size = f"by a factor of {math.exp(split.gap):.3g}" if feature.ratio else f"by {split.gap:.3g} N"
+        yield Remark(
+            ids, RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
+            f"{names(ids)}: {' and '.join(f.name for f, _ in agree)} differ {size} from the other {runs[0].system} runs, which "
+            "agree among themselves; two rigs (or two sensors) are probably in one file",
+            "import the two groups into logs of their own",
+        )  # fmt: skip
+        return

@@ -1,0 +1,90 @@
+"""A single pass labelled as a double one, or the other way round: friction of the loop is about twice that of actuation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, Severity, names
+
+RULE, RANK = "passes", 50
+# friction per pass of a run over that of the other runs of its bend: 2 or 1/2 where the label is wrong, up to 1.3 in a
+# sensing loop with a pulley
+TWICE = 1.7
+# on a nearly straight tube ends and pulleys decide
+LEAST = 0.12
+# logarithm of a gain that sensors may have
+GAIN = 0.45
+# n theta that divides single from double passes where nothing else does: theta is 0.3 to 0.7 in published rigs
+BETWEEN, SINGLE, DOUBLE = 0.8, 0.3, 0.95
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose slopes are those of the other system."""
+    # slopes that need a gain as well tell little of friction
+    known = [e for e in log if e.slopes.known and e.slopes.friction > 0.0 and abs(math.log(e.slopes.gain)) < GAIN]
+    bends: dict[object, list[Evidence]] = {}
+    for e in known:
+        bends.setdefault((e.config_id, e.location), []).append(e)
+    pairs = [b for b in bends.values() if len({e.system for e in b}) == 2 and b[0].config_id is not None]
+    wrong = [e for bend in pairs for e in _wrong(bend, known)]
+    yield from _told(wrong, "failure", "beside the other system of the same bend")
+    if not pairs and known:
+        yield from _alone(known)
+
+
+def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
+    """Return the runs of one bend whose friction per pass is about twice, or half, that of the others."""
+    per = {e.run_id: e.slopes.friction / e.passes for e in bend}
+    if max(e.slopes.friction for e in bend) < LEAST:
+        return []
+    doubtful = []
+    for e in bend:
+        others = [per[o.run_id] for o in bend if o is not e and o.tendon in (e.tendon, None)]
+        if not others:
+            continue
+        ratio = per[e.run_id] / float(np.median(others))
+        if ratio > TWICE if e.system == "act" else ratio < 1.0 / TWICE:
+            doubtful.append(e)
+    if len({e.system for e in doubtful}) < 2:
+        return doubtful
+    ratio = _middle(doubtful, "sstl") / _middle(doubtful, "act")
+    if ratio < 1.0 / TWICE:
+        return doubtful
+    # both look alike: the one that differs from its kind elsewhere is wrong, else the size decides
+    elsewhere = [e for e in known if e.config_id != bend[0].config_id]
+    single, double = _middle(elsewhere, "act"), _middle(elsewhere, "sstl")
+    between = float(np.sqrt(single * double)) if single < double / TWICE else BETWEEN
+    size = float(np.median([e.slopes.friction for e in doubtful]))
+    return [e for e in doubtful if e.system == ("sstl" if size < between else "act")]
+
+
+def _middle(runs: list[Evidence], system: str) -> float:
+    found = [e.slopes.friction for e in runs if e.system == system]
+    return float(np.median(found)) if found else float("nan")
+
+
+def _alone(known: list[Evidence]) -> Iterator[Remark]:
+    """Yield what the size alone says, where no bend was recorded with both systems."""
+    single, double = _middle(known, "act"), _middle(known, "sstl")
+    if single > DOUBLE:
+        yield from _told([e for e in known if e.system == "act" and e.slopes.friction > BETWEEN], "remark", "by its size")
+    if double < SINGLE:
+        yield from _told([e for e in known if e.system == "sstl"], "remark", "by its size")
+
+
+def _told(wrong: list[Evidence], severity: Severity, by: str) -> Iterator[Remark]:
+    for system, like, right in (("act", "a double pass", "sstl"), ("sstl", "a single pass", "act")):
+        hit = [e for e in wrong if e.system == system]
+        if hit:
+            e = hit[0]
+            ids = tuple(h.run_id for h in hit)
+            yield Remark(
+                ids, RULE, severity, e.slopes.friction, "1",
+                f"{names(ids)}: labelled {system}, but slopes of {e.slopes.gamma_p:.3g} and {e.slopes.gamma_r:.3g} (n theta = "
+                f"{e.slopes.friction:.2f}) look like {like} {by}; the label of the system is probably wrong",
+                f'[constants] system = "{right}"',
+            )  # fmt: skip

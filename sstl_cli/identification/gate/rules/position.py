@@ -1,0 +1,31 @@
+"""A position in another unit than mm: the rig would be a thousand times too stiff or too soft."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+
+RULE, RANK = "position", 80
+# rigs of 0.1 to 100 N/mm are known; EA of 10 kN over 2 m is 5 N/mm
+STIFF, SOFT = 800.0, 0.02
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose tension over position no tendon has."""
+    for stiff in (True, False):
+        hit = [e for e in log if e.tendon_like and _stiffness(e) > 0.0 and (_stiffness(e) > STIFF if stiff else _stiffness(e) < SOFT)]
+        if hit:
+            k = _stiffness(hit[0])
+            unit = "m" if stiff else "um"
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "remark", k, "N/mm",
+                f"{names([e.run_id for e in hit])}: tension over position is {k:.3g} N/mm, where tendons have 0.1 to 100; the "
+                f"position is probably in {unit}, not mm",
+                f'position_in_mm = {{ column = ..., unit = "{unit}" }}',
+            )  # fmt: skip
+
+
+def _stiffness(e: Evidence) -> float:
+    return e.ranges[0].span / e.position_span_mm if e.position_span_mm > 0.0 else 0.0

@@ -1,0 +1,54 @@
+"""A sensor that stands still while the other one moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import CHANNELS, WORDS
+
+RULE, RANK = "stuck", 45
+LEAST_S, LEAST_SHARE, LEAST_MOVED = 0.5, 0.01, 0.2
+FAILED_SHARE = 0.1
+# a shorter record may end before a slow sensor is renewed
+WHOLE_S, WHOLE_SAMPLES = 2.0, 200
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs one of whose channels repeats one value for long, or always."""
+    for i in (0, 1):
+        whole = [e for e in log if _whole(e, i)]
+        if whole:
+            yield Remark(
+                tuple(e.run_id for e in whole), RULE, "failure", 100.0, "%",
+                f"{names([e.run_id for e in whole])}: the {WORDS[i]} never changes; the sensor is probably off or the wrong "
+                "column was taken",
+                f"{CHANNELS[i]} = {{ column = (the column of the {WORDS[i]} sensor) }}",
+            )  # fmt: skip
+        for severity in ("failure", "remark"):
+            hit = [e for e in log if _stuck(e, i) == severity]
+            if hit:
+                e = max(hit, key=lambda h: h.sensors[i].still_s)
+                s = e.sensors[i]
+                yield Remark(
+                    tuple(h.run_id for h in hit), RULE, severity, s.still_s, "s",  # type: ignore[arg-type]
+                    f"{names([h.run_id for h in hit])}: the {WORDS[i]} repeats one value for {s.still_s:.3g} s from "
+                    f"{s.still_at_s:.4g} s on while the other channel moves by {e.stuck_while_n[i]:.3g} N; the sensor is "
+                    "probably stuck",
+                    f'skip this stretch, or {CHANNELS[i]} = {{ column = (another sensor) }}',
+                )  # fmt: skip
+
+
+def _whole(e: Evidence, i: int) -> bool:
+    s = e.sensors[i]
+    return s.still_share >= 1.0 and e.samples >= WHOLE_SAMPLES and e.duration_s >= WHOLE_S
+
+
+def _stuck(e: Evidence, i: int) -> str:
+    s = e.sensors[i]
+    if not e.usable or s.still_s < LEAST_S or s.still_share < LEAST_SHARE:
+        return ""
+    if e.stuck_while_n[i] < LEAST_MOVED * e.ranges[1 - i].span:
+        return ""
+    return "failure" if s.still_share > FAILED_SHARE else "remark"

@@ -1,0 +1,38 @@
+"""Input and output exchanged: the tension grows on its way through the sheath, and the input follows the output."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+
+RULE, RANK = "swapped", 27
+# residual of the exchanged record over that of the record as it is, and as a share of the span
+BETTER, GOOD = 0.5, 0.06
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that are hysteresis loops only with the channels exchanged."""
+    hit = [e for e in log if e.usable and e.play is not None and _exchanged(e)]
+    if not hit:
+        return
+    slope = max((e.slopes.gamma_p for e in hit if e.slopes.gamma_p == e.slopes.gamma_p), default=float("nan"))
+    said = f" (slope of the pull {slope:.3g}, above 1)" if slope > 1.0 else ""
+    share = max(e.swapped_rms / max(_as_recorded(e), 1e-300) for e in hit)
+    number, unit = (slope, "1") if slope > 1.0 else (100.0 * share, "%")
+    yield Remark(
+        tuple(e.run_id for e in hit), RULE, "failure", number, unit,
+        f"{names([e.run_id for e in hit])}: the input follows the output{said}, and exchanged they fit a hysteresis loop with "
+        f"{100 * share:.0f} % of the error; input and output are probably swapped",
+        "tension_in_n = (the column of tension_out_n); tension_out_n = (the column of tension_in_n)",
+    )  # fmt: skip
+
+
+def _as_recorded(e: Evidence) -> float:
+    assert e.play is not None
+    return min(e.play.rms_n, e.play.delayed_rms_n) / max(e.ranges[1].span, 1e-300)
+
+
+def _exchanged(e: Evidence) -> bool:
+    return e.correlation > 0.2 and e.swapped_rms < GOOD and e.swapped_rms < BETTER * _as_recorded(e)

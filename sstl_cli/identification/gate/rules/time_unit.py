@@ -1,0 +1,61 @@
+"""Time in another unit than s: loops that last hours, or thousandths of a second."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.core.units import UNITS
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, Severity, names
+
+RULE, RANK = "time_unit", 20
+# a loop of a tendon takes 0.05 s (20 Hz) to minutes; quasi-static tests take an hour
+SLOW_LOOP_S, SLOWEST_LOOP_S = 900.0, 3600.0
+FAST_LOOP_S, FASTEST_LOOP_S = 0.05, 0.02
+# nobody traces a loop with one sample a second, and load cells follow no faster than 100 kHz
+SLOW_DT_S, SLOWEST_DT_S = 0.3, 0.9
+FAST_DT_S, FASTEST_DT_S = 3e-5, 5e-6
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose sampling period and loops are not those of a tension recording."""
+    groups: dict[tuple[Severity, str], list[Evidence]] = {}
+    for e in log:
+        kind = _kind(e)
+        if kind is not None:
+            groups.setdefault(kind, []).append(e)
+    for (severity, way), hit in groups.items():
+        e = hit[0]
+        index = way == "slow" and all(h.dt_s == 1.0 for h in hit)
+        unit = _unit(e)
+        said = "a sample index" if index else f"in {unit}, taken as s" if unit else "in another unit than s"
+        yield Remark(
+            tuple(h.run_id for h in hit), RULE, severity, e.dt_s, "s",
+            f"{names([h.run_id for h in hit])}: a sample every {e.dt_s:.4g} s and a loop in {e.loop_s:.4g} s; time is "
+            f"probably {said}",
+            "time_s = { rate_hz = (samples a second) }" if index else f'time_s = {{ column = ..., unit = "{unit or "..."}" }}',
+        )  # fmt: skip
+
+
+def _kind(e: Evidence) -> tuple[Severity, str] | None:
+    if e.samples < 32 or not e.duration_s > 0.0:
+        return None
+    if e.dt_s > SLOWEST_DT_S or (e.loop_s > SLOWEST_LOOP_S and e.dt_s > 0.02):
+        return "failure", "slow"
+    if e.dt_s < FASTEST_DT_S or (e.loops and e.loop_s < FASTEST_LOOP_S):
+        return "failure", "fast"
+    if e.dt_s > SLOW_DT_S or (e.loops and e.loop_s > SLOW_LOOP_S):
+        return "remark", "slow"
+    if e.dt_s < FAST_DT_S or (e.loops and e.loop_s < FAST_LOOP_S):
+        return "remark", "fast"
+    return None
+
+
+def _unit(e: Evidence) -> str | None:
+    """Return the unit of time in which period and loop would be usual."""
+    for name in ("ms", "us", "ns", "min", "h"):
+        size = UNITS[name][1]
+        if 4e-5 <= e.dt_s * size <= 0.1 and FAST_LOOP_S <= e.loop_s * size <= SLOW_LOOP_S:
+            return name
+    # seconds that were divided by a thousand once too often
+    return "s" if 1e-4 <= e.dt_s * 1e3 <= 0.1 and FAST_LOOP_S <= e.loop_s * 1e3 <= SLOW_LOOP_S else None

@@ -1,0 +1,53 @@
+"""One run in another unit than the others: noise and range of both channels are scaled by the same factor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import FORCES, stated
+
+RULE, RANK = "unit_between_runs", 8
+# of the logarithms: noise is known to a few per cent, ranges depend on the movement
+NOISE, RANGE = 0.2, 0.5
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that are a unit of force away from the rest of their system."""
+    found: dict[str, list[Evidence]] = {}
+    for system in sorted({e.system for e in log}):
+        runs = [e for e in log if e.system == system and e.tendon_like and all(s.noise_n > 0.0 for s in e.sensors)]
+        if len(runs) < 3:
+            continue
+        sizes = np.log([_sizes(e) for e in runs])
+        usual = np.median(sizes, axis=0)
+        for e, row in zip(runs, sizes - usual, strict=True):
+            unit = _unit(row)
+            if unit is not None:
+                found.setdefault(unit, []).append(e)
+    for unit, hit in found.items():
+        ids = tuple(e.run_id for e in hit)
+        yield Remark(
+            ids, RULE, "failure", 1.0 / FORCES[unit], "1",
+            f"{names(ids)}: noise and range of both channels are {1.0 / FORCES[unit]:.3g} times those of the other runs; this "
+            f"file is probably in {unit}, the others in N",
+            f"{stated(0, unit)}; {stated(1, unit)} (for this file)",
+        )  # fmt: skip
+
+
+def _sizes(e: Evidence) -> tuple[float, float, float, float]:
+    noise = [max(s.noise_n, 0.3 * s.step_n) for s in e.sensors]
+    return noise[0], noise[1], max(e.ranges[0].span, 1e-300), max(e.ranges[1].span, 1e-300)
+
+
+def _unit(row: np.ndarray) -> str | None:
+    """Return the unit whose size explains all four ratios."""
+    for unit, size in FORCES.items():
+        away = row + math.log(size)
+        if unit != "N" and bool(np.all(np.abs(away[:2]) < NOISE) and np.all(np.abs(away[2:]) < RANGE)):
+            return unit
+    return None

@@ -1,0 +1,64 @@
+"""A zero that is off by more than sensors drift: tension below zero, or an output above its input while pulling."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.magnitude import IMPOSSIBLE_N
+from sstl_cli.identification.gate.units import CHANNELS, WORDS
+
+RULE, RANK = "zero", 40
+# zero offsets of 2 N on each of two sensors are in the catalogue;
+# drag, delay and friction that falls with load open the lines at low tension: they then meet below zero
+BELOW_N, ABOVE_N, UNDER_N = 3.0, 4.5, 8.0
+SHARE = 0.1
+# on a straight tube the lines hardly open, and where they meet is anywhere
+LEAST_FRICTION = 0.2
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs in which a tendon pushes, or gives more than it is pulled with."""
+    for i in (0, 1):
+        hit = [e for e in log if _below(e, i)]
+        if hit:
+            lowest = min(e.ranges[i].low for e in hit)
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "remark", lowest, "N",
+                f"{names([e.run_id for e in hit])}: the {WORDS[i]} goes down to {lowest:.3g} N, but a tendon cannot push; its "
+                "zero is probably wrong (tared under load), or it is the difference of a pair",
+                f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load) }}",
+            )  # fmt: skip
+    for i in (0, 1):
+        hit = [e for e in log if _apart(e, i) and not (_below(e, 0) or _below(e, 1))]
+        if hit:
+            worst = max((zeros(e)[i] for e in hit), key=abs)
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "remark", worst, "N",
+                f"{names([e.run_id for e in hit])}: the lines of pull and release meet where the {WORDS[i]} reads {worst:.3g} N, "
+                "but friction vanishes at no tension; its zero is probably wrong",
+                f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load, about {worst:.3g}) }}",
+            )  # fmt: skip
+
+
+def zeros(e: Evidence) -> tuple[float, float]:
+    """Return the readings (N) of input and output at which pull and release meet: no tension, if friction is a share of it."""
+    s = e.slopes
+    if not s.known or s.friction < LEAST_FRICTION:
+        return math.nan, math.nan
+    at = (s.beta_p - s.beta_r) / (s.gamma_r - s.gamma_p)
+    return at, s.beta_p + s.gamma_p * at
+
+
+def _below(e: Evidence, i: int) -> bool:
+    r = e.ranges[i]
+    if not e.usable or not e.both_tensions or max(v.largest for v in e.ranges) > IMPOSSIBLE_N:
+        return False
+    return r.low < -max(BELOW_N, SHARE * r.span)
+
+
+def _apart(e: Evidence, i: int) -> bool:
+    at = zeros(e)[i]
+    return e.tendon_like and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE * e.ranges[i].span)

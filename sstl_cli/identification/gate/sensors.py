@@ -1,0 +1,184 @@
+"""How a channel was sampled: refresh period, quantisation step, noise, and where it stands still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification.filtering import noise_sd
+
+Array = NDArray[np.float64]
+CHANNELS = ("tension_in_n", "tension_out_n")
+# enough for a period and a step; a longer record says the same again
+MOST_SAMPLES = 65_536
+ENOUGH = 4096
+MIN_CHANGES = 12
+# share of repeated samples above which a channel may be one that is refreshed slower than it is logged
+HELD_SHARE = 0.3
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """How one channel of one run was sampled; forces in N (or the channel's own unit), times in s.
+
+    ``refresh_s`` is the period at which values are renewed, ``period_s`` that of the log: where the first is longer,
+    the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
+    white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
+    noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
+    in such stretches.
+    """
+
+    column: str
+    period_s: float
+    refresh_s: float
+    step_n: float
+    noise_n: float
+    still_s: float = 0.0
+    still_at_s: float = 0.0
+    still_share: float = 0.0
+
+    @property
+    def held(self) -> bool:
+        """Whether the channel is renewed more slowly than it is logged."""
+        return self.refresh_s > 1.5 * self.period_s
+
+    @property
+    def rate_hz(self) -> float:
+        """Sampling rate of the log."""
+        return 1.0 / self.period_s if self.period_s > 0 else float("nan")
+
+
+def sensors_of(run: Run) -> tuple[Sensor, Sensor]:
+    """Return how input and output of a run were sampled."""
+    first, second = (sensor_of(name, run.time_s, getattr(run, name)) for name in CHANNELS)
+    return first, second
+
+
+def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
+    """Return how one channel was sampled.
+
+    Parameters
+    ----------
+    time_s, values : ndarray, shape (n,)
+        Sampling times (s, increasing) and samples; non-finite samples count as repeats of the one before.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> fast = np.sin(np.arange(4000) / 200.0) + 0.01 * rng.standard_normal(4000)
+    >>> s = sensor_of("tension_out_n", np.arange(4000) / 1000.0, np.repeat(fast[::20], 20))
+    >>> round(s.refresh_s, 4), s.held
+    (0.02, True)
+    """
+    time, v = time_s[:MOST_SAMPLES], np.asarray(values[:MOST_SAMPLES], np.float64)
+    finite = np.isfinite(v)
+    if not finite.all():
+        v = v.copy()
+        v[~finite] = np.interp(np.flatnonzero(~finite), np.flatnonzero(finite), v[finite]) if finite.any() else 0.0
+    n = len(v)
+    period = float(np.median(np.diff(time))) if n > 1 else float("nan")
+    if n < 16 or float(np.ptp(v)) == 0.0:
+        still = float(time[-1] - time[0]) if n else 0.0
+        return Sensor(column, period, period, 0.0, 0.0, still, float(time[0]) if n else 0.0, 1.0)
+    changed = np.flatnonzero(np.diff(v) != 0.0) + 1
+    step = quantisation(v)
+    hold = _hold(v, changed, step)
+    longest = float(np.diff(np.concatenate(([0], changed, [n]))).max())
+    # a long rest is no sample of the noise
+    renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
+    noise = noise_sd(renewed)
+    longest, at, share = _still(v, changed, hold, step, noise)
+    return Sensor(
+        column,
+        period,
+        hold * period,
+        step,
+        noise,
+        longest * period,
+        float(time[at]) if longest else 0.0,
+        share,
+    )
+
+
+def quantisation(values: Array) -> float:
+    """Return the step (N) of a channel whose levels lie on a grid, 0 where they do not.
+
+    A grid is believed where levels repeat (fewer than half as many as samples) and nine in ten of the gaps between
+    neighbouring levels are whole multiples of the smallest usual one.
+    """
+    levels = np.unique(values)
+    if len(levels) < 4 or len(levels) > 0.5 * len(values):
+        return 0.0
+    gaps = np.diff(levels)
+    tiny = 1e-9 * max(abs(float(levels[0])), abs(float(levels[-1])))
+    gaps = gaps[gaps > tiny]
+    if len(gaps) < 3:
+        return 0.0
+    # a few stray levels (spikes, interpolated samples) must not set the step
+    small = float(np.quantile(gaps, 0.1))
+    near = gaps[(gaps > 0.7 * small) & (gaps < 1.4 * small)]
+    step = float(np.median(near))
+    multiple = gaps / step
+    whole = np.abs(multiple - np.round(multiple)) < 0.02 * np.maximum(1.0, np.sqrt(multiple))
+    return step if float(np.mean(whole & (multiple > 0.5))) > 0.9 else 0.0
+
+
+def _hold(v: Array, changed: NDArray[np.int64], step: float) -> float:
+    """Return the usual number of samples between renewals of a sample-and-hold, 1 for any other channel."""
+    if len(changed) < MIN_CHANGES or 1.0 - len(changed) / len(v) < HELD_SHARE:
+        return 1.0
+    gaps = np.diff(changed)
+    usual = float(np.median(gaps))
+    if usual < 2.0:
+        return 1.0
+    # renewals come at a beat: hardly any sooner than half of it, and most at it (a hold of the output spans several)
+    early = float(np.mean(gaps < 0.5 * usual))
+    beat = float(np.mean(np.abs(gaps - usual) <= max(1.0, 0.25 * usual)))
+    if early > 0.1 or beat < 0.5:
+        return 1.0
+    if step > 0.0:
+        # a ramp through the levels of a converter changes by one level at a time; renewals change by several
+        jumps = np.abs(np.diff(v))[changed - 1]
+        if float(np.mean(jumps < 1.5 * step)) > 0.8:
+            return 1.0
+    at = gaps[np.abs(gaps - usual) <= max(1.0, 0.25 * usual)]
+    return float(np.mean(at))
+
+
+def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise: float) -> tuple[float, int, float]:
+    """Return length (samples), beginning, and share of all samples of stretches that repeat one value against the noise."""
+    edges = np.concatenate(([0], changed, [len(v)]))
+    lengths = np.diff(edges)
+    fresh = lengths / hold
+    repeats = float(np.mean(np.minimum(fresh, 8.0) - 1.0 > 0.5)) if len(fresh) else 0.0
+    if noise <= 0.0 or not _noisy(v[changed]) or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
+        # without noise, or with coarse levels, a value repeats for good reasons
+        return 0.0, 0, 0.0
+    # chance that a fresh sample repeats the one before
+    chance = max(min(0.5, step / (3.5 * noise)), min(0.5, float(np.mean(fresh > 1.5)))) if step > 0.0 else 1e-3
+    need = max(8.0, 1.0 + np.log(1e-6 / len(v)) / np.log(max(chance, 1e-6)))
+    long = fresh > need
+    if not long.any():
+        return 0.0, 0, 0.0
+    # a clipped channel rests at its extreme, which is another fault, and leaves it without a jump
+    held, after = v[edges[:-1]], v[np.minimum(edges[1:], len(v) - 1)]
+    inside = (held > v.min()) & (held < v.max())
+    jump = np.abs(after - held) > 10.0 * noise + 4.0 * float(np.quantile(np.abs(np.diff(v)), 0.98))
+    long &= inside | jump
+    if not long.any():
+        return 0.0, 0, 0.0
+    at = int(np.argmax(np.where(long, lengths, 0)))
+    return float(lengths[at]), int(edges[at]), float(lengths[long].sum()) / len(v)
+
+
+def _noisy(v: Array) -> bool:
+    """Return whether second differences alternate as those of noise do, and do not follow each other as a motion's."""
+    second = np.diff(v[:ENOUGH], 2)
+    if len(second) < 16:
+        return False
+    limit = 6.0 * float(np.median(np.abs(second)))
+    second = np.clip(second, -limit, limit)
+    return float(np.sum(second[1:] * second[:-1])) < -0.3 * float(np.sum(second**2))

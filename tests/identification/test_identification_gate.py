@@ -1,0 +1,221 @@
+"""Every rule of the physics gate is hit by the slip it was made for, and by no sound recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from identification_loops import multisine, play, trapezoid
+
+from sstl_cli.core.runs import Run, read_runs
+from sstl_cli.identification import gate
+
+SAMPLE = Path(__file__).resolve().parents[2] / "data" / "samples" / "log.parquet"
+
+
+@cache
+def sample():
+    return tuple(read_runs(SAMPLE))
+
+
+def loop(theta, system="act", seed=0, sd=0.02, rate=100.0, kind="multisine", **labels):
+    """Return a hand-made run: an ideal capstan of the given wrap and sensors with white noise."""
+    t, x = multisine(3, seconds=40.0, rate=rate) if kind == "multisine" else trapezoid(rate=rate, cycles=2)
+    n = 2 if system == "sstl" else 1
+    y = play(x, (np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0))
+    rng = np.random.default_rng(seed)
+    noisy = [v + sd * rng.standard_normal(len(t)) for v in (x, y)]
+    return Run(labels.pop("run_id", f"r{seed}"), system, t, *noisy, **labels)
+
+
+def leads(thetas, system="act"):
+    return [
+        loop(th, system, i, kind="trapezoid", config_id=f"c{i}", location="CP", lead_mm=10.0 * i, trajectory="t")
+        for i, th in enumerate(thetas)
+    ]
+
+
+def each(change, which=lambda r: True):
+    return [change(r) if which(r) else r for r in sample()]
+
+
+def scaled(fx=1.0, fy=None):
+    return lambda r: replace(r, tension_in_n=fx * r.tension_in_n, tension_out_n=(fx if fy is None else fy) * r.tension_out_n)
+
+
+def moved(by):
+    """Return a slip: the output's clock is ahead by ``by`` seconds."""
+    return lambda r: replace(r, tension_out_n=np.interp(r.time_s + by, r.time_s, r.tension_out_n))
+
+
+def stuck(r):
+    y = r.tension_out_n.copy()
+    a, b = len(y) // 4, len(y) * 3 // 4
+    y[a:b] = y[a]
+    return replace(r, tension_out_n=y)
+
+
+def crept(r):
+    t = r.time_s
+    return replace(r, time_s=t * (1.0 + 0.06 * t / t[-1]))
+
+
+def drifted(r):
+    return replace(r, tension_out_n=np.interp(r.time_s * 0.98, r.time_s, r.tension_out_n))
+
+
+def first(change):
+    return each(change, lambda r: r.run_id == sample()[0].run_id)
+
+
+def relabelled(ids):
+    """Exchange the configurations of the runs named."""
+    other = {"CP-020": "CP-080", "CP-080": "CP-020"}
+    return each(lambda r: replace(r, config_id=other[r.config_id]), lambda r: r.run_id in ids)
+
+
+def mixed():
+    """Two runs exchange their outputs: columns of different recordings."""
+    a, b = loop(0.5, run_id="a"), loop(0.5, run_id="b")
+    _, x = multisine(11, seconds=40.0, rate=100.0)
+    y = play(x, (0.6, 0.0, 1.6, 0.0))
+    return [replace(a, tension_out_n=y + 0.02 * np.random.default_rng(5).standard_normal(len(y))), b]
+
+
+def two_rigs():
+    here = [loop(0.5 + 0.02 * i, seed=i, config_id=f"a{i}") for i in range(4)]
+    there = [scaled(1.0, 1.2)(loop(0.5 + 0.02 * i, seed=10 + i, sd=0.06, config_id=f"b{i}")) for i in range(4)]
+    return here + there
+
+
+SLIPS = {
+    "counts": lambda: each(lambda r: replace(r, tension_in_n=np.round(80 * r.tension_in_n + 512), tension_out_n=np.round(80 * r.tension_out_n + 512))),
+    "magnitude": lambda: each(scaled(1000.0)),
+    "magnitude (kN)": lambda: each(scaled(0.001)),
+    "same_channel": lambda: each(lambda r: replace(r, tension_out_n=r.tension_in_n * 0.5 + 1.0)),
+    "clock_channel": lambda: each(lambda r: replace(r, tension_in_n=np.arange(len(r)) / 100.0)),
+    "time_unit": lambda: each(lambda r: replace(r, time_s=1000.0 * r.time_s)),
+    "time_unit (divided)": lambda: each(lambda r: replace(r, time_s=r.time_s / 1000.0)),
+    "rate": lambda: first(lambda r: replace(r, time_s=2.0 * r.time_s)),
+    "sign": lambda: each(scaled(1.0, -1.0)),
+    "sign (both)": lambda: each(scaled(-1.0)),
+    "sign (zeroed)": lambda: each(lambda r: replace(r, tension_out_n=40.0 - r.tension_out_n)),
+    "reference": lambda: each(lambda r: replace(r, tension_ref_n=4.448 * r.tension_in_n)),
+    "gain": lambda: each(scaled(1.0 / 4.448, 1.0)),
+    "gain (kN)": lambda: each(scaled(1.0, 0.001)),
+    "swapped": lambda: each(lambda r: replace(r, tension_in_n=r.tension_out_n, tension_out_n=r.tension_in_n)),
+    "lead": lambda: each(moved(0.3)),
+    "lead (late)": lambda: each(moved(-0.8)),
+    "drift": lambda: each(drifted),
+    "drift (period)": lambda: each(crept),
+    "zero": lambda: each(lambda r: replace(r, tension_out_n=r.tension_out_n - 6.0)),
+    "zero (lines)": lambda: each(lambda r: replace(r, tension_out_n=r.tension_out_n + 9.0)),
+    "stuck": lambda: first(stuck),
+    "stuck (always)": lambda: first(lambda r: replace(r, tension_out_n=np.full(len(r), 3.0))),
+    "unrelated": mixed,
+    "passes": lambda: each(lambda r: replace(r, system="act" if r.system == "sstl" else "sstl")),
+    "passes (one)": lambda: first(lambda r: replace(r, system="sstl")),
+    "passes (alone)": lambda: [replace(r, system="act") for r in sample() if r.system == "sstl"],
+    "labels": lambda: relabelled([r.run_id for r in sample() if r.system == "sstl"]),
+    "labels (cell)": lambda: [*sample(), replace(loop(0.68, config_id="CP-020", location="CP", trajectory="minor_loops", run_id="x"))],
+    "lead_order": lambda: leads([0.5, 0.45, 0.6, 0.48, 0.57, 0.44, 0.52]),
+    "lead_order (two)": lambda: leads([0.44, 0.46, 0.60, 0.50, 0.52, 0.54, 0.56, 0.58, 0.48]),
+    "duplicate": lambda: [*sample(), replace(sample()[2], run_id="copy")],
+    "duplicate (scaled)": lambda: [*sample(), replace(scaled(0.22)(sample()[2]), run_id="copy")],
+    "duplicate (part)": lambda: [*sample(), replace(part(sample()[2], 700, 2100), run_id="copy")],
+    "unit_between_runs": lambda: first(scaled(1 / 4.448)),
+    "odd_run": lambda: first(lambda r: replace(r, tension_in_n=r.tension_in_n + 0.2 * np.random.default_rng(1).standard_normal(len(r)))),
+    "odd_run (kinds)": two_rigs,
+    "position": lambda: each(lambda r: replace(r, position_in_mm=r.tension_in_n / 5000.0)),
+}
+
+
+def part(r, a, b):
+    return replace(r, time_s=r.time_s[a:b], tension_in_n=r.tension_in_n[a:b], tension_out_n=r.tension_out_n[a:b])
+
+
+@pytest.mark.parametrize("name", SLIPS)
+def test_a_slip_is_told_by_its_rule_first(name):
+    said = gate.remarks(SLIPS[name]())
+    assert said, name
+    assert said[0].rule == name.split(" ")[0], [r.line() for r in said]
+    for one in said:
+        assert one.sentence and one.mend and np.isfinite(one.number) and one.run_ids
+        assert one.run_ids[0] in one.sentence
+
+
+def test_every_rule_has_a_slip():
+    assert {r.RULE for r in gate.catalogue()} == {n.split(" ")[0] for n in SLIPS}
+
+
+def test_sound_recordings_are_passed_over():
+    assert gate.remarks(sample()) == ()
+    assert gate.remarks(leads([0.44, 0.46, 0.48, 0.50, 0.52, 0.54, 0.56, 0.58, 0.60])) == ()
+    assert gate.remarks([loop(0.05)]) == () and gate.remarks([loop(0.68, "sstl", kind="trapezoid")]) == ()
+    assert gate.remarks([]) == ()
+
+
+@pytest.mark.parametrize("sd", [0.0, 0.2])
+def test_noise_is_no_slip(sd):
+    assert gate.remarks([loop(0.5, sd=sd, config_id="a"), loop(0.5, "sstl", 1, sd=sd, config_id="a")]) == ()
+
+
+def test_an_output_that_is_no_tension_has_no_unit_to_judge():
+    angles = each(lambda r: replace(r, tension_out_n=57.3 * r.tension_out_n - 300.0))
+    assert gate.remarks(angles)
+    assert gate.remarks(angles, ("tension_out_n",)) == ()
+
+
+def test_a_failed_run_is_told_once():
+    said = gate.remarks(SLIPS["counts"]())
+    assert len(said) == 1 and said[0].failed and len(said[0].run_ids) == len(sample())
+
+
+def test_samples_that_cannot_be_judged_are_no_crash():
+    r = loop(0.5)
+    nan = replace(r, tension_in_n=np.where(r.time_s < 1.0, np.nan, r.tension_in_n))
+    backward = replace(r, run_id="b", time_s=r.time_s[::-1])
+    short = Run("s", "act", r.time_s[:3], r.tension_in_n[:3], r.tension_out_n[:3])
+    none = Run("n", "act", r.time_s[:0], r.tension_in_n[:0], r.tension_out_n[:0])
+    assert gate.remarks([nan, backward, short, none]) == ()
+
+
+@pytest.mark.parametrize(("hold", "step"), [(1, 0.0), (18, 0.0), (5, 0.01), (1, 0.1)])
+def test_refresh_and_step_are_found(hold, step):
+    r = loop(0.5, rate=500.0)
+    y = np.repeat(r.tension_out_n[::hold], hold)[: len(r)]
+    y = np.round(y / step) * step if step else y
+    inside, out = gate.sensors_of(replace(r, tension_out_n=y))
+    assert inside.refresh_s == pytest.approx(0.002) and inside.step_n == 0.0 and not inside.held
+    assert out.refresh_s == pytest.approx(hold * 0.002, rel=0.02) and out.held == (hold > 1)
+    assert out.step_n == pytest.approx(step, rel=0.01)
+    assert out.still_share == 0.0
+    assert gate.remarks([replace(r, tension_out_n=y)]) == ()
+
+
+def test_an_uneven_refresh_is_found():
+    r = loop(0.5, rate=1000.0)
+    at = np.cumsum(np.random.default_rng(0).integers(16, 21, 4000))
+    at = np.concatenate(([0], at[at < len(r)]))
+    y = r.tension_out_n[at[np.searchsorted(at, np.arange(len(r)), "right") - 1]]
+    found = gate.sensor_of("tension_out_n", r.time_s, y)
+    assert found.refresh_s == pytest.approx(0.018, rel=0.06) and found.noise_n == pytest.approx(0.02, rel=0.2)
+
+
+def test_a_quantised_ramp_is_no_refresh():
+    t, x = trapezoid(rate=500.0)
+    found = gate.sensor_of("tension_in_n", t, np.round(x / 0.1) * 0.1)
+    assert not found.held and found.step_n == pytest.approx(0.1)
+
+
+def test_sixty_thousand_samples_take_no_time():
+    from time import process_time
+
+    runs = [loop(0.5, seed=i, rate=250.0, run_id=f"r{i}", config_id=f"c{i}") for i in range(6)]
+    gate.remarks(runs[:1])
+    start = process_time()
+    gate.remarks(runs)
+    assert sum(map(len, runs)) == 60_000 and process_time() - start < 0.6
