@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Config, Json
+from sstl_cli.cli.options import Config, Json, NoPhysics
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
@@ -27,18 +27,22 @@ def register(app: typer.Typer) -> None:
 
 def check(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Files of sstl: logs and other tables, logs as CSV, JSON, models.")],
+    no_physics: NoPhysics = False,
     as_json: Json = False,
     config: Config = None,
 ) -> None:
     """Check tables: schema, units, sampling, gaps, time order, NaN, saturation, quantisation, flat or frozen channels.
 
-    Every failure is listed. Exit code 1 if there is any; remarks alone are fine.
+    Logs are judged by physics too, and refresh period, step and noise of their channels are listed. Every failure is
+    told. Exit code 1 if there is any; remarks alone are fine.
     """
+    from sstl_cli.cli import _physics
+
     screen = Screen(as_json)
     entries: list[dict[str, Any]] = []
     for path in logs:
         entries += [{"file": str(path), **e} for e in _check_file(path, screen)]
-    failures = [e for e in entries if e["level"] == "failure"]
+    judged = _physics.judge([] if no_physics else logs, screen)
     rows = [
         (
             e["level"],
@@ -50,20 +54,26 @@ def check(
         )
         for e in sorted(entries, key=lambda e: e["level"])
     ]
+    entries += _physics.findings(judged)
+    failures = [e for e in entries if e["level"] == "failure"]
     remarks = len(entries) - len(failures)
     which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"
     screen.say(f"{which} {'not sound' if failures else 'sound'}. {_many(len(logs), 'file')}: {_many(len(failures), 'failure')}, {_many(remarks, 'remark')}")
+    _physics.show(screen, judged.remarks)
     if rows:
         # where a file or a column is the same in all rows it need not be said in each
         keep = [i for i in range(6) if i in (0, 4, 5) or len({r[i] for r in rows}) > 1 or (i > 1 and rows[0][i])]
         header = ("level", "file", "run", "column", "what", "do")
         screen.table("", [header[i] for i in keep], [[r[i] for i in keep] for r in rows], most=SHOWN)
+    _physics.show_channels(screen, judged)
     document = {
         "schema": "sstl.check/1",
         "ok": not failures,
         "failures": len(failures),
         "remarks": remarks,
         "findings": entries,
+        "physics": _physics.document(judged.remarks),
+        "sensors": _physics.channels(judged),
         "files": [str(p) for p in logs],
     }
     screen.finish(document, 1 if failures else 0)

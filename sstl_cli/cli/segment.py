@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json, Out, Seed
+from sstl_cli.cli.options import Config, Force, Json, NoPhysics, Out, Seed
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
@@ -41,18 +41,23 @@ def segment(
         float | None, typer.Option(help="Largest distance of an inlier (default: from the residuals).")
     ] = None,
     ransac_trials: Annotated[int, typer.Option(help="Pairs of points tried per direction.")] = 64,
+    no_physics: NoPhysics = False,
     seed: Seed = 0,
     force: Force = False,
     as_json: Json = False,
     config: Config = None,
 ) -> None:
-    """Segment hysteresis loops and identify the propagation lines of every run, with standard errors."""
+    """Segment hysteresis loops and identify the propagation lines of every run, with standard errors.
+
+    What cannot be right is said first; runs that fail the physics gate are set aside (exit code 3; 1 if all do).
+    """
+    from sstl_cli.cli import _physics
     from sstl_cli.cli.origin import provenance
     from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.parquet import TableWriter, open_table, write_table
     from sstl_cli.core.tables import LOG, PHASES, THETA, theta_units
-    from sstl_cli.identification import SegmentOptions
+    from sstl_cli.identification import SegmentOptions, gate
     from sstl_cli.steps import segment as step
 
     screen = Screen(as_json)
@@ -62,12 +67,15 @@ def segment(
     total = sum(open_table(path, LOG).rows for path in logs)
     made = provenance(seed, logs)
     rows: list[dict[str, object]] = []
+    evidence: list[gate.Evidence] = []
     unit_in = unit_out = "N"
     writer = TableWriter(phases, PHASES, made, force) if phases else nullcontext()
     with writer as file, screen.progress("segmenting", total) as advance:
         for found in step.run(_runs(logs), options):
             rows.append(found.row())
             unit_in, unit_out = found.run.unit_in, found.run.unit_out
+            if not no_physics:
+                evidence.append(gate.evidence_of(found.run))
             if file is not None:
                 file.write(found.phase_table())
             advance(len(found.run))
@@ -75,11 +83,14 @@ def segment(
             raise SstlError(
                 "holds no run", where=", ".join(map(str, logs)), fix="import a recording first", code="E221"
             )
+        remarks = gate.judge(evidence)
+        rows = step.set_aside(rows, remarks)
         # inside the block: should this fail, neither file appears
         units = theta_units(unit_in, unit_out)
         theta = THETA.in_units(units)
         write_table(out, step.theta_table(rows), theta, made, force, step.extra_columns(rows))
     aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
+    _physics.show(screen, remarks)
     screen.say(_sentence(rows, total, len(aside), out))
     _show(screen, rows, units.get("gamma_p", ""), unit_out)
     if aside:
@@ -96,6 +107,7 @@ def segment(
         "samples": total,
         "set_aside": len(aside),
         "set_aside_runs": aside,
+        "remarks": _physics.document(remarks),
         "theta": rows,
         "unit": unit_out,
         "unit_in": unit_in,

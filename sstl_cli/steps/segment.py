@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import pyarrow as pa
@@ -11,6 +11,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, THETA, Column
 from sstl_cli.identification import PHASE_NAMES, Segmentation, SegmentOptions, segment_run
+from sstl_cli.identification.gate import Remark
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,33 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
             )
         seen.add(one.run_id)
         yield Segmented(one, segment_run(one, options))
+
+
+def set_aside(rows: list[dict[str, object]], remarks: Sequence[Remark]) -> list[dict[str, object]]:
+    """Return the rows of the Theta table with those that fail the physics gate null and the reason in their status.
+
+    Raises
+    ------
+    SstlError
+        If no run is left.
+    """
+    failed: dict[str, Remark] = {}
+    for remark in (r for r in reversed(remarks) if r.failed):
+        failed.update(dict.fromkeys(remark.run_ids, remark))
+    # a run that shows no slope anyway says itself why
+    told = {str(r["run_id"]) for r in rows if (r["gamma_p"], r["gamma_r"]) != (None, None)}
+    why = {name: remark for name, remark in failed.items() if name in told}
+    if why and all(str(row["run_id"]) in failed for row in rows):
+        first = next(iter(why.values()))
+        fix = f"in the mapping: {first.mend}; or --no-physics, if you know better"
+        raise SstlError(f"cannot be right: {first.sentence}", fix=fix, code="E223")
+    null = {c.name: None for c in THETA.columns if c.nullable and pa.types.is_floating(c.type) and c.name != "lead_mm"}
+    return [
+        {**row, **null, "status": f"fails the physics gate ({said.rule}): {said.sentence}"}
+        if (said := why.get(str(row["run_id"])))
+        else row
+        for row in rows
+    ]
 
 
 def extra_columns(rows: list[dict[str, object]]) -> list[Column]:

@@ -40,18 +40,9 @@ def catalogue() -> tuple[Rule, ...]:
     return tuple(sorted(found, key=lambda rule: (rule.RANK, rule.RULE)))
 
 
-def remarks(runs: Iterable[Run], not_a_tension: Iterable[str] = ()) -> tuple[Remark, ...]:
-    """Return what cannot be right, or hardly, in the runs of a log: failures first.
-
-    Parameters
-    ----------
-    runs : iterable of Run
-        The runs of one log (or of several that are used together).
-    not_a_tension : iterable of str, optional
-        Channels that hold another unit than N (``tension_out_n``, ``tension_in_n``).
-    """
-    other = tuple(not_a_tension)
-    return judge([evidence_of(run, other) for run in runs])
+def remarks(runs: Iterable[Run]) -> tuple[Remark, ...]:
+    """Return what cannot be right, or hardly, in the runs of a log (or of several used together): failures first."""
+    return judge([evidence_of(run) for run in runs])
 
 
 def judge(log: Sequence[Evidence]) -> tuple[Remark, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import unsound
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, keys_of, signs_of
 from sstl_cli.identification.gate.playfit import PlayFit, fit_play
 from sstl_cli.identification.gate.sensors import Sensor, sensors_of
@@ -155,10 +156,9 @@ NO_SLOPES = Slopes(*[math.nan] * 6)
 NO_RANGE = Range(0.0, 0.0, 0.0)
 
 
-def evidence_of(run: Run, not_a_tension: tuple[str, ...] = ()) -> Evidence:
-    """Return what the rules need to know of a run; ``not_a_tension`` names channels in another unit than N."""
-    tensions = tuple(n for n in ("tension_in_n", "tension_out_n") if n not in not_a_tension)
-    sound = _sound(run)
+def evidence_of(run: Run) -> Evidence:
+    """Return what the rules need to know of a run; a channel whose unit is not N is no tension to them."""
+    tensions = tuple(name for name, unit in run.units.items() if unit == "N")
     step = np.diff(run.time_s)
     tenth = max(1, len(step) // 10)
     base: dict[str, Any] = dict(
@@ -170,7 +170,7 @@ def evidence_of(run: Run, not_a_tension: tuple[str, ...] = ()) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
     )  # fmt: skip
-    if not sound:
+    if not _sound(run):
         return Evidence(
             **base, usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
@@ -184,7 +184,7 @@ def _sound(run: Run) -> bool:
     if len(run) < MIN_SAMPLES or not np.all(run.time_s[1:] > run.time_s[:-1]):
         return False
     channels = (run.time_s, run.tension_in_n, run.tension_out_n)
-    return all(bool(np.isfinite(v).all()) and float(np.ptp(v)) > 0.0 for v in channels)
+    return all(not bool(unsound(v).any()) and float(np.ptp(v)) > 0.0 for v in channels)
 
 
 def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import noise_sd
 
 Array = NDArray[np.float64]
@@ -74,7 +75,7 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     (0.02, True)
     """
     time, v = time_s[:MOST_SAMPLES], np.asarray(values[:MOST_SAMPLES], np.float64)
-    finite = np.isfinite(v)
+    finite = ~unsound(v)
     if not finite.all():
         v = v.copy()
         v[~finite] = np.interp(np.flatnonzero(~finite), np.flatnonzero(finite), v[finite]) if finite.any() else 0.0

@@ -1,0 +1,49 @@
+"""Judge logs by physics: what cannot be right, and how every channel was sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import sound
+from sstl_cli.identification import gate
+
+
+@dataclass(frozen=True)
+class Channel:
+    """How one channel of one run of a log was sampled, and its unit."""
+
+    log: str
+    run_id: str
+    unit: str
+    sensor: gate.Sensor
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What the gate said of all logs together, and their channels in order."""
+
+    remarks: tuple[gate.Remark, ...]
+    channels: tuple[Channel, ...]
+
+
+def run(runs: Iterable[tuple[str, Run]]) -> Judged:
+    """Return remarks and sensors of the runs of some logs, given as (log's name, run as recorded).
+
+    A run that two logs name alike is called ``log: run`` from its second appearance on.
+    """
+    evidence: list[gate.Evidence] = []
+    channels: list[Channel] = []
+    seen: set[str] = set()
+    for log, recorded in runs:
+        for piece in sound(recorded)[0]:
+            if not len(piece):
+                continue
+            one = gate.evidence_of(piece)
+            if one.run_id in seen:
+                one = replace(one, run_id=f"{log}: {one.run_id}")
+            seen.add(one.run_id)
+            evidence.append(one)
+            channels += [Channel(log, one.run_id, piece.units[s.column], s) for s in one.sensors]
+    return Judged(gate.judge(evidence), tuple(channels))
