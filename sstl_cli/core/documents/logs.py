@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from sstl_cli.core.documents.base import Document, Part
+from sstl_cli.core.documents.gate import Remark, Sensor
 
 
 class SimulateDocument(Document):
@@ -85,6 +86,8 @@ class CheckDocument(Document):
     failures: int
     remarks: int
     findings: list[Finding]
+    physics: list[Remark] = Field(default=[], description="what the physics gate said (docs/gate.md); in findings too")
+    sensors: list[Sensor] = Field(default=[], description="how every channel of every run was sampled")
     files: list[str]
 
 

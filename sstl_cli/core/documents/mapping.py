@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from sstl_cli.core.documents.base import Document, Part
+from sstl_cli.core.documents.gate import Remark
 
 
 class ThetaRow(Part):
@@ -50,6 +51,7 @@ class SegmentDocument(Document):
     samples: int
     set_aside: int
     set_aside_runs: list[Aside]
+    remarks: list[Remark] = Field(default=[], description="what the physics gate said (docs/gate.md)")
     theta: list[ThetaRow]
     unit: str = Field(default="N", description="unit of the output, biases and residuals")
     unit_in: str = Field(default="N", description="unit of the input; slopes are in unit / unit_in")
