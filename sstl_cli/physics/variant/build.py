@@ -138,8 +138,9 @@ def build_line(spec: VariantSpec, run: VariantRun, v: Values, chosen: Mapping[st
     compliance = np.concatenate((half, [0.0])) + np.concatenate(([0.0], half))
     angle, weight = run.theta * bend, v["const_friction"]["w_l_n"] * rough
     sliding = v["presliding"]
-    # break-away distances cover z (1 +- spread) evenly, in the order of van der Corput
-    place = np.array([int(f"{i:010b}"[::-1], 2) / 512.0 - 1.0 for i in range(1, angle.size + 1)])
+    # break-away distances cover z (1 +- spread) evenly over the rubbing stations, in the order of van der Corput
+    rank = np.cumsum(angle + weight > 0.0).tolist()
+    place = np.array([int(f"{i:010b}"[::-1], 2) / 512.0 - 1.0 for i in rank])
     # half of it is the distance of an exponential that lags as much as a straight rise over all of it
     mean = 0.5 * sliding["breakaway_mm"]
     breakaway = np.maximum(mean * (1.0 + sliding["spread"] * place), 0.02 * mean)

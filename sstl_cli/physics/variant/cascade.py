@@ -39,6 +39,8 @@ Array = NDArray[np.float64]
 MAX_SWEEPS = 12
 SHARE_TOLERANCE = 1e-3
 SCALAR_ITERATIONS = 40
+# drag relaxes within some milliseconds, which steps must resolve
+DRAG_STEP_S = 0.005
 
 
 @njit(cache=True)
@@ -273,8 +275,11 @@ def advance(
     """Carry the line over one sample, divided where it must be; return the displacement of its end (mm)."""
     tolerance, iterations, parts = limits
     share = 1.0
-    if law.rate.speed != 0.0 and dt > law.rate.memory_s:
-        share = 1.0 / min(ceil(dt / law.rate.memory_s), parts)
+    longest = 0.5 * law.rate.memory_s if law.rate.speed != 0.0 else dt
+    if law.rate.drag > 0.0:
+        longest = min(longest, DRAG_STEP_S)
+    if dt > 1.001 * longest:
+        share = 1.0 / min(ceil(dt / longest - 0.001), parts)
     done, moved, divided = 0.0, 0.0, False
     while done < 1.0 - 1e-9:
         share = min(share, 1.0 - done)

@@ -9,12 +9,14 @@ from numba import njit
 from scipy.signal import lfilter
 
 from sstl_cli.physics.variant.catalogue import Values
+from sstl_cli.physics.variant.filters import second_order, sliding_mean
 from sstl_cli.physics.variant.laws import Chosen
 from sstl_cli.physics.variant.line import Array
 from sstl_cli.physics.variant.spec import VariantNoise
 
 FULL_SCALE_N = 50.0
 NOMINAL_THETA = 0.53
+BUTTERWORTH = 0.5**0.5
 Laws = Mapping[str, Chosen]
 
 
@@ -25,32 +27,6 @@ def held_play(signal: Array, half_width: float) -> Array:
     for n in range(1, signal.size):
         out[n] = min(max(out[n - 1], signal[n] - half_width), signal[n] + half_width)
     return out
-
-
-@njit(cache=True)
-def two_poles(time: Array, signal: Array, tau_s: float) -> Array:
-    """Return a second-order Butterworth low-pass whose delay at low frequency is tau_s."""
-    omega = np.sqrt(2.0) / tau_s
-    out = signal.copy()
-    rate = 0.0
-    for n in range(1, signal.size):
-        whole = time[n] - time[n - 1]
-        parts = int(np.ceil(whole * omega * 8.0)) + 1
-        dt = whole / parts
-        y = out[n - 1]
-        for i in range(parts):
-            aim = signal[n - 1] + (signal[n] - signal[n - 1]) * (i + 1) / parts
-            rate = (rate + dt * omega * omega * (aim - y)) / (1.0 + dt * omega * np.sqrt(2.0) + dt * dt * omega * omega)
-            y += dt * rate
-        out[n] = y
-    return out
-
-
-def sliding_mean(time: Array, signal: Array, width_s: float) -> Array:
-    """Return the mean over the last width_s; before the first sample the signal stood still."""
-    area = np.concatenate(([0.0], np.cumsum(0.5 * (signal[1:] + signal[:-1]) * np.diff(time))))
-    early = np.minimum(time - width_s - time[0], 0.0) * signal[0]
-    return np.asarray((area - np.interp(time - width_s, time, area) - early) / width_s)
 
 
 def sensor_noise(time: Array, noise: VariantNoise, rng: np.random.Generator) -> Array:
@@ -88,7 +64,7 @@ def transduce(
     t_out = t_out + _drifted(drift[f"r_out_{system}_n"], elapsed, laws["zero_drift"], rng)
     tau = v["channel_lowpass"][f"tau_{system}_s"]
     if tau > 0.0 and laws["channel_lowpass"].id == "butterworth":
-        t_out = two_poles(time, t_out, tau)
+        t_out = second_order(time, t_out, tau, BUTTERWORTH, 0.0)
     elif tau > 0.0:
         t_out = sliding_mean(time, t_out, 2.0 * tau)
     return t_in, t_out
