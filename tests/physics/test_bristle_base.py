@@ -166,7 +166,7 @@ def rising(t):
 
 
 def reference(time, nodes, theta, delta, drag, mass_per_mm, ratio, v_s):
-    """The same chain as a system of ordinary differential equations, solved by scipy (LuGre with Tustin's g and a film)."""
+    """The same chain as a system of ordinary differential equations, solved by scipy (elasto-plastic LuGre with Tustin's g and a film)."""
     cell, film = SPEC.length_mm / nodes, SPEC.film_mm
     stiff = SPEC.ea_n / np.r_[np.full(nodes - 1, cell), 0.5 * cell]
     weight = bend_weights(BristleSpec(nodes=nodes, bend_arc_fraction=1.0), "act", "CP")
@@ -179,7 +179,8 @@ def reference(time, nodes, theta, delta, drag, mass_per_mm, ratio, v_s):
         g = 1.0 + (ratio - 1.0) * np.exp(-film / (np.maximum(age, 1e-6) * v_s))
         zeta = z / delta
         friction = behind * np.expm1(zeta * theta * weight)
-        dz = v - np.abs(v) * zeta / g
+        # bristles only bend below half of their level, and on the way back
+        dz = v * (1.0 - np.where(np.sign(v) * zeta > 0.5 * g, np.sign(v) * zeta / g, 0.0))
         force = before - behind - friction - drag * weight * v
         return np.concatenate([v, force / (mass_per_mm * cell), dz, 1.0 - np.abs(v - dz) * age / film])
 

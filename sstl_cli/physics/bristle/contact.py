@@ -1,8 +1,10 @@
-"""Bristle friction of one node: LuGre state, its force under a capstan load, and what raises or lowers the level g.
+"""Bristle friction of one node: its state, its force under a capstan load, and what raises or lowers the level g.
 
-The state of node i is its mean bristle deflection z over `bristle_mm`, here zeta = z / delta, so that LuGre's
-dz/dt = v - |v| z / g(v) reads d zeta = (1 - s zeta / g) du / delta for a slip du in direction s (C. Canudas de Wit, H. Olsson,
-K. J. Astrom, P. Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425, Eq. (1); Dahl's solid friction for g = 1).
+The state of node i is its mean bristle deflection z over `bristle_mm`, here zeta = z / delta. LuGre's dz/dt = v - |v| z / g(v)
+(C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425, Eq. (1)) creeps
+under load cycles below break-away; in its elasto-plastic form (P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, IEEE Trans.
+Automatic Control 47 (2002) 787-792) bristles only bend until they carry `ELASTIC_SHARE` of g, and back whenever motion turns:
+d zeta = (1 - alpha s zeta / g) du / delta for a slip du in direction s, alpha 0 there and 1 beyond.
 Over a step in which g stands still that has the exact solution used in `deflect`, whatever the length of the step.
 """
 
@@ -53,6 +55,8 @@ class ContactLaw(NamedTuple):
     film_mm: float
 
 
+# Bristles bend without yielding up to this share of the friction level.
+ELASTIC_SHARE = 0.5
 REFERENCE_TENSION_N = 10.0
 # Adhesion of the strands to the sheath: load that is there without tension, which keeps Hertz's law finite.
 ADHESION_N = 1.0
@@ -61,10 +65,14 @@ ADHESION_N = 1.0
 @njit(cache=True)
 def deflect(zeta: float, level: float, side: float, slip: float, delta: float) -> tuple[float, float]:
     """Deflection after a slip (mm, >= 0) towards `side` (1 or -1), and its derivative with respect to that slip."""
-    fade = exp(-slip / (delta * level))
-    rest = side * level - zeta
+    carried = side * zeta
+    bending = max(ELASTIC_SHARE * level - carried, 0.0)
+    if slip < bending * delta:
+        return zeta + side * slip / delta, 1.0 / delta
+    rest = level - carried - bending
+    fade = exp(bending / level - slip / (delta * level))
     # Beyond its level a bristle softens; the Newton matrix takes it as yielding, which keeps it definite.
-    return side * level - rest * fade, max(side * rest, 0.0) * fade / (delta * level)
+    return side * (level - rest * fade), max(rest, 0.0) * fade / (delta * level)
 
 
 @njit(cache=True)
