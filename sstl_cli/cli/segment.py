@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from sstl_cli.core.runs import Run
 
 EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
+# columns of a log that no line of Theta depends on
+UNUSED = ("position_in_mm", "tension_ref_n", "trajectory")
 SHOWN = 20
 
 
@@ -120,7 +122,7 @@ def _runs(logs: list[Path]) -> Iterator[Run]:
     from sstl_cli.core.runs import read_runs
 
     for path in logs:
-        yield from read_runs(path)
+        yield from read_runs(path, UNUSED)
 
 
 def _sentence(rows: list[dict[str, Any]], samples: int, aside: int, out: Path) -> str:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -19,6 +21,7 @@ from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.tables import Column, Schema
 
 ROWS_PER_BLOCK = 262_144
+MOST_CODES = 32_767
 
 
 class TableWriter:
@@ -85,13 +88,72 @@ class TableReader:
     def rows(self) -> int:
         return int(self.file.metadata.num_rows)
 
-    def blocks(self) -> Iterator[pa.Table]:
-        """Yield tables with the schema's columns in the schema's types (missing nullable ones as null)."""
+    def blocks(self, skip: Collection[str] = ()) -> Iterator[pa.Table]:
+        """Yield tables with the schema's columns in the schema's types (missing nullable ones as null).
+
+        Memory is bounded by a block and a row group, however many row groups there are.
+
+        Parameters
+        ----------
+        skip : collection of str
+            Nullable columns that are not read at all; the tables are without them.
+        """
+        schema = replace(self.schema, columns=tuple(c for c in self.schema.columns if c.name not in skip))
         try:
-            for batch in self.file.iter_batches(ROWS_PER_BLOCK):
-                yield conform(pa.Table.from_batches([batch]), self.schema, str(self.path), self.coded)
+            for groups in self._row_groups():
+                same = self._constant(groups, skip)
+                columns = [n for n in self.file.schema_arrow.names if n not in skip and n not in same]
+                done = 0
+                # one reader over all row groups would hold what it read of every one
+                for batch in self.file.iter_batches(ROWS_PER_BLOCK, row_groups=groups, columns=columns):
+                    table = pa.Table.from_batches([batch])
+                    for name, values in same.items():
+                        table = table.append_column(name, values.slice(done, batch.num_rows))
+                    done += batch.num_rows
+                    yield conform(table, schema, str(self.path), self.coded)
         except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
             raise SstlError(f"is damaged ({str(error)[:120]})", where=str(self.path), code="E133") from None
+
+    def _constant(self, groups: list[int], skip: Collection[str]) -> dict[str, pa.Array]:
+        """Return the coded columns that hold one text a row group, by its statistics: they need no decoding.
+
+        Statistics are believed in files of this program only: others may cut long texts in them.
+        """
+        if self.metadata.get("schema") != self.schema.id or len(groups) > MOST_CODES:
+            return {}
+        info = self.file.metadata
+        parts = [info.row_group(g) for g in groups]
+        rows = [part.num_rows for part in parts]
+        found: dict[str, pa.Array] = {}
+        for place in range(info.num_columns):
+            name = info.schema.column(place).path
+            if name in skip or name not in self.coded:
+                continue
+            texts = []
+            for part in parts:
+                known = part.column(place).statistics
+                if known is None or not known.has_min_max or known.null_count or known.min != known.max:
+                    break
+                texts.append(known.min)
+            if len(texts) == len(parts) and all(isinstance(t, str) for t in texts):
+                words = list(dict.fromkeys(texts))
+                codes = np.repeat(np.array([words.index(t) for t in texts], np.int16), rows)
+                found[name] = pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(words, pa.string()))
+        return found
+
+    def _row_groups(self) -> Iterator[list[int]]:
+        """Yield neighbouring row groups that make up about a block."""
+        held: list[int] = []
+        rows = 0
+        for group in range(self.file.metadata.num_row_groups):
+            more = self.file.metadata.row_group(group).num_rows
+            if held and rows + more > ROWS_PER_BLOCK:
+                yield held
+                held, rows = [], 0
+            held.append(group)
+            rows += more
+        if held:
+            yield held
 
     def table(self) -> pa.Table:
         """Return the whole table."""

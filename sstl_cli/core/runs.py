@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -18,6 +20,7 @@ from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
 TEXTS = tuple(n for n in LABELS if n != "lead_mm")
@@ -127,20 +130,25 @@ def write_runs(
     return samples
 
 
-def read_runs(path: Path) -> Iterator[Run]:
+def read_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:
     """Yield the runs of a log in file order, made sound (see :mod:`sstl_cli.core.sound`): cut at pauses, without
     samples that no recorder can have given. A run that keeps no sample comes without any.
+
+    Parameters
+    ----------
+    skip : collection of str
+        Columns that may be null and are not needed: they are not read.
 
     Raises
     ------
     SstlError
         As :func:`recorded_runs`.
     """
-    for run in recorded_runs(path):
+    for run in recorded_runs(path, skip):
         yield from noted(run)
 
 
-def recorded_runs(path: Path) -> Iterator[Run]:
+def recorded_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:
     """Yield the runs of a log in file order, as they stand there; a run must be contiguous.
 
     Raises
@@ -150,7 +158,16 @@ def recorded_runs(path: Path) -> Iterator[Run]:
         pieces.
     """
     reader = open_table(path, LOG, coded=TEXTS)
-    yield from runs_of(reader.blocks(), str(path), units_of(reader.file.schema_arrow))
+    yield from runs_of(ahead(reader.blocks(skip)), str(path), units_of(reader.file.schema_arrow))
+
+
+def ahead(items: Iterator[T]) -> Iterator[T]:
+    """Yield items while the next one is being made in a thread: decoding and the work on what was decoded overlap."""
+    with ThreadPoolExecutor(1) as thread:
+        coming = thread.submit(next, items, None)
+        while (item := coming.result()) is not None:
+            coming = thread.submit(next, items, None)
+            yield item
 
 
 def runs_of(blocks: Iterable[pa.Table], source: str, units: dict[str, str] | None = None) -> Iterator[Run]:
@@ -224,7 +241,7 @@ def _run(pieces: list[pa.Table], source: str, seen: set[str], units: dict[str, s
     values["lead_mm"] = lead if lead is not None and math.isfinite(lead) else None
     if values["system"] not in PASSES:
         raise SstlError(f"system is {values['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
-    for name in SIGNALS:
+    for name in (n for n in SIGNALS if n in head.column_names):
         column = pa.chunked_array([c for piece in pieces for c in piece.column(name).chunks], pa.float64())
         if name in ("position_in_mm", "tension_ref_n") and column.null_count == len(column):
             values[name] = None

@@ -155,3 +155,31 @@ def test_runs_are_read_one_by_one(tmp_path: Path) -> None:
     stream = read_runs(path)
     assert next(stream).run_id == "r0" and next(stream).run_id == "r1"
     assert dataclasses.is_dataclass(next(stream))
+
+
+def test_columns_not_needed_are_not_read(tmp_path):
+    t = np.arange(50) * 0.1
+    runs = [Run(f"r{i}", "act", t, t + 1, t + 2, config_id="c", trajectory="x", position_in_mm=t) for i in range(3)]
+    write_runs(tmp_path / "x.parquet", runs, Provenance("t"))
+    for one, whole in zip(
+        read_runs(tmp_path / "x.parquet", ("position_in_mm", "trajectory")), read_runs(tmp_path / "x.parquet"), strict=True
+    ):
+        assert one.position_in_mm is None and one.trajectory is None
+        assert whole.position_in_mm is not None and whole.trajectory == "x"
+        assert (one.run_id, one.config_id, one.system) == (whole.run_id, whole.config_id, whole.system)
+        np.testing.assert_array_equal(one.tension_out_n, whole.tension_out_n)
+
+
+def test_memory_of_reading_does_not_grow_with_the_number_of_runs(tmp_path):
+    rng = np.random.default_rng(0)
+    t = np.arange(4000) * 0.01
+    sizes = {}
+    for count in (100, 500):
+        runs = (Run(f"r{i}", "act", t, *rng.normal(5, 1, (2, len(t)))) for i in range(count))
+        write_runs(tmp_path / f"{count}.parquet", runs, Provenance("t"))
+        before, most = pa.total_allocated_bytes(), 0
+        for _ in read_runs(tmp_path / f"{count}.parquet"):
+            most = max(most, pa.total_allocated_bytes() - before)
+        sizes[count] = most
+    # one reader over all row groups held everything: five times as much
+    assert sizes[500] < 1.5 * sizes[100]
