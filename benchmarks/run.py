@@ -26,7 +26,7 @@ from benchmarks import jobs, show  # noqa: E402
 from benchmarks.harness import Row, fell  # noqa: E402
 
 RESULTS = HERE / "results.json"
-PAGES = (ROOT / "README.md", ROOT / "docs" / "performance.md")
+PAGES = (ROOT / "docs" / "performance.md",)
 ORDER = ("segment", "simulate", "rig", "train", "compensate", "streaming", "diagnose", "start", "scaling")
 PACKAGES = ("numpy", "scipy", "scikit-learn", "pandas", "pyarrow", "numba", "torch", "mujoco", "lmfit")
 

@@ -51,6 +51,8 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
         )
         assert done.returncode == int(stated[1] if stated else 0), f"{command}\n{done.stdout[-800:]}\n{done.stderr}"
         assert "Traceback" not in done.stderr
+        (folder / "screens").mkdir(exist_ok=True)
+        (folder / "screens" / f"{words[1]} {Path(words[2]).stem}.txt").write_text(done.stdout)
         if command == "sstl diagnose log.parquet --out diagnosis.json":
             (folder / "screen.txt").write_text(done.stdout)
     return folder
@@ -70,6 +72,20 @@ def test_the_shown_screen_is_the_real_one(walked: Path) -> None:
     for a, b in zip(real, shown, strict=True):
         numbers = [float(x) for x in number.findall(a)]
         assert numbers == pytest.approx([float(x) for x in number.findall(b)], rel=0.02, abs=0.01), (a, b)
+
+
+def test_the_demo_compensates_inside_the_trained_range(walked: Path) -> None:
+    shown = re.findall(r"```text\n(.*?)```", README, re.S)[1].split("\n", 1)
+    scores = {r["method"]: r["rmse_n"] for r in pq.read_table(walked / "scores.parquet").to_pylist() if r["window"] != "all"}
+    assert scores["proposed"] < 0.05 * scores["none"]
+    gain = re.match(r"proposed tracks with an error of ([\d.]+) N instead of ([\d.]+) N", shown[0])
+    assert gain and float(gain[1]) == pytest.approx(scores["proposed"], rel=0.2) and float(gain[2]) == pytest.approx(scores["none"], rel=0.05)
+    assert "comes from the" in " ".join((walked / "screens/diagnose commands.txt").read_text().split())
+    training = [r for r in pq.read_table(walked / "training_theta.parquet").to_pylist() if r["system"] == "sstl"]
+    for row in pq.read_table(walked / "theta.parquet").to_pylist():
+        for name in ("gamma_p", "gamma_r"):
+            values = [r[name] for r in training]
+            assert row["system"] == "act" or min(values) < row[name] < max(values), (row["run_id"], name)
 
 
 def test_the_imported_log_gives_the_theta_of_the_sample(walked: Path) -> None:
