@@ -64,7 +64,8 @@ def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def _require(names: list[str], path: Path) -> None:
     missing = [c for c in COLUMNS if c not in names]
-    twice = [c for c in COLUMNS if names.count(c) > 1]
+    # pandas names the second of two columns like the first with a number
+    twice = [c for c in COLUMNS if names.count(c) > 1 or f"{c}.1" in names]
     if twice:
         raise SstlError(f"has column {twice[0]} more than once", where=str(path), fix="drop all but one", code="E407")
     if missing:

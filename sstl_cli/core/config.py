@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -9,8 +10,14 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.core.files import MAX_DEPTH, deeper_than
 
 MAX_TOML_BYTES = 4 << 20
+# strings and comments, to the end of the line or the text where they do not close
+_NO_KEY = re.compile(
+    r'''"""(?:\\.|[^\\])*?(?:"""|\Z)|\'\'\'.*?(?:\'\'\'|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?|#[^\n]*''', re.DOTALL
+)
+_BETWEEN_KEYS = re.compile(r"[\[\]{},=\n]")
 
 
 class Model(BaseModel):
@@ -27,7 +34,14 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         if path.stat().st_size > MAX_TOML_BYTES:
             raise SstlError("is larger than 4 MiB", where=str(path), fix="give a TOML file", code="E140")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        # the parser's memory grows with the square of the parts of a key
+        if any(piece.count(".") >= MAX_DEPTH for piece in _BETWEEN_KEYS.split(_NO_KEY.sub("", text))):
+            raise SstlError(f"has a key of more than {MAX_DEPTH} parts", where=str(path), fix="shorten it", code="E142")
+        document = tomllib.loads(text)
+        if deeper_than(document, MAX_DEPTH):
+            raise SstlError(f"is nested deeper than {MAX_DEPTH} levels", where=str(path), fix="flatten it", code="E142")
+        return document
     except OSError as error:
         raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E141") from None
     except (ValueError, RecursionError) as error:

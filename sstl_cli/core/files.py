@@ -14,6 +14,8 @@ from typing import Any
 
 from sstl_cli.core.errors import SstlError, UsageError
 
+# tables and lists in one another, in any file the program reads back
+MAX_DEPTH = 32
 _NAMED: ContextVar[dict[object, list[tuple[str, Path | None]]] | None] = ContextVar("named", default=None)
 
 _UNSAFE = re.compile("[\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff]")
@@ -180,10 +182,23 @@ def read_json(path: Path, schema: str | None = None) -> Any:
         raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E110") from None
     except (ValueError, RecursionError) as error:
         raise SstlError(f"is not valid JSON ({str(error)[:120]})", where=str(path), code="E111") from None
+    if deeper_than(document, MAX_DEPTH):
+        raise SstlError(f"is nested deeper than {MAX_DEPTH} levels", where=str(path), fix="make it again", code="E111")
     if schema is not None and (not isinstance(document, dict) or document.get("schema") != schema):
         found = document.get("schema") if isinstance(document, dict) else type(document).__name__
         raise SstlError(f"holds {found!r}, not {schema!r}", where=str(path), code="E112")
     return document
+
+
+def deeper_than(document: Any, levels: int) -> bool:
+    """Return whether tables and lists stand in one another deeper than so many levels (without recursion)."""
+    here = [document]
+    for _ in range(levels + 1):
+        parts = [v for v in here if isinstance(v, (dict, list))]
+        if not parts:
+            return False
+        here = [v for part in parts for v in (part.values() if isinstance(part, dict) else part)]
+    return True
 
 
 def _plain(value: Any) -> Any:

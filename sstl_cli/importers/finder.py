@@ -10,6 +10,7 @@ from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.units import Linear, is_force, is_unit
 from sstl_cli.importers.base import Channel, Format, Layout
 from sstl_cli.importers.mapping import TENSIONS, Reference, Source
+from sstl_cli.importers.pattern import search
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,18 @@ class Finder:
         self.where = str(files[0].path) if len(files) == 1 else f"{files[0].path} and {len(files) - 1} more"
 
     def has(self, name: str) -> bool:
+        self._once(name)
         return any(f.prefix + name == c.name for f in self.files for c in f.channels)
+
+    def _once(self, name: str) -> None:
+        """Raise SstlError if a text file's header holds a name more than once (they are numbered there)."""
+        for file in self.files:
+            known = {c.name for c in file.channels} if file.format.ID == "text" else set()
+            if name not in known and {f"{name}.1", f"{name}.2"} <= known:
+                raise SstlError(
+                    f"column '{name}' stands in the header more than once", where=str(file.path),
+                    fix=f"rename all but one, or say in the mapping which is meant: '{name}.1', '{name}.2', ...", code="E329",
+                )
 
     def canonical(self, name: str) -> Source:
         """Return the source of a column that has the log's own name, in the unit that the file states for it."""
@@ -83,7 +95,8 @@ class Finder:
         return self.find(wanted, target, source.file, pattern=source.column is None)
 
     def find(self, wanted: Reference, target: str, file: str | None, pattern: bool = False) -> tuple[int, Channel]:
-        pool = [(i, f) for i, f in enumerate(self.files) if file is None or re.search(file, f.path.name)]
+        fits = search(file, [f.path.name for f in self.files]) if file is not None else [{}] * len(self.files)
+        pool = [(i, f) for i, f in enumerate(self.files) if fits[i] is not None]
         if not pool:
             names = ", ".join(f.path.name for f in self.files)
             raise SstlError(
@@ -101,6 +114,7 @@ class Finder:
                 code="E336",
             )
         if not found:
+            self._once(str(wanted))
             fix = nearest(str(wanted), known) if not pattern else nearest("", known)
             raise SstlError(f"{target}: misses column '{wanted}'", where=self.where, fix=fix, code="E336")
         shown = ", ".join(c.name for _, c in found[:6])
@@ -116,7 +130,8 @@ class Finder:
         if isinstance(wanted, int):
             return [under[wanted - 1]] if 1 <= wanted <= len(under) else []
         if pattern:
-            return [c for c in under if re.search(wanted, c.name.removeprefix(file.prefix))]
+            fits = search(wanted, [c.name.removeprefix(file.prefix) for c in under])
+            return [c for c, fit in zip(under, fits, strict=True) if fit is not None]
         exact = [c for c in under if c.name.removeprefix(file.prefix) == wanted]
-        number = re.fullmatch(r"col(\d+)", wanted)
+        number = re.fullmatch(r"col(\d{1,6})", wanted)
         return exact or (self._match(file, int(number[1]), False) if number else [])

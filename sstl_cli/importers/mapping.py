@@ -14,6 +14,7 @@ from pydantic import Field, field_validator, model_validator
 from sstl_cli.core.config import MAX_TOML_BYTES, Model, parse, read_toml
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.units import is_unit, unit_of
+from sstl_cli.importers.pattern import compiled
 
 SIGNAL_DIMENSION = {
     "time_s": "time",
@@ -187,16 +188,6 @@ class Mapping(Model):
 def source_of(value: Any) -> Any:
     """Return the long form of a column given as a bare name or number."""
     return {"column": value} if isinstance(value, (int, str)) and not isinstance(value, bool) else value
-
-
-def compiled(pattern: str | None) -> str | None:
-    """Return a pattern that compiles; ValueError says where it does not."""
-    if pattern is not None:
-        try:
-            re.compile(pattern)
-        except re.error as error:
-            raise ValueError(f"pattern does not compile: {error}") from None
-    return pattern
 
 
 def mapping_of(document: dict[str, Any], where: str) -> Mapping:

@@ -16,6 +16,7 @@ from sstl_cli.importers.base import Channel, Layout, detect
 from sstl_cli.importers.finder import Finder, Recording, TimeBase
 from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Reference, Source
 from sstl_cli.importers.mapping import Mapping as MappingFile
+from sstl_cli.importers.pattern import starts
 
 Array = NDArray[np.float64]
 
@@ -77,8 +78,7 @@ def recordings(path: Path, mapping: MappingFile, wanted: str | None) -> list[Rec
 
 def _prefixes(names: list[str], mapping: MappingFile) -> list[str]:
     if mapping.runs is not None:
-        found = (re.match(mapping.runs, n) for n in names)
-        return list(dict.fromkeys(m.group(0) for m in found if m))
+        return list(dict.fromkeys(found for found in starts(mapping.runs, names) if found))
     needed = [n for n in REQUIRED if n not in mapping.columns]
     if len(needed) < len(REQUIRED) or all(n in names for n in needed):
         return []

@@ -11,6 +11,7 @@ from pathlib import Path
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.importers.finder import Recording
 from sstl_cli.importers.mapping import LABELS, Mapping
+from sstl_cli.importers.pattern import search
 from sstl_cli.importers.plan import Plan, plan_of, recordings
 from sstl_cli.importers.rows import JoinedRows
 
@@ -97,15 +98,15 @@ def labels_of(path: Path, mapping: Mapping, manifest: dict[str, Labels]) -> Labe
     """
     labels: Labels = {"stem": stem(path), "file": path.name}
     if mapping.file_name is not None:
-        found = re.search(mapping.file_name, path.name)
-        if not found:
+        [found] = search(mapping.file_name, [path.name])
+        if found is None:
             raise SstlError(
                 f"name does not fit the pattern '{mapping.file_name}'",
                 where=str(path),
                 fix="correct file_name in the mapping",
                 code="E341",
             )
-        labels |= {k: v for k, v in found.groupdict().items() if v is not None}
+        labels |= found
     if manifest:
         if path.name not in manifest:
             raise SstlError(
@@ -121,11 +122,16 @@ def read_manifest(path: Path) -> dict[str, Labels]:
         if path.stat().st_size > MAX_MANIFEST_BYTES:
             raise SstlError("is larger than 16 MiB", where=str(path), fix="give a manifest table", code="E343")
         with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
+            reader = csv.DictReader(file)
+            heads = list(reader.fieldnames or ())
+            rows = list(reader)
     except OSError as error:
         raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E343") from None
     except (ValueError, csv.Error) as error:
         raise SstlError(f"is not a CSV table ({str(error)[:80]})", where=str(path), code="E343") from None
+    twice = [n for n in heads if heads.count(n) > 1]
+    if twice:
+        raise SstlError(f"has column '{twice[0]}' more than once", where=str(path), fix="drop all but one", code="E343")
     names = list(rows[0]) if rows else []
     if "file" not in names:
         raise SstlError(
@@ -168,5 +174,5 @@ def _part_name(recording: Recording, mapping: Mapping) -> str:
 def _part_labels(recording: Recording, mapping: Mapping) -> Labels:
     if not recording.prefix or mapping.runs is None:
         return {}
-    found = re.match(mapping.runs, recording.prefix)
-    return {k: v for k, v in found.groupdict().items() if v is not None} if found else {}
+    [found] = search(f"\\A(?:{mapping.runs})", [recording.prefix])
+    return dict(found or {})

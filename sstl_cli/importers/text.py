@@ -164,7 +164,7 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
             continue
         cells = cut(text, delimiter)
         where = f"{path}, line {line + offset}"
-        if len(cells) != width and '"' not in text:
+        if len(cells) != width:
             raise SstlError(
                 f"has {len(cells)} columns, the lines before have {width}",
                 where=where,

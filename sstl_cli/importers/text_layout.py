@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import csv
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,7 +92,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         position += sum(len(line) + len(line_end) for line in rest[:cut_off])
         number += cut_off
         rest, sample = rest[cut_off:], sample[cut_off:]
-    decimal = decimal or ("," if delimiter != "," and _decimal_comma(data, delimiter) else ".")
+    decimal = decimal or ("," if _decimal_comma(data, delimiter) else ".")
     width = 0
     for i, line in enumerate(sample):
         stripped = line.strip()
@@ -153,6 +156,10 @@ def _preamble(sample: list[str], data: list[str], delimiter: str) -> int:
 def cut(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line, without the blanks and quotes around them."""
     cells = line.split() if delimiter == SPACES else line.split(delimiter)
+    if '"' in line and delimiter != SPACES:
+        with contextlib.suppress(csv.Error):
+            # a delimiter between quotes is text
+            return [c.strip() for c in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [""])]
     return [c.strip().strip('"').strip() for c in cells]
 
 
@@ -233,7 +240,7 @@ def _decimal_comma(lines: list[str], delimiter: str) -> bool:
 
 
 def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
-    """Return column names and units from the lines above the data."""
+    """Return column names and units from the lines above the data; names that stand there twice are numbered."""
     plain = tuple(f"col{i + 1}" for i in range(width))
     # LabVIEW names a column for comments, which most of its lines leave out
     rows = [r[:-1] if len(r) == width + 1 and r[-1] == "Comment" else r for r in (cut(x, delimiter) for x in head)]
@@ -252,10 +259,12 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
     if len(fitting) > 1 and all(is_unit(c.strip("[]()")) or c in ("", "-", "1") for c in names) and any(names):
         units = [c.strip("[]()") if is_unit(c.strip("[]()")) else "" for c in names] + [""] * (width - len(names))
         names = fitting[-2]
-    seen: dict[str, int] = {}
-    out = []
-    for i, name in enumerate([*names, *[""] * (width - len(names))]):
-        name = name or plain[i]
-        seen[name] = seen.get(name, 0) + 1
-        out.append(name if seen[name] == 1 else f"{name}.{seen[name]}")
-    return tuple(out), tuple(u or unit_in(n) for u, n in zip(units, out, strict=True)), True
+    full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
+    counts = Counter(full)
+    out: list[str] = []
+    for name in full:
+        k = 1
+        while counts[name] > 1 and (f"{name}.{k}" in out or f"{name}.{k}" in counts):
+            k += 1
+        out.append(name if counts[name] == 1 else f"{name}.{k}")
+    return tuple(out), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True

@@ -6,6 +6,7 @@ import math
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 
 from sstl_cli.core.config import MAX_TOML_BYTES, Model, parse, read_toml
 from sstl_cli.core.errors import GateError, SstlError, UsageError, nearest, printable
+from sstl_cli.core.files import read_json
 from sstl_cli.core.rng import stream
 from sstl_cli.core.units import UNITS, conversion, is_unit, unit_of
 
@@ -151,3 +153,35 @@ def test_impossible_conversions(unit: str, target: str, more: dict, message: str
 def test_every_unit_is_known_by_its_name(name: str) -> None:
     dimension, factor = unit_of(name)
     assert is_unit(name) and factor > 0 and dimension
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        ".".join(["a"] * 50_000) + " = 1",
+        "[" + ".".join(["a"] * 50_000) + "]",
+        "[[" + " . ".join(['"a,="'] * 50_000) + "]]",
+        "x = {" + ".".join(["a"] * 50_000) + " = 1}",
+        "x = " + "{a.b.c.d.e=" * 60 + "1" + "}" * 60,
+        "x = " + "[" * 200 + "]" * 200,
+        'x = "' + '\\"' * 1_000_000,
+    ],
+)
+def test_toml_of_any_shape_is_refused_in_no_time(text: str, tmp_path: Path) -> None:
+    (tmp_path / "x.toml").write_text(text)
+    started = time.monotonic()
+    with pytest.raises(SstlError, match="E142"):
+        read_toml(tmp_path / "x.toml")
+    assert time.monotonic() - started < 3.0
+
+
+def test_many_dots_that_are_no_key_are_fine(tmp_path: Path) -> None:
+    numbers = ", ".join(["0.5"] * 500)
+    (tmp_path / "x.toml").write_text(f'x = [{numbers}]\n# {"a." * 90}\ny = "{"a." * 90}"\nz = [\n{numbers}\n]\n')
+    assert len(read_toml(tmp_path / "x.toml")["z"]) == 500
+
+
+def test_json_nested_without_end_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "x.json").write_text("[" * 500 + "]" * 500)
+    with pytest.raises(SstlError, match="E111.*nested"):
+        read_json(tmp_path / "x.json")
