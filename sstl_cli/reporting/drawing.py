@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 
 from sstl_cli.core.errors import printable
 from sstl_cli.reporting import palette
+from sstl_cli.reporting.scales import scales
 
 STYLE: dict[str, Any] = {
     "figure.facecolor": "none",
@@ -82,9 +83,10 @@ def picture(module: ModuleType, data: Any, name: str, caption: str = "", **look:
     """
     buffer = io.StringIO()
     with _style({"svg.fonttype": "none", "svg.hashsalt": name}):
-        _drawn(module, data).savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        figure = _drawn(module, data)
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     description = printable(module.alt(data))
-    return Picture(_inline(buffer.getvalue(), name, description), description, caption)
+    return Picture(_inline(buffer.getvalue(), name, description, scales(figure)), description, caption)
 
 
 def save(module: ModuleType, data: Any, path: Path, kind: str) -> None:
@@ -169,7 +171,7 @@ def _style(more: dict[str, Any]) -> Iterator[None]:
         yield
 
 
-def _inline(svg: str, name: str, description: str) -> Markup:
+def _inline(svg: str, name: str, description: str, axes: str) -> Markup:
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.S)
     # inside HTML the namespaces are implied; no address of any kind stays in the page
@@ -191,7 +193,8 @@ def _inline(svg: str, name: str, description: str) -> Markup:
         body = body.replace(colour, variable)
     width = re.search(r'width="([\d.]+)pt"', body)
     natural = f"{float(width.group(1)) * 1.45:.0f}" if width else "450"
-    opening = f'<svg role="img" aria-label="{Markup.escape(description)}" style="width:{natural}px" '
+    where = f'data-axes="{Markup.escape(axes)}" tabindex="0" ' if axes else ""
+    opening = f'<svg role="img" aria-label="{Markup.escape(description)}" {where}style="width:{natural}px" '
     body = re.sub(r'<svg\s+(?:height="[^"]*"|width="[^"]*"|\s)*', lambda _: opening, body, count=1)
     body = re.sub(r'(<svg[^>]*?)\s(?:width|height)="[\d.]+pt"', r"\1", body)
     body = re.sub(r'(<svg[^>]*?)\s(?:width|height)="[\d.]+pt"', r"\1", body)

@@ -163,3 +163,28 @@ def test_prints_light_and_without_controls(browser):
         (SCREENSHOTS.parent / "report.pdf").write_bytes(pdf)
     finally:
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
+
+
+def test_the_value_under_the_pointer_and_a_closer_look(browser):
+    svg = browser.find_element("css selector", "#logs svg[data-axes]")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", svg)
+    # the middle of the axes, in pixels of the page
+    script = """
+      const svg = arguments[0], axes = JSON.parse(svg.dataset.axes)[0], [l, t, r, b] = axes.box;
+      const at = new DOMPoint((l + r) / 2, (t + b) / 2).matrixTransform(svg.getScreenCTM());
+      svg.dispatchEvent(new PointerEvent("pointermove", {clientX: at.x, clientY: at.y}));
+      return [svg.nextElementSibling.textContent, (axes.x.from + axes.x.to) / 2, (axes.y.from + axes.y.to) / 2]
+    """
+    text, x, y = browser.execute_script(script, svg)
+    found = [float(word) for word in text.replace(",", " ").split() if word.replace(".", "").replace("-", "").isdigit()]
+    assert found == [pytest.approx(x, rel=1e-3), pytest.approx(y, rel=1e-3)] and text.count("tension") == 2 and " N" in text
+
+    def box_after(key):
+        press = "if (arguments[1]) arguments[0].dispatchEvent(new KeyboardEvent('keydown', {key: arguments[1]}));"
+        return [float(v) for v in browser.execute_script(press + "return arguments[0].getAttribute('viewBox')", svg, key).split()]
+
+    whole = box_after(None)
+    assert box_after("+")[2] == pytest.approx(0.75 * whole[2])
+    assert box_after("ArrowRight")[0] > 0.125 * whole[2]
+    assert box_after("0") == pytest.approx(whole)
+    assert browser.get_log("browser") == []

@@ -332,3 +332,30 @@ def test_colours_are_okabe_ito_and_told_apart():
         "YY", palette.LOCATIONS, ["CP", "XX", "YY"]
     )
     assert palette.of("NP", palette.LOCATIONS, [HOSTILE]) == palette.LOCATIONS["NP"]
+
+
+def test_scales_say_where_the_numbers_lie():
+    import json
+
+    from sstl_cli.reporting.scales import scales
+
+    figure = Figure(figsize=(4, 2))
+    left, right = figure.subplots(1, 2)
+    left.plot([0, 10], [-1, 1])
+    left.set_xlim(0, 10)
+    left.set_xlabel("time / s")
+    left.set_yscale("symlog")
+    right.bar([0, 1], [2, 3])
+    right.set_xticks([0, 1], ["a", "b"])
+    right.set_ylim(1, 100)
+    right.set_yscale("log")
+    figure.draw_without_rendering()
+    one, two = json.loads(scales(figure))
+    assert one["y"] is None
+    assert one["x"] == {"label": "time / s", "from": 0.0, "to": 10.0, "log": False}
+    # names have no values in between; left, top, right, bottom in points of a 288 x 144 picture
+    assert two["x"] is None and two["y"] == {"label": "", "from": 1.0, "to": 100.0, "log": True}
+    assert 0 < one["box"][0] < one["box"][2] < two["box"][0] < 288 and 0 < one["box"][1] < one["box"][3] < 144
+    left.set_axis_off()
+    right.set_axis_off()
+    assert scales(figure) == ""
