@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from sstl_cli.control.controller import Options
-    from sstl_cli.control.plant import Plant, TensionLoop
     from sstl_cli.steps.compensate import Case
 
 # None means "not given": then the value stored in a parameter file holds, or the default
@@ -88,7 +85,7 @@ def load_cases(
 ) -> tuple[list[Case], dict[str, str]]:
     """Return the configurations of a Theta table, mapped where a model is given, and what was set aside."""
     from sstl_cli.control import parameters
-    from sstl_cli.core.errors import SstlError, UsageError
+    from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
@@ -109,61 +106,16 @@ def load_cases(
     if not cases:
         reasons = "; ".join(sorted(set(aside.values()))[:3])
         raise SstlError("no usable configuration" + (f" ({reasons})" if reasons else ""), where=str(path), code="E405")
-    beta_p, beta_r, bias_theta = biases
     if model is not None:
-        from functools import partial
-
         from sstl_cli.mapping import load_model
+        from sstl_cli.steps import compensate_setup as setup
 
-        mapping = load_model(model)
+        beta_p, beta_r, bias_theta = biases
         # biases are pre-calibrated: those of the training data, unless the user gives others
         known = step.mean_biases(step.cases_of(open_table(bias_theta, THETA).table())[0]) if bias_theta else None
-        names: list[str | None] = [*mapping.header.tendons] or [None]
-        done, unmapped = list(cases), {}
-        for tendon in names:
-            own = known or mapping.beta_act_of(tendon)
-            if own is None and (beta_p is None or beta_r is None):
-                raise UsageError(
-                    "the biases of the actuation tendon are not known", where=str(path),
-                    fix="give --beta-p and --beta-r, or --bias-theta", code="E405",
-                )
-            pair = (own[0] if beta_p is None else beta_p, own[1] if beta_r is None else beta_r)
-            chosen = [i for i, c in enumerate(cases) if tendon is None or c.config_id.endswith(f"/{tendon}")]
-            predict = partial(mapping.predict, tendon=tendon) if tendon is not None else mapping.predict
-            mapped, missing = step.with_mapping([cases[i] for i in chosen], predict, pair, mapping.outside)
-            for i, case in zip(chosen, mapped, strict=True):
-                done[i] = case
-            unmapped.update(missing)
-        cases = done
+        cases, unmapped = setup.mapped_cases(cases, load_model(model), setup.Biases(beta_p, beta_r, known))
         aside.update(unmapped)
     if config_id is not None:
         cases = [cases[parameters.index_of([c.config_id for c in cases], config_id)]]
         aside = {name: why for name, why in aside.items() if name == config_id}
     return cases, aside
-
-
-def plants(
-    cases: list[Case], plant: Path | None, plant_sim: str | None, loop: TensionLoop | None
-) -> Callable[[Case], Plant | None]:
-    """Return a function that gives the plant of a configuration, None where it has none."""
-    from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop
-    from sstl_cli.core.parquet import open_table
-    from sstl_cli.core.tables import THETA
-    from sstl_cli.steps import compensate as step
-
-    if plant_sim is not None:
-        from sstl_cli.control.sim_plant import plant_of
-        from sstl_cli.physics.scenario import load
-
-        scenario = load(plant_sim)
-        known = {c.id for c in scenario.configurations}
-        return lambda case: plant_of(scenario, case.config_id, loop) if case.config_id in known else None
-    truth = {c.config_id: c.act for c in cases}
-    if plant is not None:
-        truth = {c.config_id: c.act for c in step.cases_of(open_table(plant, THETA).table())[0]}
-
-    def found(case: Case) -> Plant | None:
-        lines = truth.get(case.config_id)
-        return Plant(PlayTendon(lines), loop or TensionLoop()) if lines is not None else None
-
-    return found

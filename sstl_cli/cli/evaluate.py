@@ -37,7 +37,7 @@ def evaluate(
     config: Config = None,
 ) -> None:
     """Judge a mapping on held-out configurations, variant by variant; or relate the slopes of both systems."""
-    from sstl_cli.core.errors import EXIT_SET_ASIDE, UsageError
+    from sstl_cli.core.errors import EXIT_SET_ASIDE, GateError, UsageError
     from sstl_cli.core.files import require_writable
 
     screen = Screen(as_json)
@@ -83,12 +83,11 @@ def evaluate(
     if pairs is not None:
         _theta.note_aside(screen, pairs)
         document.update(_theta.aside_fields(pairs))
+    gate = None
     if missed is not None:
-        from sstl_cli.core.errors import GateError
-
-        screen.document({**document, "gate": missed})
-        raise GateError(missed, where=str(model), code="E513")
-    screen.finish(document, EXIT_SET_ASIDE if pairs is not None and pairs.aside else 0)
+        document["gate"] = missed
+        gate = GateError(missed, where=str(model), code="E513")
+    screen.finish(document, EXIT_SET_ASIDE if pairs is not None and pairs.aside else 0, gate)
 
 
 def _document(header: Any, found: Any, out: Path | None, predictions: Path | None) -> dict[str, Any]:

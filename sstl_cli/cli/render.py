@@ -15,7 +15,7 @@ import typer
 
 from sstl_cli.cli.streams import takes_all_text
 from sstl_cli.core.aside import open_ledger
-from sstl_cli.core.errors import EXIT_SET_ASIDE, SstlError, printable
+from sstl_cli.core.errors import EXIT_SET_ASIDE, GateError, SstlError, printable
 
 T = TypeVar("T")
 SHOW_PROGRESS_AFTER_S = 2.0
@@ -90,8 +90,11 @@ class Screen:
             print(dumps(document, ascii_only=not takes_all_text(), one_line=self.lines))
             self.shown = True
 
-    def finish(self, document: dict[str, Any], code: int = 0) -> NoReturn:
-        """Print the JSON document if asked for, and end with the exit code: 3 instead of 0 where data were set aside."""
+    def finish(self, document: dict[str, Any], code: int = 0, gate: GateError | None = None) -> NoReturn:
+        """Print the JSON document if asked for, and end with the exit code: 3 instead of 0 where data were set aside.
+
+        A gate that was missed ends the call in place of the code.
+        """
         entries = self.aside.entries
         for entry in entries[:SHOWN_ASIDE]:
             self.note(f"set aside: {entry}")
@@ -101,6 +104,8 @@ class Screen:
         self.document({**document, "data_set_aside": [asdict(e) for e in entries]} if entries else document)
         if "verbose" in _asked:
             self.note(f"took {time.monotonic() - _began:.1f} s{_memory()}")
+        if gate is not None:
+            raise gate
         raise typer.Exit(code or (EXIT_SET_ASIDE if entries else code))
 
     @contextmanager
