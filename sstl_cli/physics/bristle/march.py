@@ -160,14 +160,19 @@ def advance(bench: Bench, drive: int, before: float, after: float, swell: float,
     finest = min(bench.setting.finest_s, dt)
     done, step = 0.0, min(guess, dt)
     divided = step < dt
-    while dt - done > 1e-9 * dt:
-        step = min(step, dt - done)
+    while done < dt:
+        left = dt - done
+        if step >= left:
+            step = left
+        elif step > 0.5 * left:
+            # two halves rather than a sliver at the end, whose inertia would be rounding alone
+            step = 0.5 * left
         target = before + (after - before) * (done + step) / dt
         if attempt(bench, drive, target, swell, step, step <= finest * 1.000001):
-            done += step
+            done = dt if step == left else done + step
             step *= 2.0
         else:
-            step = max(0.4 * step, min(finest, dt - done))
+            step = max(0.4 * step, finest)
             divided = True
     if divided:
         bench.probe[SUBSTEPPED] += 1.0

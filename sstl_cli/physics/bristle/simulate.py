@@ -134,7 +134,7 @@ def build_setting(spec: BristleSpec, values: Values, law: ContactLaw) -> Setting
         remembering=remembering,
         finest_s=spec.finest_step_s,
         tolerance=spec.tolerance_n,
-        limit=spec.max_iterations,
+        limit=spec.max_iterations + 2 * spec.nodes,  # a front of slip may pass one node an iteration
     )
 
 

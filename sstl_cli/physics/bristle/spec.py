@@ -35,7 +35,8 @@ class BristleSpec:
     `renewal_mm` is the slip that renews an asperity contact (Dieterich 1979: 1-100 um), `film_mm` that which renews
     the film under it (from the lags of Hess and Soom 1990, 2-9 ms, at their speeds), and `healing_mm` over the
     stick-slip speed v_c the rest after which half of the static excess is back. The tension loop is a PID on the motor
-    position and a first-order motor of `motor_lag_s`. `finest_step_s` is the step below which nothing is resolved.
+    position and a first-order motor of `motor_lag_s`. `finest_step_s` is the step below which nothing is resolved,
+    `max_iterations` what a step may take beyond two a node.
 
     Raises
     ------
