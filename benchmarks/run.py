@@ -27,7 +27,7 @@ from benchmarks.harness import Row, fell  # noqa: E402
 
 RESULTS = HERE / "results.json"
 PAGES = (ROOT / "docs" / "performance.md",)
-ORDER = ("segment", "simulate", "rig", "train", "compensate", "streaming", "diagnose", "start", "scaling")
+ORDER = ("segment", "importing", "simulate", "rig", "train", "compensate", "streaming", "diagnose", "start", "scaling")
 PACKAGES = ("numpy", "scipy", "scikit-learn", "pandas", "pyarrow", "numba", "torch", "mujoco", "lmfit")
 
 

@@ -15,6 +15,7 @@ from sstl_cli.core.sound import GAP_PERIODS, unsound
 from sstl_cli.importers.chunk import Chunk, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
+from sstl_cli.importers.spikes import spikes
 
 Array = NDArray[np.float64]
 MAX_FILL_STEPS = 1_000
@@ -314,23 +315,11 @@ class Splitter:
         self.counts.runs += 1
 
     def _spikes(self, piece: Chunk) -> Chunk:
-        """Count single samples far from both neighbours, against the usual scatter; handle them as told."""
+        """Count spikes; handle them as told."""
         wild = np.zeros(len(piece), bool)
         for name in REQUIRED[1:]:
             values = piece.signals[name]
-            if len(values) < 9:
-                continue
-            middle = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
-            away = np.abs(values[2:-2] - middle)
-            usual = 1.4826 * float(np.median(away))
-            steps = np.abs(np.diff(values))
-            usual = max(usual, float(np.median(steps)), 1e-9 * float(np.ptp(values)))
-            here = np.zeros(len(values), bool)
-            low, high = np.percentile(values, (1, 99))
-            # quantised or chattering signals have a tiny usual scatter: a spike also stands out of the whole range
-            here[2:-2] = away > max(self.policy.repair.spike_factor * usual, 0.1 * (high - low))
-            # one or two samples at most: more is a signal, not a spike
-            here[1:-1] &= ~(here[:-2] & here[2:])
+            here = spikes(values, self.policy.repair.spike_factor)
             if self.policy.repair.spikes == "interpolate" and here.any():
                 good = ~here
                 mended = values.copy()

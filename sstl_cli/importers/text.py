@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.csv as pc
 
 from sstl_cli.core.errors import SstlError, printable
+from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, cut, layout_of
 
@@ -61,46 +62,74 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         decimal_point=found.decimal,
         check_utf8=False,
     )
+    yield from ahead(_blocks(path, found, parse, convert, numbers, labels, notes))
+
+
+def _blocks(
+    path: Path,
+    found: TextLayout,
+    parse: pc.ParseOptions,
+    convert: pc.ConvertOptions,
+    numbers: list[str],
+    labels: list[str],
+    notes: Notes,
+) -> Iterator[Block]:
     with open(path, "rb") as file:
         file.seek(found.first_byte)
-        line = found.first_line
-        for raw, last in _pieces(file, found, path, line):
+        for raw, offset, last in _pieces(file, found, path):
             position = file.tell()
-            lines = raw.count(b"\n")
             body = _normal(raw, found)
             if last:
                 body = _whole_lines(body, found, notes)
             if body.strip():
-                table = _parse(body, found, parse, convert, path, line, raw)
+                table = _parse(body, found, parse, convert, path, offset)
                 block = {n: _numbers(table.column(n)) for n in numbers}
                 block |= {n: _strings(table.column(n)) for n in labels if n not in numbers}
                 yield Block(block, position)  # type: ignore[arg-type]
-            line += lines
 
 
-def _pieces(file: IO[bytes], found: TextLayout, path: Path, line: int) -> Iterator[tuple[bytes, bool]]:
-    """Yield byte blocks that end at a line end (all line ends become a line feed), and whether it is the last."""
+def _pieces(file: IO[bytes], found: TextLayout, path: Path) -> Iterator[tuple[bytes, int, bool]]:
+    """Yield byte blocks that end at a line end (all line ends become a line feed), where they begin, and the last."""
     rest = b""
     end = found.line_end
+    offset = found.first_byte
     while True:
         data = file.read(BLOCK_BYTES)
         rest = rest + data
         if not data:
             if rest:
-                yield rest.replace(end, b"\n"), True
+                yield rest if end == b"\n" else rest.replace(end, b"\n"), offset, True
             return
         at = rest.rfind(end)
         if at < 0:
             if len(rest) > MAX_LINE_BYTES:
-                raise SstlError(f"line {line}: {_TOO_LONG}", where=str(path), fix="the file is damaged", code="E320")
+                raise _too_long(path, found, offset)
             continue
-        piece = rest[: at + len(end)].replace(end, b"\n")
-        rest = rest[at + len(end) :]
+        piece, rest = rest[: at + len(end)], rest[at + len(end) :]
         if len(rest) > MAX_LINE_BYTES:
-            at_line = line + piece.count(b"\n")
-            raise SstlError(f"line {at_line}: {_TOO_LONG}", where=str(path), fix="the file is damaged", code="E320")
-        line += piece.count(b"\n")
-        yield piece, False
+            raise _too_long(path, found, offset + len(piece))
+        yield piece if end == b"\n" else piece.replace(end, b"\n"), offset, False
+        offset += len(piece)
+
+
+def _too_long(path: Path, found: TextLayout, offset: int) -> SstlError:
+    what = f"line {_line_at(path, found, offset)}: {_TOO_LONG}"
+    return SstlError(what, where=str(path), fix="the file is damaged", code="E320")
+
+
+def _line_at(path: Path, found: TextLayout, offset: int) -> int:
+    """Return the number of the line that begins at a byte; lines are counted only where one is wrong."""
+    line, left = found.first_line, offset - found.first_byte
+    with open(path, "rb") as file:
+        file.seek(found.first_byte)
+        while left > 0:
+            data = file.read(min(left, BLOCK_BYTES))
+            if not data:
+                break
+            # a carriage return and its line feed may stand on either side of the cut
+            line += data.count(found.line_end[-1:])
+            left -= len(data)
+    return line
 
 
 def _normal(body: bytes, found: TextLayout) -> bytes:
@@ -133,13 +162,13 @@ def _parse(
     parse: pc.ParseOptions,
     convert: pc.ConvertOptions,
     path: Path,
-    line: int,
-    raw: bytes,
+    offset: int,
 ) -> pa.Table:
     options = pc.ReadOptions(column_names=list(found.names), use_threads=False, block_size=max(len(body) + 1, 1024))
     try:
         return pc.read_csv(pa.py_buffer(body), options, parse, convert)
     except (pa.ArrowException, UnicodeDecodeError) as error:
+        line = _line_at(path, found, offset)
         _explain(body, found, convert, path, line)
         raise SstlError(
             f"cannot be read near line {line} ({' '.join(str(error).split())[:100]})",

@@ -192,8 +192,8 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
                 break
             head += more
     lines = head[start:].split(line_end)
-    longest = max(range(len(lines)), key=lambda i: len(lines[i]))
-    if len(lines[longest]) > MAX_LINE_BYTES:
+    if max(map(len, lines)) > MAX_LINE_BYTES:
+        longest = max(range(len(lines)), key=lambda i: len(lines[i]))
         raise SstlError(
             f"line {longest + 1} is longer than {MAX_LINE_BYTES >> 20} MiB",
             where=str(path),
