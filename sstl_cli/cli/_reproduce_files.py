@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from sstl_cli.cli.render import Screen
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.paper.figures import Drawing
     from sstl_cli.paper.grid import Grid
-    from sstl_cli.paper.spread import Spread
     from sstl_cli.steps.reproduce import Reproduction
 
 FIXED = ("tables.parquet", "tables.tex", "reproduction.html")
@@ -101,11 +101,53 @@ def write(
     return done
 
 
-def write_spread(folder: Path, spread: Spread, force: bool) -> None:
-    """Write the sampling spread."""
-    from sstl_cli.core.files import write_text
+def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, screen: Screen) -> None:
+    """Measure a sampling spread and write it to the folder: of block R or Table III seed by seed, else of the generator.
 
-    write_text(folder / "spread.csv", spread.csv(), force)
+    What a stopped run has left in ``seeds`` inside the folder is taken up.
+
+    Raises
+    ------
+    UsageError
+        E804 without a folder.
+    """
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.core.files import write_text
+    from sstl_cli.paper.spread import FILES, Draw, Spread, of_draws, parse
+    from sstl_cli.steps import reproduce, reproduce_seeds
+
+    if out is None:
+        raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
+    experiment = table if table in reproduce_seeds.EXPERIMENTS else "generator"
+    name = FILES[experiment]
+    require(out, (name,), force)
+
+    def place(one: int) -> Path:
+        return out / "seeds" / f"{experiment}-{one:05d}.csv"
+
+    def at_hand(one: int) -> Draw | None:
+        if not place(one).is_file():
+            return None
+        kept = parse(place(one).read_text(encoding="utf-8"))
+        return {block: {key: mean for key, (mean, _) in moments.items()} for block, moments in kept.blocks.items()}
+
+    def keep(one: int, draw: Draw) -> None:
+        write_text(place(one), of_draws([draw]).csv(), True)
+
+    with screen.progress("spread", seeds) as advance:
+        measured: Spread
+        if experiment == "generator":
+            measured = reproduce.measure_spread(seed, seeds, advance)
+        else:
+            (out / "seeds").mkdir(exist_ok=True)
+            draws = []
+            for draw in reproduce_seeds.run(experiment, range(seed + 1, seed + 1 + seeds), at_hand, keep):
+                draws.append(draw)
+                advance(1)
+            measured = of_draws(draws)
+    write_text(out / name, measured.csv(), force)
+    screen.line(f"spread over {seeds} data sets -> {out / name}")
+    screen.finish({"schema": "sstl.reproduce/1", "spread": str(out / name), "seeds": seeds, "seed": seed})
 
 
 def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Provenance, force: bool) -> list[str]:

@@ -58,16 +58,7 @@ def reproduce(
     tables = step.chosen(table)
     provenance = provenance_of(seed, [])
     if spread:
-        if out is None:
-            raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
-        files.require(out, ("spread.csv",), force)
-        with screen.progress("spread", spread_seeds) as advance:
-            measured = step.measure_spread(seed, spread_seeds, advance)
-        files.write_spread(out, measured, force)
-        screen.line(f"spread over {spread_seeds} data sets -> {out / 'spread.csv'}")
-        screen.finish(
-            {"schema": "sstl.reproduce/1", "spread": str(out / "spread.csv"), "seeds": spread_seeds, "seed": seed}
-        )
+        files.measure(table, out, seed, spread_seeds, force, screen)
     if gap_logs is not None and "IV" not in tables:
         raise UsageError("needs Table IV", where="--gap-logs", fix="add --table IV", code="E805")
     if out is not None:

@@ -9,7 +9,7 @@ from importlib import resources
 
 from sstl_cli.paper import contradictions
 
-TABLES = ("I", "II", "bias", "III", "range", "IV", "summary")
+TABLES = ("I", "II", "bias", "III", "range", "IV", "summary", "headline")
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.mapping.pairs import pairs_of
 from sstl_cli.mapping.relations import relations, summary
 
+Array = NDArray[np.float64]
 Key = tuple[str, str, str]
 MIN_PAIRS = 3
 
@@ -28,7 +32,26 @@ def slope_entries(theta: pa.Table) -> dict[Key, float]:
             fix="look at the status column",
             code="E801",
         )
-    found = relations(pairs.sstl, pairs.act)
+    rows = theta.to_pylist()
+    betas = {
+        (system, d): np.array([r[f"beta_{d}"] for r in rows if r["system"] == system and r[f"beta_{d}"] is not None])
+        for system in ("act", "sstl")
+        for d in "pr"
+    }
+    return line_entries(pairs.sstl, pairs.act, betas)
+
+
+def line_entries(sstl: Array, act: Array, betas: Mapping[tuple[str, str], Array]) -> dict[Key, float]:
+    """Return the entries of Tables I and II and of Section III-C3.
+
+    Parameters
+    ----------
+    sstl, act : ndarray, shape (n, 2)
+        Slopes (Gamma_p, Gamma_r) of both systems.
+    betas : mapping
+        Biases (N) by system and direction (p or r).
+    """
+    found = relations(sstl, act)
     done: dict[Key, float] = {}
     for row, fit in found.correlation.items():
         named = {
@@ -43,12 +66,9 @@ def slope_entries(theta: pa.Table) -> dict[Key, float]:
         for name, s in quantities.items():
             row = f"{system}_{name}"
             done.update({("II", row, c): getattr(s, c) for c in ("mean", "std", "min", "max")})
-    rows = theta.to_pylist()
-    for system in ("act", "sstl"):
-        for name in ("beta_p", "beta_r"):
-            values = [r[name] for r in rows if r["system"] == system and r[name] is not None]
-            s = summary(np.array(values))
-            done.update({("bias", f"{system}_{name}", c): getattr(s, c) for c in ("mean", "std")})
+    for (system, d), values in betas.items():
+        s = summary(values)
+        done.update({("bias", f"{system}_beta_{d}", c): getattr(s, c) for c in ("mean", "std")})
     return done
 
 

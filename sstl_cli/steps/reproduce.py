@@ -28,7 +28,7 @@ from sstl_cli.steps.reproduce_slopes import Slopes
 from sstl_cli.steps.reproduce_tracking import Block, Prepared
 
 Key = tuple[str, str, str]
-TABLES = ("I", "II", "III", "IV", "diagnosis", "figures", "better", "probe")
+TABLES = ("I", "II", "III", "IV", "R", "diagnosis", "figures", "better", "probe")
 #: what ``all`` means: the extensions take longer than the paper's own tables
 DEFAULT = ("I", "II", "III", "IV", "diagnosis", "figures")
 

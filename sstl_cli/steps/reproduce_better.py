@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,7 @@ from sstl_cli.control.controller import IDENTITY, Options, Theta
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.steps.reproduce_physics import Diagnosed, diagnosed
-from sstl_cli.steps.reproduce_rig import (
+from sstl_cli.paper.rig import (
     LAG_S,
     Bend,
     bends,
@@ -25,6 +24,7 @@ from sstl_cli.steps.reproduce_rig import (
     tracked,
     trapezoid,
 )
+from sstl_cli.steps.reproduce_physics import Diagnosed, diagnosed
 
 Array = NDArray[np.float64]
 TARGETS_N = {"sinusoid": 0.45, "random": 0.86}
@@ -150,7 +150,7 @@ def sources(calibration: Calibration, bend: Bend, seed: int) -> dict[str, Theta]
 
 def tracked_bends(seed: int) -> list[Bend]:
     """Return the bends that are tracked, one a location, none of them a calibration bend."""
-    return [Bend(f"{b.location}-test", b.location, b.theta) for b in bends(1, stream(seed, "better", "test"))]
+    return [replace(b, name=f"{b.location}-test") for b in bends(1, stream(seed, "better", "test"))]
 
 
 def run(

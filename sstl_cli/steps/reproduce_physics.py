@@ -17,10 +17,10 @@ from scipy.optimize import least_squares, minimize_scalar
 from sstl_cli.control.controller import Theta
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import segment_run
+from sstl_cli.paper.rig import Bend, lines_of, slow_sine
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.transmission import activate, measure, predict
 from sstl_cli.physics.transmission.model import drive_of
-from sstl_cli.steps.reproduce_rig import Bend, lines_of, slow_sine
 
 Array = NDArray[np.float64]
 EVERY = 10

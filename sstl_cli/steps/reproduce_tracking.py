@@ -15,7 +15,8 @@ from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop
 from sstl_cli.control.scoring import WINDOW_STEADY
 from sstl_cli.core.rng import stream
 from sstl_cli.paper.generator import generate
-from sstl_cli.paper.settings import LOCATIONS, METHODS, TRAJECTORIES, Settings
+from sstl_cli.paper.scores import tracking_entries
+from sstl_cli.paper.settings import METHODS, Settings
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
 from sstl_cli.steps import compensate
 from sstl_cli.steps.compensate import Case, Result
@@ -94,27 +95,8 @@ def block(settings: Settings, prepared: Prepared, seed: int, methods: Sequence[s
 
 
 def entries(results: Sequence[Result], window: str = WINDOW_STEADY) -> dict[Key, float]:
-    """Return the entries of Table IV and of Section V-C's summary."""
-    found: dict[Key, float] = {}
-    for r in results:
-        row, place, s = f"{r.trajectory} {r.method}", r.case.location, r.scores[window]
-        found["IV", row, f"rmse_{place}"], found["IV", row, f"std_{place}"] = s.rmse_n, s.std_n
-        if s.mape_pct is not None:
-            found["IV", row, f"mape_{place}"] = s.mape_pct
-        reduction = r.reduction_pct.get(window)
-        if reduction is not None:
-            found["IV", row, f"red_{place}"] = reduction
-    for trajectory in TRAJECTORIES:
-        for method in METHODS:
-            row = f"{trajectory} {method}"
-            for measure in ("rmse", "red"):
-                values = [found[k] for k in (("IV", row, f"{measure}_{p}") for p in LOCATIONS) if k in found]
-                if len(values) == len(LOCATIONS):
-                    found["summary", row, measure] = float(np.mean(values))
-        whole, ideal = (found.get(("summary", f"{trajectory} {m}", "red")) for m in ("proposed", "DI"))
-        if whole is not None and ideal:
-            found["summary", f"{trajectory} proposed", "recovery"] = 100.0 * whole / ideal
-    return found
+    """Return the entries of Table IV, of Section V-C's summary and of the abstract."""
+    return tracking_entries({(r.trajectory, r.method, str(r.case.location)): r.scores[window] for r in results})
 
 
 def distance(ours: Mapping[Key, float], published: Mapping[Key, float]) -> float:
