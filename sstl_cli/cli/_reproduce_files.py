@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from sstl_cli.steps.reproduce import Reproduction
 
 FIXED = ("tables.parquet", "tables.tex", "reproduction.html")
-GAP_LOGS = ("explained.parquet", "stated.parquet")
+GAP_LOGS = ("fitted.parquet", "stated.parquet")
 THETA = {"cp40_theta.parquet": "slopes", "paper150_theta.parquet": "mapping"}
 SCORES = "tracking_scores.parquet"
 EVALUATION = "mapping_evaluation.parquet"
-FIGURES = ("loop", "segmentation", "correlation", "product", "parameters", "tracking", "ablation", "better", "probe")
+FIGURES = ("loop", "segmentation", "correlation", "product", "parameters", "tracking_sinusoid", "tracking_random", "ablation", "better", "probe")
 
 
 def names() -> tuple[str, ...]:
@@ -163,6 +163,9 @@ def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Pro
 
 def extras(found: Reproduction) -> dict[str, Any]:
     """Return what the JSON document holds beside the entries."""
+    from sstl_cli.paper.contests import contests
+    from sstl_cli.paper.spread import stored
+
     document: dict[str, Any] = {}
     if found.mapping is not None:
         m = found.mapping
@@ -170,9 +173,17 @@ def extras(found: Reproduction) -> dict[str, Any]:
             "best": m.best,
             "bayes_total": m.limit.total,
             "bayes_total_here": m.limit_here.total,
-            "tests": [asdict(t) for t in m.tests],
+            "tests": [asdict(c) for c in contests(stored("III"))],
             "left_out": {p: {n: e.total for n, e in v.items()} for p, v in m.left_out.items()},
         }
+    if found.rig:
+        document["rig"] = {
+            "seeds": [d.seed for d in found.rig],
+            "committed_seeds": stored("R").seeds,
+            "outside": [o.text() for o in found.outside],
+        }
+    if found.closed:
+        document["closed"] = [{**asdict(c), "right": c.right} for c in found.closed]
     if found.gap is not None:
         document["gap"] = {**asdict(found.gap), "shrink_pct": found.gap.shrink_pct}
     if found.better:

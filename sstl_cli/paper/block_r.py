@@ -16,29 +16,19 @@ from numpy.typing import NDArray
 
 from sstl_cli.control import references
 from sstl_cli.control.controller import IDENTITY, Controller, Options, Theta
-from sstl_cli.control.plant import Plant, Tendon, TensionLoop, track
+from sstl_cli.control.plant import Plant, TensionLoop, track
 from sstl_cli.control.references import Reference
 from sstl_cli.control.scoring import WINDOW_ALL, WINDOW_STEADY, Score, score, windows
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
+from sstl_cli.identification import segment_run
 from sstl_cli.mapping.inference import forward
 from sstl_cli.mapping.split import FIT, HELD_OUT, VALIDATION, make_splits
 from sstl_cli.mapping.training import fit
 from sstl_cli.mapping.variants import VARIANTS
+from sstl_cli.paper.bench import Bench, RigBench
 from sstl_cli.paper.limit import errors
-from sstl_cli.paper.rig import (
-    GAP,
-    LAG_S,
-    Bend,
-    Effects,
-    RigTendon,
-    bends,
-    identified,
-    lines_of,
-    recorded,
-    slow_sine,
-    trapezoid,
-)
+from sstl_cli.paper.rig import LAG_S, Bend, bends, lines_of, slow_sine, trapezoid
 from sstl_cli.paper.scores import Cell, tracking_entries
 from sstl_cli.paper.settings import METHODS
 from sstl_cli.paper.statistics import line_entries
@@ -49,6 +39,7 @@ BENDS = 50
 CYCLES = 3
 SHOWN_EVERY = 50
 SLOPES = [0, 2]
+RIG = RigBench()
 NETWORK = "skip-inv"
 #: of the calibration bends, how many at least must show both lines of both systems
 LEAST_IDENTIFIED = 0.9
@@ -92,11 +83,12 @@ class Drive:
 
 @dataclass(frozen=True)
 class Tracked:
-    """Scores by window and cell, and for figures every fiftieth sample of the outputs (N) with their references."""
+    """Scores by window and cell; for figures every fiftieth sample of outputs (N), references and the last method's phases."""
 
     scores: Mapping[str, Mapping[Cell, Score]]
     outputs: Mapping[Cell, Array]
     references: Mapping[tuple[str, str], Reference]
+    phases: Mapping[tuple[str, str], NDArray[np.int8]]
 
 
 @dataclass(frozen=True)
@@ -109,7 +101,7 @@ class BlockR:
     tracked: Tracked
 
 
-def learn(seed: int, per_location: int = BENDS, effects: Effects = GAP) -> Learned:
+def learn(seed: int, bench: Bench = RIG, per_location: int = BENDS) -> Learned:
     """Record, segment and train on ``per_location`` bends at each location.
 
     Raises
@@ -118,7 +110,7 @@ def learn(seed: int, per_location: int = BENDS, effects: Effects = GAP) -> Learn
         E811 if more than a tenth of the bends could not be identified.
     """
     sets = bends(per_location, stream(seed, "block R", "calibration"))
-    found = {b: (_probed(b, "sstl", seed, effects), _probed(b, "act", seed, effects)) for b in sets}
+    found = {b: (_probed(b, "sstl", seed, bench), _probed(b, "act", seed, bench)) for b in sets}
     used = [b for b, (sstl, act) in found.items() if sstl is not None and act is not None]
     failed = tuple(b.name for b in sets if b not in used)
     if len(used) < LEAST_IDENTIFIED * len(sets):
@@ -159,8 +151,8 @@ def _vector(lines: Theta) -> tuple[float, float, float, float]:
     return lines.gamma_p, lines.beta_p, lines.gamma_r, lines.beta_r
 
 
-def _probed(bend: Bend, system: str, seed: int, effects: Effects) -> Theta | None:
-    return lines_of(identified(recorded(bend, system, *trapezoid(system), seed, effects)))
+def _probed(bend: Bend, system: str, seed: int, bench: Bench) -> Theta | None:
+    return lines_of(segment_run(bench.record(bend, system, *trapezoid(system), seed)))
 
 
 def new_bends(seed: int) -> list[Bend]:
@@ -168,7 +160,7 @@ def new_bends(seed: int) -> list[Bend]:
     return [replace(b, name=f"{b.location}-test") for b in bends(1, stream(seed, "block R", "test"))]
 
 
-def drive(bend: Bend, learned: Learned, seed: int, effects: Effects = GAP) -> Drive:
+def drive(bend: Bend, learned: Learned, seed: int, bench: Bench = RIG) -> Drive:
     """Probe a new bend: the sensing loop for the mapping, the actuation tendon for direct identification.
 
     Raises
@@ -182,8 +174,8 @@ def drive(bend: Bend, learned: Learned, seed: int, effects: Effects = GAP) -> Dr
             fix="track bends that calibration has not seen",
             code="E812",
         )
-    sstl = _probed(bend, "sstl", seed, effects)
-    direct = lines_of(identified(recorded(bend, "act", *slow_sine(), seed, effects)))
+    sstl = _probed(bend, "sstl", seed, bench)
+    direct = lines_of(segment_run(bench.record(bend, "act", *slow_sine(), seed)))
     if sstl is None or direct is None:
         raise SstlError(f"bend {bend.name} could not be identified", code="E811")
     gp, gr = learned.predict(np.array([[sstl.gamma_p, sstl.gamma_r]]))[0]
@@ -198,7 +190,7 @@ def paper_references(seed: int, location: str) -> list[Reference]:
 def tracked(
     drives: Sequence[Drive],
     seed: int,
-    plant: Callable[[Bend], Tendon],
+    bench: Bench = RIG,
     lag_s: float = LAG_S,
     methods: Sequence[str] = METHODS,
     wanted: Callable[[int, str], list[Reference]] = paper_references,
@@ -207,10 +199,11 @@ def tracked(
     scores: dict[str, dict[Cell, Score]] = {}
     outputs: dict[Cell, Array] = {}
     shown: dict[tuple[str, str], Reference] = {}
+    phases: dict[tuple[str, str], NDArray[np.int8]] = {}
     loop = TensionLoop(lag_s, noise_n=NOISE_IN_N)
     for d in drives:
         place = d.bend.location
-        own = Plant(plant(d.bend), loop)
+        own = Plant(bench.tendon(d.bend), loop)
         for reference in wanted(seed, place):
             shown[reference.name, place] = replace(
                 reference, time_s=reference.time_s[::SHOWN_EVERY], tension_n=reference.tension_n[::SHOWN_EVERY]
@@ -220,10 +213,11 @@ def tracked(
                 rng = stream(seed, "sensor", d.bend.name, reference.name)
                 done = track(controller, own, reference.tension_n, rng)
                 outputs[reference.name, method, place] = done.tension_out[::SHOWN_EVERY]
+                phases[reference.name, place] = done.phase[::SHOWN_EVERY]
                 for window, part in windows(reference.time_s, reference.cycle_s).items():
                     cell = score(reference.tension_n[part], done.tension_out[part])
                     scores.setdefault(window, {})[reference.name, method, place] = cell
-    return Tracked(scores, outputs, shown)
+    return Tracked(scores, outputs, shown, phases)
 
 
 def draw(made: BlockR) -> dict[str, dict[Key, float]]:
@@ -232,11 +226,11 @@ def draw(made: BlockR) -> dict[str, dict[Key, float]]:
     return {"rig": dict(steady), "rig, whole": {k: v for k, v in whole.items() if k not in made.learned.entries}}
 
 
-def run(seed: int, per_location: int = BENDS, effects: Effects = GAP) -> BlockR:
+def run(seed: int, bench: Bench = RIG, per_location: int = BENDS) -> BlockR:
     """Return block R of one data seed: its own bends, noise and references."""
-    learned = learn(seed, per_location, effects)
-    drives = [drive(b, learned, seed, effects) for b in new_bends(seed)]
-    made = tracked(drives, seed, lambda b: RigTendon(b, effects))
+    learned = learn(seed, bench, per_location)
+    drives = [drive(b, learned, seed, bench) for b in new_bends(seed)]
+    made = tracked(drives, seed, bench)
     entries = {w: {**tracking_entries(s), **learned.entries} for w, s in made.scores.items()}
     return BlockR(seed, entries, learned, made)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import pyarrow as pa
 
 from sstl_cli.core.tables import Column, Schema
+from sstl_cli.paper import origin
 from sstl_cli.paper.published import Entry
 
 Key = tuple[str, str, str]
@@ -27,7 +28,7 @@ COMPARISON = Schema(
     1,
     (
         Column("table", _S, meaning="I, II, bias, III, range, IV or summary"),
-        Column("block", _S, meaning="settings of our value: stated, or explained"),
+        Column("block", _S, meaning="settings of our value: stated, fitted, or rig"),
         Column("row", _S),
         Column("column", _S),
         Column("published", _F, nullable=True, meaning="as printed"),
@@ -38,6 +39,7 @@ COMPARISON = Schema(
         Column("difference", _F, nullable=True, meaning="ours minus published"),
         Column("verdict", _S),
         Column("reason", _S, meaning="why the paper contradicts itself, or how far ours differs"),
+        Column("origin", _S, meaning="fitted: constants behind our value were set to this entry; else predicted"),
     ),
 )
 
@@ -58,6 +60,16 @@ class Compared:
     def difference(self) -> float | None:
         return None if self.ours is None else self.ours - self.entry.value
 
+    @property
+    def relative_pct(self) -> float | None:
+        """How far the mean of ours lies from the published value, in percent of it."""
+        return None if self.mean is None or not self.entry.value else 100.0 * (self.mean / self.entry.value - 1.0)
+
+    @property
+    def origin(self) -> str:
+        """Whether our value was fitted to this entry or is predicted."""
+        return origin.of(self.block, (self.entry.table, self.entry.row, self.entry.column))
+
     def record(self) -> dict[str, object]:
         """Return the row of the COMPARISON schema."""
         e = self.entry
@@ -74,6 +86,7 @@ class Compared:
             "difference": self.difference,
             "verdict": self.verdict,
             "reason": self.reason,
+            "origin": self.origin,
         }
 
 
@@ -115,12 +128,13 @@ def judge(entry: Entry, value: float | None, mean: float | None, sd: float | Non
             f"ours is {value:.4g}, but the stored spread says {mean:.4g} +- {sd:.2g}: run sstl reproduce --spread",
         )
     off = mean - entry.value
+    relative = f", {100.0 * off / abs(entry.value):+.1f} %" if entry.value else ""
     if abs(off) <= BOUND_SD * sd + entry.rounding:
         return MET, entry.contradicted
     if entry.contradicted:
         return CONTRADICTED, entry.contradicted
     times = f"{abs(off) / sd:.1f} sd" if sd > 0 else "no spread"
-    return DIFFERS, f"differs by {off:+.3g} ({times})"
+    return DIFFERS, f"differs by {off:+.3g} ({times}{relative})"
 
 
 def table_of(compared: Iterable[Compared]) -> pa.Table:
@@ -133,4 +147,12 @@ def count(compared: Iterable[Compared]) -> dict[str, int]:
     found = dict.fromkeys(VERDICTS, 0)
     for c in compared:
         found[c.verdict] += 1
+    return found
+
+
+def count_apart(compared: Iterable[Compared]) -> dict[tuple[str, str, str], dict[str, int]]:
+    """Return how many entries have each verdict, by block, table and origin (fitted or predicted)."""
+    found: dict[tuple[str, str, str], dict[str, int]] = {}
+    for c in compared:
+        found.setdefault((c.block, c.entry.table, c.origin), dict.fromkeys(VERDICTS, 0))[c.verdict] += 1
     return found

@@ -52,10 +52,10 @@ class Loop:
 
 
 def loop(run: Loop) -> Drawing:
-    """Return the four-phase loop (the paper's Fig. 3b)."""
+    """Return the four-phase loop (the paper's Fig. 4b)."""
     return Drawing(
         "loop",
-        "Four-phase hysteresis loop of the actuation tendon.",
+        "Fig. 4b. Four-phase hysteresis loop of the actuation tendon.",
         (5.2, 4.0),
         (1, 1),
         lambda axes: _loop(axes, run, False),
@@ -64,7 +64,7 @@ def loop(run: Loop) -> Drawing:
 
 
 def segmentation(runs: Sequence[Loop]) -> Drawing:
-    """Return the segmented loops of both systems with their lines (Fig. 4)."""
+    """Return the segmented loops of both systems with their lines (Fig. 5)."""
 
     def paint(axes: Any) -> None:
         for panel, run in zip(axes.flat, runs, strict=True):
@@ -75,12 +75,12 @@ def segmentation(runs: Sequence[Loop]) -> Drawing:
         f"{r.system}: " + ", ".join(f"{k} {v:.3f}" for k, v in r.theta.items() if v is not None) for r in runs
     )
     return Drawing(
-        "segmentation", "Segmentation and fitted lines of both systems.", (9.6, 3.9), (1, len(runs)), paint, words
+        "segmentation", "Fig. 5. Segmentation and fitted lines of both systems.", (9.6, 3.9), (1, len(runs)), paint, words
     )
 
 
 def correlation(act: Array, sstl: Array) -> Drawing:
-    """Return SSTL slopes against squared actuation slopes with linear fit and identity (Fig. 5a)."""
+    """Return SSTL slopes against squared actuation slopes with linear fit and identity (Fig. 6a)."""
 
     def paint(axes: Any) -> None:
         for i, (panel, name) in enumerate(zip(axes.flat, ("pull", "release"), strict=True)):
@@ -96,7 +96,7 @@ def correlation(act: Array, sstl: Array) -> Drawing:
 
     return Drawing(
         "correlation",
-        "SSTL slope against the squared actuation slope.",
+        "Fig. 6a. SSTL slope against the squared actuation slope.",
         (9.6, 3.6),
         (1, 2),
         paint,
@@ -105,7 +105,7 @@ def correlation(act: Array, sstl: Array) -> Drawing:
 
 
 def product(lead: Array, act: Array, sstl: Array) -> Drawing:
-    """Return the slope product over the lead (Fig. 5b)."""
+    """Return the slope product over the lead (Fig. 6b)."""
 
     def paint(axes: Any) -> None:
         for values, name, colour in ((act, "act", palette.BLUE), (sstl, "SSTL", palette.VERMILLION)):
@@ -118,7 +118,7 @@ def product(lead: Array, act: Array, sstl: Array) -> Drawing:
 
     return Drawing(
         "product",
-        "Slope product across bending configurations.",
+        "Fig. 6b. Slope product across bending configurations.",
         (6.4, 3.4),
         (1, 1),
         paint,
@@ -127,7 +127,7 @@ def product(lead: Array, act: Array, sstl: Array) -> Drawing:
 
 
 def parameters(lead: Mapping[str, Array], values: Mapping[str, Mapping[str, Array]]) -> Drawing:
-    """Return slopes and biases over the lead (Fig. 5c)."""
+    """Return slopes and biases over the lead (Fig. 6c)."""
 
     def paint(axes: Any) -> None:
         for row, system in enumerate(("act", "sstl")):
@@ -147,7 +147,7 @@ def parameters(lead: Mapping[str, Array], values: Mapping[str, Mapping[str, Arra
 
     return Drawing(
         "parameters",
-        "Identified slopes and biases over the bending lead.",
+        "Fig. 6c. Identified slopes and biases over the bending lead.",
         (9.6, 5.6),
         (2, 2),
         paint,
@@ -157,39 +157,48 @@ def parameters(lead: Mapping[str, Array], values: Mapping[str, Mapping[str, Arra
 
 @dataclass(frozen=True)
 class Tracked:
-    """One tracked reference: time (s), reference and output (N) by method."""
+    """One tracked reference: time (s), reference and output (N) by method, and where it propagates while pulling."""
 
     name: str
     time_s: Array
     reference: Array
     outputs: Mapping[str, Array]
+    pulling: NDArray[np.bool_]
 
 
-def tracking(runs: Sequence[Tracked], title: str) -> Drawing:
-    """Return tracking of both references (Fig. 6), every 50th sample."""
+SHOWN_S = 200.0
+LABELS = {"none": "no compensation", "no-bias": "w/o bias", "DI": "direct identification", "proposed": "proposed"}
+
+
+def tracking(runs: Sequence[Tracked], letter: str, trajectory: str) -> Drawing:
+    """Return tracking at every location with all methods, the error in pull propagation shaded (Fig. 7)."""
 
     def paint(axes: Any) -> None:
-        for column, run in enumerate(runs):
-            upper, lower = axes[0, column], axes[1, column]
-            part = slice(0, int(np.searchsorted(run.time_s, run.time_s[0] + 200.0)), 50)
-            upper.plot(run.time_s[part], run.reference[part], color=palette.INK, linewidth=1.0, label="reference")
+        for panel, run in zip(axes.flat, runs, strict=True):
+            part = run.time_s - run.time_s[0] <= SHOWN_S
+            time = run.time_s[part]
+            panel.plot(time, run.reference[part], color=palette.INK, linewidth=1.2, label="reference")
             for method, out in run.outputs.items():
-                look = {"color": palette.METHODS.get(method, palette.GREY), "linewidth": 1.0}
-                upper.plot(run.time_s[part], out[part], label=method, **look)
-                lower.plot(run.time_s[part], (out - run.reference)[part], **look)
-            upper.set_title(run.name, loc="left")
-            upper.set_ylabel("tension / N")
-            lower.set_ylabel("error / N")
-            lower.set_xlabel("time / s")
-        axes[0, 0].legend()
+                colour = palette.METHODS.get(method, palette.GREY)
+                panel.plot(time, out[part], color=colour, linewidth=0.9, label=LABELS.get(method, method))
+            shaded = run.outputs["proposed"][part]
+            panel.fill_between(
+                time, run.reference[part], shaded, where=run.pulling[part], color=palette.GREEN, alpha=0.3, linewidth=0
+            )
+            panel.set_title(run.name, loc="left")
+            panel.set_xlabel("time / s")
+            panel.set_ylabel("output tension / N")
+        axes[0, 0].legend(fontsize=6)
 
+    worst = {m: float(np.sqrt(np.mean((runs[0].outputs[m] - runs[0].reference) ** 2))) for m in runs[0].outputs}
     return Drawing(
-        "tracking",
-        title,
-        (9.6, 5.2),
-        (2, len(runs)),
+        f"tracking_{trajectory}",
+        f"Fig. 7{letter}. Tension tracking on the rig (block R), {trajectory} reference, first {SHOWN_S:.0f} s; "
+        "shaded: error of the proposed method in pull propagation.",
+        (11.0, 3.6),
+        (1, len(runs)),
         paint,
-        "The uncompensated output lags far behind both references; proposed and DI stay near them.",
+        f"RMSE at {runs[0].name}: " + ", ".join(f"{LABELS.get(m, m)} {v:.2f} N" for m, v in worst.items()) + ".",
     )
 
 
@@ -228,7 +237,6 @@ def ladder(names: Sequence[str], values: Mapping[str, Sequence[float]], targets:
             axes.axvline(targets[name], color=colour, linestyle="--", linewidth=1)
         axes.set_yticks(place, list(names))
         axes.invert_yaxis()
-        axes.set_xlim(0, 2.0)
         axes.set_xlabel("RMSE / N (dashed: the paper's direct identification)")
         axes.legend()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from sstl_cli.paper.compare import CONTRADICTED, DIFFERS, MET, UNJUDGED, Compared
@@ -10,7 +10,7 @@ from sstl_cli.paper.published import titles
 from sstl_cli.paper.settings import LOCATIONS
 
 MARKS = {MET: "=", CONTRADICTED: "!", DIFFERS: "x", UNJUDGED: "?"}
-LEGEND = "= within 2 sd   ! the paper contradicts itself here   x differs   ? not judged"
+LEGEND = "= within 2 sd   ! the paper contradicts itself here   x differs, by so many %   ? not judged"
 NAMES = {
     "linear": "Linear regression",
     "plain": "Plain MLP",
@@ -34,7 +34,7 @@ WIDTH = 80
 
 @dataclass(frozen=True)
 class Grid:
-    """A table of text: title, header, rows and notes; the first ``labels`` columns are words."""
+    """A table of text: where the data come from, title, header, rows and notes; the first ``labels`` columns are words."""
 
     name: str
     title: str
@@ -42,6 +42,7 @@ class Grid:
     rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...] = ()
     labels: int = 1
+    source: str = ""
 
 
 def text(grid: Grid) -> str:
@@ -54,7 +55,7 @@ def text(grid: Grid) -> str:
         ]
         return " ".join(parts).rstrip()
 
-    out = [grid.title, line(grid.header), "-" * min(sum(widths) + len(widths) - 1, WIDTH)]
+    out = [*wrapped(grid.source), grid.title, line(grid.header), "-" * min(sum(widths) + len(widths) - 1, WIDTH)]
     out += [line(r) for r in grid.rows]
     for note in grid.notes:
         out += wrapped(note)
@@ -73,11 +74,21 @@ def wrapped(note: str) -> list[str]:
     return [*lines, current] if current else lines
 
 
-def entry_grids(compared: Sequence[Compared]) -> list[Grid]:
-    """Return one table a published table: the paper's value, ours, its spread over seeds, and a mark."""
+#: where the data of a table come from, by block
+SOURCES = {
+    "stated": "Data: loops simulated from configurations whose constants were fitted to Tables I and II "
+    "(NP and ND: to Table III); recorded with noise, then segmented.",
+    "rig": "Data: block R, recordings of the elastic rig with noise, segmented; the rig's constants were fitted to "
+    "eight means of Tables I and II and to one entry of Table IV.",
+}
+TRACKED = {"stated": "S", "fitted": "F", "rig": "R"}
+
+
+def entry_grids(compared: Sequence[Compared], block: str = "stated") -> list[Grid]:
+    """Return one table a published table: the paper's value, ours, its spread over data sets, and a mark."""
     grids = []
     for table in ("I", "II", "bias", "III"):
-        own = [c for c in compared if c.entry.table == table]
+        own = [c for c in compared if c.entry.table == table and c.block == block and c.ours is not None]
         if not own:
             continue
         rows = tuple(
@@ -87,56 +98,110 @@ def entry_grids(compared: Sequence[Compared]) -> list[Grid]:
                 _printed(c),
                 number(c.ours, c.entry.decimals),
                 _spread(c),
-                MARKS[c.verdict],
+                mark(c),
             )
             for c in own
         )
-        grids.append(
-            Grid(table, titles()[table], ("row", "entry", "paper", "ours", "over seeds", ""), rows, _notes(own), 2)
-        )
+        name, title = (table, titles()[table]) if block == "stated" else (f"R-{table}", f"On the rig: {titles()[table]}")
+        header = ("row", "entry", "paper", "ours", "over data sets", "")
+        grids.append(Grid(name, title, header, rows, _notes(own), 2, SOURCES[block]))
     return grids
 
 
 def tracking_grids(compared: Sequence[Compared]) -> list[Grid]:
-    """Return Table IV in three blocks: paper, ours as stated (S), ours as explained (E)."""
-    stated, explained = (
-        {(c.entry.row, c.entry.column): c for c in compared if c.entry.table == "IV" and c.block == b}
-        for b in ("stated", "explained")
-    )
-    if not stated:
+    """Return Table IV: paper, ours as stated (S), under fitted settings (F) and on the rig (R)."""
+    by_block = {
+        b: {(c.entry.table, c.entry.row, c.entry.column): c for c in compared if c.block == b and c.ours is not None}
+        for b in TRACKED
+    }
+    shown = [b for b in TRACKED if any(k[0] == "IV" for k in by_block[b])]
+    if not shown:
         return []
     grids = []
-    header = ("method", "at", "RMSE", "S", "E", "STD", "S", "E", "MAPE", "S", "E", "red.", "S", "E")
     for trajectory in ("sinusoid", "random"):
-        rows = []
-        for row in dict.fromkeys(r for r, _ in stated if r.startswith(trajectory)):
-            for place in LOCATIONS:
-                cells = [row.split(" ", 1)[1], place]
-                for measure in ("rmse", "std", "mape", "red"):
-                    s, e = (b.get((row, f"{measure}_{place}")) for b in (stated, explained))
-                    digits = 1 if measure in ("mape", "red") else 2
-                    cells.append(number(s.entry.value, digits) if s else "-")
-                    cells += [number(c.ours, digits) + MARKS[c.verdict] if c else "-" for c in (s, e)]
-                rows.append(tuple(cells))
-        title = f"Table IV, {trajectory}: paper, ours as stated (S), ours as explained (E); N, N, %, %"
-        own = [c for c in compared if c.entry.table == "IV" and c.entry.row.startswith(trajectory)]
-        grids.append(Grid(f"IV-{trajectory}", title, header, tuple(rows), _notes(own), 2))
-    rows = []
-    for c in (c for c in compared if c.entry.table == "summary" and c.block == "stated"):
-        other = next((e for e in compared if e.block == "explained" and e.entry == c.entry), None)
-        rows.append(
-            (
-                c.entry.row,
-                label(c.entry.column),
-                c.entry.text(),
-                number(c.ours, c.entry.decimals) + MARKS[c.verdict],
-                number(other.ours, other.entry.decimals) + MARKS[other.verdict] if other else "-",
-            )
-        )
-    grids.append(
-        Grid("IV-summary", titles()["summary"], ("row", "entry", "paper", "stated", "explained"), tuple(rows), (), 2)
-    )
+        for measures, unit in ((("rmse", "std"), "RMSE and STD, N"), (("mape", "red"), "MAPE and reduction, %")):
+            grids.append(_tracking_grid(by_block, shown, trajectory, measures, unit))
+    grids += _summary_grids(by_block, shown)
     return grids
+
+
+Blocks = Mapping[str, Mapping[tuple[str, str, str], Compared]]
+
+
+def _tracking_grid(blocks: Blocks, shown: Sequence[str], trajectory: str, measures: tuple[str, str], unit: str) -> Grid:
+    keys = dict.fromkeys((row, place) for b in shown for _, row, column in blocks[b] for place in LOCATIONS
+                         if row.startswith(trajectory) and column.endswith(place))
+    rows, own = [], []
+    for row, place in keys:
+        cells = [row.split(" ", 1)[1], place]
+        for measure in measures:
+            digits = 2 if measure in ("rmse", "std") else 1
+            found = [blocks[b].get(("IV", row, f"{measure}_{place}")) for b in shown]
+            known = next((c for c in found if c is not None), None)
+            cells.append(number(known.entry.value, digits) if known else "-")
+            cells += [number(c.ours, digits) + mark(c) if c else "-" for c in found]
+            own += [c for c in found if c is not None]
+        if any(c != "-" for c in cells[2:]):
+            rows.append(tuple(cells))
+    letters = tuple(TRACKED[b] for b in shown)
+    header = ("method", "at", *(cell for m in measures for cell in (m.upper() if m != "red" else "red.", *letters)))
+    name = f"IV-{trajectory}-{measures[0]}"
+    return Grid(name, f"Table IV, {trajectory}: {unit}", header, tuple(rows), _notes(own), 2, _tracking_source(shown))
+
+
+def _tracking_source(shown: Sequence[str]) -> str:
+    said = {
+        "stated": "S: play-line plant, settings as stated",
+        "fitted": "F: the same plant under 14 numbers fitted to this table",
+        "rig": "R: the elastic rig, learned from its noisy loops",
+    }
+    return "Data: " + "; ".join(said[b] for b in shown) + ". First column of each: the paper."
+
+
+def _summary_grids(blocks: Blocks, shown: Sequence[str]) -> list[Grid]:
+    grids = []
+    for table in ("summary", "headline"):
+        keys = dict.fromkeys(k for b in shown for k in blocks[b] if k[0] == table)
+        if not keys:
+            continue
+        rows = []
+        for key in keys:
+            found = [blocks[b].get(key) for b in shown]
+            entry = next(c.entry for c in found if c is not None)
+            cells = [number(c.ours, entry.decimals) + mark(c) if c else "-" for c in found]
+            over = blocks.get("rig", {}).get(key)
+            rows.append((entry.row, label(entry.column), entry.text(), *cells, _spread(over) if over else "-"))
+        header = ("row", "entry", "paper", *(TRACKED[b] for b in shown), "R over data sets")
+        grids.append(Grid(f"IV-{table}", titles()[table], header, tuple(rows), (LEGEND,), 2))
+    return grids
+
+
+def count_grid(counts: Mapping[tuple[str, str, str], Mapping[str, int]]) -> Grid:
+    """Return how many entries were fitted, how many predicted, and how each fared."""
+    verdicts = (MET, CONTRADICTED, DIFFERS, UNJUDGED)
+    rows = [
+        (block, table, origin, *(str(found[v]) if found[v] else "-" for v in verdicts))
+        for (block, table, origin), found in counts.items()
+    ]
+    for origin in ("fitted", "predicted"):
+        total = [sum(f[v] for (_, _, o), f in counts.items() if o == origin) for v in verdicts]
+        rows.append(("all", "", origin, *(str(n) if n else "-" for n in total)))
+    return Grid(
+        "counts",
+        "Entries fitted and entries predicted, and how they fare",
+        ("block", "table", "", "met", "contradicted", "differs", "not judged"),
+        tuple(rows),
+        ("fitted: a constant behind our value was set to this entry, so that agreement shows only that the fit works.",),
+        3,
+    )
+
+
+def mark(c: Compared) -> str:
+    """Return the mark of a verdict; a value that differs says by how many percent."""
+    relative = c.relative_pct
+    if c.verdict != DIFFERS or relative is None:
+        return MARKS[c.verdict]
+    return f"{MARKS[c.verdict]}{relative:+.0f}%"
 
 
 def label(name: str) -> str:

@@ -33,6 +33,8 @@ GAP: Effects = {
     "presliding": {"breakaway_mm": 0.17, "spread": 0.5},
     "stribeck": {"ratio": 1.06, "v_s_mm_s": 0.5},
 }
+#: the part of it that Tables I and II show: they are lines, and lines are all that these four effects move
+TABLE_II: Effects = {e: GAP[e] for e in ("pulley_friction", "const_friction", "zero_offset", "gain_error")}
 LAG_S = 0.3
 # the sensing loop releases only after a fall by Gamma_r / Gamma_p = 12, and presliding lengthens that
 RANGE_N = {"act": (1.0, 30.0), "sstl": (0.2, 80.0)}

@@ -55,3 +55,9 @@ def _headline(found: Mapping[Key, float]) -> dict[Key, float]:
         if all(v is not None for v in values):
             done["headline", "proposed", measure] = float(np.mean([v for v in values if v is not None]))
     return done
+
+
+def distance(ours: Mapping[Key, float], other: Mapping[Key, float]) -> float:
+    """Return how far one Table IV lies from another: root mean square difference (N) over every RMSE and STD."""
+    off = [ours[k] - v for k, v in other.items() if k in ours and k[0] == "IV" and k[2].startswith(("rmse", "std"))]
+    return float(np.sqrt(np.mean(np.square(off))))

@@ -44,9 +44,9 @@ STATED = Settings("stated", "settings as the paper states them")
 # The sinusoid, lines and lag are those that bring the rows without compensation and without bias to the printed
 # values; the random ranges bring RMSE, STD and MAPE of the uncompensated row nearest at each location (grid of
 # 0.5-8 N by 14-40 N); the mismatch gives direct identification its printed error on the sinusoid.
-EXPLAINED = Settings(
-    "explained",
-    "settings that explain the difference",
+FITTED = Settings(
+    "fitted",
+    "settings fitted to Table IV",
     8.1,
     6.0,
     {"NP": (1.0, 34.0), "CP": (3.0, 32.0), "ND": (4.0, 20.0)},
@@ -54,7 +54,7 @@ EXPLAINED = Settings(
     0.3,
     0.035,
 )
-# parts of the explanation that can be switched off one at a time
+# parts of the fit that can be switched off one at a time
 PARTS = {
     "reference": ("offset_n", "amplitude_n", "random_n"),
     "lines": ("lines",),
@@ -63,7 +63,24 @@ PARTS = {
 }
 
 
+def fitted_values() -> tuple[tuple[str, float], ...]:
+    """Return the 14 numbers that were fitted, with their names and units."""
+    assert FITTED.lines is not None
+    lines = FITTED.lines
+    return (
+        ("sinusoid offset N", FITTED.offset_n),
+        ("sinusoid amplitude N", FITTED.amplitude_n),
+        *((f"random {side} {place} N", FITTED.random_n[place][i]) for place in LOCATIONS for i, side in enumerate(("low", "high"))),
+        ("Gamma_p", lines.gamma_p),
+        ("beta_p N", lines.beta_p),
+        ("Gamma_r", lines.gamma_r),
+        ("beta_r N", lines.beta_r),
+        ("loop lag s", FITTED.lag_s),
+        ("mismatch rad", FITTED.mismatch),
+    )
+
+
 def partly(parts: tuple[str, ...]) -> Settings:
-    """Return the stated settings with only some parts of the explanation switched on."""
-    values = {name: getattr(EXPLAINED, name) for part in parts for name in PARTS[part]}
+    """Return the stated settings with only some parts of the fit switched on."""
+    values = {name: getattr(FITTED, name) for part in parts for name in PARTS[part]}
     return replace(STATED, name="+".join(parts) or STATED.name, title=", ".join(parts) or STATED.title, **values)

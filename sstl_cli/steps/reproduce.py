@@ -3,39 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 from sstl_cli.core.errors import UsageError, nearest
+from sstl_cli.paper import contests, gate
 from sstl_cli.paper.compare import Compared, compare
+from sstl_cli.paper.gate import Outside
+from sstl_cli.paper.published import TABLES as PUBLISHED
 from sstl_cli.paper.published import of_table
-from sstl_cli.paper.settings import EXPLAINED, STATED
-from sstl_cli.paper.spread import Spread
+from sstl_cli.paper.settings import FITTED, STATED
+from sstl_cli.paper.spread import Spread, of_draws, stored
 from sstl_cli.steps import (
     reproduce_better,
     reproduce_diagnosis,
     reproduce_gap,
     reproduce_mapping,
     reproduce_probe,
+    reproduce_seeds,
     reproduce_slopes,
     reproduce_tracking,
 )
 from sstl_cli.steps.reproduce_better import Rung
-from sstl_cli.steps.reproduce_diagnosis import Named
+from sstl_cli.steps.reproduce_diagnosis import Closed
 from sstl_cli.steps.reproduce_gap import Gap
 from sstl_cli.steps.reproduce_mapping import Mapping as TableIII
 from sstl_cli.steps.reproduce_probe import Probe
+from sstl_cli.steps.reproduce_seeds import Drawn
 from sstl_cli.steps.reproduce_slopes import Slopes
 from sstl_cli.steps.reproduce_tracking import Block, Prepared
 
 Key = tuple[str, str, str]
-TABLES = ("I", "II", "III", "IV", "R", "diagnosis", "figures", "better", "probe")
-#: what ``all`` means: the extensions take longer than the paper's own tables
-DEFAULT = ("I", "II", "III", "IV", "diagnosis", "figures")
+TABLES = ("I", "II", "III", "IV", "R", "diagnosis", "withheld", "figures", "better", "probe")
+#: what ``all`` means: the others take longer than the paper's own tables
+DEFAULT = ("I", "II", "III", "IV", "R", "diagnosis", "figures")
+
+
+@dataclass(frozen=True)
+class Options:
+    """What to rebuild and how.
+
+    ``seeds`` are the training seeds of Table III, ``data_seeds`` the data sets of block R that are recomputed and held
+    against the committed spread, ``workers`` the processes.
+    """
+
+    tables: tuple[str, ...] = DEFAULT
+    seed: int = 0
+    seeds: int = reproduce_mapping.SEEDS_EACH
+    data_seeds: int = 3
+    workers: int = 1
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Everything that was rebuilt; parts that were not asked for are None or empty."""
+    """Everything that was rebuilt; parts that were not asked for are None or empty.
+
+    ``outside`` are the entries of block R whose recomputed mean does not lie within the committed spread.
+    """
 
     compared: tuple[Compared, ...] = ()
     slopes: Slopes | None = None
@@ -43,11 +66,12 @@ class Reproduction:
     prepared: Prepared | None = None
     blocks: tuple[Block, ...] = ()
     gap: Gap | None = None
-    named: Named | None = None
+    rig: tuple[Drawn, ...] = ()
+    outside: tuple[Outside, ...] = ()
+    closed: tuple[Closed, ...] = ()
     better: tuple[Rung, ...] = ()
     probes: tuple[Probe, ...] = ()
     figures: bool = False
-    spread: Spread = field(default_factory=Spread)
 
 
 def chosen(text: str) -> tuple[str, ...]:
@@ -70,72 +94,94 @@ def chosen(text: str) -> tuple[str, ...]:
 
 
 def run(
-    tables: Sequence[str],
-    seed: int,
-    seeds: int,
-    spread: Spread,
-    report: Callable[[str], None] | None = None,
-    advance: Callable[[float], None] | None = None,
+    options: Options, report: Callable[[str], None] | None = None, advance: Callable[[float], None] | None = None
 ) -> Reproduction:
-    """Return the tables asked for.
-
-    Parameters
-    ----------
-    tables : sequence of str
-        Names out of ``TABLES``.
-    seeds : int
-        Training seeds of Table III.
-    spread : Spread
-        Stored mean and standard deviation of every entry over data seeds.
-    report : callable, optional
-        Told what begins.
-    """
+    """Return the tables asked for; ``report`` is told what begins."""
     say = report or (lambda text: None)
+    made = Reproduction(figures="figures" in options.tables)
+    for part in (_lines, _mapping, _tracking, _rig, _diagnosis, _beyond):
+        made = part(made, options, say, advance)
+    return made
+
+
+Say = Callable[[str], None]
+Advance = Callable[[float], None] | None
+
+
+def _tracks(options: Options) -> bool:
+    return bool({"IV", "figures"} & set(options.tables))
+
+
+def _lines(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+    if not {"I", "II"} & set(o.tables) and not _tracks(o):
+        return made
+    say("Tables I and II: 40 configurations, simulated and segmented")
+    slopes = reproduce_slopes.run(o.seed)
+    wanted = [t for t in ("I", "II", "bias") if t in o.tables or (t == "bias" and "II" in o.tables)]
+    compared = _judged(wanted, slopes.entries, stored(), STATED.name)
+    return replace(made, slopes=slopes, compared=(*made.compared, *compared))
+
+
+def _mapping(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+    if "III" not in o.tables and not _tracks(o):
+        return made
+    say(f"Table III: 150 configurations, 5 variants x {o.seeds} seeds")
+    held = tuple(c.id for c in reproduce_tracking.tracked(o.seed).values())
+    mapping = reproduce_mapping.run(o.seed, o.seeds, held, advance=advance)
     compared: list[Compared] = []
-    slopes = mapping = gap = named = prepared = None
-    blocks: tuple[Block, ...] = ()
-    wants_tracking = bool({"IV", "diagnosis", "figures"} & set(tables))
-    if {"I", "II"} & set(tables) or wants_tracking:
-        say("Tables I and II: 40 configurations, simulated and segmented")
-        slopes = reproduce_slopes.run(seed)
-        for table in ("I", "II", "bias"):
-            if table in tables or (table == "bias" and "II" in tables):
-                compared += _judged(table, slopes.entries, spread.of("stated"), "stated")
-    if "III" in tables or wants_tracking:
-        say(f"Table III: 150 configurations, 5 variants x {seeds} seeds")
-        held = tuple(c.id for c in reproduce_tracking.tracked(seed).values())
-        mapping = reproduce_mapping.run(seed, seeds, held, advance=advance)
-        if "III" in tables:
-            own = {k: (mapping.entries[k], sd) for k, sd in mapping.spread.items()}
-            compared += _judged("III", mapping.entries, own, "stated")
-    if wants_tracking and slopes is not None and mapping is not None:
-        say("Table IV: three locations, two references, four methods, two sets of settings")
-        prepared = reproduce_tracking.prepare(seed, mapping.predict, biases(slopes))
-        blocks = tuple(reproduce_tracking.block(s, prepared, seed) for s in (STATED, EXPLAINED))
-        if "IV" in tables:
-            for made in blocks:
-                for table in ("IV", "summary"):
-                    compared += _judged(table, made.entries, spread.of(made.settings.name), made.settings.name)
-            say("the difference between the blocks: parts of the explanation")
-            gap = reproduce_gap.run(prepared, seed)
-        if "diagnosis" in tables:
-            say("the difference between the blocks: diagnosed")
-            named = reproduce_diagnosis.run(prepared, blocks[1], seed)
-    calibration = None
-    better: tuple[Rung, ...] = ()
-    probes: tuple[Probe, ...] = ()
-    if {"better", "probe"} & set(tables):
-        say("the rig: calibration")
-        calibration = reproduce_better.calibrate(seed)
-    if "better" in tables:
+    if "III" in o.tables:
+        spread = stored("III")
+        compared = compare(of_table("III"), mapping.entries, spread.of(contests.MEAN), STATED.name)
+    return replace(made, mapping=mapping, compared=(*made.compared, *compared))
+
+
+def _tracking(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+    if not _tracks(o) or made.slopes is None or made.mapping is None:
+        return made
+    say("Table IV: three locations, two references, four methods, two sets of settings")
+    prepared = reproduce_tracking.prepare(o.seed, made.mapping.predict, biases(made.slopes))
+    blocks = tuple(reproduce_tracking.block(s, prepared, o.seed) for s in (STATED, FITTED))
+    made = replace(made, prepared=prepared, blocks=blocks)
+    if "IV" not in o.tables:
+        return made
+    compared = [c for b in blocks for c in _judged(_TRACKED, b.entries, stored(), b.settings.name)]
+    say("the difference between the blocks: parts of the fit")
+    return replace(made, gap=reproduce_gap.run(prepared, o.seed), compared=(*made.compared, *compared))
+
+
+def _rig(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+    if "R" not in o.tables:
+        return made
+    seeds = range(o.seed, o.seed + o.data_seeds)
+    say(f"block R: the rig, 150 bends, one network, four methods; {o.data_seeds} data seeds")
+    drawn = tuple(reproduce_seeds.together("R", seeds, o.workers))
+    spread = stored("R")
+    mean = of_draws([d.entries for d in drawn]).of("rig")
+    compared = _judged(PUBLISHED, {k: v for k, (v, _) in mean.items()}, spread, "rig", only=True)
+    outside = tuple(gate.outside([d.entries for d in drawn], spread))
+    return replace(made, rig=drawn, outside=outside, compared=(*made.compared, *compared))
+
+
+def _diagnosis(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+    if not {"diagnosis", "withheld"} & set(o.tables):
+        return made
+    table = next((d.entries["rig"] for d in made.rig if d.seed == o.seed), None)
+    closed = reproduce_diagnosis.run(o.seed, "withheld" in o.tables, table, o.workers, say)
+    return replace(made, closed=tuple(closed))
+
+
+def _beyond(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+    if not {"better", "probe"} & set(o.tables):
+        return made
+    say("the rig: calibration")
+    calibration = reproduce_better.calibrate(o.seed)
+    if "better" in o.tables:
         say("better than the paper: the rig, one means after the other")
-        better = tuple(reproduce_better.run(seed, calibration))
-    if "probe" in tables:
+        made = replace(made, better=tuple(reproduce_better.run(o.seed, calibration)))
+    if "probe" in o.tables:
         say("a shorter probe: the rig, faster and partial strokes")
-        probes = tuple(reproduce_probe.run(seed, calibration))
-    return Reproduction(
-        tuple(compared), slopes, mapping, prepared, blocks, gap, named, better, probes, "figures" in tables, spread
-    )
+        made = replace(made, probes=tuple(reproduce_probe.run(o.seed, calibration)))
+    return made
 
 
 def biases(slopes: Slopes) -> tuple[float, float]:
@@ -143,10 +189,16 @@ def biases(slopes: Slopes) -> tuple[float, float]:
     return slopes.entries["bias", "act_beta_p", "mean"], slopes.entries["bias", "act_beta_r", "mean"]
 
 
+_TRACKED = ("IV", "summary", "headline")
+
+
 def _judged(
-    table: str, ours: Mapping[Key, float], spread: Mapping[Key, tuple[float, float]], block: str
+    tables: Sequence[str], ours: Mapping[Key, float], spread: Spread, block: str, only: bool = False
 ) -> list[Compared]:
-    return compare(of_table(table), ours, spread, block)
+    """Return the entries of some tables beside ours; ``only`` leaves out what we have no value for."""
+    published = [e for t in tables for e in of_table(t)]
+    found = compare(published, ours, spread.of(block), block)
+    return [c for c in found if c.ours is not None] if only else found
 
 
 def measure_spread(seed: int, seeds: int, advance: Callable[[float], None] | None = None) -> Spread:
@@ -156,12 +208,11 @@ def measure_spread(seed: int, seeds: int, advance: Callable[[float], None] | Non
     """
     first = reproduce_mapping.run(seed, 2, left_out_seeds=1)
     calibration = reproduce_slopes.run(seed)
-    draws: dict[str, list[dict[Key, float]]] = {STATED.name: [], EXPLAINED.name: []}
+    draws: list[dict[str, dict[Key, float]]] = []
     for one, slopes in zip(range(seed + 1, seed + 1 + seeds), reproduce_slopes.spread(seeds, seed + 1), strict=True):
         prepared = reproduce_tracking.prepare(one, first.predict, biases(calibration))
-        for s in (STATED, EXPLAINED):
-            found = reproduce_tracking.block(s, prepared, one).entries
-            draws[s.name].append({**slopes, **found} if s is STATED else found)
+        stated, fitted = (reproduce_tracking.block(s, prepared, one).entries for s in (STATED, FITTED))
+        draws.append({STATED.name: {**slopes, **stated}, FITTED.name: fitted})
         if advance is not None:
             advance(1)
-    return Spread({name: reproduce_slopes.moments(d) for name, d in draws.items()}, seeds)
+    return of_draws(draws)

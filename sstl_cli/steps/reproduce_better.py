@@ -13,8 +13,10 @@ from sstl_cli.control.controller import IDENTITY, Options, Theta
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.paper.bench import ModelBench
 from sstl_cli.paper.rig import (
     LAG_S,
+    TABLE_II,
     Bend,
     bends,
     identified,
@@ -24,7 +26,8 @@ from sstl_cli.paper.rig import (
     tracked,
     trapezoid,
 )
-from sstl_cli.steps.reproduce_physics import Diagnosed, diagnosed
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps.reproduce_diagnosis import completed
 
 Array = NDArray[np.float64]
 TARGETS_N = {"sinusoid": 0.45, "random": 0.86}
@@ -35,8 +38,9 @@ PRESLIDING = 0.2
 
 @dataclass(frozen=True)
 class Calibration:
-    """What is learned once, with a distal sensor: linear maps from the sensing loop, mean biases, effect strengths.
+    """What is learned once, with a distal sensor: linear maps from the sensing loop, mean biases, a simulator.
 
+    The simulator is that of Table II's effects with what ``sstl diagnose`` adds to it on two bends a location.
     ``slopes`` has the shape (3, 2): act slopes from (Gamma_p, Gamma_r, 1) of the sensing loop; ``all_four``
     (5, 4): slopes and biases from its four parameters and 1.
     """
@@ -44,7 +48,7 @@ class Calibration:
     slopes: Array
     all_four: Array
     biases: tuple[float, float]
-    diagnosed: Diagnosed
+    simulator: ModelBench
 
     def mapped(self, sstl: Theta) -> Theta:
         """Return the paper's mapping: slopes from slopes, constant biases."""
@@ -129,7 +133,8 @@ def calibrate(seed: int) -> Calibration:
     used = [b for i, b in enumerate(sets) if i % CALIBRATION_BENDS < DIAGNOSED_BENDS]
     known: list[Run] = [runs[b.name, s] for b in used for s in ("act", "sstl")]
     biases = (float(act[:, 1].mean()), float(act[:, 3].mean()))
-    return Calibration(slopes, all_four, biases, diagnosed(known))
+    scenario, _ = completed(Scenario(effects=TABLE_II), known, workers=1)
+    return Calibration(slopes, all_four, biases, ModelBench(scenario))
 
 
 def sources(calibration: Calibration, bend: Bend, seed: int) -> dict[str, Theta]:
@@ -137,7 +142,7 @@ def sources(calibration: Calibration, bend: Bend, seed: int) -> dict[str, Theta]
     probe = recorded(bend, "sstl", *trapezoid("sstl"), seed)
     sstl = lines_of(identified(probe))
     direct = lines_of(identified(recorded(bend, "act", *slow_sine(), seed)))
-    physics = calibration.diagnosed.lines(bend, calibration.diagnosed.theta(probe))
+    physics = calibration.simulator.lines(bend, calibration.simulator.theta(probe))
     if sstl is None or direct is None or physics is None:
         raise SstlError(f"bend {bend.name} could not be identified", code="E802")
     return {

@@ -11,9 +11,10 @@ from sstl_cli.control.plant import PlayTendon, pulled
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper.published import of_table
-from sstl_cli.paper.settings import EXPLAINED, PARTS, STATED, partly
+from sstl_cli.paper.scores import distance
+from sstl_cli.paper.settings import FITTED, PARTS, STATED, partly
 from sstl_cli.steps.compensate import Result
-from sstl_cli.steps.reproduce_tracking import Array, Block, Prepared, block, distance, plant_lines
+from sstl_cli.steps.reproduce_tracking import Array, Block, Prepared, block, plant_lines
 
 EVERY, NOISE_N = 10, 0.02
 LOGGED = ("none", "proposed")
@@ -23,7 +24,7 @@ LOGGED = ("none", "proposed")
 class Share:
     """One part of the explanation: distance to the paper with this part alone, with all but it, and its Shapley share.
 
-    Distances (N) are those of :func:`reproduce_tracking.distance`; ``share_pct`` adds up to 100 over the parts.
+    Distances (N) are those of :func:`paper.scores.distance`; ``share_pct`` adds up to 100 over the parts.
     """
 
     part: str
@@ -34,15 +35,15 @@ class Share:
 
 @dataclass(frozen=True)
 class Gap:
-    """Distance to the paper as stated and as explained, and what each part of the explanation is worth."""
+    """Distance to the paper as stated and as fitted, and what each part of the explanation is worth."""
 
     stated: float
-    explained: float
+    fitted: float
     shares: tuple[Share, ...]
 
     @property
     def shrink_pct(self) -> float:
-        return 100.0 * (1.0 - self.explained / self.stated)
+        return 100.0 * (1.0 - self.fitted / self.stated)
 
 
 def run(prepared: Prepared, seed: int) -> Gap:
@@ -68,22 +69,22 @@ def run(prepared: Prepared, seed: int) -> Gap:
     return Gap(value[none], value[whole], tuple(shares))
 
 
-def logs(prepared: Prepared, explained: Block, seed: int) -> tuple[Iterator[Run], Iterator[Run]]:
+def logs(prepared: Prepared, fitted: Block, seed: int) -> tuple[Iterator[Run], Iterator[Run]]:
     """Return two logs paired by run_id for ``sstl diagnose MEASURED --against SIMULATED``.
 
     The first stands in for the paper's recordings: the tracked runs under the explaining settings as sensors of
     0.02 N noise show them. The second is what the stated settings predict for the same input tension. Every tenth
     sample, tensions in N; the recorded ``tension_ref_n`` is the commanded input, which shows the loop lag.
     """
-    return _measured(explained, seed), _predicted(prepared, explained)
+    return _measured(fitted, seed), _predicted(prepared, fitted)
 
 
-def _kept(explained: Block) -> list[Result]:
-    return [r for r in explained.results if r.method in LOGGED]
+def _kept(fitted: Block) -> list[Result]:
+    return [r for r in fitted.results if r.method in LOGGED]
 
 
-def _measured(explained: Block, seed: int) -> Iterator[Run]:
-    for r in _kept(explained):
+def _measured(fitted: Block, seed: int) -> Iterator[Run]:
+    for r in _kept(fitted):
         rng = stream(seed, "gap", r.run_id)
         seen_in, seen_out = (
             v[::EVERY] + NOISE_N * rng.standard_normal(len(v[::EVERY]))
@@ -92,8 +93,8 @@ def _measured(explained: Block, seed: int) -> Iterator[Run]:
         yield _run(r, seen_in, seen_out)
 
 
-def _predicted(prepared: Prepared, explained: Block) -> Iterator[Run]:
-    for r in _kept(explained):
+def _predicted(prepared: Prepared, fitted: Block) -> Iterator[Run]:
+    for r in _kept(fitted):
         tendon = PlayTendon(plant_lines(STATED, prepared, str(r.case.location)))
         out = pulled(tendon, r.track.tension_in, float(r.track.tension_in[0]), r.reference.dt_s)
         yield _run(r, r.track.tension_in[::EVERY], out[::EVERY])
@@ -113,4 +114,4 @@ def _run(r: Result, tension_in: Array, tension_out: Array) -> Run:
     )
 
 
-__all__ = ["EXPLAINED", "STATED", "Gap", "Share", "logs", "run"]
+__all__ = ["FITTED", "STATED", "Gap", "Share", "logs", "run"]

@@ -84,7 +84,7 @@ def _probe(
     fitted, segmented, tracking = [], [], []
     for bend in tests:
         record = recorded(bend, "sstl", *trapezoid("sstl", time_s, high=top_n), seed)
-        lines = _must(learned.diagnosed.lines(bend, learned.diagnosed.theta(record)))
+        lines = _must(learned.simulator.lines(bend, learned.simulator.theta(record)))
         fitted.append(_error(lines, direct[bend.name]))
         seen = lines_of(identified(record))
         segmented.append(_error(learned.mapped(seen), direct[bend.name]) if seen is not None else float("nan"))

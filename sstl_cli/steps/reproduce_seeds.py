@@ -4,38 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from multiprocessing import get_context
 
+from sstl_cli.paper.block_r import Tracked
 from sstl_cli.paper.spread import Draw
 
 EXPERIMENTS = ("R", "III")
 
 
-def draw(experiment: str, seed: int) -> Draw:
-    """Return the entries of one data seed by block."""
+@dataclass(frozen=True)
+class Drawn:
+    """One data seed: its entries by block, and for block R what was tracked."""
+
+    seed: int
+    entries: Draw
+    tracked: Tracked | None = None
+
+
+def draw(experiment: str, seed: int) -> Drawn:
+    """Return one data seed of an experiment."""
     if experiment == "R":
         from sstl_cli.paper import block_r
 
-        return block_r.draw(block_r.run(seed))
+        made = block_r.run(seed)
+        return Drawn(seed, block_r.draw(made), made.tracked)
     from sstl_cli.steps import reproduce_mapping
 
-    return reproduce_mapping.draw(seed)
+    return Drawn(seed, reproduce_mapping.draw(seed))
 
 
 def run(
     experiment: str, seeds: Sequence[int], at_hand: Callable[[int], Draw | None], keep: Callable[[int, Draw], None]
 ) -> Iterator[Draw]:
-    """Yield the draw of every seed; ``keep`` is told each new one at once, so that a stopped run can be taken up."""
+    """Yield the entries of every seed; ``keep`` is told new ones at once, so that a stopped run can be taken up."""
     for seed in seeds:
         made = at_hand(seed)
         if made is None:
-            made = draw(experiment, seed)
+            made = draw(experiment, seed).entries
             keep(seed, made)
         yield made
 
 
-def together(experiment: str, seeds: Sequence[int], workers: int) -> list[Draw]:
-    """Return the draws of several seeds, computed by as many processes (a process of its own keeps no result)."""
+def together(experiment: str, seeds: Sequence[int], workers: int) -> list[Drawn]:
+    """Return several seeds, computed by as many processes."""
     if workers < 2 or len(seeds) < 2:
         return [draw(experiment, s) for s in seeds]
     with ProcessPoolExecutor(min(workers, len(seeds)), get_context("spawn")) as pool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
 import pyarrow as pa
 
 from sstl_cli.core.tables import THETA
@@ -45,12 +44,3 @@ def spread(seeds: int, first: int = 0) -> Iterator[dict[Key, float]]:
     scenario = load("paper-cp40")
     for seed in range(first, first + seeds):
         yield slope_entries(identify(scenario, seed)[0])
-
-
-def moments(draws: list[dict[Key, float]]) -> dict[Key, tuple[float, float]]:
-    """Return mean and standard deviation of every entry over the draws."""
-    return {
-        key: (float(np.mean(values)), float(np.std(values, ddof=1)))
-        for key in draws[0]
-        for values in [[d[key] for d in draws]]
-    }

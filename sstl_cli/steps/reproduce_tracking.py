@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,12 +97,6 @@ def block(settings: Settings, prepared: Prepared, seed: int, methods: Sequence[s
 def entries(results: Sequence[Result], window: str = WINDOW_STEADY) -> dict[Key, float]:
     """Return the entries of Table IV, of Section V-C's summary and of the abstract."""
     return tracking_entries({(r.trajectory, r.method, str(r.case.location)): r.scores[window] for r in results})
-
-
-def distance(ours: Mapping[Key, float], published: Mapping[Key, float]) -> float:
-    """Return how far a block lies from the paper: root mean square difference (N) over every RMSE and STD."""
-    off = [ours[k] - v for k, v in published.items() if k in ours and k[0] == "IV" and k[2].startswith(("rmse", "std"))]
-    return float(np.sqrt(np.mean(np.square(off))))
 
 
 def _loop(settings: Settings) -> TensionLoop:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pyarrow.parquet as pq
+import pytest
 
 
 def sstl(*words):
@@ -45,3 +46,18 @@ def test_folder_that_is_a_file(tmp_path):
     (tmp_path / "f").write_text("x")
     done = sstl("--table", "I", "--out", str(tmp_path / "f"))
     assert done.returncode == 1 and "E806" in done.stderr
+
+
+def test_outside_the_committed_spread_ends_with_4(monkeypatch, capsys, tmp_path):
+    from sstl_cli.cli.app import main
+    from sstl_cli.paper.gate import Outside
+    from sstl_cli.steps import reproduce
+
+    wrong = Outside("rig", ("IV", "sinusoid DI", "rmse_CP"), 0.01, 0.46, 11.0)
+    monkeypatch.setattr(reproduce, "run", lambda *_: reproduce.Reproduction(outside=(wrong,)))
+    monkeypatch.setattr(sys, "argv", ["sstl", "reproduce", "--table", "R"])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    said = capsys.readouterr().err
+    assert stopped.value.code == 4
+    assert "E814" in said and "sinusoid DI rmse_CP is 0.01, committed 0.46" in said

@@ -6,9 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sstl_cli.core.errors import UsageError
+from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.mapping.split import Splits
+from sstl_cli.paper import scores
 from sstl_cli.paper.published import entries
-from sstl_cli.paper.settings import EXPLAINED, PARTS, STATED, partly
+from sstl_cli.paper.settings import FITTED, PARTS, STATED, fitted_values, partly
+from sstl_cli.paper.spread import of_draws
 from sstl_cli.steps import reproduce, reproduce_mapping, reproduce_probe, reproduce_slopes, reproduce_tracking
 from sstl_cli.steps.reproduce_probe import FULL, PARTIAL, Probe
 
@@ -44,9 +47,11 @@ def test_tables_come_from_the_recordings_not_from_the_generator(slopes):
     assert slopes.entries["I", "release", "R"] > 0.9
 
 
-def test_moments():
+def test_of_draws():
     k = ("I", "a", "b")
-    assert reproduce_slopes.moments([{k: 1.0}, {k: 3.0}])[k] == pytest.approx((2.0, math.sqrt(2.0)))
+    made = of_draws([{"x": {k: 1.0}}, {"x": {k: 3.0}}])
+    assert made.seeds == 2 and made.of("x")[k] == pytest.approx((2.0, math.sqrt(2.0)))
+    assert of_draws([{"x": {k: 1.0}}]).of("x")[k] == (1.0, 0.0)
 
 
 def test_stated_block_meets_the_checked_facts(prepared):
@@ -57,35 +62,45 @@ def test_stated_block_meets_the_checked_facts(prepared):
     assert made.entries["IV", "sinusoid DI", "rmse_CP"] < 0.05
 
 
-def test_explained_block_meets_the_uncompensated_row(prepared):
-    made = reproduce_tracking.block(EXPLAINED, prepared, 0, ("none",))
+def test_fitted_block_meets_the_uncompensated_row(prepared):
+    made = reproduce_tracking.block(FITTED, prepared, 0, ("none",))
     for place, rmse, std in (("NP", 5.69, 3.66), ("CP", 5.75, 3.65), ("ND", 5.79, 3.78)):
         assert made.entries["IV", "sinusoid none", f"rmse_{place}"] == pytest.approx(rmse, abs=0.15)
         assert made.entries["IV", "sinusoid none", f"std_{place}"] == pytest.approx(std, abs=0.15)
 
 
 def test_partly_switches_every_part():
-    assert replace(partly(tuple(PARTS)), name="", title="") == replace(EXPLAINED, name="", title="")
+    assert replace(partly(tuple(PARTS)), name="", title="") == replace(FITTED, name="", title="")
     assert replace(partly(()), name="", title="") == replace(STATED, name="", title="")
     assert partly(("loop lag",)).lag_s == 0.3 and partly(("loop lag",)).lines is None
 
 
 def test_distance():
     published = {(e.table, e.row, e.column): e.value for e in entries()}
-    assert reproduce_tracking.distance(published, published) == 0.0
+    assert scores.distance(published, published) == 0.0
     off = {k: v + 0.5 for k, v in published.items()}
-    assert reproduce_tracking.distance(off, published) == pytest.approx(0.5)
+    assert scores.distance(off, published) == pytest.approx(0.5)
 
 
-def test_paired_test_by_hand():
-    per_seed = {
-        "a": np.array([[0, 0, x] for x in (1.0, 2.0, 4.0)]),
-        "b": np.array([[0, 0, x] for x in (0.0, 1.0, 1.0)]),
-    }
-    t = reproduce_mapping.paired_test(per_seed, "a", "b", 1 / 3)
-    assert t.difference == pytest.approx(5 / 3)
-    # d = 1, 1, 3: variance 4/3; t = (5/3) / sqrt((1/3 + 1/3) 4/3) = 1.768 with 2 degrees of freedom
-    assert t.p_corrected == pytest.approx(0.2191, abs=1e-3)
+def test_fourteen_numbers_were_fitted():
+    assert len(dict(fitted_values())) == 14
+    assert dict(fitted_values())["loop lag s"] == FITTED.lag_s
+
+
+def test_a_split_that_leaks_is_caught():
+    names = ("a", "b", "c", "d")
+    reproduce_mapping.require_apart(names, Splits(names, (0,), ("fvhf",)))
+    with pytest.raises(SstlError, match="E813"):
+        reproduce_mapping.require_apart(names, Splits(names, (0,), ("fvff",)))
+    with pytest.raises(SstlError, match="E813"):
+        reproduce_mapping.require_apart(("a", "a", "b"), _Leaking(("a", "b"), (0,), ("hf",)))
+
+
+class _Leaking(Splits):
+    """Splits whose parts overlap: the held-out part is trained on too."""
+
+    def mask(self, config_id, parts):
+        return np.ones((1, len(config_id)), dtype=bool)
 
 
 def test_shortest_probe():

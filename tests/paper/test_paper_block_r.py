@@ -1,0 +1,183 @@
+"""Block R can fail: a wrong plant, a leaked bend and a stale table are caught."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.control import references
+from sstl_cli.control.plant import PlayTendon
+from sstl_cli.core.errors import SstlError
+from sstl_cli.paper import block_r, contests, gate, origin
+from sstl_cli.paper.bench import Cogging, ModelBench, RigBench
+from sstl_cli.paper.compare import compare, count_apart
+from sstl_cli.paper.published import entries, of_table
+from sstl_cli.paper.rig import GAP, TABLE_II, Bend, bends, trapezoid
+from sstl_cli.paper.scores import tracking_entries
+from sstl_cli.paper.spread import Spread, of_draws, stored
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps import reproduce_seeds
+from sstl_cli.steps.reproduce_diagnosis import UNNAMED, Closed
+
+K = ("IV", "sinusoid DI", "rmse_CP")
+L = ("IV", "sinusoid none", "rmse_CP")
+
+
+def test_gate_by_hand():
+    committed = Spread({"rig": {K: (0.46, 0.04)}}, 20)
+    # three seeds: the standard error is 0.04 sqrt(1/3 + 1/20) = 0.0248; five of them are 0.124
+    assert gate.outside([{"rig": {K: v}} for v in (0.57, 0.58, 0.59)], committed) == []
+    (found,) = gate.outside([{"rig": {K: v}} for v in (0.58, 0.59, 0.60)], committed)
+    assert found.distance == pytest.approx(5.24, abs=0.02) and "0.59" in found.text()
+
+
+def test_an_entry_on_one_side_only_is_outside():
+    committed = Spread({"rig": {K: (0.46, 0.04)}}, 20)
+    assert {o.key for o in gate.outside([{"rig": {K: 0.46, L: 5.0}}], committed)} == {L}
+    assert [o.recomputed for o in gate.outside([{"rig": {}}], committed)] == [None]
+    assert gate.outside([{"rig": {K: 0.46}}], Spread())[0].committed is None
+
+
+def test_committed_tables_have_enough_seeds_and_every_entry():
+    assert stored("R").seeds >= 20 and stored("III").seeds >= 20
+    for table in ("IV", "summary", "headline"):
+        for e in of_table(table):
+            for block in ("rig", "rig, whole"):
+                assert (e.table, e.row, e.column) in stored("R").of(block)
+    assert set(stored("III").of(contests.MEAN)) == {(e.table, e.row, e.column) for e in of_table("III")}
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """A bend at CP with its directly identified lines; nothing is mapped, so the network is not needed."""
+    bend = next(b for b in block_r.new_bends(1) if b.location == "CP")
+    learned = block_r.Learned(lambda x: np.array([[0.58, 1.69]]), (-1.44, -1.04), {}, ("CP-000",), ("CP-001",))
+    return block_r.drive(bend, learned, 1)
+
+
+def scored(drive, bench, lag_s=block_r.LAG_S):
+    made = block_r.tracked(
+        [drive], 1, bench, lag_s, ("none", "DI"), lambda seed, place: [references.sinusoid(cycles=2)]
+    )
+    return {k: v for k, v in tracking_entries(made.scores["without first cycle"]).items() if k[0] == "IV"}
+
+
+class SameModel:
+    """A plant that is the controller's own model: direct identification errs by nothing, as Table IV once had it."""
+
+    def __init__(self, lines):
+        self.lines = lines
+
+    def tendon(self, bend):
+        return PlayTendon(self.lines)
+
+
+def test_the_right_plant_passes_and_wrong_ones_are_caught(drive):
+    def outside(found):
+        known = stored("R").of("rig")
+        return gate.outside([{"rig": found}], Spread({"rig": {k: known[k] for k in found}}, stored("R").seeds))
+
+    assert outside(scored(drive, RigBench())) == []
+    assert outside(scored(drive, SameModel(drive.direct)))
+    assert outside(scored(drive, RigBench({k: v for k, v in GAP.items() if k != "presliding"})))
+    assert outside(scored(drive, RigBench({**GAP, "zero_offset": {}})))
+
+
+def test_a_tracked_bend_must_be_new(drive):
+    learned = block_r.Learned(lambda x: x, (0.0, 0.0), {}, ("CP-000",), ("CP-001",), ("CP-002",))
+    for name in ("CP-000", "CP-001", "CP-002"):
+        with pytest.raises(SstlError, match="E812"):
+            block_r.drive(replace(drive.bend, name=name), learned, 1)
+
+
+def test_held_out_bends_are_not_trained_on():
+    learned = block_r.learn(3, ModelBench(Scenario(effects=TABLE_II)), per_location=8)
+    assert not set(learned.trained) & set(learned.held_out)
+    assert len(learned.trained) == 18 and len(learned.held_out) == 6
+    assert learned.biases == pytest.approx((-1.44, -1.04), abs=0.15)
+
+
+def test_too_few_identified_bends_are_an_error():
+    class Silent:
+        def record(self, bend, system, time_s, tension_n, seed):
+            run = RigBench().record(bend, system, time_s, tension_n, seed)
+            return replace(run, tension_out_n=np.full(len(run), 3.0))
+
+    with pytest.raises(SstlError, match="E811"):
+        block_r.learn(0, Silent(), per_location=1)
+
+
+def test_the_loop_has_a_theta_of_its_own():
+    made = bends(200, np.random.default_rng(0))
+    seats = np.array([b.seat for b in made])
+    assert seats.std() == pytest.approx(0.011, rel=0.1) and len(made) == 600
+    assert Bend("a", "CP", 0.5, 0.02).theta_of("sstl") == pytest.approx(0.51)
+    assert Bend("a", "CP", 0.5, 0.02).theta_of("act") == 0.5
+
+
+def test_model_bench_recovers_theta_and_leaves_the_noise():
+    model = ModelBench(Scenario(effects=TABLE_II))
+    run = model.record(Bend("a", "CP", 0.55), "sstl", *trapezoid("sstl"), 0)
+    assert model.theta(run) == pytest.approx(0.55, abs=2e-3)
+    assert model.rmse(run) < 0.03
+
+
+def test_cogging_ripples_with_the_input():
+    t_in = np.array([0.0, 1.25, 2.5, 3.75])
+    assert Cogging(0.3, 5.0)(t_in, np.zeros(4)) == pytest.approx([0.0, 0.3, 0.0, -0.3], abs=1e-12)
+
+
+def test_stopped_runs_are_taken_up(monkeypatch):
+    kept = {}
+    monkeypatch.setattr(
+        reproduce_seeds, "draw", lambda experiment, seed: reproduce_seeds.Drawn(seed, {"rig": {K: float(seed)}})
+    )
+    at_hand = {1: {"rig": {K: 10.0}}}
+    found = list(reproduce_seeds.run("R", (1, 2), at_hand.get, kept.__setitem__))
+    assert found == [{"rig": {K: 10.0}}, {"rig": {K: 2.0}}] and kept == {2: {"rig": {K: 2.0}}}
+    assert [d.seed for d in reproduce_seeds.together("R", (4, 5), 1)] == [4, 5]
+
+
+def test_contests_by_hand():
+    def draw(line, net):
+        gap = net - line
+        key = ("III", "plain - linear", "total")
+        gaps = {("III", f"{a} - {b}", "total"): 0.0 for a, b in contests.CONTESTS} | {key: gap}
+        return {contests.DIFFERENCE: gaps, contests.WINS: {k: float(v < 0) for k, v in gaps.items()}}
+
+    first = contests.contests(of_draws([draw(0.02, 0.017), draw(0.021, 0.019), draw(0.02, 0.016)]))[0]
+    # differences -3, -2, -4 e-3: mean -3e-3, sd 1e-3, t = -5.196 with 2 degrees of freedom
+    assert (first.difference, first.wins) == pytest.approx((-0.003, 1.0))
+    assert first.p == pytest.approx(0.0351, abs=1e-3) and first.p_holm == pytest.approx(8 * first.p)
+    assert first.verdict == ""
+    assert contests.contests(Spread()) == []
+
+
+def test_what_was_fitted_is_not_counted_as_predicted():
+    keys = [(e.table, e.row, e.column) for e in entries()]
+    assert {k[0] for k in keys if origin.of("stated", k) == "fitted"} == {"I", "II", "bias", "III", "range"}
+    assert not any(origin.of("stated", k) == "fitted" for k in keys if k[0] in ("IV", "summary", "headline"))
+    assert all(origin.of("rig", k) == "predicted" for k in keys if k[1].endswith("proposed") or k[0] == "I")
+    assert origin.of("fitted", ("IV", "sinusoid none", "mape_NP")) == "fitted"
+    made = compare(of_table("I"), {("I", "pull", "R"): 0.96}, {("I", "pull", "R"): (0.96, 0.01)})
+    assert sum(sum(v.values()) for v in count_apart(made).values()) == 10
+    assert made[0].relative_pct == pytest.approx(100 * (0.96 / 0.967 - 1))
+
+
+@pytest.mark.parametrize(
+    ("missing", "named", "right"),
+    [
+        (("presliding", "stribeck"), ("presliding",), True),
+        (("presliding",), ("presliding", "slack"), False),
+        (("presliding",), (), False),
+        ((UNNAMED,), (), True),
+        ((UNNAMED,), ("slack",), False),
+    ],
+)
+def test_what_counts_as_a_right_diagnosis(missing, named, right):
+    assert Closed(missing, "x", named, None, "", (1.0, 1.0), (1.0, 1.0), (1.0, 1.0)).right is right
+
+
+@pytest.mark.slow
+def test_one_seed_of_block_r_lies_within_the_committed_spread():
+    assert gate.outside([block_r.draw(block_r.run(7))], stored("R")) == []
