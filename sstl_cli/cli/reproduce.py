@@ -115,6 +115,6 @@ def reproduce(
             f"{len(found.outside)} entries of block R lie outside the committed spread, the farthest: {found.outside[0].text()}",
             where="block R",
             fix="if the change is meant, measure it anew: make reproduce-seeds",
-            code="E814",
+            code="E809",
         )
     screen.finish(document)

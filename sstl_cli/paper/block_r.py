@@ -107,14 +107,14 @@ def learn(seed: int, bench: Bench = RIG, per_location: int = BENDS) -> Learned:
     Raises
     ------
     SstlError
-        E811 if more than a tenth of the bends could not be identified.
+        E802 if more than a tenth of the bends could not be identified.
     """
     sets = bends(per_location, stream(seed, "block R", "calibration"))
     found = {b: (_probed(b, "sstl", seed, bench), _probed(b, "act", seed, bench)) for b in sets}
     used = [b for b, (sstl, act) in found.items() if sstl is not None and act is not None]
     failed = tuple(b.name for b in sets if b not in used)
     if len(used) < LEAST_IDENTIFIED * len(sets):
-        raise SstlError(f"only {len(used)} of {len(sets)} calibration bends could be identified", code="E811")
+        raise SstlError(f"only {len(used)} of {len(sets)} calibration bends could be identified", code="E802")
     pairs = [(s, a) for s, a in (found[b] for b in used) if s is not None and a is not None]
     sstl, act = (np.array([_vector(pair[i]) for pair in pairs]) for i in (0, 1))
     made = _trained(seed, used, sstl, act)
@@ -166,18 +166,18 @@ def drive(bend: Bend, learned: Learned, seed: int, bench: Bench = RIG) -> Drive:
     Raises
     ------
     SstlError
-        E812 if the bend was among the calibration bends, E811 if it could not be identified.
+        E807 if the bend was among the calibration bends, E802 if it could not be identified.
     """
     if bend.name in (*learned.trained, *learned.held_out, *learned.failed):
         raise SstlError(
             f"bend {bend.name} is to be tracked, but was among the calibration bends",
             fix="track bends that calibration has not seen",
-            code="E812",
+            code="E807",
         )
     sstl = _probed(bend, "sstl", seed, bench)
     direct = lines_of(segment_run(bench.record(bend, "act", *slow_sine(), seed)))
     if sstl is None or direct is None:
-        raise SstlError(f"bend {bend.name} could not be identified", code="E811")
+        raise SstlError(f"bend {bend.name} could not be identified", code="E802")
     gp, gr = learned.predict(np.array([[sstl.gamma_p, sstl.gamma_r]]))[0]
     return Drive(bend, direct, Theta(float(gp), learned.biases[0], float(gr), learned.biases[1]))
 

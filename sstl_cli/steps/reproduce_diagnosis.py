@@ -164,7 +164,7 @@ def _judged(model: ModelBench, rig: _Hardware, seed: int) -> tuple[float, float 
         promised = distance(_table(learned, model, seed), rig.table)
         return withheld, promised, _proposed(_table(learned, rig.bench, seed, ("proposed",)))
     except SstlError as error:
-        if error.code not in ("E811", "E402"):
+        if error.code not in ("E802", "E402"):
             raise
         return withheld, None, None
 

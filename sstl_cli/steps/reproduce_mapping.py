@@ -139,14 +139,14 @@ def means(per_seed: dict[str, Array]) -> dict[Key, float]:
 
 
 def require_apart(config_id: Sequence[str], splits: Splits) -> None:
-    """Raise SstlError (E813) if a configuration is held out and trained on under the same seed."""
+    """Raise SstlError (E808) if a configuration is held out and trained on under the same seed."""
     names = np.array(config_id)
     both = splits.mask(config_id, HELD_OUT), splits.mask(config_id, FIT + VALIDATION)
     for held, trained in zip(*both, strict=True):
         leaked = sorted(set(names[held]) & set(names[trained]))
         if leaked or not held.any():
             what = f"{len(leaked)} configurations are trained on and judged on" if leaked else "nothing is held out"
-            raise SstlError(what, where=", ".join(leaked[:3]), code="E813")
+            raise SstlError(what, where=", ".join(leaked[:3]), code="E808")
 
 
 def _judged(pairs: Pairs, seed: int, seeds: int, advance: Callable[[float], None] | None) -> _Judged:

@@ -86,7 +86,7 @@ def test_the_right_plant_passes_and_wrong_ones_are_caught(drive):
 def test_a_tracked_bend_must_be_new(drive):
     learned = block_r.Learned(lambda x: x, (0.0, 0.0), {}, ("CP-000",), ("CP-001",), ("CP-002",))
     for name in ("CP-000", "CP-001", "CP-002"):
-        with pytest.raises(SstlError, match="E812"):
+        with pytest.raises(SstlError, match="E807"):
             block_r.drive(replace(drive.bend, name=name), learned, 1)
 
 
@@ -103,7 +103,7 @@ def test_too_few_identified_bends_are_an_error():
             run = RigBench().record(bend, system, time_s, tension_n, seed)
             return replace(run, tension_out_n=np.full(len(run), 3.0))
 
-    with pytest.raises(SstlError, match="E811"):
+    with pytest.raises(SstlError, match="E802"):
         block_r.learn(0, Silent(), per_location=1)
 
 

@@ -60,4 +60,4 @@ def test_outside_the_committed_spread_ends_with_4(monkeypatch, capsys, tmp_path)
         main()
     said = capsys.readouterr().err
     assert stopped.value.code == 4
-    assert "E814" in said and "sinusoid DI rmse_CP is 0.01, committed 0.46" in said
+    assert "E809" in said and "sinusoid DI rmse_CP is 0.01, committed 0.46" in said

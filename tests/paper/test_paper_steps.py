@@ -90,9 +90,9 @@ def test_fourteen_numbers_were_fitted():
 def test_a_split_that_leaks_is_caught():
     names = ("a", "b", "c", "d")
     reproduce_mapping.require_apart(names, Splits(names, (0,), ("fvhf",)))
-    with pytest.raises(SstlError, match="E813"):
+    with pytest.raises(SstlError, match="E808"):
         reproduce_mapping.require_apart(names, Splits(names, (0,), ("fvff",)))
-    with pytest.raises(SstlError, match="E813"):
+    with pytest.raises(SstlError, match="E808"):
         reproduce_mapping.require_apart(("a", "a", "b"), _Leaking(("a", "b"), (0,), ("hf",)))
 
 

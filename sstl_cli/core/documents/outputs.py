@@ -79,6 +79,28 @@ class DoctorDocument(Document):
     probes: list[ProbePart]
 
 
+class RigPart(Part):
+    """Block R: the data seeds recomputed, and what of them lies outside the committed spread."""
+
+    seeds: list[int]
+    committed_seeds: int
+    outside: list[str]
+
+
+class ClosedPart(Part):
+    """One gap between the rig and a simulator that lacks something, before and after its diagnosis (N)."""
+
+    missing: list[str]
+    status: str
+    named: list[str]
+    right: bool
+    confidence: float | None
+    sentence: str
+    withheld_n: list[float]
+    promised_n: list[float | None]
+    tracked_n: list[float | None]
+
+
 class ReproduceDocument(Document):
     """The paper's tables beside the published values (``sstl reproduce``)."""
 
@@ -91,3 +113,5 @@ class ReproduceDocument(Document):
     entries: list[dict[str, Any]] = []
     written: list[str] = []
     spread: str | None = None
+    rig: RigPart | None = None
+    closed: list[ClosedPart] = []
