@@ -127,11 +127,11 @@ def test_rows_set_aside_end_with_code_3(tmp_path):
     [
         (["train", "T", "-o", "O", "--variants", "skipp"], 2, "did you mean 'skip'"),
         (["train", "T", "T", "-o", "O"], 2, "E509"),
-        (["train", "T", "-o", "O", "--history", "O"], 2, "E508"),
+        (["train", "T", "-o", "O", "--history", "O"], 2, "E109"),
         (["train", "T", "-o", "O", "--leave-out", "NDD"], 1, "did you mean 'ND'"),
         (["train", "SMALL", "-o", "O"], 1, "E502"),
         (["train", "none.parquet", "-o", "O"], 1, "E130"),
-        (["train", "T", "-o", "T"], 1, "E102"),
+        (["train", "T", "-o", "T"], 2, "E109"),
         (["evaluate", "--theta", "T"], 2, "E514"),
         (["evaluate", "--theta", "T", "--tables", "--max-rmse", "1"], 2, "E514"),
         (["evaluate", "T", "--theta", "T"], 1, "E510"),
