@@ -40,7 +40,7 @@ _HOMES = {
 }
 
 # before anything imports numba or matplotlib
-_KEPT = _ensure()
+_ensure()
 
 
 def __getattr__(name: str) -> Any:

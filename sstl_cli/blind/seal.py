@@ -12,7 +12,6 @@ from sstl_cli.core.files import dumps
 from sstl_cli.core.rng import stream
 
 HASHES, TRUTH, PLAN = "sstl.blind.hashes/1", "sstl.blind.truth/1", "sstl.blind.plan/1"
-PURPOSES = ("blind", "calibration")
 
 
 def digest(salt: str, content: Any) -> str:

@@ -17,7 +17,6 @@ TIME = "@time"
 MESSAGES_PER_BLOCK = 65_536
 # topics that begin later than this are not offered
 LISTED_MESSAGES = 1_000_000
-STAMP = "header.stamp@ns"
 
 
 @dataclass(frozen=True)

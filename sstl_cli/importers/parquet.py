@@ -26,7 +26,6 @@ ID = "parquet"
 TITLE = "Parquet"
 EXTENSIONS = (".parquet", ".pq")
 RANK = 10
-MAX_ROW_BYTES = 1 << 20
 
 
 def sniff(head: bytes, path: Path) -> bool:

@@ -25,7 +25,6 @@ LEAD_STEP_MM = 2.5
 # Section III-C3: mean and standard deviation of the biases (N)
 BIAS_N = {"act": ((-1.444, 0.079), (-1.043, 0.047)), "sstl": ((0.033, 0.174), (4.366, 0.275))}
 # ln of gamma_p, gamma_r (act), gamma_p, gamma_r (sstl): mean, slope along the standardised lead, common and own scatter
-SLOPE_NAMES = ("act_gamma_p", "act_gamma_r", "sstl_gamma_p", "sstl_gamma_r")
 LOG_MEAN = np.array([-0.5400, 0.5228, -1.3110, 1.1919])
 LOG_TREND = np.array([-0.0460, 0.0347, -0.0785, 0.1034])
 COMMON = np.array([0.0035, 0.0035, 0.0118, 0.0137])
@@ -78,7 +77,7 @@ def log_covariance(place: Place, scatter: float = 1.0) -> Array:
 
 
 def draw_slopes(place: Place, count: int, rng: np.random.Generator, scatter: float = 1.0) -> Array:
-    """Return drawn slopes, shape (count, 4), columns as ``SLOPE_NAMES``."""
+    """Return drawn slopes, shape (count, 4), columns Gamma_p, Gamma_r of act, then of sstl."""
     shared = rng.standard_normal((2, count))
     own = rng.standard_normal((4, count))
     noise = COMMON * shared[[0, 0, 1, 1]].T + OWN * own.T
