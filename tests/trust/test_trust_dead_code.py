@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
 
-import dead_code  # noqa: E402
+import dead_code
 
 # to go with the diagnosis that they belonged to
 GOING = {"_same_family", "RATE_S"}
