@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sstl_cli.cli.options import Config, Json, NoPhysics
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, many
 
 if TYPE_CHECKING:
     from sstl_cli.steps.check import Finding, Piece
@@ -58,7 +58,7 @@ def check(
     failures = [e for e in entries if e["level"] == "failure"]
     remarks = len(entries) - len(failures)
     which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"
-    screen.say(f"{which} {'not sound' if failures else 'sound'}. {_many(len(logs), 'file')}: {_many(len(failures), 'failure')}, {_many(remarks, 'remark')}")
+    screen.say(f"{which} {'not sound' if failures else 'sound'}. {many(len(logs), 'file')}: {many(len(failures), 'failure')}, {many(remarks, 'remark')}")
     _physics.show(screen, judged.remarks)
     if rows:
         # where a file or a column is the same in all rows it need not be said in each
@@ -77,10 +77,6 @@ def check(
         "files": [str(p) for p in logs],
     }
     screen.finish(document, 1 if failures else 0)
-
-
-def _many(count: int, noun: str) -> str:
-    return f"{count} {noun}" + ("" if count == 1 else "s")
 
 
 def _entry(finding: Finding, run_id: str | None = None) -> dict[str, Any]:

@@ -24,15 +24,17 @@ def doctor(as_json: Json = False, config: Config = None) -> None:
 
     screen = Screen(as_json)
     facts, probes = step.run()
+    good = all(p.ok for p in probes)
+    bad = ", ".join(p.name for p in probes if not p.ok)
+    screen.say("This installation works." if good else f"This installation does not work as it should: {bad}.")
     screen.line(f"sstl {facts['sstl']}, Python {facts['python']}, {facts['system']}")
     screen.line(f"{facts['cores_usable']} of {facts['cores']} cores usable")
-    screen.line(", ".join(f"{name} {version or 'missing'}" for name, version in facts["packages"].items()))
+    screen.say(", ".join(f"{name} {version or 'missing'}" for name, version in facts["packages"].items()))
     for name, present in facts["extras"].items():
         screen.line(f"extra {name}: {'present' if present else f'absent (pip install sstl-cli[{name}])'}")
     for probe in probes:
         screen.line(f"{'good' if probe.ok else 'BAD '} {probe.name}: {probe.detail}")
         if not probe.ok:
             screen.note(f"{probe.name}: {probe.fix}")
-    good = all(p.ok for p in probes)
     document = {"schema": "sstl.doctor/1", "ok": good, **facts, "probes": [asdict(p) for p in probes]}
     screen.finish(document, EXIT_DONE if good else EXIT_FAILED)

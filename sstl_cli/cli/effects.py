@@ -73,7 +73,7 @@ def show_effect(
     if effect.needs:
         screen.line(f"  needs the channel: {', '.join(effect.needs)}")
     if effect.look_alikes:
-        screen.line(f"  may be mistaken for: {', '.join(effect.look_alikes)}")
+        screen.say(f"  may be mistaken for: {', '.join(effect.look_alikes)}")
     rows = [(p.name, "" if p.unit == "1" else p.unit, p.neutral, p.low, p.high, p.meaning) for p in effect.parameters]
     screen.table("", ("parameter", "unit", "neutral", "low", "high", "meaning"), rows)
     screen.finish({"schema": "sstl.effect/1", **_document(effect)})

@@ -70,7 +70,7 @@ def export(
         from sstl_cli.steps import export_log
 
         export_log.run(source, out, format, force)
-        screen.line(f"log -> {out}")
+        screen.say(f"Wrote the log as {format} -> {out}")
         screen.finish({**document, "out": [str(out)]})
     if format == "onnx":
         from sstl_cli.core.files import atomic
@@ -78,7 +78,7 @@ def export(
 
         with atomic(out, force) as temporary:
             export_onnx(source, temporary)
-        screen.line(f"mapping -> {out}")
+        screen.say(f"Wrote the mapping -> {out}")
         screen.finish({**document, "out": [str(out)]})
     options = shared.controller_options(source, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
     cases, aside = shared.load_cases(source, model, (beta_p, beta_r, bias_theta), config_id)
@@ -94,7 +94,7 @@ def export(
     else:
         written = _write_c(lines, config_id, chosen, options, real, out_name, force)
     shown = ", ".join(list(lines)[:6]) + (", ..." if len(lines) > 6 else "")
-    screen.line(f"{chosen}: {shown} -> {', '.join(map(str, written))}")
+    screen.say(f"Wrote the controller (method {chosen}) of {shown} -> {', '.join(map(str, written))}")
     if aside:
         screen.note(f"set aside {len(aside)}: " + "; ".join(f"{k}: {v}" for k, v in list(aside.items())[:5]))
     document.update(

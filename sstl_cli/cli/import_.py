@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sstl_cli.cli.options import Config, Force, Json
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, many
 
 EPILOG = """Examples:
 
@@ -124,8 +124,7 @@ def _beside(mapping: Path | None, name: str) -> Path:
 
 def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
     rows = [[r["file"], r["format"], r["runs"], r["samples"]] for r in document["recordings"]]
-    many = "file" if len(rows) == 1 else "files"
-    screen.say(f"Imported {document['runs']} runs from {len(rows)} {many} -> {document['out']}")
+    screen.say(f"Imported {many(document['runs'], 'run')} from {many(len(rows), 'file')} -> {document['out']}")
     screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)
     found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
     if found:

@@ -49,5 +49,5 @@ def plot(
     choice = run(load(files), kind, run_id)
     with atomic(out, force) as temporary:
         save(choice.module, choice.data, temporary, form)
-    screen.line(f"wrote {out}: {choice.alt}")
+    screen.say(f"wrote {out}: {choice.alt}")
     screen.finish({"schema": "sstl.plot/1", "out": str(out), "kind": choice.kind, "description": choice.alt})

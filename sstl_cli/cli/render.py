@@ -177,6 +177,17 @@ def small(value: float | None) -> object:
     return "< 0.001" if value is not None and 0 < abs(value) < 1e-3 else value
 
 
+def many(count: int, noun: str) -> str:
+    """Return a count with its noun.
+
+    Examples
+    --------
+    >>> many(1, "run"), many(0, "run")
+    ('1 run', '0 runs')
+    """
+    return f"{count} {noun}" + ("" if count == 1 else "s")
+
+
 def _is_number(value: object) -> bool:
     return value is None or isinstance(value, (int, float)) or (isinstance(value, str) and value.startswith("< "))
 

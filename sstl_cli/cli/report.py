@@ -39,7 +39,7 @@ def report(
     page = run(inputs, DEFAULT_TITLE if title is None else title)
     write_text(out, page.html, force)
     size = len(page.html.encode())
-    screen.line(f"wrote {out} ({size / 1e6:.2f} MB): {', '.join(page.sections)}")
+    screen.say(f"wrote {out} ({size / 1e6:.2f} MB): {', '.join(page.sections)}")
     screen.finish(
         {
             "schema": "sstl.report/1",

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed, usage
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, many
 
 EPILOG = "Example: sstl simulate --scenario default --effect pulley_friction:m_p=0.1,m_r=0.1 --seed 1 --out log.parquet"
 
@@ -59,7 +59,7 @@ def simulate(
                 advance(1)
 
         samples = write_runs(out, counted(), made, force, lambda: bool(loaded.tendons))
-    screen.say(f"Simulated {total} runs ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}")
+    screen.say(f"Simulated {many(total, 'run')} ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}")
     document = {
         "schema": "sstl.simulate/1",
         "out": str(out),
