@@ -7,8 +7,10 @@ and ends with 1 where the page is out of date.
 from __future__ import annotations
 
 import sys
+import tomllib
 import types
 import typing
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -75,10 +77,23 @@ def _fields(model: type[BaseModel], prefix: str) -> list[tuple[str, str, str]]:
     for name, field in model.model_fields.items():
         path = prefix + (field.alias or name)
         inner, mark = _inner(field.annotation)
-        found.append((path, _kind(field.annotation), _meaning(field, inner)))
+        found.append((path, _kind(field.annotation), _meaning(field, inner) or _usual(path)))
         if inner is not None:
             found += _fields(inner, f"{path}{mark}.")
     return found
+
+
+@cache
+def _meanings() -> dict[str, str]:
+    found: dict[str, str] = tomllib.loads((ROOT / "tools" / "field_meanings.toml").read_text(encoding="utf-8"))
+    return found
+
+
+def _usual(path: str) -> str:
+    """Return what a field of this name means everywhere; the longer name wins."""
+    words = path.replace("[]", "").replace(".*", "").split(".")
+    tails = (".".join(words[i:]) for i in range(len(words)))
+    return next((_meanings()[t] for t in tails if t in _meanings()), "")
 
 
 def _meaning(field: FieldInfo, inner: type[BaseModel] | None) -> str:
