@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -76,6 +77,9 @@ class TextFollower:
             self._close()
         if self._file is None:
             try:
+                if not stat.S_ISREG(os.stat(self.path).st_mode):
+                    # a pipe would be waited for without an end, and cannot be looked at again
+                    raise SstlError("is no regular file", where=str(self.path), fix="let the recorder write one", code="E356")
                 self._file = open(self.path, "rb")
             except FileNotFoundError:
                 return
@@ -134,12 +138,21 @@ class TextFollower:
         try:
             with open(self.path, "rb") as file:
                 head = file.read(READ_BYTES)
+                if self._file is None or not os.path.sameopenfile(file.fileno(), self._file.fileno()):
+                    # renamed before it could be told what its columns are
+                    return False
         except OSError:
             return False
         lines = max(head.count(b"\n"), head.count(b"\r"))
         if lines < ENOUGH_LINES and not (last and lines > 1):
             return False
-        found = recordings(self.path, self.mapping, self.mapping.format)[0]
+        try:
+            found = recordings(self.path, self.mapping, self.mapping.format)[0]
+        except SstlError as error:
+            if error.code in ("E305", "E323") and not last and b"\0" not in head and len(head) < READ_BYTES:
+                # a long preamble: the numbers are still to come
+                return False
+            raise
         if found.format.ID != "text":
             raise SstlError(
                 f"is {found.format.TITLE}, which cannot grow in place", where=str(self.path),

@@ -52,6 +52,34 @@ def test_a_file_cut_short_or_replaced_is_begun_anew(tmp_path):
     assert times(follower.look()) == [112.0, *(200.0 + k for k in range(9))]
 
 
+def test_a_long_preamble_is_waited_for(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("# a word\n" * 12)
+    follower = TextFollower(path, Mapping())
+    assert list(follower.look()) == []
+    path.write_text("# a word\n" * 12 + HEAD)
+    assert list(follower.look()) == []
+    path.write_text("# a word\n" * 12 + HEAD + "".join(row(k) for k in range(9)))
+    assert times(follower.look()) == list(range(9))
+
+
+def test_a_file_renamed_before_its_columns_are_known_does_not_lend_its_name(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(HEAD + row(0) + row(1))
+    follower = TextFollower(path, Mapping())
+    assert list(follower.look()) == []
+    os.rename(path, tmp_path / "log.1")
+    # another order of columns: with it the lines of the old file would be read wrongly
+    path.write_text("time_s,run_id,config_id,system,tension_in_n,tension_out_n\n" + "".join(f"{k},r,A,act,1.5,0.5\n" for k in range(9)))
+    assert times(follower.look()) == list(range(9)) and follower.set_aside == {}
+
+
+def test_a_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "log.csv")
+    with pytest.raises(SstlError, match="E356.*regular file"):
+        list(TextFollower(tmp_path / "log.csv", Mapping()).look())
+
+
 def test_cells_without_a_number_and_broken_lines(tmp_path):
     path = tmp_path / "log.csv"
     rows = [row(k) for k in range(12)]
