@@ -89,9 +89,10 @@ kill: $(STAMP) ## kill -9 at 200 random moments; fills docs/trust.md
 mutation: $(STAMP) ## do the tests notice small faults? a sample of SAMPLE a part; fills docs/trust.md
 	$(BIN)/python tools/mutation.py --sample $(or $(SAMPLE),100) --seed $(SEED) --publish
 
-effects-table: $(STAMP) ## fast model against rig and bristle simulator, per effect; writes docs/effects.md and docs/bristle.md
+effects-table: $(STAMP) ## fast model against rig and bristle simulator, per effect; writes docs/effects.md, bristle.md and variant.md
 	$(BIN)/python tools/effects_table.py
 	$(BIN)/python tools/effects_table.py --simulator bristle
+	$(BIN)/python tools/variant_table.py
 
 samples: data/samples/log.parquet data/samples/bench/bend20_slow_act.csv ## remake the sample recordings
 
