@@ -129,8 +129,38 @@ SLIPS = {
     "unit_between_runs": lambda: first(scaled(1 / 4.448)),
     "odd_run": lambda: first(lambda r: replace(r, tension_in_n=r.tension_in_n + 0.2 * np.random.default_rng(1).standard_normal(len(r)))),
     "odd_run (kinds)": two_rigs,
+    "joined": lambda: [joined(sample()[2], loop(0.5))],
+    "joined (noise)": lambda: [joined(sample()[2], None)],
+    "noiseless": lambda: each(lambda r: replace(r, tension_in_n=smooth(r.tension_in_n))),
+    "unit_between_runs (half)": lambda: each(scaled(1 / 4.448), lambda r: r.config_id == "CP-020"),
+    "labels (every file)": lambda: relabelled([r.run_id for r in (sample()[0], sample()[3], sample()[4], sample()[7])]),
+    "stuck (dead)": lambda: first(dead),
     "position": lambda: each(lambda r: replace(r, position_in_mm=r.tension_in_n / 5000.0)),
 }
+
+
+def joined(a, b):
+    """Return a run whose second half is another recording, or (None) its own in five times the noise."""
+    n = len(a) // 2
+    noise = 0.1 * np.random.default_rng(2).standard_normal((2, n))
+    tail = (a.tension_in_n[n : 2 * n] + noise[0], a.tension_out_n[n : 2 * n] + noise[1])
+    if b is not None:
+        apart = np.minimum(abs(b.tension_in_n[:-n] - a.tension_in_n[n]), abs(b.tension_out_n[:-n] - a.tension_out_n[n]))
+        at = int(np.argmax(apart))
+        tail = (b.tension_in_n[at : at + n], b.tension_out_n[at : at + n])
+    x, y = (np.concatenate((v[:n], w)) for v, w in zip((a.tension_in_n, a.tension_out_n), tail, strict=True))
+    return replace(a, time_s=a.time_s[: len(x)], tension_in_n=x, tension_out_n=y)
+
+
+def smooth(v):
+    k = np.arange(0, len(v), 10)
+    return np.interp(np.arange(len(v)), k, np.convolve(v, np.ones(25) / 25, "same")[k])
+
+
+def dead(r):
+    y = r.tension_out_n.copy()
+    y[len(y) // 3 :] = 0.0
+    return replace(r, tension_out_n=y)
 
 
 def part(r, a, b):

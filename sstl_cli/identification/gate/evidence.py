@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
+from sstl_cli.identification.filtering import noise_sd
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, keys_of, signs_of
 from sstl_cli.identification.gate.playfit import PlayFit, fit_play
-from sstl_cli.identification.gate.sensors import Sensor, sensors_of
+from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
 from sstl_cli.identification.segment import segment_run
 
 Array = NDArray[np.float64]
@@ -81,7 +82,8 @@ class Evidence:
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
-    ``keys`` are fingerprints of short stretches, ``signs`` of the noise's signs, which survive a change of unit.
+    ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
+    the second half over that of the first. ``keys`` are fingerprints of short stretches, ``signs`` of the noise's signs, which survive a change of unit.
     """
 
     run_id: str
@@ -112,6 +114,9 @@ class Evidence:
     swapped_rms: float
     flipped_rms: float
     stuck_while_n: tuple[float, float]
+    seam: tuple[float, float]
+    seam_at_s: float
+    noise_ratio: tuple[float, float]
     position_span_mm: float
     reference_gain: float
     keys: Keys
@@ -175,6 +180,7 @@ def evidence_of(run: Run) -> Evidence:
             **base, usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
+            seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
             position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, signs=NO_KEYS,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
@@ -201,6 +207,8 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     ranges = (_range(x), _range(y))
     correlation = float(np.corrcoef(x, y)[0, 1])
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
+    seam, seam_at = _seam(clean, ranges)
+    half = len(run) // 2
     return {
         "loops": found.loops,
         "ranges": ranges,
@@ -215,6 +223,9 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "swapped_rms": residuals[1],
         "flipped_rms": residuals[2],
         "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
+        "seam": seam,
+        "seam_at_s": seam_at,
+        "noise_ratio": tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
         "position_span_mm": _span(run.position_in_mm),
         "reference_gain": _reference_gain(run),
         "keys": keys_of(*raw),
@@ -308,6 +319,32 @@ def _noise_correlation(x: Array, y: Array) -> float:
     quiet = (np.abs(a) < limit_a) & (np.abs(b) < limit_b)
     a, b = a[quiet], b[quiet]
     return float(a @ b / math.sqrt(float(a @ a) * float(b @ b))) if len(a) > 16 else math.nan
+
+
+def _noise_ratio(first: Array, second: Array, sensor: Sensor) -> float:
+    """Return the noise of the second half over that of the first, NaN where a channel shows none of its own."""
+    if sensor.held or sensor.step_n > 0.5 * sensor.noise_n or not (noisy(first) and noisy(second)):
+        return math.nan
+    return noise_sd(second) / max(noise_sd(first), 1e-300)
+
+
+def _seam(run: Run, ranges: tuple[Range, Range]) -> tuple[tuple[float, float], float]:
+    """Return the largest jump that both channels make at one sample for good (shares of their spans), and when (s).
+
+    A jump is the change of the median of four samples beyond what the two samples beside it would make it by going on.
+    """
+    jumps = []
+    for v, r in zip((run.tension_in_n, run.tension_out_n), ranges, strict=True):
+        step = np.abs(np.diff(v))
+        usual = float(np.quantile(step, 0.99))
+        lasting = np.zeros(len(step))
+        at = np.flatnonzero(step > 3.0 * usual)[:256]
+        for k in at[(at >= 4) & (at < len(v) - 5)]:
+            lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
+        jumps.append(lasting / max(r.span, 1e-300))
+    both = np.minimum(*jumps)
+    k = int(np.argmax(both))
+    return (float(jumps[0][k]), float(jumps[1][k])), float(run.time_s[k + 1])
 
 
 def _moved_meanwhile(run: Run, channel: int, sensor: Sensor) -> float:

@@ -155,7 +155,7 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     lengths = np.diff(edges)
     fresh = lengths / hold
     repeats = float(np.mean(np.minimum(fresh, 8.0) - 1.0 > 0.5)) if len(fresh) else 0.0
-    if noise <= 0.0 or not _noisy(v[changed]) or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
+    if noise <= 0.0 or not noisy(v[changed]) or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
         # without noise, or with coarse levels, a value repeats for good reasons
         return 0.0, 0, 0.0
     # chance that a fresh sample repeats the one before
@@ -165,17 +165,21 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     if not long.any():
         return 0.0, 0, 0.0
     # a clipped channel rests at its extreme, which is another fault, and leaves it without a jump
-    held, after = v[edges[:-1]], v[np.minimum(edges[1:], len(v) - 1)]
+    held = v[edges[:-1]]
     inside = (held > v.min()) & (held < v.max())
-    jump = np.abs(after - held) > 10.0 * noise + 4.0 * float(np.quantile(np.abs(np.diff(v)), 0.98))
-    long &= inside | jump
+    limit = 10.0 * noise + 4.0 * float(np.quantile(np.abs(np.diff(v)), 0.98))
+    before, after = v[np.maximum(edges[:-1] - 1, 0)], v[np.minimum(edges[1:], len(v) - 1)]
+    jump = np.maximum(np.abs(after - held), np.abs(before - held)) > limit
+    # a clip returns with every loop, a dead sensor does not come back
+    dead = (edges[1:] == len(v)) & (lengths > 0.1 * len(v)) & (np.sum(long & ~inside) == 1)
+    long &= inside | jump | dead
     if not long.any():
         return 0.0, 0, 0.0
     at = int(np.argmax(np.where(long, lengths, 0)))
     return float(lengths[at]), int(edges[at]), float(lengths[long].sum()) / len(v)
 
 
-def _noisy(v: Array) -> bool:
+def noisy(v: Array) -> bool:
     """Return whether second differences alternate as those of noise do, and do not follow each other as a motion's."""
     second = np.diff(v[:ENOUGH], 2)
     if len(second) < 16:

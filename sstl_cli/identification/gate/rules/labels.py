@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "labels", 55
-Array = NDArray[np.float64]
 Column = tuple[str, str | None, str | None]
-# scatter of ln friction between columns as labelled, and what may remain of it in the best order
+# scatter of ln friction between columns as labelled, and what may remain of it once every column is sorted
 SCATTER, REMAINS = 0.05, 0.35
 ERRORS = 4.0
 CELL = 0.12
@@ -44,48 +42,32 @@ def _columns(group: list[Evidence]) -> Iterator[Remark]:
     cells: dict[tuple[str, Column], list[Evidence]] = {}
     for e in group:
         cells.setdefault((str(e.config_id), _column(e)), []).append(e)
-    columns = sorted({c for _, c in cells}, key=str)
-    suspects: dict[Column, tuple[list[str], float]] = {}
-    for column in columns:
-        configs = sorted(k for k, c in cells if c == column)
-        rest = [c for c in columns if c != column and all((k, c) in cells for k in configs)]
-        if len(configs) < 2 or not rest:
-            continue
-        mine = np.array([_log(cells[k, column]) for k in configs])
-        theirs = np.array([[_log(cells[k, c]) for k in configs] for c in rest])
-        theirs -= theirs.mean(axis=1, keepdims=True)
-        common = np.median(theirs, axis=0)
-        error = max(e.slopes.friction_se / e.slopes.friction for k in configs for e in cells[k, column])
-        found = _shuffled(mine - mine.mean(), common, error)
-        if found is not None:
-            suspects[column] = ([configs[i] for i in found[0]], found[1])
-    if not suspects:
+    configs = sorted({k for k, _ in cells})
+    columns = [c for c in sorted({c for _, c in cells}, key=str) if all((k, c) in cells for k in configs)]
+    if len(configs) < 2 or len(columns) < 2:
         return
-    # with two columns either may be wrong; with more, the one that differs from all others
-    hit = [e for c, (configs, _) in suspects.items() for k in configs for e in cells[k, c]]
-    scatter = max(s for _, s in suspects.values())
-    configs = sorted({str(e.config_id) for e in hit})
-    ids = tuple(e.run_id for e in hit)
-    which = " or ".join(" ".join(str(v) for v in c if v) for c in suspects)
+    table = np.array([[_log(cells[k, c]) for c in columns] for k in configs])
+    table -= table.mean(axis=0)
+    away = table - np.median(table, axis=1, keepdims=True)
+    apart = float(np.sqrt(np.mean(away**2)))
+    ordered = np.sort(table, axis=0)
+    left = float(np.sqrt(np.mean((ordered - np.median(ordered, axis=1, keepdims=True)) ** 2)))
+    error = max(e.slopes.friction_se / e.slopes.friction for c in columns for k in configs for e in cells[k, c])
+    # one column of many weighs little in the mean
+    share = np.sqrt(len(columns))
+    if apart * share < max(SCATTER, ERRORS * error) or left > REMAINS * apart:
+        return
+    out = np.argwhere(np.abs(away) > 0.5 * float(np.abs(away).max()))
+    ids = tuple(e.run_id for i, j in out for e in cells[configs[i], columns[j]])
+    worst = 100.0 * float(np.abs(away).max())
+    shown = ", ".join(configs[i] for i in sorted({int(i) for i, _ in out})[:4])
+    which = " and ".join(sorted({columns[j][0] for _, j in out}))
     yield Remark(
-        ids, RULE, "failure", 100.0 * scatter, "%",
-        f"{names(ids)}: friction of configurations {', '.join(configs[:4])}{' ...' if len(configs) > 4 else ''} goes against "
-        f"that of their other runs ({100 * scatter:.0f} % apart) and fits once the files are re-ordered; the files or "
-        f"configuration labels of {which} are probably shuffled",
+        ids, RULE, "failure", worst, "%",
+        f"{names(ids)}: friction of configurations {shown} goes against that of their other runs (up to {worst:.0f} % apart) "
+        f"and fits once the files are re-ordered; the files or configuration labels of {which} runs are probably shuffled",
         "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
     )  # fmt: skip
-
-
-def _shuffled(mine: Array, common: Array, error: float) -> tuple[list[int], float] | None:
-    """Return which entries are out of order and by how much (ln), None where the order is right."""
-    apart = float(np.sqrt(np.mean((mine - common) ** 2)))
-    best = np.empty_like(mine)
-    best[np.argsort(common)] = np.sort(mine)
-    left = float(np.sqrt(np.mean((best - common) ** 2)))
-    if apart < max(SCATTER, ERRORS * error) or left > REMAINS * apart:
-        return None
-    out = np.flatnonzero(np.abs(mine - common) > 0.5 * apart)
-    return out.tolist(), float(np.max(np.abs(mine - common)))
 
 
 def _cells(known: list[Evidence]) -> Iterator[Remark]:

@@ -32,7 +32,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for (severity, kind), hit in groups.items():
         largest = (max if kind == "large" else min)(max(r.largest for r in e.ranges) for e in hit)
         units = plausible_units(largest)
-        guess = " or ".join(units) if units else "counts or volts"
+        guess = " or ".join([*units, "raw counts" if kind == "large" else "volts"])
         why = "more than a tendon bears" if kind == "large" else "less than a tendon rig measures"
         yield Remark(
             tuple(e.run_id for e in hit), RULE, severity, largest, "N",

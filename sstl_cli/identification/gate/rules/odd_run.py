@@ -28,12 +28,12 @@ class Feature:
 
 
 FEATURES = (
-    Feature("noise of the input", math.log(2.0), math.log(1.5), True),
-    Feature("noise of the output", math.log(2.0), math.log(1.5), True),
-    Feature("gain of output over input", 0.3, 0.1, True),
-    Feature("friction", 0.4, math.inf, True),
-    Feature("zero of the input", 3.0, 2.0, False),
-    Feature("zero of the output", 3.0, 2.0, False),
+    Feature("noise of the input", math.log(1.7), math.log(1.5), True),
+    Feature("noise of the output", math.log(1.7), math.log(1.5), True),
+    Feature("gain of output over input", 0.25, 0.1, True),
+    Feature("friction", 0.3, math.inf, True),
+    Feature("zero of the input", 2.5, 2.0, False),
+    Feature("zero of the output", 2.5, 2.0, False),
 )
 FEW = 4
 
@@ -87,7 +87,7 @@ def _split(values: Array, feature: Feature) -> _Split | None:
 def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterator[Remark]:
     told: set[int] = set()
     for feature, split in splits:
-        if len(split.members) != 1 or split.gap < max(feature.alone, 1.5 * split.spread):
+        if len(split.members) != 1 or split.gap < max(feature.alone, (1.5 if feature.name == "friction" else 3.0) * split.spread):
             continue
         (index,) = split.members
         if index in told:

@@ -1,0 +1,44 @@
+"""Two recordings in one run: both channels jump at one sample, or the noise of both changes for good."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+
+RULE, RANK = "joined", 46
+# jumps as a share of the span of each channel, and the factor between the noise of the halves
+JUMP, NOISE = 0.15, 1.6
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that consist of two recordings."""
+    hit = [e for e in log if e.tendon_like and min(e.seam) > JUMP and _wide(e)]
+    if hit:
+        size = max(min(e.seam) for e in hit)
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "remark", 100.0 * size, "%",
+            f"{names([e.run_id for e in hit])}: input and output jump together, by {100 * size:.0f} % of their spans or more, "
+            f"at {hit[0].seam_at_s:.4g} s; two recordings were probably joined to one run",
+            "[files] merge = \"no\" (or skip_samples / a time window that ends at the jump)",
+        )  # fmt: skip
+    hit = [e for e in log if e.tendon_like and _changes(e)]
+    if hit:
+        factor = max(max(max(r, 1.0 / r) for r in e.noise_ratio) for e in hit)
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "remark", factor, "1",
+            f"{names([e.run_id for e in hit])}: the noise of both channels changes by a factor of {factor:.3g} within the run; "
+            "two recordings (or two rigs) were probably joined to one run",
+            "[files] merge = \"no\"",
+        )  # fmt: skip
+
+
+def _wide(e: Evidence) -> bool:
+    """Whether loops reach over most of the tensions, so that a jump is no small change of a high level."""
+    return all(r.span > 0.5 * r.largest for r in e.ranges)
+
+
+def _changes(e: Evidence) -> bool:
+    first, second = e.noise_ratio
+    return (first > NOISE and second > NOISE) or (0.0 < first < 1.0 / NOISE and 0.0 < second < 1.0 / NOISE)

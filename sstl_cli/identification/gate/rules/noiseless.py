@@ -1,0 +1,34 @@
+"""One channel without any noise beside a measured one: a command, or a copy that was smoothed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import CHANNELS, WORDS
+
+RULE, RANK = "noiseless", 82
+# noise over that of the other channel: amplifiers differ by ten, a load cell and a number in a program by more
+LESS = 0.02
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs one of whose channels was not measured."""
+    for i in (0, 1):
+        hit = [e for e in log if e.tendon_like and _smooth(e, i)]
+        if hit:
+            e = hit[0]
+            number = e.sensors[i].noise_n / e.sensors[1 - i].noise_n
+            yield Remark(
+                tuple(h.run_id for h in hit), RULE, "remark", number, "1",
+                f"{names([h.run_id for h in hit])}: the {WORDS[i]} has {100 * number:.2g} % of the noise of the "
+                f"{WORDS[1 - i]}; it is probably the command or a smoothed copy and not the sensor",
+                f"{CHANNELS[i]} = {{ column = (the column of the {WORDS[i]} sensor) }}",
+            )  # fmt: skip
+
+
+def _smooth(e: Evidence, i: int) -> bool:
+    this, other = e.sensors[i], e.sensors[1 - i]
+    plain = all(s.step_n < 0.5 * s.noise_n or s.step_n == 0.0 for s in (this, other)) and not (this.held or other.held)
+    return plain and other.noise_n > 1e-4 * e.ranges[1 - i].span and this.noise_n < LESS * other.noise_n
