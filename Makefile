@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint docs reproduce reproduce-seeds blind blind-full bench sbom statistics fuzz kill mutation effects-table samples clean
+.PHONY: help install test test-slow lint docs reproduce reproduce-seeds blind blind-full bench sbom statistics fuzz kill mutation effects-table gate-table samples clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -93,6 +93,9 @@ effects-table: $(STAMP) ## fast model against rig and bristle simulator, per eff
 	$(BIN)/python tools/effects_table.py
 	$(BIN)/python tools/effects_table.py --simulator bristle
 	$(BIN)/python tools/variant_table.py
+
+gate-table: $(STAMP) ## wrong and sound recordings judged by the physics gate; fills docs/gate.md
+	$(BIN)/python tools/gate_table.py --seed $(SEED) --publish
 
 samples: data/samples/log.parquet data/samples/bench/bend20_slow_act.csv ## remake the sample recordings
 

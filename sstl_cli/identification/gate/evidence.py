@@ -196,7 +196,9 @@ def _sound(run: Run) -> bool:
 def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     raw = (run.tension_in_n, run.tension_out_n)
     clean = replace(run, tension_in_n=_middle_of_three(raw[0]), tension_out_n=_middle_of_three(raw[1]))
-    found = segment_run(_thinned(clean, SEGMENT_POINTS))
+    # data that make no sense may overflow on their way to "not identified"
+    with np.errstate(all="ignore"):
+        found = segment_run(_thinned(clean, SEGMENT_POINTS))
     th, se = found.theta, found.theta_se
     slopes = Slopes(
         *(math.nan if th[n] is None else float(th[n]) for n in ("gamma_p", "beta_p", "gamma_r", "beta_r")),  # type: ignore[arg-type]

@@ -39,5 +39,8 @@ def _moved(e: Evidence, early: bool) -> bool:
         return False
     if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
         return False
+    # a delay that grows is a drift
+    if p.drifting_rms_n < 0.8 * p.delayed_rms_n and abs(p.drift) > 8.0 * p.drift_se:
+        return False
     least = max(6.0 * p.delay_se, 2.5 * max(e.dt_s, e.sensors[0].refresh_s, e.sensors[1].refresh_s))
     return p.delay_s < -least if early else p.delay_s > max(least, LATE_S)

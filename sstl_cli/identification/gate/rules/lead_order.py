@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.stats import kendalltau, theilslopes
+from scipy.optimize import isotonic_regression
+from scipy.stats import kendalltau
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "lead_order", 57
 FEW = 5
-ORDERED, DISORDERED = 0.75, 0.35
-# variation of n theta that counts, and how far a configuration may lie from the trend
-VARIES, OFF_TREND, SPREADS = 0.05, 0.3, 6.0
+# rank correlation of a list in reverse, and scatter about the best monotone curve as a share of all variation
+REVERSED, UNORDERED = 0.75, 0.4
+# variation of n theta that counts
+VARIES = 0.04
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -40,28 +42,21 @@ def _ordered(group: list[Evidence]) -> Iterator[Remark]:
         return
     tau = float(kendalltau(x, f).statistic)
     where = f"{group[0].location or 'all'}, {group[0].system}"
-    mend = "lead_mm from file_name = '(pattern)', or a manifest with the right lead_mm"
-    ids = tuple(e.run_id for e in group)
-    if abs(tau) < DISORDERED or tau < -ORDERED:
-        how = "does not follow" if abs(tau) < DISORDERED else "falls with"
-        yield Remark(
-            ids, RULE, "remark", tau, "1",
-            f"{names(ids)}: friction of {len(leads)} configurations ({where}) {how} the lead screw (rank correlation "
-            f"{tau:.2f}) although it varies by {100 * spread / float(np.mean(f)):.0f} %; files or lead labels are probably shuffled",
-            mend,
-        )  # fmt: skip
+    curves = [isotonic_regression(f, increasing=rising).x for rising in (True, False)]
+    away = min((np.abs(f - curve) for curve in curves), key=lambda a: float(np.mean(a**2)))
+    left = float(np.sqrt(np.mean(away**2))) / spread
+    if left > UNORDERED:
+        out = np.flatnonzero(away > 0.5 * float(away.max()))
+        how = f"does not follow the lead screw (it varies by {100 * spread / float(np.mean(f)):.0f} %, {100 * left:.0f} % of it out of order)"
+        number, unit = 100.0 * left, "%"
+    elif tau < -REVERSED:
+        out = np.arange(len(leads))
+        how, number, unit = f"falls as the lead grows (rank correlation {tau:.2f})", tau, "1"
+    else:
         return
-    slope, middle, _, _ = theilslopes(f, x)
-    away = np.abs(f - middle - slope * x)
-    usual = 1.4826 * float(np.median(away))
-    limit = max(SPREADS * usual, OFF_TREND * float(np.ptp(f)), 4.0 * error)
-    out = np.flatnonzero(away > limit)
-    if 0 < len(out) <= len(leads) // 3 + 1:
-        ids = tuple(e.run_id for i in out for e in runs[i])
-        shown = ", ".join(f"{leads[i]:g}" for i in out[:4])
-        yield Remark(
-            ids, RULE, "remark", float(away[out].max()), "1",
-            f"{names(ids)}: friction at lead {shown} mm ({where}) is {float(away[out].max()):.2f} off the trend of the others, "
-            f"which scatter by {usual:.2f}; lead or configuration labels are probably exchanged",
-            mend,
-        )  # fmt: skip
+    ids = tuple(e.run_id for i in out for e in runs[i])
+    yield Remark(
+        ids, RULE, "remark", number, unit,
+        f"{names(ids)}: friction of {len(leads)} configurations ({where}) {how}; files or lead labels are probably shuffled",
+        "lead_mm from file_name = '(pattern)', or a manifest with the right lead_mm",
+    )  # fmt: skip

@@ -18,7 +18,7 @@ WHOLE_S, WHOLE_SAMPLES = 2.0, 200
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels repeats one value for long, or always."""
     for i in (0, 1):
-        whole = [e for e in log if _whole(e, i)]
+        whole = [e for e in log if _whole(e, i) and not _coarse(log, e, i)]
         if whole:
             yield Remark(
                 tuple(e.run_id for e in whole), RULE, "failure", 100.0, "%",
@@ -43,6 +43,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def _whole(e: Evidence, i: int) -> bool:
     s = e.sensors[i]
     return s.still_share >= 1.0 and e.samples >= WHOLE_SAMPLES and e.duration_s >= WHOLE_S
+
+
+def _coarse(log: Sequence[Evidence], e: Evidence, i: int) -> bool:
+    """Whether the sensor moves in other runs, by steps so coarse that backlash alone may hide in one of them."""
+    others = [o.sensors[i] for o in log if o.system == e.system and o.usable]
+    return bool(others) and any(s.step_n > 2.0 * s.noise_n or s.noise_n == 0.0 for s in others)
 
 
 def _stuck(e: Evidence, i: int) -> str:

@@ -17,6 +17,8 @@ BELOW_N, ABOVE_N, UNDER_N = 3.0, 4.5, 8.0
 SHARE = 0.1
 # on a straight tube the lines hardly open, and where they meet is anywhere
 LEAST_FRICTION = 0.2
+# how far (share of the input's span) the lines may be drawn on
+REACH = 0.5
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -61,4 +63,7 @@ def _below(e: Evidence, i: int) -> bool:
 
 def _apart(e: Evidence, i: int) -> bool:
     at = zeros(e)[i]
+    # lines that were seen only far from where they meet say little of it
+    if e.ranges[0].low - zeros(e)[0] > REACH * e.ranges[0].span:
+        return False
     return e.tendon_like and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE * e.ranges[i].span)

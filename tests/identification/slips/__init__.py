@@ -1,0 +1,1 @@
+"""Sound recordings drawn at random, and slips that spoil them one at a time."""
