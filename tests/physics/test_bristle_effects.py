@@ -94,6 +94,31 @@ def test_sound_at_both_bounds_and_seen(name, system):
         assert seen > 0.01
 
 
+def test_random_rigs_with_random_effects_converge():
+    rng = np.random.default_rng(5)
+    names = sorted(EFFECTS)
+    for _ in range(30):
+        time = np.arange(400) / rng.choice([50.0, 200.0, 1000.0])
+        knots = np.sort(rng.uniform(0.0, time[-1], 8))
+        command = np.interp(time, knots, rng.uniform(0.0, 50.0, 8))
+        spec = BristleSpec(
+            ea_n=rng.uniform(2e3, 2e4), load_k1_n_per_mm=np.exp(rng.uniform(np.log(0.9), np.log(50.0))),
+            nodes=int(rng.integers(10, 61)), length_mm=rng.uniform(300.0, 3000.0), bend_arc_fraction=rng.uniform(0.05, 1.0),
+        )  # fmt: skip
+        effects = {
+            str(name): {key: rng.uniform(b.low, b.high) for key, b in EFFECTS[name].items()}
+            for name in rng.choice(names, int(rng.integers(0, 4)), replace=False)
+        }
+        drive = str(rng.choice(["tension", "position", "loop"]))
+        driven = 0.2 * command if drive == "position" else command
+        place = str(rng.choice(["NP", "CP", "ND"]))
+        run = BristleRun(str(rng.choice(["act", "sstl"])), rng.uniform(0.0, 1.5), place, time, drive, driven)
+        done = simulate_bristle(spec, run, effects)
+        assert done.unconverged == 0, (spec, run, effects)
+        assert done.min_step_dissipation_j > -1e-9
+        assert np.all(np.isfinite(done.tension_out_n)) and np.all(np.isfinite(done.position_in_mm))
+
+
 def shift(system, effects):
     return lines(system, effects) - lines(system, {})
 
