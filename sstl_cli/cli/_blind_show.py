@@ -22,7 +22,7 @@ GATES = {
 MISSES_SHOWN = 12
 
 
-def Gate(name: str) -> Any:
+def gate(name: str) -> Any:
     """Return the annotated type of a gate option."""
     score, upper = GATES[name]
     what = score.replace("_", " ").replace(" weak", " below 0.6 x noise").replace("ece", "ECE")

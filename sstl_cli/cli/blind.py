@@ -81,13 +81,13 @@ def score(
         Path | None, typer.Option(help="The calibration in use (default: the package's); seeds must not overlap.")
     ] = None,
     realised: Annotated[bool, typer.Option(help="Apply accepted models to recordings nobody diagnosed.")] = True,
-    max_false_alarm: _blind_show.Gate("max_false_alarm") = None,  # type: ignore[valid-type]
-    min_isolation: _blind_show.Gate("min_isolation") = None,  # type: ignore[valid-type]
-    min_isolation_weak: _blind_show.Gate("min_isolation_weak") = None,  # type: ignore[valid-type]
-    max_wrong_commits: _blind_show.Gate("max_wrong_commits") = None,  # type: ignore[valid-type]
-    min_unknown_recall: _blind_show.Gate("min_unknown_recall") = None,  # type: ignore[valid-type]
-    min_pairs: _blind_show.Gate("min_pairs") = None,  # type: ignore[valid-type]
-    max_ece: _blind_show.Gate("max_ece") = None,  # type: ignore[valid-type]
+    max_false_alarm: _blind_show.gate("max_false_alarm") = None,  # type: ignore[valid-type]
+    min_isolation: _blind_show.gate("min_isolation") = None,  # type: ignore[valid-type]
+    min_isolation_weak: _blind_show.gate("min_isolation_weak") = None,  # type: ignore[valid-type]
+    max_wrong_commits: _blind_show.gate("max_wrong_commits") = None,  # type: ignore[valid-type]
+    min_unknown_recall: _blind_show.gate("min_unknown_recall") = None,  # type: ignore[valid-type]
+    min_pairs: _blind_show.gate("min_pairs") = None,  # type: ignore[valid-type]
+    max_ece: _blind_show.gate("max_ece") = None,  # type: ignore[valid-type]
     force: Force = False,
     as_json: Json = False,
     config: Config = None,

@@ -29,7 +29,7 @@ def export(
     out_name: Annotated[
         str, typer.Option("--out", "-o", metavar="PATH", help="Output file; for c also a folder (NAME/ makes it).")
     ],
-    format: Annotated[
+    format_: Annotated[
         Literal["c", "json", "onnx", "csv", "mat", "mcap"],
         typer.Option("--format", "-f", help="c, json: controller; onnx: mapping model; csv, mat, mcap: log."),
     ] = "json",
@@ -61,18 +61,18 @@ def export(
 
     screen = Screen(as_json)
     out = Path(out_name)
-    document: dict[str, Any] = {"schema": "sstl.export/1", "format": format, "input": str(source)}
+    document: dict[str, Any] = {"schema": "sstl.export/1", "format": format_, "input": str(source)}
     if not source.is_file():
         raise SstlError("file not found" if not source.exists() else "is not a file", where=str(source), code="E130")
-    if format != "c":
+    if format_ != "c":
         require_writable(out, force)
-    if format in FOR_LOGS:
+    if format_ in FOR_LOGS:
         from sstl_cli.steps import export_log
 
-        export_log.run(source, out, format, force)
-        screen.say(f"Wrote the log as {format} -> {out}")
+        export_log.run(source, out, format_, force)
+        screen.say(f"Wrote the log as {format_} -> {out}")
         screen.finish({**document, "out": [str(out)]})
-    if format == "onnx":
+    if format_ == "onnx":
         from sstl_cli.core.files import atomic
         from sstl_cli.mapping import export_onnx
 
@@ -86,7 +86,7 @@ def export(
 
     lines, chosen = step.lines_for(cases, method)
     aside.update({c.config_id: f"method '{chosen}' is not possible" for c in cases if c.config_id not in lines})
-    if format == "json":
+    if format_ == "json":
         from sstl_cli.core.files import write_json
 
         write_json(out, step.to_json(lines, chosen, options), force)
@@ -104,7 +104,7 @@ def export(
         set_aside=aside,
         options=options.model_dump(mode="json"),
     )
-    screen.finish(document, EXIT_SET_ASIDE if aside and format == "json" else EXIT_DONE)
+    screen.finish(document, EXIT_SET_ASIDE if aside and format_ == "json" else EXIT_DONE)
 
 
 def _write_c(

@@ -43,9 +43,8 @@ class TableWriter:
     @contextmanager
     def _opening(self) -> Iterator[None]:
         """Hold the output open; what goes wrong while opening it goes through the same doors as later errors."""
-        with atomic(self._path, self._force) as temporary:
-            with self._open(temporary) as self._writer:
-                yield
+        with atomic(self._path, self._force) as temporary, self._open(temporary) as self._writer:
+            yield
 
     def _open(self, temporary: Path) -> pq.ParquetWriter:
         floats = [f.name for f in self.schema if pa.types.is_floating(f.type)]

@@ -81,7 +81,7 @@ def loose(caption: str, found: Any, key: str = "name", unit: str = "N") -> Table
     --------
     >>> [[c.text for c in r] for r in loose("t", {"a": {"size": 0.5}, "b": {"size": None}}).rows]
     [['a', '0.5'], ['b', '–']]
-    """
+    """  # noqa: RUF002
     if isinstance(found, dict):
         found = [{key: k, **(v if isinstance(v, dict) else {"value": v})} for k, v in found.items()]
     if not isinstance(found, list) or not found:

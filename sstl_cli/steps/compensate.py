@@ -152,7 +152,7 @@ def with_mapping(
 
 def possible_methods(cases: Sequence[Case]) -> dict[str, str]:
     """Return for every method why it is not possible for any case (empty text where it is)."""
-    why = {m: "" for m in METHODS}
+    why = dict.fromkeys(METHODS, "")
     if not any(c.act for c in cases):
         why["DI"] = "no usable row of system 'act'"
     if not any(c.mapped for c in cases):
