@@ -30,6 +30,8 @@ EXTENSIONS = (".h5", ".hdf5", ".hdf", ".he5")
 RANK = 25
 MAX_DEPTH = 16
 MAX_COLUMNS = 512
+# a chunk is unpacked whole for each of its rows that is read, unless the library can keep it
+MAX_CHUNK_BYTES = 64 << 20
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -91,7 +93,7 @@ def read_blocks(path: Path, numbers: list[str], labels: list[str], matlab: bool)
     import h5py
 
     wanted = list(dict.fromkeys([*numbers, *labels]))
-    with h5py.File(path, "r") as file:
+    with h5py.File(path, "r", rdcc_nbytes=MAX_CHUNK_BYTES) as file:
         columns: dict[str, Callable[[int, int], Any]] = {}
         lengths: dict[str, int] = {}
         for name, dataset in walk(file, path):
@@ -188,9 +190,9 @@ def _check(path: Path, name: str, dataset: Any, size: int) -> None:
     declared = int(np.prod(dataset.shape, dtype=object)) * max(dataset.dtype.itemsize, 1) if dataset.ndim else 1
     check_declared(path, declared, f"dataset '{name}'", size)
     chunk = int(np.prod(dataset.chunks, dtype=object)) * max(dataset.dtype.itemsize, 1) if dataset.chunks else 0
-    if chunk > (256 << 20):
+    if chunk > MAX_CHUNK_BYTES:
         raise SstlError(
-            f"dataset '{name}' has chunks of {chunk:.3g} bytes", where=str(path), fix="at most 256 MiB", code="E312"
+            f"dataset '{name}' has chunks of {chunk:.3g} bytes", where=str(path), fix=f"at most {MAX_CHUNK_BYTES >> 20} MiB", code="E312"
         )
     if declared > 1 << 20 and dataset.id.get_storage_size() == 0:
         raise SstlError(f"dataset '{name}' declares {declared:.3g} bytes and stores none", where=str(path), code="E312")

@@ -144,6 +144,16 @@ def test_hdf5_links_out(tmp_path: Path) -> None:
     assert "another file" in refused(tmp_path / "x.h5")
 
 
+def test_hdf5_chunk_that_would_be_unpacked_again_for_every_block(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        for name in ("time_s", "tension_in_n", "tension_out_n"):
+            file.create_dataset(name, (9_000_000,), "f8", chunks=(9_000_000,), compression="gzip")[:1] = 1.0
+        file["pad"] = np.random.default_rng(0).integers(0, 255, 600_000, np.uint8)
+    line = refused(tmp_path / "b.h5")
+    assert "E312" in line and "chunks of 7.2e+07 bytes; at most 64 MiB" in line
+
+
 def test_mcap_chunk_bomb(tmp_path: Path) -> None:
     data = mcap(tmp_path).read_bytes()
     # the chunk record: opcode 6, length, start, end, then the size it claims to unpack to
