@@ -1,4 +1,4 @@
-"""Every effect of the bristle simulator: identity when neutral, sound at its bounds, seen when active, and its own law."""
+"""Every effect of the bristle simulator: identity when neutral, sound at its bounds, seen when active, its own law."""
 
 from __future__ import annotations
 
@@ -103,7 +103,8 @@ def test_random_rigs_with_random_effects_converge():
         command = np.interp(time, knots, rng.uniform(0.0, 50.0, 8))
         spec = BristleSpec(
             ea_n=rng.uniform(2e3, 2e4), load_k1_n_per_mm=np.exp(rng.uniform(np.log(0.9), np.log(50.0))),
-            nodes=int(rng.integers(10, 61)), length_mm=rng.uniform(300.0, 3000.0), bend_arc_fraction=rng.uniform(0.05, 1.0),
+            nodes=int(rng.integers(10, 61)), length_mm=rng.uniform(300.0, 3000.0),
+            bend_arc_fraction=rng.uniform(0.05, 1.0),
         )  # fmt: skip
         effects = {
             str(name): {key: rng.uniform(b.low, b.high) for key, b in EFFECTS[name].items()}
@@ -256,7 +257,10 @@ def test_creep_ends_at_its_share_of_the_stretch_and_has_two_times():
     effects = {"viscoelastic_creep": {"fraction": 0.2, "tau_s": 10.0}}
     free = BristleSpec()
     run = BristleRun("act", 0.0, "CP", time, "tension", command)
-    moved = simulate_bristle(free, run, effects, QUIET).position_in_mm - simulate_bristle(free, run, {}, QUIET).position_in_mm
+    moved = (
+        simulate_bristle(free, run, effects, QUIET).position_in_mm
+        - simulate_bristle(free, run, {}, QUIET).position_in_mm
+    )
     stretch = 20.0 * free.length_mm / free.ea_n
     t = time - time[1]
     expected = 0.1 * stretch * (2.0 - np.exp(-3.0 * t / 10.0) - np.exp(-t / 30.0))

@@ -1,4 +1,4 @@
-"""A second stand-in for hardware: bristle friction (LuGre) on a chain with inertia, its own stepping, effects and sensors.
+"""A second stand-in for hardware: bristle friction (LuGre) on a chain with inertia, own stepping, effects and sensors.
 
 Nothing here is shared with the fast model or with the elastic-chain rig: a diagnosis that was learned on those meets
 other laws here. docs/bristle.md says which, from which sources, and how far they are apart.

@@ -1,9 +1,9 @@
 """The chain of tendon elements and one implicit step of it: mass, bristles and drag at every node, springs between.
 
-Node i moves by u_i (towards the motor positive) under T_i - T_(i+1) - F_i - c_i v_i = m_i dv_i/dt, v = (u - u_old) / dt:
-backward Euler, stable for the stiff bristles, exact for the bristle state itself. The friction of a node rises with its slip
-and bends off, from a kink at rest. Newton's method on such a curve runs from the kink to the solution without
-overshoot; hence the one rule here: a node that would turn round stops at rest first.
+Node i moves by u_i (towards the motor positive) under T_i - T_(i+1) - F_i - c_i v_i = m_i dv_i/dt, with v = (u -
+u_old) / dt: backward Euler, stable for the stiff bristles, exact for the bristle state itself. The friction of a node
+rises with its slip and bends off, from a kink at rest. Newton's method on such a curve runs from the kink to the
+solution without overshoot; hence the one rule here: a node that would turn round stops at rest first.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def load_tension(load: Load, y: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def prepare(chain: Chain, pretension: float, fraction: float, fades: tuple[float, float]) -> None:
-    """Stiffness and offset of the springs with the creep of this step; `fades` is exp(-dt / tau) of the two elements."""
+    """Stiffness and offset of the springs in this step; `fades` is exp(-dt / tau) of the two creeping elements."""
     grown = 1.0 + 0.5 * fraction * (2.0 - fades[0] - fades[1])
     for j in range(chain.u.size):
         chain.stiffness[j] = 1.0 / (chain.compliance[j] * grown)
@@ -91,6 +91,24 @@ def _joint(chain: Chain, load: Load, t_left: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
+def _grip(
+    law: ContactLaw, pull: float, release: float, bias: float, delta: float, level: float, before: float, step: float,
+    push: float, behind: float,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Deflection after a step (mm), the side it goes to, friction (N), and its derivatives by step and tension.
+
+    A node at rest is on the side to which it is pushed (N, friction not counted).
+    """
+    side = 1.0 if step > 0.0 else -1.0
+    if step == 0.0:
+        held, _, _ = bristle_force(pull, release, bias, law, before, behind)
+        side = 1.0 if push > held else -1.0
+    zeta, slope = deflect(before, level, side, side * step, delta)
+    friction, by_zeta, skew = bristle_force(pull, release, bias, law, zeta, behind)
+    return zeta, side, friction, by_zeta * slope, skew
+
+
+@njit(cache=True)
 def solve(
     chain: Chain, contact: Contact, load: Load, law: ContactLaw, swell: float, drive: tuple[float, float], dt: float,
     tolerance: float, limit: int,
@@ -99,7 +117,8 @@ def solve(
 
     The trial state (u, tension, force, contact.trial) is left for the caller to commit or to throw away.
     """
-    u, old, speed, sides, offset, stiffness = chain.u, chain.u_old, chain.speed, chain.side, chain.offset, chain.stiffness
+    u, old, speed, sides = chain.u, chain.u_old, chain.speed, chain.side
+    offset, stiffness = chain.offset, chain.stiffness
     mass, tension, force, backs, shifts = chain.mass, chain.tension, chain.force, chain.back, chain.shift
     grips, drag, level, zeta_old, trial = contact.grips, contact.drag, contact.level, contact.zeta, contact.trial
     pulls, releases, bias, delta = contact.theta_pull, contact.theta_release, contact.bias, contact.delta
@@ -124,17 +143,10 @@ def solve(
             friction, stiff, skew = 0.0, 0.0, 0.0
             if grips[i] == 1:
                 pull, release = swell * pulls[i], swell * releases[i]
-                side = 1.0
-                if step < 0.0:
-                    side = -1.0
-                elif step == 0.0:
-                    held, _, _ = bristle_force(pull, release, bias[i], law, zeta_old[i], t_right)
-                    side = 1.0 if t_left - t_right - held + mass[i] / dt * speed[i] > 0.0 else -1.0
-                sides[i] = side
-                zeta, slope = deflect(zeta_old[i], level[i], side, side * step, delta[i])
-                trial[i] = zeta
-                friction, by_zeta, skew = bristle_force(pull, release, bias[i], law, zeta, t_right)
-                stiff = by_zeta * slope
+                push = t_left - t_right + mass[i] / dt * speed[i]
+                trial[i], sides[i], friction, stiff, skew = _grip(
+                    law, pull, release, bias[i], delta[i], level[i], zeta_old[i], step, push, t_right
+                )
             force[i] = friction
             inertia = mass[i] / dt
             residual = t_left - t_right - friction - drag[i] * step / dt - inertia * (step / dt - speed[i])
@@ -161,14 +173,14 @@ def solve(
 
 @njit(cache=True)
 def _moved(u: float, move: float, old: float, side: float, bent: bool) -> float:
-    """Place of a node after the Newton step; where its friction has a kink at rest it stops there before it turns round."""
+    """Place of a node after the Newton step; with a kink of its friction at rest it stops there before it turns."""
     there = u + move
     return old if bent and (there - old) * side < 0.0 else there
 
 
 @njit(cache=True)
 def dissipation(chain: Chain, contact: Contact, law: ContactLaw, swell: float, dt: float) -> float:
-    """Energy (N mm) that bristles and drag take out in the trial step: work of the friction less what bristles store."""
+    """Energy (N mm) that bristles and drag take out in the trial step: work of friction less what bristles store."""
     lost = 0.0
     for i in range(contact.grips.size):
         step = chain.u[i] - chain.u_old[i]
@@ -185,7 +197,9 @@ def dissipation(chain: Chain, contact: Contact, law: ContactLaw, swell: float, d
 
 
 @njit(cache=True)
-def commit(chain: Chain, contact: Contact, dt: float, pretension: float, fraction: float, fades: tuple[float, float]) -> None:
+def commit(
+    chain: Chain, contact: Contact, dt: float, pretension: float, fraction: float, fades: tuple[float, float]
+) -> None:
     """Accept the trial state and let the Kelvin elements of the springs creep on."""
     for i in range(contact.grips.size):
         if contact.grips[i] == 1:

@@ -1,11 +1,12 @@
 """Bristle friction of one node: its state, its force under a capstan load, and what raises or lowers the level g.
 
-The state of node i is its mean bristle deflection z over `bristle_mm`, here zeta = z / delta. LuGre's dz/dt = v - |v| z / g(v)
-(C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425, Eq. (1)) creeps
-under load cycles below break-away; in its elasto-plastic form (P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, IEEE Trans.
-Automatic Control 47 (2002) 787-792) bristles only bend until they carry `ELASTIC_SHARE` of g, and back whenever motion turns:
-d zeta = (1 - alpha s zeta / g) du / delta for a slip du in direction s, alpha 0 there and 1 beyond.
-Over a step in which g stands still that has the exact solution used in `deflect`, whatever the length of the step.
+The state of node i is its mean bristle deflection z over `bristle_mm`, here zeta = z / delta. LuGre's dz/dt = v - |v|
+z / g(v) (C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425,
+Eq. (1)) creeps under load cycles below break-away; in its elasto-plastic form (P. Dupont, V. Hayward, B. Armstrong,
+F. Altpeter, IEEE Trans. Automatic Control 47 (2002) 787-792) bristles only bend until they carry `ELASTIC_SHARE` of
+g, and back whenever motion turns: d zeta = (1 - alpha s zeta / g) du / delta for a slip du in direction s, alpha 0
+there and 1 beyond. Over a step in which g stands still that has the exact solution used in `deflect`, whatever the
+length of the step.
 """
 
 from __future__ import annotations
@@ -79,8 +80,9 @@ def deflect(zeta: float, level: float, side: float, slip: float, delta: float) -
 def bend_factor(law: ContactLaw, tension: float) -> tuple[float, float]:
     """Normal load over tension, one at 10 N without effects, and its derivative with respect to the tension (N).
 
-    Load: mu N with a contact area ~ (N + N_a)^(1 - alpha), Hertz with adhesion (Derjaguin, Muller, Toporov 1975). Sheath:
-    it bends by c_T a newton at first and stiffens towards three times its angle, as a coil does that closes on one side.
+    Load: mu N with a contact area ~ (N + N_a)^(1 - alpha), Hertz with adhesion (Derjaguin, Muller, Toporov 1975).
+    Sheath: it bends by c_T a newton at first and stiffens towards three times its angle, as a coil does that closes
+    on one side.
     """
     if law.alpha == 0.0 and law.c_t == 0.0:
         return 1.0, 0.0
@@ -96,9 +98,9 @@ def bristle_force(
 ) -> tuple[float, float, float]:
     """Friction (N) of a node above the tension behind it, with its derivatives by zeta and by that tension.
 
-    Along the arc of a node dT/d phi = zeta mu T, so T_before = (T_behind + zeta b) exp(zeta theta): the capstan equation,
-    its exponent theta (`pull` or `release`) scaled by the deflection of the bristles. Scalars, not a Contact: numba counts
-    the references of every array it hands over.
+    Along the arc of a node dT/d phi = zeta mu T, so T_before = (T_behind + zeta b) exp(zeta theta): the capstan
+    equation, its exponent theta (`pull` or `release`) scaled by the deflection of the bristles. Scalars, not a
+    Contact: numba counts the references of every array it hands over.
     """
     theta = pull if zeta >= 0.0 else release
     behind = max(tension, 0.0)
@@ -129,8 +131,9 @@ def level(law: ContactLaw, elapsed: float, film_age: float, age: float) -> float
     """Friction level g of a contact, one without effects; `elapsed` is the time since the run began (s).
 
     Stribeck: Tustin's exponential (1947), LuGre's g(v) with exponent one, at the speed film / film_age that the film
-    remembers. Static excess: rising with rest t as t^2 / (t^2 + t_h^2) (after Armstrong-Helouvry 1994, seven parameters).
-    Dwell: a power of the time of contact (Rabinowicz 1958), b per e-fold for small b. Drift: by time, heat or wear.
+    remembers. Static excess: rising with rest t as t^2 / (t^2 + t_h^2) (after Armstrong-Helouvry 1994, seven
+    parameters). Dwell: a power of the time of contact (Rabinowicz 1958), b per e-fold for small b. Drift: by time,
+    heat or wear.
     """
     found = 1.0
     if law.drift != 0.0:

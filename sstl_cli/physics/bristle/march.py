@@ -1,4 +1,4 @@
-"""Carries the chain through the samples of a run: drive, friction levels, implicit steps, and finer ones where it jumps."""
+"""Carries the chain through the samples of a run: drive, friction levels, implicit steps, finer ones where it jumps."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def drive_line(bench: Bench, drive: int, command: float, dt: float, crept: float
 
 @njit(cache=True)
 def attempt(bench: Bench, drive: int, command: float, swell: float, dt: float, insist: bool) -> bool:
-    """Solve and commit one step; False (nothing committed) if it does not converge or is too coarse, unless `insist`."""
+    """Solve and commit one step; False (nothing committed) if it fails or is too coarse, unless `insist`."""
     chain, contact, law, setting, probe = bench.chain, bench.contact, bench.law, bench.setting, bench.probe
     fades = (1.0, 1.0)
     if setting.creep_fraction > 0.0:
@@ -181,10 +181,10 @@ def advance(bench: Bench, drive: int, before: float, after: float, swell: float,
 
 @njit(cache=True)
 def march(
-    bench: Bench, time: FloatArray, command: FloatArray, swell: FloatArray, drive: int, x_in: FloatArray, t_in: FloatArray,
-    t_out: FloatArray, node_tension: FloatArray,
+    bench: Bench, time: FloatArray, command: FloatArray, swell: FloatArray, drive: int,
+    x_in: FloatArray, t_in: FloatArray, t_out: FloatArray, node_tension: FloatArray,
 ) -> None:  # fmt: skip
-    """Record every sample into the output arrays; `node_tension` is filled when it has as many rows as there are samples.
+    """Record every sample into the output arrays; `node_tension` is filled when it has a row for every sample.
 
     `swell` is the wrap angle over that without other tendons, one value a sample.
     """
@@ -203,7 +203,7 @@ def march(
 
 @njit(cache=True)
 def lead_in(bench: Bench, drive: int, path: FloatArray, swell: float, dt: float) -> None:
-    """Bring the chain from rest along `path`, one entry every `dt` seconds, and forget what that wore, warmed or rested."""
+    """Bring the chain from rest along `path`, one entry every `dt` seconds; forget what that wore, warmed or rested."""
     probe, contact = bench.probe, bench.contact
     probe[T_IN] = bench.setting.pretension
     for n in range(1, path.size):

@@ -1,4 +1,4 @@
-"""One run on the bristle simulator: build chain and contacts, march them through the command, pass the truth to the sensors."""
+"""One run on the bristle simulator: build chain and contacts, march them, pass the truth through the sensors."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CREEP_SPREAD = 3.0
 
 
 def build_load(spec: BristleSpec, values: Values) -> Load:
-    """Load spring at rest under the pretension; k1 sinh(q y) / q has the cubic term of k1 (y + k3 y^3) for q^2 = 6 k3."""
+    """Load spring at rest under the pretension; sinh has the cubic term of k1 (y + k3 y^3) for q^2 = 6 k3."""
     spring = values["load_spring"]
     k1, q = spec.load_k1_n_per_mm, sqrt(6.0 * spring["k3_per_mm2"])
     y0 = asinh(spec.pretension_n * q / k1) / q if q > 0.0 else spec.pretension_n / k1
@@ -152,6 +152,17 @@ def late_command(time: FloatArray, command: FloatArray, tau: float, inverse_slew
     return reached
 
 
+def build_inputs(run: BristleRun, values: Values) -> tuple[FloatArray, FloatArray]:
+    """Command that the drive follows, and wrap angle over that without other tendons, one value a sample."""
+    command, lag, bending = run.command, values["tension_loop_lag"], values["tendon_crosstalk"]["c_bend_per_n"]
+    if run.drive != "position" and (lag["tau_s"] > 0.0 or lag["inverse_slew_s_per_n"] > 0.0):
+        command = late_command(run.time_s, command, lag["tau_s"], lag["inverse_slew_s_per_n"])
+    if run.neighbour_n is None:
+        return command, np.ones(command.size)
+    # Neighbours bend the tube by a share a newton, less and less as it stiffens.
+    return command, np.exp(2.0 * np.tanh(0.5 * bending * run.neighbour_n))
+
+
 def simulate_bristle(
     spec: BristleSpec,
     run: BristleRun,
@@ -193,12 +204,8 @@ def simulate_bristle(
     chain, contact = build_chain(spec, run.system, values), build_contact(spec, run, values)
     bench = Bench(chain, contact, build_load(spec, values), law, motor, setting, probe)
 
-    size, command = run.time_s.size, run.command
-    lag, bending = values["tension_loop_lag"], values["tendon_crosstalk"]["c_bend_per_n"]
-    if run.drive != "position" and (lag["tau_s"] > 0.0 or lag["inverse_slew_s_per_n"] > 0.0):
-        command = late_command(run.time_s, command, lag["tau_s"], lag["inverse_slew_s_per_n"])
-    # Neighbours bend the tube by a share a newton, less and less as it stiffens.
-    swell = np.ones(size) if run.neighbour_n is None else np.exp(2.0 * np.tanh(0.5 * bending * run.neighbour_n))
+    size = run.time_s.size
+    command, swell = build_inputs(run, values)
     rest = setting.gap if run.drive == "position" else spec.pretension_n
     path = np.linspace(rest, command[0], LEAD_STEPS + 1)
     # Nothing rests or wears while the run is being set up, so that contacts are fresh at its first sample.
@@ -207,7 +214,8 @@ def simulate_bristle(
     nodes = np.empty((size if keep_nodes else 0, chain.tension.size))
     march(bench, run.time_s, command, swell, DRIVE_CODES[run.drive], x_in, t_in, t_out, nodes)
 
-    stamps, seen_in, seen_out, seen_x = record(run.time_s, (t_in, t_out, x_in), values, run.system, noise or NoiseSpec(), seed)
+    truth = (t_in, t_out, x_in)
+    stamps, seen_in, seen_out, seen_x = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
     return BristleResult(
         time_s=stamps,
         tension_in_n=seen_in,

@@ -1,4 +1,4 @@
-"""What is built (BristleSpec), what is run (BristleRun), how noisy the sensors are (NoiseSpec), the record (BristleResult)."""
+"""What is built (BristleSpec), what is run (BristleRun), the noise (NoiseSpec) and the record (BristleResult)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ FloatArray = NDArray[np.float64]
 SYSTEMS = ("act", "sstl")
 DRIVES = ("tension", "position", "loop")
 POSITIVE = (
-    "length_mm", "ea_n", "load_k1_n_per_mm", "line_density_g_per_m", "bristle_mm", "renewal_mm", "film_mm", "healing_mm",
-    "finest_step_s", "tolerance_n",
+    "length_mm", "ea_n", "load_k1_n_per_mm", "line_density_g_per_m", "bristle_mm", "renewal_mm", "film_mm",
+    "healing_mm", "finest_step_s", "tolerance_n",
 )  # fmt: skip
 NOT_NEGATIVE = ("pretension_n", "pid_kp_mm_per_n", "pid_ki_mm_per_n_s", "pid_kd_mm_s_per_n", "motor_lag_s")
 
@@ -27,16 +27,16 @@ def _check(holds: object, name: str, value: object, rule: str) -> None:
 class BristleSpec:
     """Geometry, mechanics, contact, drive and solver of the bristle simulator (lengths in mm, forces in N).
 
-    Defaults describe a 2 m tendon of 0.45 mm in a 0.6 mm sheath, EA about 8 kN: a wire rope, but for its mass, that of a
-    polyethylene fibre as stiff (0.15 g/m); with steel (1.25 g/m) momentum alone moves the output by 20 mN at a sudden stop.
-    `nodes` counts friction nodes per pass; `bend_arc_fraction` is the bent share of a pass, centred at
+    Defaults describe a 2 m tendon of 0.45 mm in a 0.6 mm sheath, EA about 8 kN: a wire rope, but for its mass, that
+    of a polyethylene fibre as stiff (0.15 g/m); with steel (1.25 g/m) momentum alone moves the output by 20 mN at a
+    sudden stop. `nodes` counts friction nodes per pass; `bend_arc_fraction` is the bent share of a pass, centred at
     `bend_centres[location]`. `load_k1_n_per_mm` is the spring at the output end, at rest under `pretension_n`.
     `bristle_mm` is the deflection at which a bristle carries Coulomb friction; tiny, so that the base is Coulomb.
     `renewal_mm` is the slip that renews an asperity contact (Dieterich 1979: 1-100 um), `film_mm` that which renews
     the film under it (from the lags of Hess and Soom 1990, 2-9 ms, at their speeds), and `healing_mm` over the
-    stick-slip speed v_c the rest after which half of the static excess is back. The tension loop is a PID on the motor
-    position and a first-order motor of `motor_lag_s`. `finest_step_s` is the step below which nothing is resolved,
-    `max_iterations` what a step may take beyond two a node.
+    stick-slip speed v_c the rest after which half of the static excess is back. The tension loop is a PID on the
+    motor position and a first-order motor of `motor_lag_s`. `finest_step_s` is the step below which nothing is
+    resolved, `max_iterations` what a step may take beyond two a node.
 
     Raises
     ------
