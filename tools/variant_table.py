@@ -28,7 +28,7 @@ Values = Mapping[str, float]
 HZ = 100.0
 # two bends, both systems; a slow and a fast movement with minor loops and holds
 BENDS = {"NP": 0.46, "ND": 0.60}
-SLOW = ([0.0, 4, 7, 11, 15, 17, 21, 23, 26, 30], [0.0, 22, 22, 0, 2, 18, 6, 15, 3, 20])
+SLOW = ([0.0, 4, 7, 11, 13, 15, 17, 21, 23, 26, 30], [0.0, 22, 22, 0, 0, 2, 18, 6, 15, 3, 20])
 FAST = ([0.0, 1, 1.5, 2.5, 3, 4, 4.6, 5.2, 6, 8], [0.0, 22, 22, 2, 2, 18, 6, 15, 3, 20])
 # compliance of the tendon as built (1/kN): the rig's position always contains its stretch
 AS_BUILT = {"tendon_elasticity": {"compliance_per_kn": 0.125}}
