@@ -34,10 +34,12 @@ def ensure() -> Kept:
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given and _can_make(Path(given)):
         return Kept(Path(given), "NUMBA_CACHE_DIR")
-    if _tree_writable():
-        return Kept(PACKAGE, f"NUMBA_CACHE_DIR={given} cannot be written" if given else "")
+    refused = f"NUMBA_CACHE_DIR={given} cannot be written" if given else ""
+    # numba takes each module's own folder where it can, else the user's: one of them is enough, and this is quick to ask
     if _can_make(caches / "numba"):
-        return Kept(caches / "numba", f"NUMBA_CACHE_DIR={given} cannot be written" if given else "")
+        return Kept(PACKAGE if os.access(PACKAGE, os.W_OK) else caches / "numba", refused)
+    if _tree_writable():
+        return Kept(PACKAGE, refused)
     folder = private("compiled")
     why = "neither the installation nor the home folder can be written"
     if folder is None:

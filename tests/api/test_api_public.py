@@ -88,6 +88,16 @@ def test_the_example_in_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (tmp_path / "page.html").stat().st_size > 10_000
 
 
+def test_the_page_names_everything_public_and_its_examples_run(capsys) -> None:
+    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    for name in (*NAMES, *(m for members in MEMBERS.values() for m in members)):
+        assert re.search(rf"\b{name}\b", text), name
+    space: dict = {}
+    for example in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL):
+        exec(compile(example, "docs/python.md", "exec"), space)
+    assert capsys.readouterr().out.splitlines()[-1] == "Diagnosis(none)"
+
+
 def test_a_frame_comes_back_as_the_same_log(recorded: sstl.Log) -> None:
     again = sstl.Log.from_frame(recorded.frame())
     pd.testing.assert_frame_equal(again.frame(), recorded.frame())

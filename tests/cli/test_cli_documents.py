@@ -211,7 +211,7 @@ def test_closed_streams_do_no_harm() -> None:
 
 
 def test_a_second_call_in_one_process_forgets_the_first(capsys, monkeypatch) -> None:
-    for words, expected in ((["effects", "list", "--json"], 0), (["effects", "show", "nope", "--json"], 1)):
+    for words, expected in ((["effects", "list", "--json"], 0), (["effects", "show", "nope", "--json"], 2)):
         monkeypatch.setattr(sys, "argv", ["sstl", *words])
         with pytest.raises(SystemExit) as end:
             program.main()
