@@ -112,12 +112,13 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
         E804 without a folder.
     """
     from sstl_cli.core.errors import UsageError
+
+    if out is None:
+        raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
     from sstl_cli.core.files import write_text
     from sstl_cli.paper.spread import FILES, Draw, Spread, of_draws, parse
     from sstl_cli.steps import reproduce, reproduce_seeds
 
-    if out is None:
-        raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
     experiment = table if table in reproduce_seeds.EXPERIMENTS else "generator"
     name = FILES[experiment]
     require(out, (name,), force)

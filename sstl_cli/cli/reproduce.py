@@ -55,14 +55,10 @@ def reproduce(
     from sstl_cli.cli import _reproduce_files as files
     from sstl_cli.cli.origin import provenance as provenance_of
     from sstl_cli.core.errors import GateError, UsageError
-    from sstl_cli.paper.compare import VERDICTS, count
-    from sstl_cli.paper.grid import text, wrapped
-    from sstl_cli.steps import reproduce as step
-    from sstl_cli.steps import reproduce_figures
-    from sstl_cli.steps import reproduce_show as show
+    from sstl_cli.paper.chosen import chosen
 
     screen = Screen(as_json)
-    tables = step.chosen(table)
+    tables = chosen(table)
     provenance = provenance_of(seed, [])
     if spread:
         files.measure(table, out, seed, spread_seeds, force, screen)
@@ -72,6 +68,13 @@ def reproduce(
         files.require(out, files.names(), force)
     if gap_logs is not None:
         files.require(gap_logs, files.GAP_LOGS, force)
+    # what takes seconds to load is loaded once nothing in the call is wrong
+    from sstl_cli.paper.compare import VERDICTS, count
+    from sstl_cli.paper.grid import text, wrapped
+    from sstl_cli.steps import reproduce as step
+    from sstl_cli.steps import reproduce_figures
+    from sstl_cli.steps import reproduce_show as show
+
     with screen.progress("rebuilding", None) as advance:
         found = step.run(step.Options(tables, seed, seeds, data_seeds, workers), screen.note, advance)
     grids, facts, counts = show.grids(found), show.facts(found), count(found.compared)

@@ -21,7 +21,7 @@ VERDICTS = {
 }
 BOUND_SD = 2.0
 STALE_SD = 5.0
-STATED = "stated"
+STATED, FITTED = "stated", "fitted"
 _S, _F = pa.string(), pa.float64()
 COMPARISON = Schema(
     "sstl.comparison",
@@ -108,8 +108,8 @@ def compare(
         key = (entry.table, entry.row, entry.column)
         value = ours.get(key)
         mean, sd = spread.get(key, (None, None))
-        # what contradicts the stated settings may hold under others
-        under = entry if block == STATED else replace(entry, contradicted="")
+        # what contradicts the stated settings may hold under fitted ones; the rig tracks the stated references
+        under = replace(entry, contradicted="") if block == FITTED else entry
         verdict, reason = judge(under, value, mean, sd)
         done.append(Compared(entry, value, mean, sd, verdict, reason, block))
     return done

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sstl_cli.core.errors import UsageError, nearest
 from sstl_cli.paper import contests, gate
+from sstl_cli.paper.chosen import DEFAULT
 from sstl_cli.paper.compare import Compared, compare
 from sstl_cli.paper.gate import Outside
 from sstl_cli.paper.published import TABLES as PUBLISHED
@@ -33,11 +33,6 @@ from sstl_cli.steps.reproduce_slopes import Slopes
 from sstl_cli.steps.reproduce_tracking import Block, Prepared
 
 Key = tuple[str, str, str]
-TABLES = ("I", "II", "III", "IV", "R", "diagnosis", "withheld", "figures", "better", "probe")
-#: what ``all`` means: the others take longer than the paper's own tables
-DEFAULT = ("I", "II", "III", "IV", "R", "diagnosis", "figures")
-
-
 @dataclass(frozen=True)
 class Options:
     """What to rebuild and how.
@@ -72,25 +67,6 @@ class Reproduction:
     better: tuple[Rung, ...] = ()
     probes: tuple[Probe, ...] = ()
     figures: bool = False
-
-
-def chosen(text: str) -> tuple[str, ...]:
-    """Return the tables that ``--table`` names: one, several with commas, or ``all``.
-
-    Raises
-    ------
-    UsageError
-        E803 for an unknown name.
-    """
-    names = [n.strip() for n in text.split(",") if n.strip()]
-    if names == ["all"]:
-        return DEFAULT
-    for name in names:
-        if name not in TABLES:
-            raise UsageError(f"no table '{name}' ({nearest(name, [*TABLES, 'all'])})", where="--table", code="E803")
-    if not names:
-        raise UsageError("no table named", where="--table", fix=f"use all, or some of {','.join(TABLES)}", code="E803")
-    return tuple(t for t in TABLES if t in names)
 
 
 def run(

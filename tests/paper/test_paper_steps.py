@@ -8,7 +8,7 @@ import pytest
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.mapping.split import Splits
-from sstl_cli.paper import scores
+from sstl_cli.paper import chosen, scores
 from sstl_cli.paper.published import entries
 from sstl_cli.paper.settings import FITTED, PARTS, STATED, fitted_values, partly
 from sstl_cli.paper.spread import of_draws
@@ -30,12 +30,12 @@ def prepared(slopes):
 
 
 def test_chosen():
-    assert reproduce.chosen("all") == reproduce.DEFAULT
-    assert reproduce.chosen("II, I") == ("I", "II")
+    assert chosen.chosen("all") == chosen.DEFAULT
+    assert chosen.chosen("II, I") == ("I", "II")
     with pytest.raises(UsageError, match="E803"):
-        reproduce.chosen("V")
+        chosen.chosen("V")
     with pytest.raises(UsageError, match="E803"):
-        reproduce.chosen(",")
+        chosen.chosen(",")
 
 
 def test_tables_come_from_the_recordings_not_from_the_generator(slopes):
