@@ -102,7 +102,7 @@ def write(
 
 
 def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, screen: Screen) -> None:
-    """Measure a sampling spread and write it to the folder: of block R or Table III seed by seed, else of the generator.
+    """Measure a sampling spread seed by seed and write it to the folder: of block R, Table III, or Tables I, II and IV.
 
     What a stopped run has left in ``seeds`` inside the folder is taken up.
 
@@ -116,10 +116,10 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
     if out is None:
         raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
     from sstl_cli.core.files import write_text
-    from sstl_cli.paper.spread import FILES, Draw, Spread, of_draws, parse
-    from sstl_cli.steps import reproduce, reproduce_seeds
+    from sstl_cli.paper.spread import FILES, Draw, of_draws, parse
+    from sstl_cli.steps import reproduce_seeds
 
-    experiment = table if table in reproduce_seeds.EXPERIMENTS else "generator"
+    experiment = table if table in FILES else "generator"
     name = FILES[experiment]
     require(out, (name,), force)
 
@@ -135,17 +135,13 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
     def keep(one: int, draw: Draw) -> None:
         write_text(place(one), of_draws([draw]).csv(), True)
 
+    (out / "seeds").mkdir(exist_ok=True)
+    draws = []
     with screen.progress("spread", seeds) as advance:
-        measured: Spread
-        if experiment == "generator":
-            measured = reproduce.measure_spread(seed, seeds, advance)
-        else:
-            (out / "seeds").mkdir(exist_ok=True)
-            draws = []
-            for draw in reproduce_seeds.run(experiment, range(seed + 1, seed + 1 + seeds), at_hand, keep):
-                draws.append(draw)
-                advance(1)
-            measured = of_draws(draws)
+        for draw in reproduce_seeds.run(experiment, range(seed + 1, seed + 1 + seeds), at_hand, keep):
+            draws.append(draw)
+            advance(1)
+    measured = of_draws(draws)
     write_text(out / name, measured.csv(), force)
     screen.line(f"spread over {seeds} data sets -> {out / name}")
     screen.finish({"schema": "sstl.reproduce/1", "spread": str(out / name), "seeds": seeds, "seed": seed})

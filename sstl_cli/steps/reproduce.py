@@ -115,7 +115,7 @@ def _tracking(made: Reproduction, o: Options, say: Say, advance: Advance) -> Rep
     if not _tracks(o) or made.slopes is None or made.mapping is None:
         return made
     say("Table IV: three locations, two references, four methods, two sets of settings")
-    prepared = reproduce_tracking.prepare(o.seed, made.mapping.predict, biases(made.slopes))
+    prepared = reproduce_tracking.prepare(o.seed, made.mapping.predict, reproduce_tracking.biases(made.slopes))
     blocks = tuple(reproduce_tracking.block(s, prepared, o.seed) for s in (STATED, FITTED))
     made = replace(made, prepared=prepared, blocks=blocks)
     if "IV" not in o.tables:
@@ -160,11 +160,6 @@ def _beyond(made: Reproduction, o: Options, say: Say, advance: Advance) -> Repro
     return made
 
 
-def biases(slopes: Slopes) -> tuple[float, float]:
-    """Return the pre-calibrated biases of the actuation tendon (N): means over Table I's configurations."""
-    return slopes.entries["bias", "act_beta_p", "mean"], slopes.entries["bias", "act_beta_r", "mean"]
-
-
 _TRACKED = ("IV", "summary", "headline")
 
 
@@ -175,20 +170,3 @@ def _judged(
     published = [e for t in tables for e in of_table(t)]
     found = compare(published, ours, spread.of(block), block)
     return [c for c in found if c.ours is not None] if only else found
-
-
-def measure_spread(seed: int, seeds: int, advance: Callable[[float], None] | None = None) -> Spread:
-    """Return mean and standard deviation of every entry of Tables I, II and IV over ``seeds`` data sets.
-
-    Each seed draws its own configurations, noise and references; the mapping is trained once, on the first.
-    """
-    first = reproduce_mapping.run(seed, 2, left_out_seeds=1)
-    calibration = reproduce_slopes.run(seed)
-    draws: list[dict[str, dict[Key, float]]] = []
-    for one, slopes in zip(range(seed + 1, seed + 1 + seeds), reproduce_slopes.spread(seeds, seed + 1), strict=True):
-        prepared = reproduce_tracking.prepare(one, first.predict, biases(calibration))
-        stated, fitted = (reproduce_tracking.block(s, prepared, one).entries for s in (STATED, FITTED))
-        draws.append({STATED.name: {**slopes, **stated}, FITTED.name: fitted})
-        if advance is not None:
-            advance(1)
-    return of_draws(draws)

@@ -10,8 +10,6 @@ from multiprocessing import get_context
 from sstl_cli.paper.block_r import Tracked
 from sstl_cli.paper.spread import Draw
 
-EXPERIMENTS = ("R", "III")
-
 
 @dataclass(frozen=True)
 class Drawn:
@@ -23,15 +21,15 @@ class Drawn:
 
 
 def draw(experiment: str, seed: int) -> Drawn:
-    """Return one data seed of an experiment."""
+    """Return one data seed of an experiment: ``generator`` (Tables I, II and IV), ``III`` or ``R``."""
     if experiment == "R":
         from sstl_cli.paper import block_r
 
         made = block_r.run(seed)
         return Drawn(seed, block_r.draw(made), made.tracked)
-    from sstl_cli.steps import reproduce_mapping
+    from sstl_cli.steps import reproduce_mapping, reproduce_tracking
 
-    return Drawn(seed, reproduce_mapping.draw(seed))
+    return Drawn(seed, reproduce_mapping.draw(seed) if experiment == "III" else reproduce_tracking.draw(seed))
 
 
 def run(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pyarrow as pa
@@ -37,10 +36,3 @@ def run(seed: int) -> Slopes:
     """Return Tables I and II of the 40 simulated CP configurations."""
     theta, shown = identify(load("paper-cp40"), seed, show="CP-0500")
     return Slopes(theta, slope_entries(theta), shown)
-
-
-def spread(seeds: int, first: int = 0) -> Iterator[dict[Key, float]]:
-    """Yield the entries of Tables I and II for one seed after the other."""
-    scenario = load("paper-cp40")
-    for seed in range(first, first + seeds):
-        yield slope_entries(identify(scenario, seed)[0])

@@ -12,7 +12,7 @@ from sstl_cli.paper import chosen, scores
 from sstl_cli.paper.published import entries
 from sstl_cli.paper.settings import FITTED, PARTS, STATED, fitted_values, partly
 from sstl_cli.paper.spread import of_draws
-from sstl_cli.steps import reproduce, reproduce_mapping, reproduce_probe, reproduce_slopes, reproduce_tracking
+from sstl_cli.steps import reproduce_mapping, reproduce_probe, reproduce_slopes, reproduce_tracking
 from sstl_cli.steps.reproduce_probe import FULL, PARTIAL, Probe
 
 
@@ -26,7 +26,7 @@ def prepared(slopes):
     truth = reproduce_tracking.tracked(0)
     exact = np.array([[truth[p].act.gamma_p, truth[p].act.gamma_r] for p in ("NP", "CP", "ND")])
     # cases come in the order NP, CP, ND: a perfect mapping
-    return reproduce_tracking.prepare(0, lambda sstl: exact, reproduce.biases(slopes))
+    return reproduce_tracking.prepare(0, lambda sstl: exact, reproduce_tracking.biases(slopes))
 
 
 def test_chosen():
