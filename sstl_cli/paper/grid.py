@@ -201,7 +201,7 @@ def mark(c: Compared) -> str:
     relative = c.relative_pct
     if c.verdict != DIFFERS or relative is None:
         return MARKS[c.verdict]
-    return f"{MARKS[c.verdict]}{relative:+.0f}%"
+    return f"{MARKS[c.verdict]}{relative:+.0f}"
 
 
 def label(name: str) -> str:
