@@ -26,7 +26,7 @@ NAMES = {
     "rmse_r": "RMSE Gr",
     "total": "Total",
     "rmse": "mean RMSE",
-    "red": "mean reduction %",
+    "red": "reduction %",
     "recovery": "of DI's %",
 }
 WIDTH = 80
@@ -55,7 +55,7 @@ def text(grid: Grid) -> str:
         ]
         return " ".join(parts).rstrip()
 
-    out = [*wrapped(grid.source), grid.title, line(grid.header), "-" * min(sum(widths) + len(widths) - 1, WIDTH)]
+    out = [*wrapped(grid.source), *wrapped(grid.title), line(grid.header), "-" * min(sum(widths) + len(widths) - 1, WIDTH)]
     out += [line(r) for r in grid.rows]
     for note in grid.notes:
         out += wrapped(note)
@@ -170,8 +170,9 @@ def _summary_grids(blocks: Blocks, shown: Sequence[str]) -> list[Grid]:
             entry = next(c.entry for c in found if c is not None)
             cells = [number(c.ours, entry.decimals) + mark(c) if c else "-" for c in found]
             over = blocks.get("rig", {}).get(key)
-            rows.append((entry.row, label(entry.column), entry.text(), *cells, _spread(over) if over else "-"))
-        header = ("row", "entry", "paper", *(TRACKED[b] for b in shown), "R over data sets")
+            sd = f"{over.sd:.{entry.decimals + 1}f}" if over is not None and over.sd is not None else "-"
+            rows.append((entry.row, label(entry.column), entry.text(), *cells, sd))
+        header = ("row", "entry", "paper", *(TRACKED[b] for b in shown), "sd of R")
         grids.append(Grid(f"IV-{table}", titles()[table], header, tuple(rows), (LEGEND,), 2))
     return grids
 

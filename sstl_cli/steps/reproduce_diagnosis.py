@@ -30,7 +30,7 @@ DIAGNOSED_BENDS = WITHHELD_BENDS = 2
 #: the simulator is diagnosed again until nothing more is named, at most so often
 ROUNDS = 2
 MAX_EFFECTS = 3
-UNNAMED = "an effect without a name"
+UNNAMED = "one without a name"
 
 
 @dataclass(frozen=True)

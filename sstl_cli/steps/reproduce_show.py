@@ -212,7 +212,7 @@ def _closed(closed: tuple[Closed, ...]) -> list[Grid]:
         return []
 
     def pair(values: tuple[float | None, float | None]) -> str:
-        return " -> ".join(number(v, 2) for v in values)
+        return ">".join(number(v, 2) for v in values)
 
     rows = tuple(
         (" + ".join(c.missing), " + ".join(c.named) or c.status, "yes" if c.right else "no",
@@ -221,10 +221,10 @@ def _closed(closed: tuple[Closed, ...]) -> list[Grid]:
     )  # fmt: skip
     notes = (
         "withheld: RMSE (N) on bends the diagnosis has not seen; promised: distance (N) of the simulator's Table IV to "
-        "the rig's; tracked: RMSE (N) on the rig with the mapping trained in the simulator, mean of all; before -> after.",
+        "the rig's; tracked: RMSE (N) on the rig with the mapping trained in the simulator, mean of all; before > after.",
         *(f"{' + '.join(c.missing)}: {c.sentence}" for c in closed),
     )
-    header = ("missing in the simulator", "diagnosed", "right", "withheld", "promised", "tracked")
+    header = ("missing", "diagnosed", "right", "withheld", "promised", "tracked")
     return [Grid("gap", "The rig against a simulator that lacks something, diagnosed", header, rows, notes, 2)]
 
 
