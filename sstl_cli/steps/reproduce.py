@@ -74,8 +74,15 @@ def run(
 ) -> Reproduction:
     """Return the tables asked for; ``report`` is told what begins."""
     say = report or (lambda text: None)
+    seeds = range(options.seed, options.seed + options.data_seeds) if "R" in options.tables else range(0)
     made = Reproduction(figures="figures" in options.tables)
-    for part in (_lines, _mapping, _tracking, _rig, _diagnosis, _beyond):
+    with reproduce_seeds.beside("R", seeds, options.workers - 1) as drawn:
+        for part in (_lines, _mapping, _tracking):
+            made = part(made, options, say, advance)
+        if seeds:
+            say(f"block R: the rig, 150 bends, one network, four methods; {len(seeds)} data seeds")
+            made = _rig(made, drawn())
+    for part in (_diagnosis, _beyond):
         made = part(made, options, say, advance)
     return made
 
@@ -125,17 +132,12 @@ def _tracking(made: Reproduction, o: Options, say: Say, advance: Advance) -> Rep
     return replace(made, gap=reproduce_gap.run(prepared, o.seed), compared=(*made.compared, *compared))
 
 
-def _rig(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
-    if "R" not in o.tables:
-        return made
-    seeds = range(o.seed, o.seed + o.data_seeds)
-    say(f"block R: the rig, 150 bends, one network, four methods; {o.data_seeds} data seeds")
-    drawn = tuple(reproduce_seeds.together("R", seeds, o.workers))
+def _rig(made: Reproduction, drawn: Sequence[Drawn]) -> Reproduction:
     spread = stored("R")
     mean = of_draws([d.entries for d in drawn]).of("rig")
     compared = _judged(PUBLISHED, {k: v for k, (v, _) in mean.items()}, spread, "rig", only=True)
     outside = tuple(gate.outside([d.entries for d in drawn], spread))
-    return replace(made, rig=drawn, outside=outside, compared=(*made.compared, *compared))
+    return replace(made, rig=tuple(drawn), outside=outside, compared=(*made.compared, *compared))
 
 
 def _diagnosis(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 
+from sstl_cli.core.workers import end_with
 from sstl_cli.paper.block_r import Tracked
 from sstl_cli.paper.spread import Draw
 
@@ -44,9 +47,15 @@ def run(
         yield made
 
 
-def together(experiment: str, seeds: Sequence[int], workers: int) -> list[Drawn]:
-    """Return several seeds, computed by as many processes."""
-    if workers < 2 or len(seeds) < 2:
-        return [draw(experiment, s) for s in seeds]
-    with ProcessPoolExecutor(min(workers, len(seeds)), get_context("spawn")) as pool:
-        return list(pool.map(draw, [experiment] * len(seeds), seeds))
+@contextmanager
+def beside(experiment: str, seeds: Sequence[int], workers: int) -> Iterator[Callable[[], list[Drawn]]]:
+    """Yield a function that waits for several seeds, computed by other processes meanwhile (0: when it is called)."""
+    if workers < 1 or not seeds:
+        yield lambda: [draw(experiment, s) for s in seeds]
+        return
+    pool = ProcessPoolExecutor(min(workers, len(seeds)), get_context("spawn"), end_with, (os.getpid(),))
+    try:
+        jobs = [pool.submit(draw, experiment, s) for s in seeds]
+        yield lambda: [job.result() for job in jobs]
+    finally:
+        pool.shutdown(cancel_futures=True)

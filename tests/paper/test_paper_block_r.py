@@ -135,7 +135,8 @@ def test_stopped_runs_are_taken_up(monkeypatch):
     at_hand = {1: {"rig": {K: 10.0}}}
     found = list(reproduce_seeds.run("R", (1, 2), at_hand.get, kept.__setitem__))
     assert found == [{"rig": {K: 10.0}}, {"rig": {K: 2.0}}] and kept == {2: {"rig": {K: 2.0}}}
-    assert [d.seed for d in reproduce_seeds.together("R", (4, 5), 1)] == [4, 5]
+    with reproduce_seeds.beside("R", (4, 5), 0) as drawn:
+        assert [d.seed for d in drawn()] == [4, 5]
 
 
 def test_contests_by_hand():
