@@ -6,8 +6,9 @@ anything is allocated. Source: MAT-File Format, The MathWorks, level 5.
 
 from __future__ import annotations
 
+import tempfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,9 @@ TITLE = "a MATLAB file (v5 to v7)"
 EXTENSIONS = (".mat",)
 RANK = 20
 MAX_DEPTH = 16
+# compressed variables up to this size are inflated in memory
+SPOOL_BYTES = 64 << 20
+PIECE_BYTES = 8 << 20
 MAX_ELEMENTS = 200_000
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _MATRIX, _COMPRESSED, _UTF8, _UTF16, _UTF32 = 14, 15, 16, 17, 18
@@ -62,9 +66,19 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
                 raise SstlError(
                     f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328"
                 )
-            held = text_array(values) if name in labels else np.asarray(values, np.float64)
-            columns[name] = lambda a, b, held=held: held[a:b] if len(held) > 1 else held
+            held = text_array(values) if name in labels else values
+            columns[name] = _cut(held)
         yield from slices(rows, columns, path.stat().st_size, path)
+
+
+def _cut(held: Any) -> Callable[[int, int], Any]:
+    """Return a function that gives rows of a channel; numbers are converted a piece at a time."""
+
+    def rows(a: int, b: int) -> Any:
+        piece = held[a:b] if len(held) > 1 else held
+        return np.asarray(piece, np.float64) if isinstance(held, np.ndarray) else piece
+
+    return rows
 
 
 @dataclass
@@ -167,7 +181,6 @@ class _Walk:
 
 def _vectors(path: Path) -> dict[str, Any]:
     """Return every vector of the file by name: number arrays, and lists of texts."""
-    check_declared(path, path.stat().st_size, "the file", whole=True)
     size = path.stat().st_size
     raw = np.memmap(path, np.uint8, "r")
     data = memoryview(raw)  # type: ignore[arg-type]
@@ -179,10 +192,10 @@ def _vectors(path: Path) -> dict[str, Any]:
         kind, length, start, at = walk.tag(data, at)
         body = data[start : start + length]
         if kind == _COMPRESSED:
-            inner = _inflate(body, size, spent, path)
+            inner = _inflate(body, size, spent, order, path)
             spent += len(inner)
-            kind, length, start, _ = walk.tag(memoryview(inner), 0)
-            body = memoryview(inner)[start : start + length]
+            kind, length, start, _ = walk.tag(inner, 0)
+            body = inner[start : start + length]
         if kind == _MATRIX and length:
             name, value = walk.matrix(body)
             _flatten(name, value, out)
@@ -195,22 +208,44 @@ def _vectors(path: Path) -> dict[str, Any]:
     return out
 
 
-def _inflate(body: memoryview, size: int, spent: int, path: Path) -> bytes:
-    """Return the deflated bytes, refused beyond the limits instead of filling the memory."""
+def _inflate(body: memoryview, size: int, spent: int, order: str, path: Path) -> memoryview:
+    """Return the deflated bytes of a variable, no more than its first tag declares and the limits allow.
+
+    Large ones lie in an unnamed file, not in memory.
+    """
     worker = zlib.decompressobj()
-    pieces, total = [], 0
-    data: bytes = bytes(body)
-    while data and not worker.eof:
-        piece = worker.decompress(data, 8 << 20)
-        data = worker.unconsumed_tail
-        total += len(piece)
-        check_declared(path, spent + total, "a compressed variable", size, whole=True)
-        pieces.append(piece)
-        if not piece and not data:
-            break
-    if not worker.eof:
+    at = PIECE_BYTES
+    head = worker.decompress(bytes(body[:at]), 8)
+    if len(head) < 8:
         raise ValueError("a compressed variable is cut off")
-    return b"".join(pieces)
+    declared = 8 + int(np.frombuffer(head[4:8], order + "u4")[0])
+    check_declared(path, spent + declared, "a compressed variable", size)
+    total = len(head)
+    with tempfile.SpooledTemporaryFile(SPOOL_BYTES) as spool:
+        spool.write(head)
+        data = worker.unconsumed_tail
+        while not worker.eof and (data or at < len(body)):
+            if not data:
+                data, at = bytes(body[at : at + PIECE_BYTES]), at + PIECE_BYTES
+            piece = worker.decompress(data, PIECE_BYTES)
+            data = worker.unconsumed_tail
+            total += len(piece)
+            if total > declared + 8:
+                raise SstlError(
+                    f"a compressed variable declares {declared} bytes and holds more",
+                    where=str(path),
+                    fix="damaged or hostile: save it again",
+                    code="E312",
+                )
+            spool.write(piece)
+        if not worker.eof:
+            raise ValueError("a compressed variable is cut off")
+        if total <= SPOOL_BYTES:
+            spool.seek(0)
+            return memoryview(spool.read())
+        spool.flush()
+        # the mapping keeps the file's bytes after its name and handle are gone
+        return memoryview(np.memmap(spool, np.uint8, "r"))  # type: ignore[arg-type]
 
 
 def _flatten(name: str, value: Any, out: dict[str, Any]) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import stat
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
@@ -14,6 +16,7 @@ import numpy as np
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import (
     MAX_CHANNELS,
+    ROWS_PER_BLOCK,
     Block,
     Channel,
     Layout,
@@ -21,7 +24,6 @@ from sstl_cli.importers.base import (
     check_declared,
     guarded,
     same_length,
-    slices,
     text_array,
 )
 
@@ -40,62 +42,121 @@ def sniff(head: bytes, path: Path) -> bool:
     )
 
 
+@dataclass(frozen=True)
+class Stored:
+    """One array of the file: its name, archive member (None: the file itself), shape, type and order."""
+
+    name: str
+    member: str | None
+    shape: tuple[int, ...]
+    kind: np.dtype
+    fortran: bool
+
+    @property
+    def rows(self) -> int:
+        """Number of values of each of its channels."""
+        return self.shape[0] if self.matrix else int(np.prod(self.shape, dtype=object)) if self.shape else 1
+
+    @property
+    def matrix(self) -> bool:
+        """Whether its columns are the channels."""
+        return not self.kind.names and len(self.shape) == 2 and self.shape[0] > 1 and self.shape[1] > 1
+
+
 def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the arrays and matrix columns (``name[2]``) and the fields of structured arrays (``name.field``)."""
     with guarded(path, TITLE):
         out = []
-        for name, _, shape, kind in _members(path):
-            if kind.names:
-                out += [Channel(f"{name}.{f}", _rows(shape), text=kind[f].kind in "US") for f in kind.names]
-            elif len(shape) == 2 and shape[1] > 1 and shape[0] > 1:
-                out += [Channel(f"{name}[{i + 1}]", shape[0]) for i in range(min(shape[1], 512))]
-            elif kind.kind in "biufUS":
-                out.append(Channel(name, _rows(shape), text=kind.kind in "US"))
+        for a in _members(path):
+            if a.kind.names:
+                out += [Channel(f"{a.name}.{f}", a.rows, text=a.kind[f].kind in "US") for f in a.kind.names]
+            elif a.matrix:
+                out += [Channel(f"{a.name}[{i + 1}]", a.rows) for i in range(min(a.shape[1], 512))]
+            elif a.kind.kind in "biufUS":
+                out.append(Channel(a.name, a.rows, text=a.kind.kind in "US"))
         return out[:MAX_CHANNELS]
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
-    """Yield blocks of the named arrays."""
-    with guarded(path, TITLE):
-        held: dict[str, Any] = {}
-        wanted = list(dict.fromkeys([*numbers, *labels]))
-        for name, member, _, kind in _members(path):
-            mine = [w for w in wanted if w == name or w.startswith((name + ".", name + "["))]
-            if not mine:
-                continue
-            array = _load(path, member)
-            for full in mine:
-                rest = full[len(name) :]
-                if rest.startswith(".") and kind.names:
-                    values = array[rest[1:]].ravel()
-                elif rest.startswith("["):
-                    values = array[:, int(rest[1:-1]) - 1]
-                else:
-                    values = array.ravel()
-                if full in numbers and values.dtype.kind not in "biuf":
-                    raise SstlError(
-                        f"'{full}' holds text, not numbers", where=str(path), fix="map another array", code="E328"
-                    )
-                held[full] = text_array(values) if full in labels else values.astype(np.float64)
-        rows = same_length(path, {n: len(v) for n, v in held.items()})
-        columns: dict[str, Any] = {n: (lambda a, b, v=v: v[a:b] if len(v) > 1 else v) for n, v in held.items()}
-        yield from slices(rows, columns, path.stat().st_size, path)
+    """Yield blocks of the named arrays; no array is held whole, but for matrices stored by columns."""
+    wanted = list(dict.fromkeys([*numbers, *labels]))
+    with guarded(path, TITLE), ExitStack() as stack:
+        parts: list[tuple[Stored, list[str]]] = []
+        for array in _members(path):
+            mine = [w for w in wanted if w == array.name or w.startswith((array.name + ".", array.name + "["))]
+            if mine:
+                parts.append((array, mine))
+        lengths = {w: array.rows for array, mine in parts for w in mine}
+        rows = same_length(path, lengths)
+        readers = [(array, mine, _rows_of(path, array, rows, stack)) for array, mine in parts]
+        size = path.stat().st_size
+        for start in range(0, rows, ROWS_PER_BLOCK):
+            n = min(ROWS_PER_BLOCK, rows - start)
+            columns: dict[str, Any] = {}
+            for array, mine, take in readers:
+                piece = take(n)
+                for full in mine:
+                    columns[full] = _column(path, array, piece, full, full in numbers)
+            yield Block(columns, int(size * (start + n) / rows))
 
 
-def _rows(shape: tuple[int, ...]) -> int:
+def _column(path: Path, array: Stored, piece: np.ndarray, full: str, number: bool) -> Any:
+    rest = full[len(array.name) :]
+    if rest.startswith(".") and array.kind.names:
+        values = piece[rest[1:]].ravel()
+    elif rest.startswith("["):
+        values = piece[:, int(rest[1:-1]) - 1]
+    else:
+        values = piece.ravel()
+    if number and values.dtype.kind not in "biuf":
+        raise SstlError(f"'{full}' holds text, not numbers", where=str(path), fix="map another array", code="E328")
+    return values.astype(np.float64) if number else text_array(values)
+
+
+def _rows_of(path: Path, array: Stored, rows: int, stack: ExitStack) -> Callable[[int], np.ndarray]:
+    """Return a function that gives the next rows of an array."""
+    if array.member is None or (array.rows == 1 and rows > 1) or (array.fortran and array.matrix):
+        whole = _load(path, array)
+        if not array.matrix:
+            whole = whole.ravel()
+        if array.rows == 1 and rows > 1:
+            return lambda n: whole
+        done = 0
+
+        def cut(n: int) -> np.ndarray:
+            nonlocal done
+            done += n
+            return whole[done - n : done]
+
+        return cut
+    file = stack.enter_context(stack.enter_context(zipfile.ZipFile(path)).open(array.member))
+    _header(file, path, array.member)
+    width = array.shape[1] if array.matrix else 1
+
+    def stream(n: int) -> np.ndarray:
+        data = file.read(n * width * array.kind.itemsize)
+        if len(data) < n * width * array.kind.itemsize:
+            raise ValueError(f"'{array.member}' ends early")
+        piece = np.frombuffer(data, array.kind)
+        return piece.reshape(n, width) if array.matrix else piece
+
+    return stream
+
+
+def _size(shape: tuple[int, ...]) -> int:
     return int(np.prod(shape, dtype=object)) if shape else 1
 
 
-def _members(path: Path) -> list[tuple[str, str | None, tuple[int, ...], np.dtype]]:
+def _members(path: Path) -> list[Stored]:
     """Return name, archive member, shape and type of every array, checked against the sizes that are there."""
     size = path.stat().st_size
     with open(path, "rb") as file:
         if file.read(6) == _MAGIC:
             file.seek(0)
-            shape, kind, _ = _header(file, path, path.name)
-            _check(path, path.name, shape, kind, size, size)
-            return [(path.stem, None, shape, kind)]
-    out: list[tuple[str, str | None, tuple[int, ...], np.dtype]] = []
+            shape, kind, fortran = _header(file, path, path.name)
+            _check(path, path.name, shape, kind, size)
+            return [Stored(path.stem, None, shape, kind, fortran)]
+    out: list[Stored] = []
     with zipfile.ZipFile(path) as archive:
         entries = archive.infolist()
         if len(entries) > MAX_CHANNELS:
@@ -107,11 +168,10 @@ def _members(path: Path) -> list[tuple[str, str | None, tuple[int, ...], np.dtyp
             _check_name(entry, path)
             if not entry.filename.endswith(".npy"):
                 continue
-            check_declared(path, entry.file_size, f"member '{entry.filename}'", size, whole=True)
             with archive.open(entry) as file:
-                shape, kind, _ = _header(file, path, entry.filename)
-            _check(path, entry.filename, shape, kind, entry.file_size, size)
-            out.append((entry.filename[:-4], entry.filename, shape, kind))
+                shape, kind, fortran = _header(file, path, entry.filename)
+            _check(path, entry.filename, shape, kind, entry.file_size)
+            out.append(Stored(entry.filename[:-4], entry.filename, shape, kind, fortran))
     return out
 
 
@@ -145,8 +205,8 @@ def _header(file: IO[bytes], path: Path, name: str) -> tuple[tuple[int, ...], np
     return shape, kind, fortran
 
 
-def _check(path: Path, name: str, shape: tuple[int, ...], kind: np.dtype, stored: int, size: int) -> None:
-    declared = _rows(shape) * max(kind.itemsize, 1)
+def _check(path: Path, name: str, shape: tuple[int, ...], kind: np.dtype, stored: int) -> None:
+    declared = _size(shape) * max(kind.itemsize, 1)
     if declared < 0 or declared > stored or any(d < 0 for d in shape):
         raise SstlError(
             f"'{name}' declares {declared:.3g} bytes of values and stores {stored}",
@@ -156,8 +216,9 @@ def _check(path: Path, name: str, shape: tuple[int, ...], kind: np.dtype, stored
         )
 
 
-def _load(path: Path, member: str | None) -> np.ndarray:
-    if member is None:
+def _load(path: Path, array: Stored) -> np.ndarray:
+    if array.member is None:
         return np.asarray(np.load(path, allow_pickle=False, mmap_mode="r"))
+    check_declared(path, _size(array.shape) * array.kind.itemsize, f"member '{array.member}'", whole=True)
     with np.load(path, allow_pickle=False, max_header_size=MAX_HEADER_BYTES) as archive:
-        return np.asarray(archive[member[:-4]])
+        return np.asarray(archive[array.name])
