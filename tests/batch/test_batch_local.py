@@ -165,7 +165,7 @@ def test_a_worker_that_dies_costs_only_its_file(logs: Path, tmp_path: Path, monk
     (tmp_path / "out" / ".batch").mkdir(parents=True)
     items = step.plan("segment", [str(logs / f"r{i}.parquet") for i in range(3)], [])
     jobs = [Job("segment", item, str(tmp_path / "out"), False, {}, os.getcwd()) for item in items]
-    monkeypatch.setattr(pool, "run_one", dies_on_r1)
+    monkeypatch.setattr(pool, "run_here", dies_on_r1)
     told: list[step.Outcome] = []
     states = [o.state for o in pool.run_all(jobs, 2, None, told.append)]
     # what was finished when the pool broke is found complete when it is tried again
@@ -173,12 +173,12 @@ def test_a_worker_that_dies_costs_only_its_file(logs: Path, tmp_path: Path, monk
     assert sorted(o.source for o in told) == [i.source for i in items]
 
 
-def dies_on_r1(job: object) -> step.Outcome:
-    from sstl_cli.cli._batch_worker import run_one
+def dies_on_r1(job: object, program: int) -> step.Outcome:
+    from sstl_cli.cli._batch_worker import run_here
 
     if job.item.source.endswith("r1.parquet"):  # type: ignore[attr-defined]
         os.kill(os.getpid(), 9)
-    return run_one(job)  # type: ignore[arg-type]
+    return run_here(job, program)  # type: ignore[arg-type]
 
 
 def test_plan_refuses_clashes_and_shared_side_outputs() -> None:
