@@ -28,6 +28,7 @@ FILES = {
     "sstl.controller/1", "sstl.batch-record/1",
 }  # fmt: skip
 FEW = ("--effects", "pulley_friction,const_friction", "--max-effects", 1)
+ONE = ("--methods", "proposed", "--config-id", "CP-020", "--cycles", 1)
 # words of a call, and the documents it prints; in the order of the work, in one folder
 CALLS = [
     (("simulate", "--scenario", "paper-cp40", "--out", "training.parquet", "--seed", 1), ["simulate"]),
@@ -39,7 +40,7 @@ CALLS = [
     (("train", "tt.parquet", "--variants", "linear", "--seeds", 2, "--out", "m.safetensors"), ["train"]),
     (("evaluate", "m.safetensors", "--theta", "tt.parquet", "--tables"), ["evaluate"]),
     (("evaluate", "m.safetensors", "--theta", "tt.parquet", "--max-rmse", 0), ["evaluate"]),
-    (("compensate", "--theta", "theta.parquet", "--model", "m.safetensors", "--out", "c.parquet"), ["compensate"]),
+    (("compensate", "--theta", "theta.parquet", "--model", "m.safetensors", *ONE, "--out", "c.parquet"), ["compensate"]),
     (("compensate", "--theta", "theta.parquet", "--max-rmse", 0), ["compensate"]),
     (("diagnose", "c.parquet"), ["stages"]),
     (("diagnose", "log.parquet", "--out", "d.json", *FEW), ["diagnosis"]),
