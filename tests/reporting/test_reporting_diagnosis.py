@@ -22,7 +22,8 @@ def shown(document, *more) -> str:
 
 
 def words_of(html: str) -> str:
-    return " ".join(unescape(re.sub(r"<[^>]+>", " ", html)).split())
+    # a name may break behind an underscore
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", html.replace("<wbr>", ""))).split())
 
 
 def two_tendons():
@@ -111,6 +112,15 @@ def test_what_newer_documents_add_is_shown():
     for part in ("out exceeds in by 4 %", "frequency hz 12.5", "run-7", "out_sstl", "31.5", "z_out_act_n 0.32", "0.61 V", "gap / V", "0.11"):
         assert part in text, part
     assert made.HOSTILE not in html
+
+
+def test_a_class_that_cannot_be_separated_shows_the_equations_of_its_members():
+    document = made.diagnosis(("lag: channel_delay | channel_lowpass",), "identified")
+    document["verdict"]["members"] = {"lag: channel_delay | channel_lowpass": ["channel_delay", "channel_lowpass"]}
+    document["candidates"][0] |= {"id": "lag: channel_delay | channel_lowpass", "members": ["channel_delay", "channel_lowpass"]}
+    html = shown(document)
+    assert 'id="effect-channel-delay"' in html and 'id="effect-channel-lowpass"' in html
+    assert "Lag: channel delay | channel lowpass." in words_of(html)
 
 
 def test_none_lists_no_candidates():

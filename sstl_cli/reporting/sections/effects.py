@@ -19,6 +19,14 @@ def context(inputs: Inputs) -> dict[str, Any]:
         for _, part in tendons(document):
             verdict = mapping(part, "verdict")
             named += [*texts(verdict, "effects"), *texts(verdict, "ambiguity_group")]
-            named += [str(i) for c in rows(part, "candidates") for i in (c.get("id"), *(p.get("effect") for p in rows(c, "parameters")))]
+            named += _parts(verdict.get("members"))
+            for c in rows(part, "candidates"):
+                named += [str(c.get("id")), *_parts(c.get("members")), *(str(p.get("effect")) for p in rows(c, "parameters"))]
     known = [e for e in dict.fromkeys(named) if e in inputs.catalogue]
     return {"effects": [{"id": e, "anchor": anchor(e), "note": inputs.catalogue[e]} for e in known]}
+
+
+def _parts(members: Any) -> list[str]:
+    """Return the effects of a class that this data cannot separate: a list, or lists by the name of the class."""
+    found = [m for group in members.values() for m in group] if isinstance(members, dict) else members
+    return [str(m) for m in found] if isinstance(found, list) else []
