@@ -160,14 +160,13 @@ def held_from(share: float, until: float) -> Callable[[Run], Run]:
 
 
 def foreign_output(log: Log, rng: np.random.Generator) -> Log:
-    """Pair inputs with outputs of another log's random movement."""
-    other = draw(int(rng.integers(1 << 30)), 0, 2, ("act",))
+    """Pair the input of one movement with the output of another, from another log."""
+    other = [r for r in draw(int(rng.integers(1 << 30)), 0, 2, ("act",)) if r.trajectory != "trapezoid"]
     rich = max(other, key=lambda r: float(np.sum(np.abs(np.diff(r.tension_out_n[:: max(1, len(r) // 200)])))))
-    out = []
-    for r in log:
-        n = min(len(r), len(rich))
-        out.append(Run(r.run_id, r.system, r.time_s[:n], r.tension_in_n[:n], rich.tension_out_n[:n], r.config_id, r.location, r.lead_mm))
-    return out[:1]
+    mine = next(r for r in log if r.trajectory == "trapezoid")
+    part = rich.tension_out_n[:: max(1, len(rich) // len(mine))]
+    n = min(len(mine), len(part))
+    return [Run(mine.run_id, mine.system, mine.time_s[:n], mine.tension_in_n[:n], part[:n], mine.config_id, mine.location, mine.lead_mm)]
 
 
 def noisy(r: Run) -> Run:
