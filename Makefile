@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint docs reproduce reproduce-seeds blind blind-full bench sbom statistics fuzz kill mutation effects-table gate-table samples clean
+.PHONY: help install test test-slow lint docs reproduce reproduce-seeds blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood effects-table gate-table samples clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -65,12 +65,21 @@ $(OUT)/blind-quick/score.json: $(STAMP) $(SOURCES)
 	$(BIN)/sstl blind run $(OUT)/blind-quick
 	$(BIN)/sstl blind score $(OUT)/blind-quick --out $@
 
-blind-full: $(STAMP) ## withheld-effect check, published run (hours)
+blind-full: $(STAMP) ## withheld-effect check, published run (hours); the seed is drawn and sealed
 	mkdir -p $(OUT)
-	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 900 --seed 20260001
+	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 300
 	$(BIN)/sstl blind run $(OUT)/blind-full
+	$(BIN)/sstl blind limit $(OUT)/blind-full
 	$(BIN)/sstl blind score $(OUT)/blind-full --out $(OUT)/blind-full/score.json --force
 	$(BIN)/python tools/blind_table.py $(OUT)/blind-full/score.json --commit "commit $$(git rev-parse --short HEAD)"
+
+library: $(STAMP) ## draw and search the cases that the verdict is learned from (hours; goes on where it stopped)
+	mkdir -p $(OUT)
+	test -f $(OUT)/library.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library.parquet --cases 600 --quick --seed 31000000
+
+LIBRARY := data/library.parquet
+learn: $(STAMP) ## learn the verdict's weights again from LIBRARY, say how they do on simulators left out
+	$(BIN)/sstl blind learn $(LIBRARY) --out sstl_cli/diagnosis/weights.json --force
 
 bench: $(STAMP) ## compare with what a user would do instead; writes benchmarks/results.json
 	$(BIN)/python benchmarks/run.py
@@ -89,6 +98,9 @@ kill: $(STAMP) ## kill -9 at 200 random moments; fills docs/trust.md
 
 mutation: $(STAMP) ## do the tests notice small faults? a sample of SAMPLE a part; fills docs/trust.md
 	$(BIN)/python tools/mutation.py --sample $(or $(SAMPLE),100) --seed $(SEED) --publish
+
+likelihood: $(STAMP) ## whitened residuals of nulls by simulator and phase; writes docs/likelihood.md
+	$(BIN)/python tools/likelihood.py
 
 effects-table: $(STAMP) ## fast model against rig and bristle simulator, per effect; writes docs/effects.md, bristle.md and variant.md
 	$(BIN)/python tools/effects_table.py

@@ -12,6 +12,7 @@ from typing import Any
 
 from page_part import put, table
 
+from sstl_cli.blind.score import SAID
 from sstl_cli.blind.strength import STRENGTHS
 
 
@@ -56,12 +57,26 @@ def baselines(score: dict[str, Any]) -> str:
     return table(["rule", "isolated", "false alarm", "wrong commits", "unknown recall"], rows)
 
 
+def sides(rows: list[dict[str, Any]]) -> str:
+    """Return every rate with one column a simulator, all together last."""
+    lines: list[list[object]] = [["cases", *(r["cases"] for r in rows)]]
+    lines += [[f"isolated at {s:g} x noise", *(share(r["isolation"][f"{s:g}"]) for r in rows)] for s in STRENGTHS]
+    lines += [[f"in the group at {s:g} x noise", *(share(r["in_group"][f"{s:g}"]) for r in rows)] for s in STRENGTHS]
+    for name, said in SAID.items():
+        lines.append([said, *(_value(r["scores"][name]) for r in rows)])
+    return table(["rate", *(r["simulator"] for r in rows)], lines)
+
+
+def _value(x: Any) -> str:
+    return f"{x:.3f}" if isinstance(x, float) else share(x)
+
+
 def main() -> None:
     """Fill both pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
     parser.add_argument("score", type=Path)
     parser.add_argument("--commit", default="the present version")
-    parser.add_argument("--set", dest="words", default="--cases 900 --seed 20260001")
+    parser.add_argument("--set", dest="words", default="--cases 300")
     given = parser.parse_args()
     score = json.loads(given.score.read_text(encoding="utf-8"))
     kinds = ", ".join(f"{n} {k}" for k, n in sorted(score["kinds"].items()))
@@ -76,7 +91,10 @@ Seal {score['seal'][:16]}; no rule was changed after it was opened. {score['seco
     group = f"Ambiguity groups hold {score['group']['mean_size']:.1f} effects on average, {score['group']['largest']} at most. Predicted and realised shrinkage differ by {score['shrink_mean_difference_pct']:.1f} points on average."
     poor, wrong = score["poor"], score["wrong_nominal"]
     rest = f"Poor excitation: wrong commits {share(poor['wrong_commits'])}, abstained {share(poor['abstained'])}. Wrong nominal theta: false alarm {share(wrong['false_alarm'])}, isolated {share(wrong['isolation'])}."
-    put("blind.md", "published", "\n\n".join([head, targets(score), by_strength(score), by_effect(score), group, rest, reliability, baselines(score)]))
+    compared = [sides(score["by_simulator"])]
+    if score["decidable"] is not None:
+        compared += ["Cases that their recordings could decide (D^2 of at least 24 to base and nearest rival):", sides(score["decidable"])]
+    put("blind.md", "published", "\n\n".join([head, targets(score), *compared, by_strength(score), by_effect(score), group, rest, reliability, baselines(score)]))
     put("../README.md", "blind", f"{score['cases']} withheld cases ({given.words}), {given.commit}:\n\n{targets(score)}")
 
 

@@ -7,6 +7,7 @@ Usage: python tools/effects_table.py [--out docs/effects.md]      the rig
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,11 +18,13 @@ from scipy.optimize import least_squares
 
 from sstl_cli.core.files import atomic
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.fit import Fit, fit
+from sstl_cli.diagnosis import noise
+from sstl_cli.diagnosis.fit import Fit, fit, settle
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import COARSE_ITERATIONS, Search, starts
-from sstl_cli.diagnosis.simulator import Free, Simulator, free_parameters
-from sstl_cli.diagnosis.whitening import fit_whitener, identity
+from sstl_cli.diagnosis.search import COARSE_ITERATIONS, NOTHING, grid
+from sstl_cli.diagnosis.simulator import Free, Simulator
+from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Tendon, Trajectory
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
@@ -63,22 +66,25 @@ CASES: dict[str, Strengths] = {
     "zero_offset": {"z_in_act_n": 0.3, "z_out_act_n": -0.4, "z_in_sstl_n": -0.3, "z_out_sstl_n": 0.2},
 }
 THETA_START = 0.5
+# records quieter than this have no noise to follow
+LEAST_NOISE_N = 1e-3
 # compliance of the tendon as built (1/kN): the rig's position always contains its stretch
 AS_BUILT = {"tendon_elasticity": {"compliance_per_kn": 0.125}}
 
 
 @dataclass(frozen=True)
 class Refit:
-    """The fast model refitted to recordings with one effect: parameters, fit and the search it belongs to."""
+    """The fast model refitted to recordings with one effect: parameters, fit, the base without it, and the records."""
 
     free: tuple[Free, ...]
     fit: Fit
-    search: Search
+    base: Fit
+    sim: Simulator
 
     @property
     def rms_n(self) -> float:
         """RMS of the residual at the analysis rate (N)."""
-        return float(np.sqrt(np.average(self.fit.residual**2, weights=self.search.sim.weight)))
+        return float(np.sqrt(np.average(self.fit.residual**2, weights=self.sim.weight)))
 
 
 def scenario(simulator: str = "rig", white_n: float = 0.0, hz: float = 100.0) -> Scenario:
@@ -106,23 +112,31 @@ def record(effect_id: str | None, simulator: str = "rig", white_n: float = 0.0, 
     return list(simulate.run(scenario(simulator, white_n), effects, seed))
 
 
+def _law(effect_id: str, systems: Sequence[str]) -> Hypothesis:
+    """Return the law of an effect that its case is of, with everything free in it; the shapes of another law show nothing."""
+    stated = set(CASES.get(effect_id, {}))
+    laws = [h for h in variants(effect_id, systems) if stated & {f.parameter.name for f in h.strengths}]
+    return max(laws, key=lambda h: len(h.free)) if get(effect_id).variants and laws else full(effect_id, systems)
+
+
 def refit(effect_id: str, runs: list[Run]) -> Refit:
     """Return the fast model with theta and the parameters of one effect fitted to recordings, then whitened."""
     problem = prepare(runs)
     sim = Simulator(problem, scenario().rig.mechanics())
     # what only the position shows cannot be fitted to tensions; the load is known here
     free = [
-        f
-        for f in free_parameters((effect_id,), problem.systems)
-        if f.effect.id == effect_id and f.parameter.name != "k_sh_mm_per_n"
+        f for f in _law(effect_id, problem.systems).free if f.effect.id == effect_id and f.parameter.name != "k_sh_mm_per_n"
     ]
-    plain = identity(sim.slices(), sim.weight, 0.05)
-    base = fit(sim, plain, (), (), np.full(len(problem.configs), THETA_START), np.zeros(0))
-    tries = (fit(sim, plain, (effect_id,), free, base.theta, s, COARSE_ITERATIONS) for s in starts(free))
+    plain = white(0.05, sim.weight, [s.start for s in sim.slices()])
+    base = fit(sim, plain, NOTHING, np.full(len(problem.configs), THETA_START), np.zeros(0))
+    hypothesis = Hypothesis((effect_id,), tuple(free))
+    tries = (fit(sim, plain, hypothesis, base.theta, s, COARSE_ITERATIONS) for s in grid(free))
     found = min(tries, key=lambda f: f.cost)
-    whiten = fit_whitener(found.residual, sim.weight, sim.slices(), [r.system for r in problem.records])
-    found = fit(sim, whiten, (effect_id,), free, found.theta, found.values)
-    return Refit(tuple(free), found, Search(sim, whiten, base))
+    found = fit(sim, plain, hypothesis, found.theta, found.values)
+    heard = noise.measured(problem.records, sim.phases(found.theta, found.effects).slide)
+    if min(s.white_n for s in heard.output.values()) > LEAST_NOISE_N:
+        found = settle(sim, heard, found)
+    return Refit(tuple(free), found, base, sim)
 
 
 def _rms(x: Array) -> float:

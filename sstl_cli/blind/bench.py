@@ -52,6 +52,7 @@ class Bench:
     fresh: tuple[PlannedRun, ...]
     position: bool = False
     reference: bool = False
+    hardware: str = "rig"
 
     def config_id(self, config: int) -> str:
         """Return the neutral name of a configuration."""
@@ -72,7 +73,7 @@ class Bench:
         )
 
 
-def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str | None = None) -> Bench:
+def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str | None = None, hardware: str = "rig") -> Bench:
     """Return a random bench; ``poor`` is ``slow`` (one slow sinusoid) or ``still`` (never out of backlash)."""
     rate = 100.0 if quick else float(rng.choice(RATES_HZ, p=RATE_WEIGHTS))
     total = int(rng.integers(*(QUICK_SAMPLES if quick else SAMPLES)))
@@ -100,7 +101,7 @@ def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str |
         ea_n=round(spec.ea_n * (1.0 + rng.uniform(-1, 1) * DATA_SHEET_ERROR), 0),
         load_n_per_mm=round(spec.load_k1_n_per_mm * (1.0 + rng.uniform(-1, 1) * DATA_SHEET_ERROR), 3),
     )
-    bench = Bench(spec, noise, rate, theta, locations, nominal, known, (), ())
+    bench = Bench(spec, noise, rate, theta, locations, nominal, known, (), (), hardware=hardware)
     seconds = total / rate / (2 * configs * kinds)
     chosen = [str(k) for k in rng.permutation(KINDS)[: kinds + 1]]
     runs: list[PlannedRun] = []

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from sstl_cli.blind import bench as benches
-from sstl_cli.blind.record import Source
+from sstl_cli.blind.record import DISTURBANCE, Source
 from sstl_cli.blind.schedule import Entry, two_effects
 from sstl_cli.blind.strength import Direction, band, direction, find_scale
-from sstl_cli.blind.unlisted import UNLISTED
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.physics import disturbances
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
 
@@ -39,7 +39,7 @@ class Case:
     truth: dict[str, Any]
 
 
-def draw(entry: Entry, seed: int, quick: bool = False) -> Case:
+def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig") -> Case:
     """Return the case that belongs to a schedule entry and a seed.
 
     Raises
@@ -51,17 +51,17 @@ def draw(entry: Entry, seed: int, quick: bool = False) -> Case:
     for attempt in range(ATTEMPTS):
         rng = stream(seed, "case", attempt)
         try:
-            return _draw(entry, rng, seed, quick)
+            return _draw(entry, rng, seed, quick, hardware)
         except (SstlError, ValueError) as error:
             # a stick-slip bench may be too violent for the solver: another one is drawn, by the same rules
             reason = str(error)
     raise SstlError(f"no bench could be simulated in {ATTEMPTS} attempts ({reason})", where=f"seed {seed}", code="E950")
 
 
-def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool) -> Case:
+def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str) -> Case:
     poor = ("slow", "still")[int(rng.integers(2))] if entry.kind == "poor" else None
-    bench = benches.draw(rng, quick, entry.kind == "nominal", poor)
-    channels = {get(e).channel for e in entry.effects if e not in UNLISTED}
+    bench = benches.draw(rng, quick, entry.kind == "nominal", poor, hardware)
+    channels = {get(e).channel for e in entry.effects if e != DISTURBANCE}
     bench = replace(
         bench,
         position="position" in channels or bool(rng.random() < 0.3),
@@ -103,7 +103,7 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool) -> Cas
         "gap_null_n": null_n,
         "noise_n": noise,
         "excluded": entry.kind == "excluded",
-        "unlisted": [e for e in effects if e in UNLISTED],
+        "unlisted": [] if source.disturbance is None else [source.disturbance.description],
         "wrong_nominal": entry.kind == "nominal",
         "poor": poor,
         "theta": list(bench.theta),
@@ -113,6 +113,7 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool) -> Cas
         "rate_hz": bench.rate_hz,
         "noise": {k: float(getattr(source.bench.noise, k)) for k in ("white_n", "coloured_n", "correlation_s")},
         "nodes": bench.spec.nodes,
+        "simulator": hardware,
         **facts,
     }
     return Case(
@@ -132,10 +133,12 @@ def _withheld(
     if entry.kind == "pair":
         return _two(entry, source, rng, null_n)
     effect_id = entry.effects[0]
+    if effect_id == DISTURBANCE:
+        return _disturbed(entry, source, rng, null_n)
     if entry.kind == "poor" and source.bench.runs[0].command_n.min() > 0.8 * source.bench.runs[0].command_n.max():
         # nothing shows in backlash: a strength that would be plain to see on other movements
         return source, {effect_id: _direction(effect_id, rng, source).at(0.3)}, {}
-    channel = "out" if effect_id in UNLISTED else get(effect_id).channel
+    channel = get(effect_id).channel
     way = _direction(effect_id, rng, source)
     noise = _channel_noise(source, channel) if channel != "out" else source.noise_n
     target = entry.strength * noise
@@ -171,25 +174,22 @@ def _two(
 
 
 def _direction(effect_id: str, rng: np.random.Generator, source: Source) -> Direction:
-    if effect_id in UNLISTED:
-        return _unlisted(effect_id, rng)
     runs = source.bench.runs
     top_in = max(float(r.command_n.max()) for r in runs)
     top_out = max(float(source.truth(r, {})[1].max()) for r in runs)
     return direction(effect_id, rng, top_in, top_out)
 
 
-class _Unlisted(Direction):
-    def at(self, scale: float) -> dict[str, float]:
-        return {**self.shapes, **{k: v * scale for k, v in self.full.items()}}
+def _disturbed(
+    entry: Entry, source: Source, rng: np.random.Generator, null_n: float
+) -> tuple[Source, Effects, dict[str, Any]]:
+    """Return a disturbance that no catalogue holds, drawn until one leaves the wanted gap."""
 
+    def gap(drawn: disturbances.Disturbance, amplitude: float) -> float:
+        return _beyond(replace(source, disturbance=drawn).gap({DISTURBANCE: {"amplitude": amplitude}})[0], null_n)
 
-def _unlisted(kind: str, rng: np.random.Generator) -> Direction:
-    if kind == "position_ripple":
-        return _Unlisted(kind, {"ripple": 0.8}, {"wave_mm": float(rng.uniform(0.5, 2.0))})
-    if kind == "moved_tube":
-        return _Unlisted(kind, {"jump": 0.5 * float(rng.choice((-1.0, 1.0)))}, {"at": float(rng.uniform(0.3, 0.7))})
-    return _Unlisted(kind, {"amplitude_n": 1.0})
+    drawn, amplitude, _ = disturbances.draw_at(rng, entry.strength * source.noise_n, gap)
+    return replace(source, disturbance=drawn), {DISTURBANCE: {"amplitude": amplitude}}, {"scale": amplitude}
 
 
 def _gap_of(source: Source, way: Direction, channel: str, null_n: float) -> Callable[[float], float]:

@@ -19,7 +19,7 @@ class Judged:
     status: str
     effects: tuple[str, ...]
     group: tuple[str, ...]
-    confidence: float
+    confidence: float | None
     seconds: float
     baselines: Mapping[str, str | None]
     predicted_pct: float | None
@@ -90,7 +90,7 @@ def judge(case: str, truth: Mapping[str, Any], result: Mapping[str, Any], realis
         verdict["status"],
         tuple(verdict["effects"]),
         tuple(verdict["ambiguity_group"]),
-        float(verdict["confidence"]),
+        None if verdict["confidence"] is None else float(verdict["confidence"]),
         float(result["seconds"]),
         dict(document.get("baselines", {})),
         gap["shrink_pct"] if named else None,

@@ -8,22 +8,23 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.blind import unlisted
 from sstl_cli.blind.bench import Bench, PlannedRun
 from sstl_cli.blind.retune import Pair, gap_n
-from sstl_cli.core.errors import SstlError
+from sstl_cli.blind.simulators import Hardware
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.physics import disturbances
+from sstl_cli.physics.disturbances import Disturbance, Scene
 from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.rig import QUIET, NoiseSpec, RigRun, resolve_effects, simulate_rig
-from sstl_cli.physics.rig.sensors import record
+from sstl_cli.physics.rig import QUIET, NoiseSpec
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 Effects = Mapping[str, Values]
 Truth = tuple[Array, Array, Array]
-MAINS_HZ = (49.97, 50.03)
+# what no catalogue holds goes by this name; its one value is its amplitude
+DISTURBANCE = "disturbance"
 
 
 def at_sensor(effect_id: str) -> bool:
@@ -39,6 +40,7 @@ class Source:
     bench: Bench
     seed: int
     _known: dict[object, Truth] = field(default_factory=dict)
+    disturbance: Disturbance | None = None
 
     def truth(self, run: PlannedRun, effects: Effects) -> Truth:
         """Return true tensions in and out (N) and position (mm) of a run.
@@ -48,49 +50,50 @@ class Source:
         SstlError
             If the rig does not converge.
         """
-        strange = next((e for e in effects if e in unlisted.UNLISTED and e != "mains_hum"), None)
-        mechanical = {k: v for k, v in effects.items() if k not in unlisted.UNLISTED and not at_sensor(k)}
-        key = (run.run_id, run.trajectory, _key(mechanical), strange and _key({strange: effects[strange]}))
+        mechanical = {k: v for k, v in effects.items() if k != DISTURBANCE and not at_sensor(k)}
+        amplitude = self._amplitude(effects)
+        key = (run.run_id, run.trajectory, _key(mechanical), self.disturbance, amplitude)
         if key not in self._known:
             if len(self._known) > 400:
                 self._known.clear()
-            self._known[key] = self._march(run, mechanical, strange, effects)
+            if amplitude and self.disturbance is not None and self.disturbance.in_line:
+                scene = self._scene(run, mechanical)
+                self._known[key] = disturbances.in_line(self.disturbance, amplitude, scene, self._march_of(run, mechanical))
+            else:
+                self._known[key] = self._march(run, run.command_n, mechanical, None)
         return self._known[key]
 
-    def _march(self, run: PlannedRun, mechanical: Effects, strange: str | None, effects: Effects) -> Truth:
-        spec, theta, place = self.bench.spec, self.bench.theta[run.config], self.bench.locations[run.config]
-        if strange is not None:
-            values = dict(effects[strange])
-            if strange == "moved_tube":
-                theta, values = self._moved(run, theta, values)
-            out, travel = unlisted.march(spec, run, theta, place, values)
-            return run.command_n, out, travel
-        rig_run = RigRun(run.system, theta, place, run.time_s, "tension", run.command_n)
-        result = simulate_rig(spec, rig_run, {k: dict(v) for k, v in mechanical.items()}, QUIET)
-        if result.unconverged > max(1, run.time_s.size // 100_000):
-            raise SstlError(f"{result.unconverged} steps of the rig did not converge", where=run.run_id, code="E950")
-        return result.true_tension_in_n, result.true_tension_out_n, result.true_position_in_mm
+    def _amplitude(self, effects: Effects) -> float:
+        return float(effects[DISTURBANCE]["amplitude"]) if DISTURBANCE in effects else 0.0
 
-    def _moved(self, run: PlannedRun, theta: float, values: dict[str, float]) -> tuple[float, dict[str, float]]:
-        """Return theta and jump of one run: the tube moves once for each bend, half-way through its recordings."""
-        own = [r.run_id for r in self.bench.runs if r.config == run.config]
-        if run.run_id not in own:
-            return theta * (1.0 + values["jump"]), {"jump": 0.0}
-        place = own.index(run.run_id) - len(own) // 2
-        if place == 0:
-            return theta, values
-        return (theta * (1.0 + values["jump"]) if place > 0 else theta), {"jump": 0.0}
+    def _march(self, run: PlannedRun, command_n: Array, mechanical: Effects, friction: Array | None) -> Truth:
+        theta, place = self.bench.theta[run.config], self.bench.locations[run.config]
+        return self.hardware.march(run.system, theta, place, run.time_s, command_n, mechanical, friction)
+
+    def _march_of(self, run: PlannedRun, mechanical: Effects) -> disturbances.Simulate:
+        def simulate(_: Scene, command_n: Array, friction: Array | None) -> tuple[Array, Array]:
+            return self._march(run, command_n, mechanical, friction)[1:]
+
+        return simulate
+
+    def _scene(self, run: PlannedRun, mechanical: Effects) -> Scene:
+        order = [r.run_id for r in self.bench.runs].index(run.run_id) if run in self.bench.runs else len(self.bench.runs)
+        return Scene(run.system, order, run.time_s, *self.truth(run, mechanical))
+
+    @property
+    def hardware(self) -> Hardware:
+        """The simulator that stands in for this bench."""
+        return Hardware(self.bench.hardware, self.bench.spec, self.seed % 2**32)
 
     def readings(self, run: PlannedRun, effects: Effects, noise: NoiseSpec) -> tuple[Array, Array, Array, Array]:
         """Return time stamps (s), tensions in and out (N) and position (mm) as the recorder stores them."""
-        known = resolve_effects({k: v for k, v in effects.items() if k not in unlisted.UNLISTED})
+        known = {k: v for k, v in effects.items() if k != DISTURBANCE}
         seed = int(stream(self.seed, "sensors", run.run_id, run.trajectory).integers(2**63))
-        stamps, t_in, t_out, x = record(run.time_s, self.truth(run, effects), known, run.system, noise, seed)
-        if "mains_hum" in effects:
-            rng = stream(self.seed, "hum", run.run_id, run.trajectory)
-            mains, amplitude = float(rng.uniform(*MAINS_HZ)), effects["mains_hum"]["amplitude_n"]
-            t_in = t_in + unlisted.hum(stamps, 0.7 * amplitude, float(rng.uniform(0, 6.28)), mains)
-            t_out = t_out + unlisted.hum(stamps, amplitude, float(rng.uniform(0, 6.28)), mains)
+        theta, truth, amplitude = self.bench.theta[run.config], self.truth(run, effects), self._amplitude(effects)
+        stamps, t_in, t_out, x = self.hardware.read(run.system, theta, run.time_s, truth, known, noise, seed)
+        if amplitude and self.disturbance is not None:
+            scene = self._scene(run, {k: v for k, v in known.items() if not at_sensor(k)})
+            t_in, t_out = disturbances.in_reading(self.disturbance, amplitude, scene, t_in, t_out)
         return stamps, t_in, t_out, x
 
     def pairs(self, effects: Effects) -> list[Pair]:
@@ -147,7 +150,7 @@ class Source:
         """Return the same source with all noise scaled."""
         n = self.bench.noise
         noise = NoiseSpec(n.white_n * factor, n.coloured_n * factor, n.correlation_s, n.position_mm * factor)
-        return Source(replace(self.bench, noise=noise), self.seed, self._known)
+        return replace(self, bench=replace(self.bench, noise=noise))
 
     @property
     def noise_n(self) -> float:

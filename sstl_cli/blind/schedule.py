@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
+from sstl_cli.blind.record import DISTURBANCE
+from sstl_cli.blind.simulators import NAMES
 from sstl_cli.blind.strength import STRENGTHS
-from sstl_cli.blind.unlisted import UNLISTED
 from sstl_cli.core.rng import stream
 from sstl_cli.physics.effects import catalogue, get
 
 # nothing missing; one effect; two; the true one no candidate; no catalogue holds it; poor excitation; wrong theta
 SHARES = {"single": 0.5, "none": 0.16, "pair": 0.09, "excluded": 0.09, "unlisted": 0.07, "nominal": 0.05, "poor": 0.04}
 KINDS = tuple(SHARES)
+MIXED = "mixed"
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,32 @@ class Entry:
     kind: str
     effects: tuple[str, ...] = ()
     strength: float = 0.0
+
+
+@dataclass(frozen=True)
+class Job:
+    """One case to draw: what it is to be, its own seed, and the simulator that stands in for hardware."""
+
+    entry: Entry
+    seed: int
+    simulator: str
+    quick: bool = False
+
+
+def jobs(cases: int, seed: int, simulator: str, quick: bool = False) -> list[Job]:
+    """Return the cases of a set; case k belongs to seed + k.
+
+    ``mixed`` deals the simulators in turn within each kind, so that every kind comes from all of them.
+    """
+    dealt: Counter[str] = Counter()
+    found = []
+    for k, entry in enumerate(schedule(cases, seed)):
+        name = simulator
+        if simulator == MIXED:
+            name = NAMES[(dealt[entry.kind] + KINDS.index(entry.kind)) % len(NAMES)]
+            dealt[entry.kind] += 1
+        found.append(Job(entry, seed + k, name, quick))
+    return found
 
 
 def schedule(cases: int, seed: int) -> list[Entry]:
@@ -38,7 +67,7 @@ def schedule(cases: int, seed: int) -> list[Entry]:
         "excluded": _turns(audible, rng),
         "nominal": _turns(audible, rng),
         "poor": _turns([e for e in audible if get(e).fitted], rng),
-        "unlisted": _turns(list(UNLISTED), rng),
+        "unlisted": _turns([DISTURBANCE], rng),
     }
     for kind in KINDS:
         for i in range(counts[kind]):

@@ -70,12 +70,13 @@ def document(cases: Sequence[Judged]) -> dict[str, Any]:
         },
         "verdicts": [_line(c) for c in cases],
     }
-    body["scores"] = _scores(cases, ece)
+    body["scores"] = scores(cases, ece)
     body["targets"] = targets(body["scores"])
     return body
 
 
-def _scores(cases: Sequence[Judged], ece: float | None) -> dict[str, Any]:
+def scores(cases: Sequence[Judged], ece: float | None) -> dict[str, Any]:
+    """Return every rate of a set of cases with its Wilson interval; None where no case bears on it."""
     single = of(cases, "single")
     return {
         "false_alarm": share(c.status != "none" for c in of(cases, "none")),
@@ -89,11 +90,11 @@ def _scores(cases: Sequence[Judged], ece: float | None) -> dict[str, Any]:
     }
 
 
-def targets(scores: dict[str, Any]) -> list[dict[str, Any]]:
+def targets(measured: dict[str, Any]) -> list[dict[str, Any]]:
     """Return each target with what was measured; ``met`` is None where no case of the set bears on it."""
     rows = []
     for name, rule, wanted in TARGETS:
-        found = scores[name]
+        found = measured[name]
         value = found["share"] if isinstance(found, dict) else found
         met = None
         if value is not None:
@@ -236,10 +237,14 @@ def _first(names: Counter[str]) -> str:
 
 
 def reliability(cases: Sequence[Judged]) -> tuple[list[dict[str, Any]], float | None]:
-    """Return bins of stated confidence with the share that was right, and the expected calibration error."""
+    """Return bins of stated confidence with the share that was right, and the expected calibration error.
+
+    Verdicts without a confidence are about nothing that could be judged; they do not count.
+    """
+    cases = [c for c in cases if c.confidence is not None]
     if not cases:
         return [], None
-    stated = np.array([c.confidence for c in cases])
+    stated = np.array([c.confidence for c in cases], dtype=float)
     right = np.array([c.right for c in cases], dtype=float)
     place = np.minimum((stated * BINS).astype(int), BINS - 1)
     rows, ece = [], 0.0

@@ -55,12 +55,12 @@ def verify(published: Mapping[str, Any], closed: Mapping[str, Any], where: str) 
 
 
 def require_purpose(closed: Mapping[str, Any], wanted: str, where: str) -> None:
-    """Raise SstlError if a set was made for something else: calibrating on a blind set would spoil it."""
+    """Raise SstlError if a set was made for something else: sets of old were made for calibration, too."""
     if closed.get("purpose") != wanted:
         raise SstlError(
             f"the set was made for {closed.get('purpose')}, not for {wanted}",
             where=where,
-            fix=f"make a set with --purpose {wanted} and another seed",
+            fix="make a set and score that",
             code="E953",
         )
 
@@ -69,9 +69,9 @@ def require_apart(ours: Sequence[int], theirs: Sequence[int], where: str) -> Non
     """Raise SstlError if two inclusive ranges of seeds overlap."""
     if ours[0] <= theirs[1] and theirs[0] <= ours[1]:
         raise SstlError(
-            f"seeds {ours[0]}..{ours[1]} overlap with the calibration's {theirs[0]}..{theirs[1]}",
+            f"seeds {ours[0]}..{ours[1]} overlap with the library's {theirs[0]}..{theirs[1]}",
             where=where,
-            fix="make one of the two sets with seeds far from the other",
+            fix="make the set with another seed",
             code="E954",
         )
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Folder:
-    """Paths of a set; ``truth`` is opened by scoring and calibrating only, ``fresh`` by scoring only."""
+    """Paths of a set; ``truth`` is opened by scoring and by the limit only, ``fresh`` by scoring only."""
 
     root: Path
 
@@ -35,6 +35,13 @@ class Folder:
     def truth(self) -> Path:
         return self.root / "truth.json"
 
+    @property
+    def limit(self) -> Path:
+        return self.root / "limit.json"
+
+    def distance(self, case: str) -> Path:
+        return self.root / "distances" / f"{case}.json"
+
     def log(self, case: str) -> Path:
         return self.root / "cases" / f"{case}.parquet"
 
@@ -46,7 +53,7 @@ class Folder:
 
 
 def write_set(
-    folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, purpose: str, quick: bool, force: bool
+    folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, quick: bool, force: bool
 ) -> dict[str, Any]:
     """Write a set: hashes first, then the recordings and the plan; the truth goes into its one file last."""
     from sstl_cli.blind import seal
@@ -63,9 +70,9 @@ def write_set(
             )
         if not root.is_dir():
             raise SstlError("is not a folder", where=str(root), fix="give a folder", code="E956")
-        for name in ("cases", "fresh", "results"):
+        for name in ("cases", "fresh", "results", "distances"):
             shutil.rmtree(root / name, ignore_errors=True)
-        for path in (folder.hashes, folder.plan, folder.truth, root / "score.json"):
+        for path in (folder.hashes, folder.plan, folder.truth, folder.limit, root / "score.json"):
             path.unlink(missing_ok=True)
     root.mkdir(parents=True, exist_ok=True)
     # the same words for every case: nothing of how it was made
@@ -86,11 +93,11 @@ def write_set(
             truths[name] = case.truth
             sim = case.sim.model_dump(mode="json", by_alias=True, exclude_none=True)
             rows.append({"case": name, "sha256": sha256(path), "exclude": list(case.exclude), "sim": sim})
-        published, closed = seal.seal(truths, purpose, [seed, seed + count - 1], quick)
+        published, closed = seal.seal(truths, "blind", [seed, seed + count - 1], quick)
         write_json(folder.hashes, published)
         for part in ("cases", "fresh"):
             (hidden / part).rename(root / part)
-        write_json(folder.plan, {"schema": seal.PLAN, "purpose": purpose, "cases": rows})
+        write_json(folder.plan, {"schema": seal.PLAN, "purpose": "blind", "cases": rows})
         write_json(folder.truth, closed)
     finally:
         shutil.rmtree(hidden, ignore_errors=True)
@@ -166,20 +173,25 @@ def diagnose_all(
     folder: Folder, plan: dict[str, dict[str, Any]], workers: int, redo: bool, advance: Callable[[float], None]
 ) -> tuple[int, int]:
     """Diagnose what has no result yet, one file a case; return how many were done and how many were there."""
-    from multiprocessing import get_context
-
     waiting = [c for c, asked in plan.items() if redo or finished(folder, c, asked) is None]
     there = len(plan) - len(waiting)
     advance(there)
     (folder.root / "results").mkdir(exist_ok=True)
-    jobs = [(str(folder.root), c, plan[c]) for c in waiting]
+    _work(_diagnose_one, [(str(folder.root), c, plan[c]) for c in waiting], workers, advance)
+    return len(waiting), there
+
+
+def _work(one: Callable[[Any], None], jobs: list[Any], workers: int, advance: Callable[[float], None]) -> None:
+    """Do jobs in processes of their own, in any order."""
+    from multiprocessing import get_context
+
     if workers <= 1 or len(jobs) <= 1:
         for job in jobs:
-            _diagnose_one(job)
+            one(job)
             advance(1)
-        return len(jobs), there
+        return
     with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
-        futures = [pool.submit(_diagnose_one, job) for job in jobs]
+        futures = [pool.submit(one, job) for job in jobs]
         try:
             for future in as_completed(futures):
                 future.result()
@@ -187,7 +199,6 @@ def diagnose_all(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return len(jobs), there
 
 
 def _diagnose_one(job: tuple[str, str, dict[str, Any]]) -> None:
@@ -208,3 +219,78 @@ def _diagnose_one(job: tuple[str, str, dict[str, Any]]) -> None:
         result = blind_run.run(case, list(read_runs(folder.log(case))), sim, tuple(asked["exclude"]))
     result = {**result, "log_sha256": asked["sha256"], "exclude": asked["exclude"]}
     write_json(folder.result(case), result, force=True)
+
+
+def read_limit(folder: Folder) -> dict[str, dict[str, Any]] | None:
+    """Return the distances of a set by case, None where nobody has measured them.
+
+    Raises
+    ------
+    SstlError
+        If they belong to another set.
+    """
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import read_json
+    from sstl_cli.steps.blind_limit import SCHEMA
+
+    if not folder.limit.exists():
+        return None
+    found = read_json(folder.limit, SCHEMA)
+    if found.get("seal") != published_seal(folder):
+        raise SstlError(
+            "was measured on another set", where=str(folder.limit), fix="run 'sstl blind limit' again", code="E952"
+        )
+    return {row["case"]: row for row in found["distances"]}
+
+
+def measure_all(
+    folder: Folder,
+    plan: dict[str, dict[str, Any]],
+    truth: dict[str, Any],
+    workers: int,
+    redo: bool,
+    advance: Callable[[float], None],
+) -> dict[str, Any]:
+    """Measure the distances that are not there yet, one file a case; write and return all of them as one document."""
+    from sstl_cli.core.files import read_json, write_json
+    from sstl_cli.steps import blind_limit
+
+    (folder.root / "distances").mkdir(exist_ok=True)
+    waiting = [c for c, asked in plan.items() if redo or not _measured(folder, c, asked)]
+    advance(len(plan) - len(waiting))
+    jobs = [(str(folder.root), c, plan[c], truth["truths"][c]) for c in waiting]
+    _work(_measure_one, jobs, workers, advance)
+    rows = [read_json(folder.distance(c), blind_limit.CASE) for c in plan]
+    document = {**blind_limit.document(rows), "seal": published_seal(folder)}
+    write_json(folder.limit, document, force=True)
+    return document
+
+
+def _measured(folder: Folder, case: str, asked: dict[str, Any]) -> bool:
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import read_json
+    from sstl_cli.steps.blind_limit import CASE
+
+    try:
+        return folder.distance(case).exists() and read_json(folder.distance(case), CASE)["log_sha256"] == asked["sha256"]
+    except SstlError:
+        return False
+
+
+def _measure_one(job: tuple[str, str, dict[str, Any], dict[str, Any]]) -> None:
+    """Measure the distances of one case."""
+    from threadpoolctl import threadpool_limits
+
+    from sstl_cli.core.config import parse
+    from sstl_cli.core.files import write_json
+    from sstl_cli.core.runs import read_runs
+    from sstl_cli.physics.scenario import Scenario
+    from sstl_cli.steps import blind_limit
+
+    root, case, asked, truth = job
+    folder = Folder(Path(root))
+    check_log(folder, case, asked)
+    sim = parse(Scenario, asked["sim"], f"plan, {case}")
+    with threadpool_limits(1):
+        found = blind_limit.run(case, list(read_runs(folder.log(case))), sim, tuple(sorted(truth["effects"])))
+    write_json(folder.distance(case), {**found, "log_sha256": asked["sha256"]}, force=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -28,24 +27,6 @@ def gate(name: str) -> Any:
     what = score.replace("_", " ").replace(" weak", " below 0.6 x noise").replace("ece", "ECE")
     help_text = f"Gate: {what} at {'most' if upper else 'least'} this share (exit 4 if missed)."
     return Annotated[float | None, typer.Option("--" + name.replace("_", "-"), min=0, max=1, help=help_text)]
-
-
-def calibration_in_use(path: Path | None) -> dict[str, Any] | None:
-    """Return the calibration that the diagnosis uses: the given file, or the one in the package if there is one."""
-    from importlib import resources
-
-    from sstl_cli.core.files import read_json
-
-    schema = "sstl.blind.calibration/1"
-    if path is not None:
-        given: dict[str, Any] = read_json(path, schema)
-        return given
-    packaged = resources.files("sstl_cli.diagnosis") / "calibration.json"
-    if not packaged.is_file():
-        return None
-    with resources.as_file(packaged) as file:
-        found: dict[str, Any] = read_json(file, schema)
-    return found
 
 
 def missed(document: dict[str, Any], gates: dict[str, float | None]) -> list[str]:
@@ -77,6 +58,9 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
         verdict = {True: "met", False: "MISSED", None: "no case"}[t["met"]]
         rows.append((t["name"], _pct(t["value"]), count, spread, f"{sign} {t['target']:g}", verdict))
     screen.table("targets", ("score", "value", "cases", "95 %", "target", ""), rows)
+    sides(screen, "by simulator", document["by_simulator"])
+    if document["decidable"] is not None:
+        sides(screen, "decidable cases only (D^2 of at least 24 to base and nearest rival)", document["decidable"])
     header = ("strength", "isolation", "in group", "wrong commits", "unknown recall", "pairs", "coverage")
     fields = ("isolation", "in_group", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
     strengths: list[tuple[object, ...]] = [
@@ -152,3 +136,38 @@ def _share(found: Any) -> str:
 
 def _pct(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.1f} %"
+
+
+def sides(screen: Screen, title: str, rows: list[dict[str, Any]]) -> None:
+    """Print every rate with one column a simulator and one for all, with Wilson intervals."""
+    from sstl_cli.blind.score import SAID
+    from sstl_cli.blind.strength import STRENGTHS
+
+    lines: list[tuple[object, ...]] = [("cases", *(r["cases"] for r in rows))]
+    for s in STRENGTHS:
+        lines.append((f"isolation at {s:g} x noise", *(_interval(r["isolation"][f"{s:g}"]) for r in rows)))
+    for s in STRENGTHS:
+        lines.append((f"in group at {s:g} x noise", *(_interval(r["in_group"][f"{s:g}"]) for r in rows)))
+    for name, said in SAID.items():
+        lines.append((said, *(_interval(r["scores"][name]) for r in rows)))
+    screen.table(title, ("rate (right of all, 95 %)", *(r["simulator"] for r in rows)), lines)
+
+
+def learned(screen: Screen, document: dict[str, Any]) -> None:
+    """Print how weights learned on the other simulators do on each one."""
+    from sstl_cli.blind.strength import STRENGTHS
+
+    names = ("both_of_a_pair", "covered", "false_alarm", "wrong_commits", "unknown_recall", "right")
+    header = ("left out", "cases", *(f"exact at {s:g}" for s in STRENGTHS), *(n.replace("_", " ") for n in names))
+    rows: list[tuple[object, ...]] = [
+        (r["simulator"], r["cases"], *map(_share, r["exact"].values()), *(_share(r[n]) for n in names))
+        for r in document["left_out"]
+    ]
+    screen.table("weights learned on the other simulators", header, rows)
+    screen.line(f"commits from a probability of {document['commit']:.3f}, sets hold {100 * document['cover']:.1f} % of what is named")
+
+
+def _interval(found: Any) -> str:
+    if found is None or isinstance(found, float):
+        return "-" if found is None else f"{found:.3f}"
+    return f"{found['k']}/{found['n']} ({100 * found['low']:.0f}-{100 * found['high']:.0f} %)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -13,44 +13,51 @@ from sstl_cli.cli.render import Screen
 
 Set = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the set.")]
 Workers = Annotated[int, typer.Option(min=1, max=64, help="Processes; the answer does not depend on it.")]
+Simulator = Annotated[
+    Literal["rig", "bristle", "variant", "mixed"], typer.Option(help="What stands in for hardware; mixed: all in turn.")
+]
 QUICK_CASES, FULL_CASES = 12, 150
+LARGEST_SEED = 2**62
 
 blind = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Check the diagnosis on effects it cannot see.")
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand with its steps."""
-    app.add_typer(blind, name="blind", epilog="Example: sstl blind make set --cases 60 --seed 7; sstl blind run set")
+    app.add_typer(blind, name="blind", epilog="Example: sstl blind make set --cases 60; sstl blind run set")
 
 
-@blind.command("make", epilog="Example: sstl blind make set --cases 60 --seed 7")
+@blind.command("make", epilog="Example: sstl blind make set --cases 60 --simulator mixed")
 def make(
     out: Set,
     cases: Annotated[
         int | None, typer.Option(min=1, max=100_000, help=f"Cases (default {FULL_CASES}, quick {QUICK_CASES}).")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False,
-    purpose: Annotated[
-        Literal["blind", "calibration"], typer.Option(help="A set is for scoring or for calibrating, never both.")
-    ] = "blind",
+    simulator: Simulator = "mixed",
     workers: Workers = 2,
-    seed: Seed = 0,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=2**63 - 1, help="Seed (default: one that nobody knows, kept under the seal).")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
     config: Config = None,
 ) -> None:
-    """Draw cases from the rig: recordings under neutral names, truth sealed apart."""
+    """Draw cases from simulators that stand in for hardware: recordings under neutral names, truth sealed apart."""
+    import secrets
+
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.steps import blind_make
 
     screen = Screen(as_json)
     count = cases or (QUICK_CASES if quick else FULL_CASES)
     folder = files.Folder(out)
+    drawn_from = secrets.randbelow(LARGEST_SEED) if seed is None else seed
     with screen.progress("drawing cases", count) as advance:
-        drawn = blind_make.run(count, seed, quick, workers, advance)
-        made = files.write_set(folder, drawn, count, seed, purpose, quick, force)
+        drawn = blind_make.run(count, drawn_from, quick, workers, advance, simulator)
+        made = files.write_set(folder, drawn, count, drawn_from, quick, force)
     screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
-    screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "purpose": purpose, "quick": quick, **made})
+    screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})
 
 
 @blind.command("run", epilog="Example: sstl blind run set --workers 2")
@@ -77,9 +84,6 @@ def run(
 def score(
     out: Set,
     out_file: Annotated[Path | None, typer.Option("--out", "-o", help="Write the score as JSON.")] = None,
-    calibration: Annotated[
-        Path | None, typer.Option(help="The calibration in use (default: the package's); seeds must not overlap.")
-    ] = None,
     realised: Annotated[bool, typer.Option(help="Apply accepted models to recordings nobody diagnosed.")] = True,
     max_false_alarm: _blind_show.gate("max_false_alarm") = None,  # type: ignore[valid-type]
     min_isolation: _blind_show.gate("min_isolation") = None,  # type: ignore[valid-type]
@@ -97,6 +101,7 @@ def score(
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, SstlError
     from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.diagnosis.verdict import learned
     from sstl_cli.steps import blind_score as step
 
     screen = Screen(as_json)
@@ -109,14 +114,15 @@ def score(
         raise SstlError("no case has a result", where=str(out), fix="run 'sstl blind run' first", code="E959")
     truth = files.open_truth(folder)
     seal.require_purpose(truth, "blind", str(out))
-    used = _blind_show.calibration_in_use(calibration)
-    if used is not None:
-        seal.require_apart(truth["seeds"], used["seeds"], str(out))
+    learned_from = list(learned().provenance.get("seeds", ()))
+    for seeds in learned_from:
+        seal.require_apart(truth["seeds"], seeds, str(out))
+    distances = files.read_limit(folder)
     with screen.progress("scoring", len(results)) as advance:
         fresh = (lambda case: files.fresh_runs(folder, case)) if realised else None
-        document = step.run(truth, plan, results, fresh, advance)
+        document = step.run(truth, plan, results, fresh, advance, distances)
     document["seal"] = files.published_seal(folder)
-    document["calibration"] = None if used is None else {k: used[k] for k in ("temperature", "seeds")}
+    document["learned_from"] = learned_from
     gates = {
         "max_false_alarm": max_false_alarm,
         "min_isolation": min_isolation,
@@ -139,33 +145,82 @@ def score(
     screen.finish(document, code)
 
 
-@blind.command("calibrate", epilog="Example: sstl blind calibrate library --out calibration.json")
-def calibrate(
-    library: Annotated[Path, typer.Argument(help="A set made with --purpose calibration, diagnosed.")],
+@blind.command("limit", epilog="Example: sstl blind limit set --workers 2; sstl blind score set")
+def limit(
+    out: Set,
+    workers: Workers = 2,
+    force: Annotated[bool, typer.Option("--force", help="Compute distances again that are there.")] = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Say of each diagnosed case how far its truth is from the base and from its nearest rival; needs every result."""
+    from sstl_cli.cli import _blind_files as files
+    from sstl_cli.core.errors import SstlError
+
+    screen = Screen(as_json)
+    folder = files.Folder(out)
+    plan = files.read_plan(folder)
+    waiting = [c for c, asked in plan.items() if files.finished(folder, c, asked) is None]
+    if waiting:
+        raise SstlError(
+            f"{len(waiting)} cases have no result: the truth stays closed",
+            where=str(out),
+            fix="run 'sstl blind run' first",
+            code="E959",
+        )
+    truth = files.open_truth(folder)
+    with screen.progress("computing distances", len(plan)) as advance:
+        document = files.measure_all(folder, plan, truth, workers, force, advance)
+    screen.line(
+        f"{document['decidable']} of {document['judged']} cases with something withheld can be told from base and rivals "
+        f"(D^2 >= {document['decidable_d2']:g}) -> {folder.limit}"
+    )
+    screen.finish(document)
+
+
+@blind.command("library", epilog="Example: sstl blind library library.parquet --cases 600 --quick --workers 2")
+def library(
+    file: Annotated[Path, typer.Argument(help="Library to write (Parquet).")],
+    cases: Annotated[int, typer.Option(min=1, max=100_000, help="Cases to draw and search.")],
+    simulator: Simulator = "mixed",
+    quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False,
+    workers: Workers = 2,
+    seed: Seed = 0,
+    force: Force = False,
+    as_json: Json = False,
+    config: Config = None,
+) -> None:
+    """Draw cases and keep the evidence that a verdict is made from; an interrupted run goes on where it stopped."""
+    from sstl_cli.steps import blind_library as step
+
+    screen = Screen(as_json)
+    with screen.progress("drawing and searching cases", cases) as advance:
+        made = step.run(file, cases, seed, simulator, quick, workers, force, advance)
+    if made["failed"]:
+        screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
+    screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {file}")
+    screen.finish({"schema": "sstl.blind.library/1", "out": str(file), **made})
+
+
+@blind.command("learn", epilog="Example: sstl blind learn library.parquet --out weights.json")
+def learn(
+    libraries: Annotated[list[Path], typer.Argument(help="Libraries (sstl blind library).")],
     out: Out,
     force: Force = False,
     as_json: Json = False,
     config: Config = None,
 ) -> None:
-    """Fit the temperature that turns score differences into probabilities, on a library kept apart."""
-    from sstl_cli.blind import seal
-    from sstl_cli.cli import _blind_files as files
+    """Learn the verdict's weights, thresholds and confidence; says how they do on simulators left out."""
     from sstl_cli.core.files import require_writable, write_json
-    from sstl_cli.steps import blind_score as step
+    from sstl_cli.steps import blind_learn as step
 
     screen = Screen(as_json)
     require_writable(out, force)
-    folder = files.Folder(library)
-    plan = files.read_plan(folder)
-    truth = files.open_truth(folder)
-    seal.require_purpose(truth, "calibration", str(library))
-    results = {c: r for c, asked in plan.items() if (r := files.finished(folder, c, asked)) is not None}
-    document: dict[str, Any] = step.calibration(truth, results)
-    write_json(out, document, force)
-    screen.line(
-        f"temperature {document['temperature']:.4g} from {document['cases']} cases, seeds "
-        f"{document['seeds'][0]}..{document['seeds'][1]} -> {out}"
-    )
+    with screen.progress("learning") as advance:
+        weights, document = step.run(libraries, advance)
+    write_json(out, weights, force)
+    _blind_show.learned(screen, document)
+    document = {**document, "out": str(out), "provenance": weights["provenance"]}
     screen.finish(document)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from sstl_cli.cli.options import Config, Force, Json, effect_ids
+from sstl_cli.cli.options import Config, Force, Json, NoPhysics, effect_ids
 from sstl_cli.cli.render import Screen
 
 EPILOG = "Example: sstl diagnose log.parquet --sim rig.toml --out diagnosis.json"
@@ -24,6 +24,12 @@ def diagnose(
         str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")
     ] = None,
     against: Annotated[Path | None, typer.Option(help="Another simulator's log for the same input.")] = None,
+    before: Annotated[
+        Path | None, typer.Option(help="What has changed since this log? The model fitted to it is the simulator.")
+    ] = None,
+    prior: Annotated[
+        Path | None, typer.Option(help="TOML: effect = odds over those of the library; no confidence is given then.")
+    ] = None,
     effects: Annotated[
         str | None, typer.Option(help="Candidates, comma-separated (default: the whole catalogue).")
     ] = None,
@@ -41,14 +47,18 @@ def diagnose(
         bool, typer.Option("--position", help="Diagnose the recorded position too (the simulator claims a rigid tendon).")
     ] = False,
     workers: Annotated[int, typer.Option(min=1, max=64, help="Threads; the answer does not depend on it.")] = 2,
+    no_physics: NoPhysics = False,
     force: Force = False,
     as_json: Json = False,
     config: Config = None,
 ) -> None:
     """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
+    from dataclasses import replace
+
     from sstl_cli.cli import _diagnose_show as show
     from sstl_cli.cli import _gates
     from sstl_cli.cli.origin import environment, files_among, inputs
+    from sstl_cli.core.config import read_toml
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
     from sstl_cli.core.files import require_writable, write_json, write_text
     from sstl_cli.core.parquet import schema_id_of
@@ -69,7 +79,8 @@ def diagnose(
         effects=effect_ids(effects, "--effects") or None,
         exclude=effect_ids(exclude, "--exclude"),
         max_effects=max_effects,
-        workers=workers, position=position,
+        workers=workers, position=position, physics=not no_physics,
+        prior=step.odds(read_toml(prior), str(prior)) if prior else {},
     )
     if any(schema_id_of(path) == "sstl.command" for path in logs):
         _stages(screen, logs, out, force)
@@ -79,9 +90,12 @@ def diagnose(
 
         runs = rebase(runs, list(read_runs(against)))
     with screen.progress("diagnosing", 60) as advance:
+        if before is not None:
+            earlier = tendons.run(list(read_runs(before)), replace(options, prior={}))
+            options = replace(options, sim=earlier.model())
         result = tendons.run(runs, options, advance)
     document = result.document()
-    document["inputs"] = inputs([*logs, *files_among(against, sim)])
+    document["inputs"] = inputs([*logs, *files_among(against, sim, before, prior)])
     if taken := environment():
         document["environment"] = taken
     if out is not None:
@@ -95,6 +109,8 @@ def diagnose(
     screen.line(document["sentence"])
     for line in [*lines(document), *tendons.lines(document)]:
         screen.line(line)
+    for remark in document.get("remarks") or []:
+        screen.say(f"Physics ({remark['rule']}): {remark['sentence']}. Mend: {remark['mend']}")
     show.tables(screen, document)
     missed = _missed(document, max_rmse, max_gap_pct, expect)
     if junit is not None:

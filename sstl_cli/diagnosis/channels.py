@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.evidence import advantage, scores
+from sstl_cli.diagnosis.autoregression import costs
+from sstl_cli.diagnosis.evidence import strengths_charge
+from sstl_cli.diagnosis.features import BESIDE, CandidateRow
 from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.latent import block_mean
+from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.smoothing import block_mean
 from sstl_cli.physics.effect import Effect
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import first_order
@@ -27,38 +30,37 @@ from sstl_cli.physics.transmission.model import Drive, drive_of
 
 Array = NDArray[np.float64]
 TRACKS = 0.9
-LEAST_SHRINK = 0.3
 # lag (s) and inverse slew rate (s/N): a slew limit has no slope until it binds
 LAG_STARTS = ((0.02, 1e-6), (0.2, 1e-6), (1e-4, 0.05), (1e-4, 0.15))
-OVER_NOISE = 3.0
-LEFT_SHARE = 0.15
-# less than that above the noise is not looked into
-LEAST_OVER_NOISE = 1.02
-# a gap below that has to be beyond doubt (nats, discounted), and this share of what is left (RMS) at least
-SURE_NATS = 20.0
-LEAST_GAP = 0.25
-# rivals closer than this (nats; those that few blocks carry count for more) explain the position equally well
-TIE_NATS = 20.0
-TIE_FEW = 20.0
 
 
 @dataclass(frozen=True)
 class ChannelGap:
-    """A gap beside the output tension: RMSE before and after, in the unit of the channel."""
+    """What one effect makes of a channel beside the output: RMSE before and after (unit of the channel), gain (nats)."""
 
     channel: str
     unit: str
-    effects: tuple[str, ...]
+    effect: str
     values: dict[str, float]
     rmse_base: float
     rmse_with: float
+    noise: float
+    gain: float
+
+    def row(self) -> CandidateRow:
+        """Return the gap as a candidate of the verdict."""
+        k = len(self.values)
+        left = (self.rmse_with / max(self.noise, 1e-12)) ** 2
+        share = 1.0 - self.rmse_with / max(self.rmse_base, 1e-300)
+        evidence = self.gain - strengths_charge(k, 2.0 * max(self.gain, 0.0))
+        return CandidateRow((self.effect,), BESIDE, k, self.gain, evidence, evidence, left, 0.0, 0.0, 0, 1.0, share)
 
 
-def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
-    """Return the lag of the tension loop where the input follows a recorded reference, or None."""
+def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
+    """Return the lag of the tension loop where the input follows a recorded reference."""
     pairs = [(r.raw, r.faults_in.noise_n) for r in records if r.raw.tension_ref_n is not None and _tracks(r.raw)]
     if not pairs:
-        return None
+        return []
     noise = float(np.median([n for _, n in pairs]))
 
     def residual(p: Array) -> Array:
@@ -74,13 +76,9 @@ def loop_gap(records: Sequence[Record]) -> ChannelGap | None:
     fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in LAG_STARTS]
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
-    without, lagged = scores([base, left], [0, 2], 1, [len(r.time_s) for r, _ in pairs], [r.dt_s for r, _ in pairs])
-    lead = advantage(lagged, without)
-    before, after = _rms(base), _rms(left)
-    if not _explained(before, after, max(noise, 1e-9), lead):
-        return None
+    without, lagged = costs([base, left], 1, [len(r.time_s) for r, _ in pairs])
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
-    return ChannelGap("tension_in", "N", ("tension_loop_lag",), values, before, after)
+    return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), without - lagged)]
 
 
 def _tracks(run: Run) -> bool:
@@ -92,46 +90,26 @@ def _tracks(run: Run) -> bool:
     return bool(np.corrcoef(reference[good], run.tension_in_n[good])[0, 1] > TRACKS and abs(slope - 1.0) < 0.2)
 
 
-def position_gap(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> ChannelGap | None:
-    """Return what a position recorded beside the tensions shows of a line claimed to be rigid, or None.
+def position_gaps(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> list[ChannelGap]:
+    """Return what each effect makes of a position recorded beside the tensions, where a line is claimed to be rigid.
 
     The base predicts the travel of the load alone, with free origin and stiffness for each run.
     """
     effects = [get(i) for i in candidates if get(i).position is not None]
     records = [r for r in sim.problem.records if r.raw.position_in_mm is not None]
     if not records or not effects:
-        return None
+        return []
     measured = [block_mean(_grid(r), r.factor) for r in records]
-    noise = float(np.median([1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0) for x in measured]))
+    noise = float(np.median([white_noise(x) for x in measured]))
     lines = _lines(sim, tension, records, measured)
     base = _position_residual(sim, lines, {})
-    before = _rms(base)
-    if before < LEAST_OVER_NOISE * max(noise, 1e-4):
-        return None
     found = [_fit_position(sim, lines, e) for e in effects]
     best = int(np.argmin([_rms(left) for left, _, _ in found]))
-    base_score, *scored = scores(
-        [base, *(left for left, _, _ in found)], [0, *(len(v) for _, _, v in found)], best + 1,
-        [len(x) for x in measured], [r.dt_s * r.factor for r in records],
-    )
-    left, effect, values = found[best]
-    after = _rms(left)
-    explained = _explained(before, after, noise, advantage(scored[best], base_score))
-    if not explained or after > max(OVER_NOISE * noise, LEFT_SHARE * before):
-        # the best candidate leaves a gap of its own: no name is better than a wrong one
-        return None
-    ties = tuple(
-        e.id for s, (_, e, _) in zip(scored, found, strict=True) if advantage(scored[best], s, TIE_FEW) < TIE_NATS
-    )
-    names = tuple(dict.fromkeys((effect.id, *ties)))
-    return ChannelGap("position_in", "mm", names, values, before, after)
-
-
-def _explained(before: float, after: float, noise: float, lead: float) -> bool:
-    """Whether an effect explains a gap: much of a large one, or of a small one what is beyond doubt."""
-    much = before > OVER_NOISE * noise and after < (1.0 - LEAST_SHRINK) * before
-    sure = lead > SURE_NATS and before**2 - after**2 > (LEAST_GAP * after) ** 2 and after < OVER_NOISE * noise
-    return much or sure
+    without, *cost = costs([base, *(left for left, _, _ in found)], best + 1, [len(x) for x in measured])
+    return [
+        ChannelGap("position_in", "mm", e.id, values, _rms(base), _rms(left), max(noise, 1e-6), without - c)
+        for c, (left, e, values) in zip(cost, found, strict=True)
+    ]
 
 
 def _grid(r: Record) -> Array:

@@ -1,86 +1,90 @@
-"""How much one model's scores over blocks of time say against another's."""
+"""Laplace evidence of a fitted model: what it gains, less what its freedom would gain by chance.
+
+A priori the size of an effect's response, in standard deviations of the noise, is anything from a tenth to a hundred
+alike in every decade, and its direction among the effect's parameters is uniform. Over the posterior normal distribution
+this leaves, for k strengths and a response of D, the charge k ln D + ln(S_k L / (2 pi)^(k/2)), where S_k is the surface of
+the unit sphere and L the logarithm of the range. It knows neither units nor ranges of the parameters, so that two
+effects that explain the same are charged the same. Shapes (time constants, exponents) are uniform over their own range.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaln, logsumexp
 
-from sstl_cli.diagnosis.whitening import fit_whitener
+from sstl_cli.diagnosis.fit import THETA_HIGH, THETA_LOW, Fit, normal_equations
+from sstl_cli.diagnosis.simulator import Free, Simulator
 
 Array = NDArray[np.float64]
-BLOCK_S = 5.0
-
-
-class Scored(Protocol):
-    """Anything with a log score (nats), in all and per block."""
-
-    @property
-    def score(self) -> float: ...
-
-    @property
-    def blocks(self) -> Array: ...
+# sizes of a response between 0.1 and 100 standard deviations
+LOG_RANGE = float(np.log(1e3))
 
 
 @dataclass(frozen=True)
-class Score:
-    """Log score (nats, up to a constant) in all and per block."""
+class Weighed:
+    """A fit with its gain over the base and its evidence (nats, base 0)."""
 
-    score: float
-    blocks: Array
+    fit: Fit
+    gain: float
+    evidence: float
 
-
-def advantage(a: Scored, b: Scored, few: float = 50.0) -> float:
-    """Return by how many nats ``a`` beats ``b``, discounted where blocks disagree.
-
-    A well-specified log-score difference d has variance 2 d; where blocks vary more, at most 2 z^2 nats count.
-    """
-    d, z = a.score - b.score, errors(a, b)
-    # a huge difference counts even where it sits in a few blocks
-    return float(np.sign(d) * min(abs(d), max(2.0 * z * z, abs(d) / few)))
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return self.fit.ids
 
 
-def errors(a: Scored, b: Scored) -> float:
-    """Return the difference of two models' log scores in its standard errors over blocks."""
-    diff = a.blocks - b.blocks
-    return float(diff.sum() / np.sqrt(len(diff) * diff.var() + 1e-12))
+def strengths_charge(k: int, d2: float) -> float:
+    """Return what k strengths with a response of squared size ``d2`` cost (nats)."""
+    if k == 0:
+        return 0.0
+    surface = np.log(2.0) + 0.5 * k * np.log(np.pi) - gammaln(0.5 * k)
+    return float(0.5 * k * np.log(max(d2, 1.0)) + surface + np.log(LOG_RANGE) - 0.5 * k * np.log(2.0 * np.pi))
 
 
-def block_index(lengths: Sequence[int], steps_s: Sequence[float]) -> NDArray[np.int64]:
-    """Return the index of the time block (about 5 s, within one run) of each sample of runs laid end to end."""
-    parts, offset = [], 0
-    for n, step in zip(lengths, steps_s, strict=True):
-        parts.append(offset + np.arange(n) // max(1, round(BLOCK_S / step)))
-        offset = int(parts[-1][-1]) + 1 if n else offset
-    return np.concatenate(parts)
+def shape_charge(free: Free, value: float, se: float) -> float:
+    """Return what a shape costs (nats): its range over the width in which the data hold it, on its natural scale."""
+    p = free.parameter
+    if p.low > 0.0:
+        width, spread = float(np.log(p.high / p.low)), se / max(abs(value), 1e-12)
+    else:
+        width, spread = p.high - p.low, se
+    return float(max(np.log(width / max(np.sqrt(2.0 * np.pi) * spread, 1e-6 * width)), 0.0)) if spread > 0.0 else 0.0
 
 
-def block_scores(white: Array, index: NDArray[np.int64]) -> Array:
-    """Return the log score (nats, up to a constant) of each block."""
-    return np.asarray(-0.5 * np.bincount(index, white**2))
+def standard_errors(sim: Simulator, f: Fit) -> Array:
+    """Return the standard errors of the free parameters, theta free as well."""
+    a, _ = normal_equations(sim, f.whiten(f.jacobian), np.zeros(len(sim.y)))
+    # a direction without information has no limit: a ridge far below the others keeps the inverse finite
+    a += 1e-10 * np.diag(np.diag(a)) + 1e-12 * np.eye(len(a))
+    return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(a)), 0.0))[len(f.theta) :])
 
 
-def scores(
-    residuals: Sequence[Array], parameters: Sequence[int], best: int, lengths: Sequence[int], steps_s: Sequence[float]
-) -> list[Score]:
-    """Return the scores of several models of one channel, with the noise taken from what the best one leaves.
+def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = ()) -> Weighed:
+    """Return a fit with its evidence over the base.
 
     Parameters
     ----------
-    residuals : sequence of ndarray, shape (samples,)
-        What each model leaves, runs laid end to end.
-    parameters : sequence of int
-        Free parameters of each; the charge is half a log-sample for each.
-    best : int
-        Index of the model whose residual is closest to noise.
+    parts : sequence of Weighed
+        The models that lack one of several effects each: the size of an effect's own response is what it adds to them.
     """
-    ends = np.cumsum(lengths)
-    slices = [slice(int(e) - n, int(e)) for e, n in zip(ends, lengths, strict=True)]
-    whiten = fit_whitener(residuals[best], np.ones_like(residuals[best]), slices, ["" for _ in slices])
-    index = block_index(lengths, steps_s)
-    charge = 0.5 * float(np.log(max(len(index), 2)))
-    found = [block_scores(whiten(r), index) for r in residuals]
-    return [Score(float(b.sum()) - charge * k, b) for b, k in zip(found, parameters, strict=True)]
+    gain = base_cost - f.cost
+    se = standard_errors(sim, f)
+    charge = sum(
+        shape_charge(x, float(v), float(s)) for x, v, s in zip(f.free, f.values, se, strict=True) if x.parameter.shape
+    )
+    lacking = {next(iter(set(f.ids) - set(p.ids))): p.gain for p in parts if len(set(f.ids) - set(p.ids)) == 1}
+    for effect_id in f.ids:
+        k = sum(1 for x in f.hypothesis.strengths if x.effect.id == effect_id)
+        charge += strengths_charge(k, 2.0 * (gain - lacking.get(effect_id, 0.0)))
+    # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating
+    stopped = bool(np.any((f.theta <= THETA_LOW) | (f.theta >= THETA_HIGH)))
+    return Weighed(f, gain, min(gain - charge, 0.0) if stopped else gain - charge)
+
+
+def together(weighed: Sequence[Weighed]) -> float:
+    """Return the evidence (nats) of an effect by any of its hypotheses, all alike beforehand."""
+    return float(logsumexp([w.evidence for w in weighed]) - np.log(len(weighed)))

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.features import RECORDER, CandidateRow
 from sstl_cli.diagnosis.records import Record
 
 Array = NDArray[np.float64]
+# fewer spoilt samples than these are chance
 MIN_FAULTY = 5
-MIN_SHARE = 0.3
-# rounding is named from this share of the squared error on
-LEAST_STEPPED = 0.05
 
 
 @dataclass(frozen=True)
@@ -24,6 +23,12 @@ class RecorderEffect:
     share: float
     parameters: dict[str, float]
     removed_n2: float
+    noise_n: float
+
+    def row(self) -> CandidateRow:
+        """Return the fault as a candidate of the verdict."""
+        gain = 0.5 * self.removed_n2 / max(self.noise_n, 1e-12) ** 2
+        return CandidateRow((self.id,), RECORDER, 1, gain, gain, gain, 1.0, 0.0, 0.0, 0, 1.0, self.share)
 
 
 def recorder_effects(records: tuple[Record, ...], predictions: list[Array], noise_n: float) -> list[RecorderEffect]:
@@ -68,21 +73,21 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
         stepped += n * (r.faults_out.step_n**2 + (slope * r.faults_in.step_n) ** 2 / 4.0) / 12.0
     excess = max(total - samples / 2 * noise_n**2, 1e-12)
     found = []
-    if spikes + frozen >= MIN_FAULTY and faulty / excess > MIN_SHARE:
+    if spikes + frozen >= MIN_FAULTY and faulty > 0.0:
         values = {"spike_pct": 100.0 * spikes / samples, "frozen_pct": 100.0 * frozen / samples}
-        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty))
-    if clip_count and clipped / excess > MIN_SHARE:
+        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n))
+    if clip_count and clipped > 0.0:
         values = {}
         if np.isfinite(level_in):
             values["t_max_in_n"] = float(level_in)
         if np.isfinite(level_out):
             values["t_max_out_n"] = float(level_out)
-        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped))
+        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n))
     rest = max(total - faulty - clipped, 1e-12)
-    if stepped / rest > LEAST_STEPPED:
+    if stepped > 0.0:
         # the noise was measured on rounded samples: what rounding adds to it is no noise
         noise2 = max(noise_n**2 - step_out**2 / 12.0, 0.0)
         unexplained = max(rest - samples / 2 * noise2, stepped)
         values = {"q_in_n": step_in, "q_out_n": step_out}
-        found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest)))
+        found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n))
     return sorted(found, key=lambda e: -e.share)

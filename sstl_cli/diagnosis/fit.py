@@ -3,44 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
-from sstl_cli.diagnosis.whitening import Whitener
+from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
 
 Array = NDArray[np.float64]
-THETA_LOW, THETA_HIGH = 0.01, 3.0
+# friction coefficient times angle of anything that a tendon still moves through (rad)
+THETA_LOW, THETA_HIGH = 1e-3, 5.0
 MAX_ITERATIONS = 14
 START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
-TOLERANCE = 1e-4
+# a step that gains less than this (nats) is none
+ENOUGH_NATS = 0.1
+# shares of an effect's response by which its law may be off
+SHARES = (0.0, 0.01, 0.03, 0.1, 0.3)
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted model: parameters, whitened cost (nats) and its compact Jacobian.
+    """A fitted model: parameters, cost (minus log likelihood, nats) and its compact Jacobian.
 
-    ``jacobian`` has one column for the theta of the sample's own configuration, then one per free parameter.
+    ``jacobian`` has one column for the theta of the sample's own configuration, then one per free parameter;
+    ``discrepancy`` is the share of its own response by which the law may be off.
     """
 
-    ids: tuple[str, ...]
-    free: tuple[Free, ...]
+    hypothesis: Hypothesis
     theta: Array
     values: Array
     cost: float
     prediction: Array
     residual: Array
     jacobian: Array
-    iterations: int
+    whiten: Whitener
+    discrepancy: float = 0.0
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return self.hypothesis.ids
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        return self.hypothesis.free
 
     @property
     def effects(self) -> dict[str, dict[str, float]]:
         return as_effects(self.free, self.values)
 
     def at_bound(self, i: int) -> bool:
-        """Whether free parameter ``i`` ended on a bound that is not its neutral value."""
+        """Whether free parameter ``i`` lies on or outside the range in which it is usually found."""
         p, v = self.free[i].parameter, self.values[i]
         edge = 1e-3 * self.free[i].width
         return (v <= p.low + edge and p.low != p.neutral) or (v >= p.high - edge and p.high != p.neutral)
@@ -51,16 +65,21 @@ def jacobian(sim: Simulator, theta: Array, free: Sequence[Free], values: Array, 
 
     Runs of different configurations do not touch one another, so all thetas share one simulation.
     """
-    columns = np.empty((len(base), 1 + len(free)))
     h = 1e-4
-    columns[:, 0] = (sim.predict(theta + h, as_effects(free, values)) - base) / h
-    for i, f in enumerate(free):
-        h = 2e-3 * f.width
-        if values[i] + h > f.parameter.high:
+    own = (sim.predict(theta + h, as_effects(free, values)) - base) / h
+    return np.concatenate((own[:, None], partial(sim, theta, free, values, base, range(len(free)))), axis=1)
+
+
+def partial(sim: Simulator, theta: Array, free: Sequence[Free], values: Array, base: Array, which: Sequence[int]) -> Array:
+    """Return d prediction / d (some of the free parameters), shape (samples, len(which))."""
+    columns = np.empty((len(base), len(which)))
+    for i, k in enumerate(which):
+        h = 2e-3 * free[k].width
+        if values[k] + h > free[k].parameter.most:
             h = -h
         moved = values.copy()
-        moved[i] += h
-        columns[:, 1 + i] = (sim.predict(theta, as_effects(free, moved)) - base) / h
+        moved[k] += h
+        columns[:, i] = (sim.predict(theta, as_effects(free, moved)) - base) / h
     return columns
 
 
@@ -86,8 +105,7 @@ def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:
     k = j.shape[1] - 1
     a = np.zeros((configs + k, configs + k))
     b = np.zeros(configs + k)
-    diagonal = np.bincount(sim.config, j[:, 0] ** 2, configs)
-    a[np.arange(configs), np.arange(configs)] = diagonal
+    a[np.arange(configs), np.arange(configs)] = np.bincount(sim.config, j[:, 0] ** 2, configs)
     b[:configs] = np.bincount(sim.config, j[:, 0] * r, configs)
     for i in range(k):
         cross = np.bincount(sim.config, j[:, 0] * j[:, 1 + i], configs)
@@ -101,31 +119,29 @@ def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:
 def fit(
     sim: Simulator,
     whiten: Whitener,
-    ids: Sequence[str],
-    free: Sequence[Free],
+    hypothesis: Hypothesis,
     theta: Array,
     values: Array,
     iterations: int = MAX_ITERATIONS,
 ) -> Fit:
-    """Return the bounded least-squares fit started at ``theta`` and ``values``.
+    """Return the bounded least-squares fit started at ``theta`` and ``values``, with one whitener.
 
     Parameters
     ----------
     theta : ndarray, shape (configurations,)
     values : ndarray, shape (k,)
-        Start of the free parameters, in the order of ``free``.
+        Start of the free parameters, in the order of the hypothesis.
     """
-    low = np.array([f.parameter.low for f in free])
-    high = np.array([f.parameter.high for f in free])
+    free = hypothesis.free
+    low = np.array([f.parameter.least for f in free])
+    high = np.array([f.parameter.most for f in free])
     configs = len(theta)
     prediction = sim.predict(theta, as_effects(free, values))
     r = whiten(sim.y - prediction)
     cost = 0.5 * float(r @ r)
     damping = 1e-3
     j = jacobian(sim, theta, free, values, prediction)
-    done = 0
-    while done < iterations:
-        done += 1
+    for _ in range(iterations):
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
         improved = False
@@ -146,9 +162,42 @@ def fit(
         theta, values, prediction, r, cost = new_theta, new_values, new_prediction, new_r, new_cost
         damping = max(damping / 8.0, 1e-8)
         j = jacobian(sim, theta, free, values, prediction)
-        if gain < TOLERANCE * cost and gain < 0.05:
+        if gain < ENOUGH_NATS:
             break
-    return Fit(tuple(ids), tuple(free), theta, values, cost, prediction, sim.y - prediction, j, done)
+    return Fit(hypothesis, theta, values, cost + 0.5 * whiten.log_det, prediction, sim.y - prediction, j, whiten)
+
+
+def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations: int = MAX_ITERATIONS) -> Fit:
+    """Return a fit whose noise follows its own phases and its own discrepancy: whitened by them, fitted, and again.
+
+    No law is exact: what an effect adds to the base may be off by a share of itself (Kennedy and O'Hagan 2001). The share is
+    the most likely of a few; a large one costs as much as it makes the noise larger.
+    """
+    found = _judged(sim, noise, start)
+    for _ in range(rounds):
+        before = found.cost
+        moved = fit(sim, found.whiten, found.hypothesis, found.theta, found.values, iterations)
+        found = _judged(sim, noise, moved)
+        if abs(before - found.cost) < ENOUGH_NATS:
+            break
+    return found
+
+
+def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
+    """Return a fit with its own whitener and cost."""
+    phases = sim.phases(f.theta, f.effects)
+    records = sim.problem.records
+    if not f.free:
+        tries = [(0.0, whitener(records, phases, noise))]
+    else:
+        added = np.abs(f.prediction - sim.predict(f.theta, {}))
+        tries = [(share, whitener(records, phases, noise, share * added)) for share in SHARES]
+    costs = []
+    for _, whiten in tries:
+        z = whiten(f.residual)
+        costs.append(0.5 * float(z @ z) + 0.5 * whiten.log_det)
+    best = int(np.argmin(costs))
+    return replace(f, whiten=tries[best][1], cost=costs[best], discrepancy=tries[best][0])
 
 
 def _bounded_step(a: Array, b: Array, values: Array, low: Array, high: Array, configs: int) -> Array:

@@ -1,27 +1,30 @@
 """What to record next: which candidates the data cannot tell apart, and the movement that would.
 
-After Hunter and Reiner (1965): the best experiment is the one on which two rival models, each
-refitted, differ most.
+After Hunter and Reiner (1965): the best experiment is the one on which two rival models, each refitted, differ most; here
+in squared standard deviations of this rig's noise (D^2), at the highest rate that was recorded.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import stream
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.fit import Fit, fit
+from sstl_cli.diagnosis.limit import DECIDABLE, distance2
+from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.search import Search
-from sstl_cli.diagnosis.simulator import as_effects
-from sstl_cli.physics.effect import Mechanics
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.whitening import whitener
 from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
 from sstl_cli.physics.trajectories import tension_path, times
-from sstl_cli.physics.transmission import activate, predict
-from sstl_cli.physics.transmission.model import drive_of, observed_output
 
 Array = NDArray[np.float64]
-SAMPLING_HZ = 100.0
 MENU = (
     Trajectory(kind="trapezoid", label="fast trapezoid", duration_s=8.0, drive="tension"),
     Trajectory(kind="trapezoid", label="slow trapezoid", duration_s=80.0, drive="tension"),
@@ -30,34 +33,38 @@ MENU = (
     Trajectory(kind="chirp", label="chirp", duration_s=60.0),
     Trajectory(kind="random", label="random", duration_s=120.0),
 )
+# a plan is judged at no more than this: what is faster tells no more of a line, and lasts longer
+FASTEST_HZ = 500.0
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """The movement that separates two candidates best, and by how much (RMS in N, refitted)."""
+    """The movement that separates two candidates best, and the D^2 that it would bring; ``d2_here`` is that of this data."""
 
     separates: tuple[str, str]
     trajectory: Trajectory
-    distance_n: float
-    here_n: float
+    d2: float
+    d2_here: float
+
+    @property
+    def settles(self) -> bool:
+        """Whether the movement would tell the two apart."""
+        return self.d2 >= DECIDABLE
 
 
-def isolability(search: Search) -> tuple[list[str], Array]:
+def isolability(found: Search, most: int = 12) -> tuple[list[str], Array]:
     """Return candidate ids and the cosine between their whitened responses, base parameters projected out."""
-    singles = search.leaders(1)[:12]
-    sim = search.sim
-    responses = []
+    singles = [w.fit for w in found.ranked() if len(w.ids) == 1][:most]
+    sim, responses = found.sim, []
     for f in singles:
-        jw = search.whiten(f.jacobian)
+        jw = found.base.whiten(f.jacobian)
         own = jw[:, 0]
         power = np.maximum(np.bincount(sim.config, own**2), 1e-12)
         columns = []
-        for i in range(len(f.free)):
-            if f.free[i].parameter.shape:
-                continue
-            column = jw[:, 1 + i]
-            column = column - own * (np.bincount(sim.config, own * column, len(power)) / power)[sim.config]
-            columns.append(column)
+        for i, x in enumerate(f.free):
+            if not x.parameter.shape:
+                column = jw[:, 1 + i]
+                columns.append(column - own * (np.bincount(sim.config, own * column, len(power)) / power)[sim.config])
         q, r = np.linalg.qr(np.stack(columns, axis=1)) if columns else (np.zeros((len(own), 1)), np.ones((1, 1)))
         responses.append(q[:, np.abs(np.diag(r)) > 1e-9])
     n = len(singles)
@@ -70,71 +77,56 @@ def isolability(search: Search) -> tuple[list[str], Array]:
     return [f.ids[0] for f in singles], cosine
 
 
-def best_experiment(
-    search: Search, first: tuple[str, ...], second: tuple[str, ...], mechanics: Mechanics
-) -> Experiment | None:
-    """Return the movement of the menu on which two fitted models differ most after refitting the second.
-
-    The second model's free parameters are refitted to the first by one linearised step, theta included.
-    """
-    a, b = search.fits.get(tuple(sorted(first))), search.fits.get(tuple(sorted(second)))
-    if a is None or b is None:
-        return None
-    theta = float(np.mean(a.theta))
+def best_experiment(found: Search, first: Weighed, second: Weighed) -> Experiment | None:
+    """Return the movement of the menu on which two fitted models differ most after refitting the second, if any can."""
     best: Experiment | None = None
+    here = distance2(found.sim, first.fit, second.fit)
     for trajectory in MENU:
-        time = times(trajectory, SAMPLING_HZ)
-        truth, rival, columns = [], [], []
-        for system in search.sim.problem.systems:
-            path = tension_path(trajectory, system, time, np.random.default_rng(0))
-            truth.append(_response(system, path, theta, a.effects, mechanics))
-            at = _response(system, path, theta, b.effects, mechanics)
-            rival.append(at)
-            block = [(_response(system, path, theta + 1e-4, b.effects, mechanics) - at) / 1e-4]
-            for i, f in enumerate(b.free):
-                moved = b.values.copy()
-                h = 2e-3 * f.width * (1.0 if moved[i] + 2e-3 * f.width <= f.parameter.high else -1.0)
-                moved[i] += h
-                block.append((_response(system, path, theta, as_effects(b.free, moved), mechanics) - at) / h)
-            columns.append(np.stack(block, axis=1))
-        gap, j = np.concatenate(truth) - np.concatenate(rival), np.concatenate(columns)
-        step = np.linalg.lstsq(j, gap, rcond=1e-8)[0]
-        distance = float(np.sqrt(np.mean((gap - j @ step) ** 2)))
-        if best is None or distance > best.distance_n:
-            here = a.prediction - b.prediction
-            best = Experiment(
-                (" + ".join(first), " + ".join(second)), trajectory, distance, float(np.sqrt(np.mean(here**2)))
-            )
+        sim = planned(found, trajectory)
+        if sim is None:
+            continue
+        d2 = distance2(sim, _moved(sim, found, first.fit), _moved(sim, found, second.fit))
+        if best is None or d2 > best.d2:
+            best = Experiment((" + ".join(first.ids), " + ".join(second.ids)), trajectory, d2, here)
     return best
 
 
-def _response(
-    system: str, path: Array, theta: float, effects: Mapping[str, Mapping[str, float]], mechanics: Mechanics
-) -> Array:
-    if "line" in effects:
-        from dataclasses import replace
+def planned(found: Search, trajectory: Trajectory) -> Simulator | None:
+    """Return the simulator of a movement that is not recorded yet, on the middle bend, with this rig's noise."""
+    sim = found.sim
+    dt = max(min(r.raw.dt_s for r in sim.problem.records), 1.0 / FASTEST_HZ)
+    time = times(trajectory, 1.0 / dt)
+    location = sim.problem.records[0].location
+    runs = []
+    for system in sim.problem.systems:
+        path = tension_path(trajectory, system, time, np.random.default_rng(0))
+        noise = found.noise.input[system].white_n * stream(0, "plan", system).standard_normal(len(time))
+        out = 0.5 * path + noise[::-1]
+        runs.append(Run(f"plan-{system}", system, time, path + noise, out, config_id="plan", location=location, trajectory=trajectory.name))
+    try:
+        return Simulator(prepare(runs, sim.problem.unit_n), sim.mechanics, sim.fixed)
+    except SstlError:
+        # a movement that cannot be diagnosed settles nothing
+        return None
 
-        mechanics = replace(mechanics, load_n_per_mm=1.0 / effects["line"]["load_mm_per_n"])
-        effects = {k: v for k, v in effects.items() if k != "line"}
-    active = activate(effects)
-    dt = 1.0 / SAMPLING_HZ
-    drive = drive_of(system, "CP", dt, path, mechanics)
-    out = predict(drive, theta, active, 0.5 * float(path[0]))
-    return observed_output(system, dt, path, out, active)
+
+def _moved(sim: Simulator, found: Search, f: Fit) -> Fit:
+    """Return a fit with its parameters put on a planned movement."""
+    theta = np.array([float(np.median(f.theta))])
+    start = whitener(sim.problem.records, sim.phases(theta, f.effects), found.noise)
+    return fit(sim, start, f.hypothesis, theta, f.values, 0)
 
 
-def scenario_of(search: Search, trajectory: Trajectory) -> Scenario:
+def scenario_of(found: Search, trajectory: Trajectory) -> Scenario:
     """Return a scenario that records the trajectory on the configurations of the log, for ``sstl simulate``."""
-    p = search.sim.problem
-    theta = search.base.theta
+    p = found.sim.problem
     locations = {r.config: r.location for r in p.records}
     configurations = tuple(
-        Configuration(id=name, location=locations.get(i), theta=float(np.round(theta[i], 4)))
+        Configuration(id=name, location=locations.get(i), theta=float(np.round(found.base.theta[i], 4)))
         for i, name in enumerate(p.configs)
     )
-    systems = p.systems
     return Scenario(
         configurations=configurations,
-        trajectories=(trajectory.model_copy(update={"systems": systems}),),
-        sampling_hz=500.0,
+        trajectories=(trajectory.model_copy(update={"systems": p.systems}),),
+        sampling_hz=FASTEST_HZ,
     )

@@ -1,4 +1,4 @@
-"""Held-out scores: whole configurations or trajectory kinds are left out, parameters come from the rest."""
+"""Held-out errors: whole configurations or trajectory kinds are left out, parameters come from the rest."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.evidence import block_index
-from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.whitening import Whitener
 
 Array = NDArray[np.float64]
 MAX_FOLDS = 6
+BLOCK_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -50,53 +49,42 @@ def make_folds(sim: Simulator) -> Folds:
     return Folds(fold[sim.run], int(fold.max()) + 1, kind, honest)
 
 
-def held_out_residual(sim: Simulator, whiten: Whitener, f: Fit, folds: Folds) -> tuple[Array, Array]:
-    """Return residuals (N) and whitened residuals with each fold predicted from the others.
+def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
+    """Return the residual (N, shape (samples,)) with each fold predicted from the others.
 
     Parameters move by one Gauss-Newton step from the fit of all data to that of the training part; the
     theta of a configuration that is held out as a whole is fitted to it, for base and candidates alike.
     """
-    jw, rw = whiten(f.jacobian), whiten(f.residual)
-    raw, white = f.residual.copy(), rw.copy()
+    jw, rw = f.whiten(f.jacobian), f.whiten(f.residual)
+    raw = f.residual.copy()
     configs = len(f.theta)
-    low = np.array([x.parameter.low for x in f.free])
-    high = np.array([x.parameter.high for x in f.free])
+    low = np.array([x.parameter.least for x in f.free])
+    high = np.array([x.parameter.most for x in f.free])
     for fold in range(folds.count):
         out = folds.of_sample == fold
         if not out.any():
             continue
-        train = ~out
-        a, b = _equations(sim, jw, rw, train, configs)
+        a, b = normal_equations(sim, jw * ~out[:, None], rw)
         seen = np.diag(a)[:configs] > 1e-9
         index = np.concatenate((np.flatnonzero(seen), np.arange(configs, len(b))))
         step = np.zeros(len(b))
         inner = a[np.ix_(index, index)]
         step[index] = np.linalg.lstsq(inner + 1e-9 * np.diag(np.diag(inner) + 1e-12), b[index], rcond=1e-10)[0]
         step[configs:] = np.clip(f.values + step[configs:], low, high) - f.values
-        shift = jw[out, 1:] @ step[configs:]
         for c in np.flatnonzero(~seen):
             rows = np.flatnonzero(out)[sim.config[out] == c]
             if len(rows):
                 column = jw[rows, 0]
                 local = rw[rows] - jw[rows, 1:] @ step[configs:]
                 step[c] = float(column @ local) / max(float(column @ column), 1e-12)
-        white[out] = rw[out] - shift - jw[out, 0] * step[:configs][sim.config[out]]
-        raw[out] = (
-            f.residual[out]
-            - f.jacobian[out, 1:] @ step[configs:]
-            - f.jacobian[out, 0] * step[:configs][sim.config[out]]
-        )
-    return raw, white
+        raw[out] -= f.jacobian[out, 1:] @ step[configs:] + f.jacobian[out, 0] * step[:configs][sim.config[out]]
+    return raw
 
 
 def blocks(sim: Simulator) -> NDArray[np.int64]:
     """Return the index of the time block (about 5 s, within one run) of each sample."""
-    records = sim.problem.records
-    return block_index([len(r) for r in records], [r.dt_s * r.factor for r in records])
-
-
-def _equations(sim: Simulator, jw: Array, rw: Array, rows: NDArray[np.bool_], configs: int) -> tuple[Array, Array]:
-    from sstl_cli.diagnosis.fit import normal_equations
-
-    masked = jw * rows[:, None]
-    return normal_equations(sim, masked, rw)
+    parts, offset = [], 0
+    for r in sim.problem.records:
+        parts.append(offset + np.arange(len(r)) // max(1, round(BLOCK_S / (r.dt_s * r.factor))))
+        offset = int(parts[-1][-1]) + 1 if len(r) else offset
+    return np.concatenate(parts)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.smoothing import block_mean
+from sstl_cli.diagnosis.latent import block_mean
 
 Array = NDArray[np.float64]
 # the output swings this much more than the input can make it

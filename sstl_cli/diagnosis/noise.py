@@ -1,192 +1,201 @@
-"""Sensor noise measured where the output is held, and what noise of the input does to a prediction.
+"""Noise of the tension sensors: measured where nothing else can move a reading, then made as likely as the record allows.
 
-In backlash nothing but noise moves the output. Noise of the same kind on the measured input is
-amplified by the slope, and its extremes push held levels up, which looks like friction that falls with
-speed. The mean of that push is taken out by simulation and extrapolation (SIMEX, Cook and Stefanski
-1994); its scatter belongs to the noise floor, because no effect can explain it.
+White noise shows in second differences. Coloured noise of the output shows in holds, where the play keeps the tension: each
+hold gives a spread, and their median is not moved by holds that something else disturbs. Coloured noise of the input shows
+nowhere by itself: it is taken to be like the output's (the sensors of a rig are alike) unless the slides say otherwise.
+The slides are asked together with the flexible part of the model projected out (restricted likelihood, Patterson and
+Thompson 1971), and the spreads stay near what was measured by log-normal priors, so that no wrong model can buy variance.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_toeplitz
-from scipy.signal import lfilter
+from scipy.optimize import minimize
 
-from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
-from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.smoothing import smoothed
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
-WINDOW_S = 3.0
-MIN_WINDOW_S = 0.5
-ORDER = 8
-DRAWS = 8
-# Noise added to an input that is noisy already moves extremes less than the first noise did: on rig runs with
-# known inputs, scatter is 1.5 times and the mean push half of what the added noise shows.
-SCATTER_FACTOR = 1.5
-PUSH_FACTOR = 0.5
+# windows of holds (s), longest first: the slower the noise, the longer a window must be to show it
+WINDOWS_S = (3.0, 1.0)
+LEAST_WINDOWS = 6
+CURVATURE_STEP = 0.1
+ENOUGH = 4000
+CORRELATIONS_S = (0.05, 0.15, 0.4, 1.0)
+# spreads of the log-normal priors: of the measured white and coloured noise, between two sensors, of the smoother's error
+WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.5, 1.0, 0.2
 
 
 @dataclass(frozen=True)
-class Floor:
-    """Noise at the analysis rate (N, RMS): of the output sensor, of a perfect prediction, and on the fine grid.
+class _Held:
+    """Coloured noise seen in holds: standard deviation (N), correlation time (s), number of windows."""
 
-    ``push_n`` is the mean push of input noise on the prediction, shape (samples,).
+    coloured_n: float
+    correlation_s: float
+    windows: int
+
+
+def measured(records: Sequence[Record], slide: Array) -> Noise:
+    """Return the noise of each system's sensors as holds and second differences show it.
+
+    Parameters
+    ----------
+    slide : ndarray, shape (samples,)
+        Share of a step in which the model slides (0 in holds), records laid end to end.
     """
-
-    output_n: float
-    prediction_n: float
-    fine_n: float
-    push_n: Array
-    white_n: float
-
-    @property
-    def coloured(self) -> float:
-        """How much of the output noise is coloured: 0 (white) to 1."""
-        return float(np.clip(self.output_n / max(self.white_n, 1e-12) - 1.0, 0.0, 1.0))
-
-    @property
-    def total_n(self) -> float:
-        """What remains when everything but noise is explained."""
-        return float(np.hypot(self.output_n, self.prediction_n))
+    into: dict[str, Sensor] = {}
+    out: dict[str, Sensor] = {}
+    ends = np.cumsum([len(r) for r in records])
+    for system in sorted({r.system for r in records}):
+        mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
+        white_in = _typical([white_noise(r.raw.tension_in_n) for r, _ in mine])
+        white_out = _typical([white_noise(r.y_fine) for r, _ in mine])
+        held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
+        out[system] = Sensor(white_out, held.coloured_n, held.correlation_s)
+        ratio = float(np.clip(white_in / max(white_out, 1e-12), 0.2, 5.0))
+        into[system] = Sensor(white_in, ratio * held.coloured_n, held.correlation_s)
+    return Noise(into, out, dict.fromkeys(out, 1.0))
 
 
-def noise_floor(sim: Simulator, theta: Array, prediction: Array) -> Floor:
-    """Return the noise floor of a problem, given the base fit."""
-    series: list[Array] = []
-    fine: list[float] = []
-    step = max(r.dt_s * r.factor for r in sim.problem.records)
-    for window_s in (WINDOW_S, 1.5, MIN_WINDOW_S):
-        length = max(8, round(window_s / step))
-        series = [
-            w
-            for r, s in zip(sim.problem.records, sim.slices(), strict=True)
-            for w in _windows(r, prediction[s], length)
-        ]
-        if len(series) >= 4:
+def _typical(values: Sequence[float]) -> float:
+    return max(float(np.median(values)), 1e-6)
+
+
+def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) -> _Held:
+    """Return the coloured noise that holds show beyond the white one."""
+    for window_s in WINDOWS_S:
+        increments: list[Array] = []
+        spread: list[float] = []
+        expected = 0.0
+        for r, slide in zip(records, slides, strict=True):
+            step = r.dt_s * r.factor
+            length = max(8, round(window_s / step))
+            expected = white_n / np.sqrt(r.factor)
+            for piece in _pieces(r.y, (slide < 1e-3) & (r.weight > 0), length):
+                increments.append(piece)
+                spread.append(float(piece.var() * length / (length - 2)))
+        if len(spread) >= LEAST_WINDOWS:
             break
-    if len(series) < 4:
-        white = [(white_noise(r.y), white_noise(r.y_fine)) for r in sim.problem.records]
-        output, fine_n = (float(np.median(x)) for x in zip(*white, strict=True))
-        scatter, push = _passed_on(sim, theta, np.array([1.0]), output)
-        return Floor(output, scatter, fine_n, push, output)
-    coefficients, sigma = _autoregression(np.array(series))
-    fine = [white_noise(r.y_fine) for r in sim.problem.records]
-    coarse = [white_noise(r.y) for r in sim.problem.records]
-    above = float(np.sqrt(max(np.median(fine) ** 2 - np.median(coarse) ** 2, 0.0)))
-    scatter, push = _passed_on(sim, theta, coefficients, sigma)
-    return Floor(sigma, scatter, float(np.hypot(sigma, above)), push, float(np.median(coarse)))
+    if len(spread) < LEAST_WINDOWS:
+        return _Held(0.25 * white_n, CORRELATIONS_S[1], len(spread))
+    middle = float(np.median(spread))
+    quiet = [p for p, s in zip(increments, spread, strict=True) if s <= middle]
+    excess = max(middle - expected**2, 0.0)
+    return _Held(float(np.sqrt(excess + (0.1 * expected) ** 2)), _correlation(quiet, records[0]), len(spread))
 
 
-def _windows(r: Record, prediction: Array, length: int) -> list[Array]:
-    """Return detrended pieces of the output in which the model holds it; the loudest tenth may be jumps."""
-    if r.slip is not None:
-        # a line that slides all the time holds nothing
-        return []
-    held = np.concatenate((np.abs(np.diff(prediction)) < 1e-9, [False])) & (r.weight > 0)
-    n = len(held)
-    sums = np.concatenate(([0], np.cumsum(held)))
-    pieces: list[Array] = []
-    start = 0
+def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
+    """Return stretches of a hold without their straight line."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], held.view(np.int8), [0]))))
     x = np.arange(length) - (length - 1) / 2
-    while start + length <= n:
-        if sums[start + length] - sums[start] == length:
-            piece = r.y[start : start + length]
-            pieces.append(piece - piece.mean() - x * float(piece @ x) / float(x @ x))
-            start += length
-        else:
-            start += max(1, length // 4)
-    return pieces
+    found = []
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        for start in range(a, b - length + 1, length):
+            piece = y[start : start + length]
+            found.append(piece - piece.mean() - x * float(piece @ x) / float(x @ x))
+    return found
 
 
-def _autoregression(windows: Array) -> tuple[Array, float]:
-    """Return an AR filter and the standard deviation of the noise, freed of what detrending took out."""
-    power = (windows**2).mean(axis=1)
-    quiet = windows[power <= np.quantile(power, 0.9)]
-    measured = _acf(quiet)
-    # the same windows cut from noise of the first guess show how much detrending hides at each lag
-    corrected = measured.copy()
-    for _ in range(3):
-        a, variance = _yule_walker(corrected)
-        noise = lfilter(
-            [np.sqrt(variance)], a, stream(0, "noise floor").standard_normal((400, 4 * quiet.shape[1])), axis=1
-        )
-        noise = noise[:, -quiet.shape[1] :]
-        x = np.arange(noise.shape[1]) - (noise.shape[1] - 1) / 2
-        true = _acf(noise)
-        noise = noise - noise.mean(axis=1, keepdims=True)
-        noise = noise - (noise @ x / (x @ x))[:, None] * x
-        corrected = measured + (true - _acf(noise))
-    a, _ = _yule_walker(corrected)
-    # windows without the loudest tenth are a little too quiet
-    return a, float(
-        np.sqrt(corrected[0] * power.mean() / max(float(power[power <= np.quantile(power, 0.9)].mean()), 1e-300))
-    )
+def _correlation(pieces: Sequence[Array], r: Record) -> float:
+    """Return the correlation time (s) by the ratio of the autocorrelation at two lags, which white noise does not touch."""
+    rows = np.array([p for p in pieces if len(p) == len(pieces[0])])
+    one, two = (float(np.mean(rows[:, lag:] * rows[:, :-lag])) for lag in (1, 3))
+    if one <= 0.0 or two <= 0.0 or two >= one:
+        return CORRELATIONS_S[1]
+    return float(np.clip(2.0 * r.dt_s * r.factor / np.log(one / two), CORRELATIONS_S[0], CORRELATIONS_S[-1]))
 
 
-def _acf(rows: Array) -> Array:
-    n = rows.shape[1]
-    lags = min(ORDER, n - 2)
-    return np.array([np.mean(rows[:, lag:] * rows[:, : n - lag]) for lag in range(lags + 1)])
+def likely(
+    records: Sequence[Record], phases: Phases, residual: Array, columns: Array, start: Noise
+) -> Noise:
+    """Return the most likely noise given what a rich model leaves, near the measured one.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (samples,)
+        Residual of the model (N).
+    columns : ndarray, shape (samples, k)
+        What the model could still change: projected out.
+    """
+    into, out, smoother = dict(start.input), dict(start.output), dict(start.smoother)
+    spread: dict[str, dict[str, float]] = {}
+    ends = np.cumsum([len(r) for r in records])
+    for system in sorted(out):
+        part = _some([(r, slice(e - len(r), e)) for r, e in zip(records, ends, strict=True) if r.system == system])
+        rows = np.concatenate([np.arange(s.start, s.stop) for _, s in part])
+        mine = [r for r, _ in part]
+        own = Phases(phases.slide[rows], phases.gain[rows])
+        stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
+        into[system], out[system], smoother[system], spread[system] = _fitted(system, mine, own, stacked, into[system], out[system])
+    return Noise(into, out, smoother, spread)
 
 
-def _yule_walker(acf: Array) -> tuple[Array, float]:
-    acf = acf.copy()
-    acf[0] = max(acf[0] * (1.0 + 1e-4), 1e-18)
-    phi = solve_toeplitz(acf[:-1], acf[1:])
-    variance = float(acf[0] - phi @ acf[1:])
-    roots = np.roots(np.concatenate(([1.0], -phi)))
-    if variance <= 0 or np.any(np.abs(roots) >= 0.999):
-        one = float(np.clip(acf[1] / acf[0], -0.99, 0.99))
-        return np.array([1.0, -one]), float(acf[0] * (1 - one**2))
-    return np.concatenate(([1.0], -phi)), variance
+def _some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
+    """Return runs, shortest first, until they hold enough samples for six numbers."""
+    ordered = sorted(part, key=lambda x: (len(x[0]), x[0].run_id))
+    total = np.cumsum([len(r) for r, _ in ordered])
+    return ordered[: int(np.searchsorted(total, ENOUGH)) + 1]
 
 
-def _passed_on(sim: Simulator, theta: Array, coefficients: Array, sigma: float) -> tuple[float, Array]:
-    """Return scatter (N, RMS) and mean (N, shape (samples,)) of what input noise does to the base prediction."""
-    reference = sim.predict(theta, {})
-    mean, square = np.zeros_like(reference), np.zeros_like(reference)
-    for draw in range(DRAWS):
-        inputs = [
-            smoothed(r.u + _input_noise(r, coefficients, sigma, draw, i), r.smooth_halves)
-            for i, r in enumerate(sim.problem.records)
-        ]
-        change = sim.with_inputs(inputs).predict(theta, {}) - reference
-        mean += change / DRAWS
-        square += change**2 / DRAWS
-    variance = np.maximum(square - mean**2, 0.0) * DRAWS / (DRAWS - 1)
-    scatter = SCATTER_FACTOR * float(np.sqrt(np.sum(sim.weight * variance) / max(sim.weight.sum(), 1.0)))
-    return scatter, PUSH_FACTOR * _steady(sim, mean)
+def _fitted(
+    system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor
+) -> tuple[Sensor, Sensor, float, dict[str, float]]:
+    floor = 0.02 * out.white_n + 1e-9
+    centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
+    near = np.array([WHITE, MEASURED, ALIKE, SMOOTHER])
+
+    def sensors(p: Array) -> tuple[Sensor, Sensor, float]:
+        white, colour, entering, smoother, slow_out, slow_in = (float(v) for v in np.exp(p))
+        return Sensor(into.white_n, entering, slow_in), Sensor(white, colour, slow_out), smoother
+
+    def cost(p: Array) -> float:
+        a, b, smoother = sensors(p)
+        w = whitener(records, phases, Noise({system: a}, {system: b}, {system: smoother}))
+        z = w(stacked)
+        r, j = z[:, 0], z[:, 1:]
+        gram = j.T @ j
+        scale = np.sqrt(np.diag(gram)) + 1e-12
+        gram = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+        lower = np.linalg.cholesky(gram)
+        projected = np.linalg.solve(lower, (j.T @ r) / scale)
+        rss = float(r @ r - projected @ projected)
+        restricted = 2.0 * float(np.sum(np.log(np.diag(lower)) + np.log(scale)))
+        slow = p[len(near) :]
+        # correlation times outside of what sensors have are not forbidden, they cost
+        outside = np.maximum(shortest - slow, 0.0) + np.maximum(slow - longest, 0.0)
+        prior = float(np.sum(((p[: len(near)] - centre) / near) ** 2) + np.sum((outside / MEASURED) ** 2))
+        return 0.5 * (rss + w.log_det + restricted + prior)
+
+    shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
+    first = np.concatenate((centre, np.log([out.correlation_s, into.correlation_s])))
+    simplex = np.vstack([first, first + np.diag([*near, 0.5, 0.5])])
+    found = minimize(cost, first, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": 70, "xatol": 0.03, "fatol": 0.05})
+    names = ("output.white_n", "output.coloured_n", "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
+    spread = {n: _spread(cost, found.x, i, float(found.fun)) for i, n in enumerate(names)}
+    return *sensors(found.x), spread
 
 
-def _steady(sim: Simulator, mean: Array) -> Array:
-    """Return the mean push averaged over a second: it is slow, what is fast of it is leftover scatter."""
-    out = np.empty_like(mean)
-    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
-        width = max(1, min(round(1.0 / (r.dt_s * r.factor)), len(r)))
-        weight = np.convolve(np.ones(len(r)), np.ones(width), mode="same")
-        out[s] = np.convolve(mean[s], np.ones(width), mode="same") / weight
-    return out
+def _spread(cost: Callable[[Array], float], at: Array, i: int, least: float) -> float:
+    """Return the standard error of one number from the curvature of the cost (nats), at most that of a flat prior."""
+    step = np.zeros(len(at))
+    step[i] = CURVATURE_STEP
+    curvature = (cost(at + step) + cost(at - step) - 2.0 * least) / CURVATURE_STEP**2
+    return float(1.0 / np.sqrt(max(curvature, 1.0)))
 
 
-def _input_noise(r: Record, coefficients: Array, sigma: float, draw: int, i: int) -> Array:
-    """Return a draw of input noise on the simulation grid (N): the output's kind, at the input's level."""
-    n = len(r)
-    noise = lfilter([1.0], coefficients, stream(0, "input noise", draw, i).standard_normal(n + 200))[200:]
-    noise *= sigma / np.sqrt(_gain(coefficients))
-    # sensors of a rig are alike; where their white noise differs, so is the coloured part taken to
-    out_white, in_white = max(white_noise(r.raw.tension_out_n), 1e-12), white_noise(r.raw.tension_in_n)
-    noise *= float(np.clip(in_white / out_white, 0.2, 5.0))
-    return np.interp(np.arange(n * r.factor), (np.arange(n) + 0.5) * r.factor - 0.5, noise)
-
-
-def _gain(coefficients: Array) -> float:
-    """Return the variance of the filter's response to unit white noise."""
-    impulse = lfilter([1.0], coefficients, np.concatenate(([1.0], np.zeros(2000))))
-    return float(np.sum(impulse**2))
-
+def floor_n(records: Sequence[Record], phases: Phases, noise: Noise) -> float:
+    """Return the RMS (N) that a perfect model would leave at the analysis rate: noise of both sensors where it enters."""
+    total, count, at = 0.0, 0.0, 0
+    for r in records:
+        gain, into, out = phases.gain[at : at + len(r)], noise.input[r.system], noise.output[r.system]
+        at += len(r)
+        entering = (noise.smoother[r.system] * r.error_n) ** 2 + into.coloured_n**2
+        variance = gain**2 * entering + out.coloured_n**2 + out.white_n**2 / r.factor
+        total += float(np.sum(r.weight * variance))
+        count += float(np.sum(r.weight))
+    return float(np.sqrt(total / max(count, 1.0)))

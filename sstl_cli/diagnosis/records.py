@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.latent import Latent, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.recorder import Faults, scan, white_noise
-from sstl_cli.diagnosis.smoothing import Widths, block_mean, half_widths, smoothed
+from sstl_cli.identification.gate import sensors_of
 from sstl_cli.physics.transmission import play_operator
 
 Array = NDArray[np.float64]
@@ -20,20 +21,19 @@ Mask = NDArray[np.bool_]
 
 SIMULATION_HZ = 500.0
 ANALYSIS_HZ = 50.0
-SMOOTH_S = (0.3, 0.2, 0.12, 0.06, 0.03)
-RATE_S = 0.25
 MIN_SAMPLES = 100
 MIN_SPAN_SIGMA = 20.0
-MIN_CONFIGS = 3
+MIN_CONFIGS = 1
 
 
 @dataclass(frozen=True)
 class Record:
     """One run made ready; tensions in N.
 
-    Simulation runs at the rate of ``u`` (smoothed measured input), ``y_smooth`` and ``rate``, shape
+    Simulation runs at the rate of ``u`` (latent input), ``y_smooth`` and ``rate``, shape
     (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured output) and ``weight`` (0
-    where the record says nothing), shape (n,). ``raw`` is the run on its own grid.
+    where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
+    input, and ``averaged``, over how many samples of ``u`` it is an average. ``raw`` is the run on its own grid.
     """
 
     run_id: str
@@ -56,7 +56,8 @@ class Record:
     raw_weight: Array
     y_fine: Array
     weight_fine: Array
-    smooth_halves: Widths
+    error_n: Array
+    averaged: Array
     slip: Array | None = None
 
     def __len__(self) -> int:
@@ -128,7 +129,7 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     time = run.time_s[finite]
     if np.any(np.diff(time) <= 0):
         return "time is not strictly increasing", None
-    run = _on_grid(run, finite)
+    run = _on_grid(*_renewed(run, finite))
     faults_in, faults_out = scan(run.tension_in_n), scan(run.tension_out_n)
     good = ~(faults_in.bad | faults_out.bad)
     if good.sum() < MIN_SAMPLES:
@@ -137,6 +138,28 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     if span < max(MIN_SPAN_SIGMA * faults_in.noise_n, 0.2):
         return "the input hardly moves", None
     return "", (run, faults_in, faults_out)
+
+
+def _renewed(run: Run, finite: Mask) -> tuple[Run, Mask]:
+    """Return a run at the instants at which its slowest sensor is renewed, and which samples are finite.
+
+    A sensor that is refreshed more slowly than it is logged repeats itself: the copies are no readings.
+    """
+    slowest = max(sensors_of(run), key=lambda s: s.refresh_s if s.held else 0.0)
+    if not slowest.held:
+        return run, finite
+    values = getattr(run, slowest.column)
+    fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
+    if fresh.sum() < MIN_SAMPLES:
+        return run, finite
+    at = np.flatnonzero(fresh)
+    extra = {k: v[at] for k, v in run.extra.items()}
+    channels = {
+        name: value[at]
+        for name in ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+        if (value := getattr(run, name)) is not None
+    }
+    return replace(run, extra=extra, **channels), np.ones(len(at), bool)
 
 
 def _on_grid(run: Run, finite: Mask) -> Run:
@@ -167,11 +190,11 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     n = len(run) // (thin * factor) * factor
     gap = run.extra.get("gap", np.zeros(len(run)))
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
-    fine_in = block_mean(_bridge(run.tension_in_n, ~faults_in.bad), thin)[:n]
     fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
-    halves = _widths(fine_in, dt)
-    u = smoothed(fine_in, halves)
-    rate = np.gradient(smoothed(u, halves), dt)
+    known_in = ~(faults_in.bad | faults_in.clipped) & (gap == 0)
+    into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, thin, n, dt)
+    out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, thin, n, dt)
+    u = into.value
     raw_weight = good.astype(float)
     if faults_in.clipped.any():
         hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
@@ -196,8 +219,8 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         time,
         u,
         y,
-        smoothed(fine_out, halves),
-        rate,
+        out.value,
+        into.rate,
         weight,
         float(np.median(y[:3])),
         run,
@@ -206,13 +229,15 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         raw_weight,
         fine_out,
         (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
-        halves,
+        np.sqrt(block_mean(into.variance, factor)),
+        block_mean(into.averaged, factor),
         slip,
     )
 
 
-def _widths(signal: Array, dt: float) -> Widths:
-    return half_widths(signal, white_noise(signal), [round(window / dt / 2) for window in SMOOTH_S])
+def _latent(signal: Array, known: Mask, thin: int, n: int, dt_s: float) -> Latent:
+    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples)."""
+    return latent(block_mean(signal, thin)[:n], dt_s, white_noise(signal) / np.sqrt(thin), block_mean(known.astype(float), thin)[:n] > 0.5)
 
 
 def _bridge(signal: Array, good: Mask) -> Array:

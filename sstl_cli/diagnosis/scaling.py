@@ -59,15 +59,25 @@ def restore(document: Any, unit_n: float) -> Any:
         return [restore(item, unit_n) for item in document]
     if not isinstance(document, dict):
         return document
+    power = unit_n ** POWERS.get(document["unit"], 0) if isinstance(document.get("unit"), str) else 1.0
     if {"name", "unit", "estimate", "ci95"} <= document.keys():
-        power = unit_n ** POWERS.get(document["unit"], 0)
-        return {
-            **document,
-            "estimate": document["estimate"] * power,
-            "ci95": [None if v is None else v * power for v in document["ci95"]],
-        }
+        return {**document, **_times(document, power)}
     found = {}
     for key, item in document.items():
         number = isinstance(item, int | float | np.ndarray) and not isinstance(item, bool)
-        found[key] = item * unit_n if key.endswith("_n") and number else restore(item, unit_n)
+        if key.endswith("_n") and isinstance(item, dict) and {"estimate", "ci95"} <= item.keys():
+            found[key] = {**item, **_times(item, unit_n)}
+        elif key == "size" and "parameter" in document:
+            found[key] = item * power
+        else:
+            found[key] = item * unit_n if key.endswith("_n") and number else restore(item, unit_n)
     return found
+
+
+def _times(estimated: Mapping[str, Any], factor: float) -> dict[str, Any]:
+    """Return an estimate and its interval, where there is one, times a factor."""
+    interval = estimated["ci95"]
+    return {
+        "estimate": estimated["estimate"] * factor,
+        "ci95": None if interval is None else [None if v is None else v * factor for v in interval],
+    }

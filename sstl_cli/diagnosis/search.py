@@ -5,124 +5,57 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.fit import Fit, fit, jacobian, normal_equations
+from sstl_cli.diagnosis import noise as noise_of
+from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
+from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, partial, settle
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import representatives
-from sstl_cli.diagnosis.sawtooth import FAMILY
-from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects, free_parameters
-from sstl_cli.diagnosis.whitening import Whitener, fit_whitener, identity, spread_whitener
+from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
+from sstl_cli.diagnosis.whitening import Noise, Whitener, white, whitener
 from sstl_cli.physics.effect import TRANSITION
+from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 R = TypeVar("R")
+NOTHING = Hypothesis((), ())
+# starts of a fit: shapes on a grid over their range, strengths of the line weak and strong (its answer is not linear)
 SHAPE_GRID = (0.15, 0.5, 0.85)
 STRENGTHS = (0.01, 0.08)
-COARSE_ITERATIONS = 6
-SHORT_ITERATIONS = 2
-RICH_FITS = 4
-# full refits: at least these many, at most these many, and only with this share of the best gain
-LEAST_FITS = 4
-REFINED = 10
-REFINED_SHARE = 0.3
-LEAST_GAIN = 0.005
-PAIR_LEADERS = 2
-# samples of a stroke that count as one where a motion drives the run
-STROKE_SAMPLES = 50.0
-PAIR_PARTNERS = 4
+COARSE_ITERATIONS, SHORT_ITERATIONS = 5, 2
+# with less than this share of the best gain a model is not followed to its optimum: it has lost
+PROMISING = 0.3
+# how many models are joined into the richest, refitted beside a leader, and led from
+RICH_FITS, PARTNERS, PAIRS, LEADERS, VARIANTS = 4, 3, 6, 4, 3
+# nats: what adds less is no partner; what is closer to the best is followed to its optimum in any case
+ADDS, ALIVE_NATS = 3.0, 40.0
 
 
-@dataclass
+@dataclass(frozen=True)
 class Search:
-    """The fitted models of a diagnosis: the base, every single candidate, and combinations."""
+    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), and combinations."""
 
     sim: Simulator
-    whiten: Whitener
+    noise: Noise
+    measured: Noise
     base: Fit
-    fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
+    singles: dict[str, tuple[Weighed, ...]]
+    combined: dict[tuple[str, ...], Weighed]
 
-    def leaders(self, size: int) -> list[Fit]:
-        """Return the fits with ``size`` effects, best first by penalised cost."""
-        found = [f for ids, f in self.fits.items() if len(ids) == size]
-        return sorted(found, key=lambda f: (penalised(f, self.sim.problem.samples), f.ids))
+    def best(self, ids: tuple[str, ...]) -> Weighed:
+        """Return the best fit of one effect or of a combination."""
+        return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[tuple(sorted(ids))]
 
-
-def penalised(f: Fit, samples: int) -> float:
-    """Return the whitened cost (nats) with half a log-sample charge for each free parameter."""
-    return f.cost + 0.5 * len(f.free) * float(np.log(max(samples, 2)))
-
-
-def starts(free: Sequence[Free]) -> list[Array]:
-    """Return starting values: strengths a little off neutral, shapes on a coarse grid.
-
-    Shapes that span decades are spread logarithmically. Strengths of effects of the line are tried weak and strong:
-    their response is so far from linear that the step from a strong start says nothing of a weak effect.
-    """
-    axes: list[list[float]] = []
-    offsets = STRENGTHS if any(f.effect.stage == TRANSITION for f in free) else STRENGTHS[-1:]
-    for f in free:
-        p = f.parameter
-        if p.name == "load_mm_per_n":
-            axes.append([p.neutral])
-        elif p.shape:
-            log = p.low > 0 and p.high / p.low > 20
-            axes.append(
-                [float(p.low * (p.high / p.low) ** g) if log else p.low + g * (p.high - p.low) for g in SHAPE_GRID]
-            )
-        elif p.low < p.neutral < p.high:
-            axes.append([p.neutral])
-        else:
-            reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
-            axes.append([p.neutral + o * reach for o in offsets])
-    return [np.array(v) for v in itertools.product(*axes)]
-
-
-def screen(
-    sim: Simulator, whiten: Whitener, around: Fit, ids: Sequence[str], warm: Array | None = None
-) -> tuple[float, Array]:
-    """Return the linearised gain in nats of adding effects to a fit, and the start that gives it.
-
-    ``warm`` are values found for the effects alone; their shapes then need no grid.
-    """
-    everything = free_parameters(ids, sim.problem.systems)
-    free = _without(everything, around.free)
-    best = (-np.inf, np.zeros(len(free)))
-    grid = starts(free)
-    if warm is not None:
-        known = dict(zip(everything, warm, strict=True))
-        grid = [np.array([known[f] if f.parameter.shape else v for f, v in zip(free, g, strict=True)]) for g in grid]
-        grid = [np.array(g) for g in dict.fromkeys(tuple(g) for g in grid)]
-    for start in grid:
-        joined = (*around.free, *free)
-        values = np.concatenate((around.values, start))
-        prediction = sim.predict(around.theta, as_effects(joined, values))
-        j = whiten(jacobian(sim, around.theta, joined, values, prediction))
-        r = whiten(sim.y - prediction)
-        a, b = normal_equations(sim, j, r)
-        step = np.linalg.lstsq(a + 1e-6 * np.diag(np.diag(a) + 1e-9), b, rcond=1e-10)[0]
-        step = _inside(np.asarray(step, np.float64), values, joined, len(around.theta))
-        gain = around.cost - (0.5 * float(r @ r) - float(b @ step) + 0.5 * float(step @ a @ step))
-        if gain > best[0]:
-            best = (gain, start)
-    return best
-
-
-def _without(free: list[Free], known: Sequence[Free]) -> list[Free]:
-    """Leave out what the fit around has already: two effects of the line share its load."""
-    return [f for f in free if f not in known]
-
-
-def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> Array:
-    low = np.array([f.parameter.low for f in free])
-    high = np.array([f.parameter.high for f in free])
-    step = step.copy()
-    step[configs:] = np.clip(values + step[configs:], low, high) - values
-    return step
+    def ranked(self) -> list[Weighed]:
+        """Return the best model of every effect and combination, the most evident first."""
+        models = [v[0] for v in self.singles.values()] + list(self.combined.values())
+        return sorted(models, key=lambda w: (-w.evidence, w.ids))
 
 
 def run(
@@ -132,114 +65,324 @@ def run(
     max_effects: int,
     advance: Callable[[float], None] = lambda _: None,
     workers: int = 1,
-    noise_n: float = 0.0,
-    partner_share: float = 0.0,
+    given: Noise | None = None,
 ) -> Search:
     """Fit the base, every candidate, and combinations of up to ``max_effects`` effects.
 
-    First unwhitened and on representative runs, then whitened with one filter from the richest model: a
-    filter fitted to the base residual could hide the effect, and a whitened fit from a poor start gets stuck.
-    Combinations are tried only while more than noise (``noise_n``, N) is left for a further effect to carry
-    ``partner_share`` of the gap.
+    First unwhitened and on representative runs, because a whitened fit from a poor start gets stuck; then with the noise
+    that the richest model leaves, each model by its own phases. ``given`` is noise known beforehand.
     """
-    small = _reduced(sim)
+    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
-    plain = identity(small.slices(), small.weight)
-    rough = fit(small, plain, (), (), theta0[chosen], np.zeros(0))
-    spread = float(np.sqrt(np.sum(small.weight * rough.residual**2) / max(small.weight.sum(), 1.0)))
-    plain = identity(small.slices(), small.weight, max(spread, 1e-9))
-    base = fit(small, plain, (), (), rough.theta, np.zeros(0), 4)
+    plain = _plain(small, 1.0)
+    base = fit(small, plain, NOTHING, theta0[chosen], np.zeros(0))
+    spread = float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0)))
+    plain = _plain(small, max(spread, 1e-9))
+    base = fit(small, plain, NOTHING, base.theta, np.zeros(0), 4)
+    starts = [h for i in ids for h in _starting(i, sim.problem.systems)]
 
-    possible = [i for i in ids if free_parameters((i,), small.problem.systems)]
+    def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
+        gain, start = screen(small, base, h)
+        advance(0.2 / max(len(starts), 1))
+        return gain, h, start
 
-    def promise(effect_id: str) -> tuple[float, str, Array]:
-        gain, start = screen(small, plain, base, (effect_id,))
-        advance(1)
-        return -gain, effect_id, start
+    promises = sorted(_each(promise, starts, workers), key=lambda p: -p[0])
 
-    ranked = sorted(_each(promise, possible, workers), key=lambda p: p[:2])
-
-    def alone(place: int) -> Fit:
-        gain, effect_id, start = ranked[place]
-        # what cannot take half a percent of the error is not worth a fit, unless it is among the best anyway
-        tries = COARSE_ITERATIONS if place < LEAST_FITS or -gain > LEAST_GAIN * base.cost else SHORT_ITERATIONS
-        return fit(small, plain, (effect_id,), free_parameters((effect_id,), small.problem.systems), base.theta, start, tries)
-
-    coarse = sorted(_each(alone, range(len(ranked)), workers), key=lambda f: (f.cost, f.ids))
-    groups = [r.system for r in small.problem.records]
-    start_theta = theta0.copy()
-    start_theta[:] = float(np.mean(base.theta))
-    start_theta[chosen] = base.theta
-    rough = fit(sim, identity(sim.slices(), sim.weight, max(spread, 1e-9)), (), (), start_theta, np.zeros(0), 4)
-    if any(r.slip is not None for r in sim.problem.records):
-        # strokes at constant load differ by their level alone, which a filter of innovations would take away
-        sample, whiten = (
-            identity(x.slices(), x.weight, spread * STROKE_SAMPLES**0.5) for x in (small, sim)
-        )
-    else:
-        richest = _richest(small, plain, base, coarse)
-        sample = fit_whitener(richest, small.weight, small.slices(), groups, held=_held(small, base.prediction))
-        systems = [r.system for r in sim.problem.records]
-        whiten = spread_whitener(sample, groups, sim.weight, sim.slices(), systems, _held(sim, rough.prediction))
-    search = Search(sim, whiten, fit(sim, whiten, (), (), rough.theta, np.zeros(0)))
-    costs = {f.ids: _whitened_cost(small, sample, f) for f in coarse}
-    fine = sorted(coarse, key=lambda f: (costs[f.ids], f.ids))
-    reference = _whitened_cost(small, sample, base)
-    best_gain = max(reference - costs[fine[0].ids], 0.0) if fine else 0.0
-    chosen_fits = [
-        f for k, f in enumerate(fine) if k < LEAST_FITS or (k < REFINED and reference - costs[f.ids] > REFINED_SHARE * best_gain)
-    ]
-
-    # the stick-slip family is judged by its shape as well: its best member stays at hand
-    kin = [f for f in fine if f.ids[0] in FAMILY][:1]
-    chosen_fits += [f for f in kin if all(f is not c for c in chosen_fits)]
-
-    def refined(c: Fit) -> Fit:
-        theta = search.base.theta.copy()
-        theta[chosen] = c.theta
-        done = fit(sim, whiten, c.ids, c.free, theta, c.values)
-        if done.cost > search.base.cost:
-            # a fit that ends above the base it contains is stuck far away: once more from near the base
-            near = [starts(c.free)[0][i] if not f.parameter.shape else v for i, (f, v) in enumerate(zip(c.free, c.values, strict=True))]
-            done = min(done, fit(sim, whiten, c.ids, c.free, search.base.theta, np.array(near)), key=lambda f: f.cost)
-        advance(1)
+    def coarse(place: int) -> Fit:
+        gain, h, start = promises[place]
+        near = place < RICH_FITS or gain > PROMISING * promises[0][0]
+        done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS)
+        advance(0.3 / max(len(starts), 1))
         return done
 
-    for f in _each(refined, chosen_fits, workers):
-        search.fits[f.ids] = f
-    warm = {c.ids[0]: c.values for c in coarse}
+    rough = sorted(_each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
+    theta = np.full(len(theta0), float(np.mean(base.theta)))
+    theta[chosen] = base.theta
+    first = fit(sim, _plain(sim, max(spread, 1e-9)), NOTHING, theta, np.zeros(0), 4)
+    measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
+    rich = [fit(sim, _plain(sim, max(spread, 1e-9)), f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
+    noise = given or _noise(sim, [first, *rich], measured)
+    found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
+
+    def begun(f: Fit) -> Fit:
+        start = fit(sim, found.base.whiten, f.hypothesis, _spread(found.base.theta, chosen, f.theta), f.values, 0)
+        done = settle(sim, noise, start, 1, SHORT_ITERATIONS)
+        return done if done.cost < found.base.cost else _near(found, done)
+
+    first_round = _each(begun, rough, workers)
+    lead = max((found.base.cost - f.cost for f in first_round), default=0.0)
+
+    def alone(group: Sequence[Fit]) -> tuple[Weighed, ...]:
+        gain = found.base.cost - min(f.cost for f in group)
+        done = _weighed(found, group, gain > lead - max(ALIVE_NATS, (1.0 - PROMISING) * lead))
+        advance(0.3 * len(group) / max(len(starts), 1))
+        return done
+
+    groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
+    for done in _each(alone, groups, workers):
+        found.singles[done[0].ids[0]] = done
     for size in range(2, max_effects + 1):
-        if not search.fits or not _room(search, size - 1, noise_n, partner_share):
+        if not _combine(found, size, workers):
             break
-        _combine(search, ids, size, warm, workers)
-        advance(len(ids) / max(max_effects - 1, 1))
-    return search
+        advance(0.2 / max(max_effects - 1, 1))
+    return found
 
 
-def _reduced(sim: Simulator) -> Simulator:
-    """Return the simulator of representative runs."""
-    problem = representatives(sim.problem)
-    kept = {r.run_id for r in problem.records}
-    push = None
-    if sim.push is not None:
-        parts = [sim.push[s] for r, s in zip(sim.problem.records, sim.slices(), strict=True) if r.run_id in kept]
-        push = np.concatenate(parts)
-    return Simulator(problem, sim.mechanics, sim.fixed, push)
+def _plain(sim: Simulator, scale_n: float) -> Whitener:
+    return white(scale_n, sim.weight, [s.start for s in sim.slices()])
 
 
-def _room(search: Search, size: int, noise_n: float, partner_share: float) -> bool:
-    """Whether the best model of ``size`` effects leaves enough for one more."""
-    leaders = search.leaders(size)
-    if not leaders:
-        return False
-    w = search.sim.weight
+def _starting(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
+    """Return the hypotheses that are fitted from the start; subsets of a full one are derived from its fit."""
+    whole = full(effect_id, systems)
+    if not whole.strengths:
+        return []
+    return variants(effect_id, systems) if get(effect_id).variants else [whole]
 
-    def power(f: Fit) -> float:
-        return float(np.sum(w * f.residual**2) / max(w.sum(), 1.0))
 
-    left, base = min(power(f) for f in leaders[:3]), power(search.base)
-    over = left - noise_n**2
-    return over > 0.1 * noise_n**2 and over > min(partner_share * max(base - left, 0.0), 0.4 * noise_n**2)
+def _spread(theta: Array, chosen: Sequence[int], own: Array) -> Array:
+    out = theta.copy()
+    out[list(chosen)] = own
+    return out
+
+
+def grid(free: Sequence[Free]) -> list[Array]:
+    """Return starting values: strengths a little off neutral, shapes on a grid (logarithmic where they span decades)."""
+    axes: list[list[float]] = []
+    offsets = STRENGTHS if any(f.effect.stage == TRANSITION for f in free) else STRENGTHS[-1:]
+    for f in free:
+        p = f.parameter
+        if p.name == "load_mm_per_n":
+            axes.append([p.neutral])
+        elif p.shape:
+            log = p.low > 0 and p.high / p.low > 20
+            axes.append([float(p.low * (p.high / p.low) ** g) if log else p.low + g * (p.high - p.low) for g in SHAPE_GRID])
+        elif p.low > 0.0:
+            # a factor may be anything: a wrong unit is far from a calibration
+            axes.append([p.neutral, 0.3 * p.neutral, 3.0 * p.neutral])
+        elif p.low < p.neutral < p.high:
+            axes.append([p.neutral + (0.01 * f.width if any(x.parameter.shape for x in free) else 0.0)])
+        else:
+            reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
+            axes.append([p.neutral + o * reach for o in offsets])
+    return [np.array(v) for v in itertools.product(*axes)]
+
+
+def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
+    """Return the linearised gain (nats) of adding a hypothesis to a fit, and the start that gives it."""
+    joined = around.hypothesis.joined(h)
+    free = joined.free[len(around.free) :]
+    starts = grid(free)
+    whiten, known_columns = around.whiten, around.whiten(around.jacobian)
+    zero = around.cost - 0.5 * whiten.log_det
+    best = (-np.inf, np.zeros(len(free)))
+    for start in starts:
+        values = np.concatenate((around.values, start))
+        prediction = sim.predict(around.theta, as_effects(joined.free, values))
+        # what the fit has already answers nearly as it did without the newcomer, which is weak at its start
+        fresh = partial(sim, around.theta, joined.free, values, prediction, range(len(around.free), len(joined.free)))
+        fresh = whiten(np.concatenate((fresh, (sim.y - prediction)[:, None]), axis=1))
+        j, r = np.concatenate((known_columns, fresh[:, :-1]), axis=1), fresh[:, -1]
+        a, b = normal_equations(sim, j, r)
+        step = np.linalg.lstsq(a + 1e-6 * np.diag(np.diag(a) + 1e-9), b, rcond=1e-10)[0]
+        step = _inside(np.asarray(step, np.float64), values, joined.free, len(around.theta))
+        gain = zero - (0.5 * float(r @ r) - float(b @ step) + 0.5 * float(step @ a @ step))
+        if gain > best[0]:
+            best = (gain, start)
+    return best
+
+
+def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> Array:
+    low = np.array([f.parameter.least for f in free])
+    high = np.array([f.parameter.most for f in free])
+    step = step.copy()
+    step[configs:] = np.clip(values + step[configs:], low, high) - values
+    return step
+
+
+def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> Noise:
+    """Return the most likely noise in what the best few models together leave, by the phases of the best."""
+    base, *others = coarse
+    best = others[0] if others else base
+    phases = sim.phases(best.theta, best.effects)
+    whiten = whitener(sim.problem.records, phases, measured)
+    own = np.zeros((len(sim.y), len(base.theta)))
+    own[np.arange(len(sim.y)), sim.config] = best.jacobian[:, 0]
+    columns = np.concatenate([own, best.jacobian[:, 1:], *(f.jacobian[:, 1:] for f in others[1:])], axis=1)
+    columns = columns[:, np.any(columns != 0.0, axis=0)]
+    j, r = whiten(columns), whiten(best.residual)
+    gram = j.T @ j
+    step = np.linalg.lstsq(gram + 1e-4 * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0]
+    left = best.residual - columns @ step
+    return noise_of.likely(sim.problem.records, phases, left, columns, measured)
+
+
+def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed, ...]:
+    """Return the hypotheses of one effect, refitted by their own phases while they are ``alive``, the most evident first."""
+    sim, base = found.sim, found.base
+    if not alive:
+        return tuple(sorted((weigh(sim, f, base.cost) for f in begun), key=lambda w: -w.evidence))
+    done = [_settled(found, f) for f in begun]
+    weighed = [weigh(sim, f, base.cost) for f in done]
+    whole = done[0]
+    if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
+        for h, values, theta in _subsets(sim, whole):
+            start = fit(sim, whole.whiten, h, theta, values, 0)
+            weighed.append(weigh(sim, _settled(found, start), base.cost))
+    return tuple(sorted(weighed, key=lambda w: -w.evidence))
+
+
+def _settled(found: Search, start: Fit) -> Fit:
+    done = settle(found.sim, found.noise, start)
+    return done if done.cost < found.base.cost else _near(found, done)
+
+
+def _near(found: Search, stuck: Fit) -> Fit:
+    """Return the better of a fit that ends above the base, which it contains, and a fit from near the base."""
+    start = grid(stuck.free)[0]
+    start = np.array([v if f.parameter.shape else n for f, v, n in zip(stuck.free, stuck.values, start, strict=True)])
+    again = fit(found.sim, found.base.whiten, stuck.hypothesis, found.base.theta, start)
+    return min(stuck, settle(found.sim, found.noise, again, 1), key=lambda f: f.cost)
+
+
+def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]]:
+    """Return the subsets of a full fit that may be as evident, with their starting values and theta.
+
+    The cost of holding some parameters at neutral follows from the curvature at the optimum.
+    """
+    j, configs = whole.whiten(whole.jacobian), len(whole.theta)
+    a, _ = normal_equations(sim, j, np.zeros(len(j)))
+    a += 1e-9 * np.diag(np.diag(a) + 1e-12)
+    neutral = np.array([f.parameter.neutral for f in whole.free])
+    rows = []
+    for h in variants(whole.ids[0], sim.problem.systems):
+        if len(h.free) == len(whole.free):
+            continue
+        kept = np.array([f in h.free for f in whole.free])
+        fixed = configs + np.flatnonzero(~kept)
+        loose = np.concatenate((np.arange(configs), configs + np.flatnonzero(kept)))
+        off = neutral[~kept] - whole.values[~kept]
+        cross = np.linalg.solve(a[np.ix_(loose, loose)], a[np.ix_(loose, fixed)] @ off)
+        loss = 0.5 * float(off @ (a[np.ix_(fixed, fixed)] @ off - a[np.ix_(fixed, loose)] @ cross))
+        moved = np.concatenate((whole.theta, whole.values[kept])) - cross
+        low = np.array([f.parameter.least for f in h.free])
+        high = np.array([f.parameter.most for f in h.free])
+        rows.append((loss, h, np.clip(moved[configs:], low, high), moved[:configs]))
+    scores = [loss + 0.5 * len(h.strengths) * np.log(len(sim.y)) for loss, h, _, _ in rows]
+    order = np.argsort(scores)[:VARIANTS]
+    return [rows[i][1:] for i in order]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A combination worth fitting: the fit to start from (None: the base), what joins it, and its start."""
+
+    promise: float
+    leader: Weighed | None
+    joining: tuple[Weighed, ...]
+    steps: tuple[Array, ...]
+
+
+def _combine(found: Search, size: int, workers: int) -> int:
+    """Fit the combinations of ``size`` effects that promise most; return how many were fitted."""
+    sim, base = found.sim, found.base
+    shorter = [w for w in found.ranked() if len(w.ids) == size - 1 and w.evidence > 0.0]
+    jobs: dict[tuple[str, ...], _Job] = {}
+
+    def offer(key: tuple[str, ...], job: _Job) -> None:
+        if key not in jobs or jobs[key].promise < job.promise:
+            jobs[key] = job
+
+    for leader in shorter[: LEADERS if size == 2 else 1]:
+        for partner, gain, step in _partners(sim, leader, [v[0] for k, v in found.singles.items() if k not in leader.ids]):
+            added = gain - strengths_charge(len(partner.fit.hypothesis.strengths), 2.0 * gain)
+            if added > ADDS:
+                offer(tuple(sorted((*leader.ids, *partner.ids))), _Job(leader.evidence + added, leader, (partner,), (step,)))
+    if size == 2 and shorter:
+        for two, gain, steps in _pairs(sim, base, [v[0] for v in found.singles.values()]):
+            k = sum(len(w.fit.hypothesis.strengths) for w in two)
+            promise = gain - strengths_charge(k, 2.0 * gain)
+            if promise > shorter[0].evidence + ADDS:
+                offer(tuple(sorted((*two[0].ids, *two[1].ids))), _Job(promise, None, two, steps))
+
+    def joined(job: _Job) -> Weighed:
+        start = base if job.leader is None else job.leader.fit
+        h, values = start.hypothesis, start.values
+        for partner, step in zip(job.joining, job.steps, strict=True):
+            known = dict(zip(partner.fit.free, _begin(partner.fit, step), strict=True))
+            more = h.joined(partner.fit.hypothesis)
+            values = np.concatenate((values, [known[f] for f in more.free[len(h.free) :]]))
+            h = more
+        done = settle(sim, found.noise, fit(sim, start.whiten, h, start.theta, values, COARSE_ITERATIONS), 1)
+        if job.leader is not None and done.cost > start.cost:
+            # it contains its leader: once more from there, with a newcomer that is hardly there
+            weak = np.concatenate((start.values, grid(h.free[len(start.free) :])[0]))
+            again = fit(sim, start.whiten, h, start.theta, weak, COARSE_ITERATIONS)
+            done = min(done, settle(sim, found.noise, again, 1), key=lambda f: f.cost)
+        parts = [p for p in found.ranked() if len(p.ids) == size - 1 and set(p.ids) < set(h.ids)]
+        return weigh(sim, done, base.cost, parts)
+
+    chosen = sorted(jobs.values(), key=lambda j: -j.promise)[: PAIRS if size == 2 else PARTNERS]
+    for w in _each(joined, chosen, workers):
+        found.combined[tuple(sorted(w.ids))] = w
+    return len(chosen)
+
+
+def _pairs(
+    sim: Simulator, base: Fit, models: Sequence[Weighed]
+) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:
+    """Return the linearised gain (nats) over the base of every two models that share no effect, with their steps."""
+    gram, score, slices = _projected(sim, base, models)
+    found = []
+    for i, j in itertools.combinations(range(len(models)), 2):
+        at = np.concatenate((np.arange(slices[i].start, slices[i].stop), np.arange(slices[j].start, slices[j].stop)))
+        inner = gram[np.ix_(at, at)]
+        step = np.linalg.lstsq(inner + 1e-6 * np.diag(np.diag(inner) + 1e-12), score[at], rcond=1e-10)[0]
+        cut = slices[i].stop - slices[i].start
+        gain = max(0.5 * float(score[at] @ step), 0.0)
+        found.append(((models[i], models[j]), gain, (step[:cut], step[cut:])))
+    return found
+
+
+def _partners(sim: Simulator, leader: Weighed, others: Sequence[Weighed]) -> list[tuple[Weighed, float, Array]]:
+    """Return for each other model its linearised gain (nats) beside a leader, and the step of its parameters."""
+    gram, score, slices = _projected(sim, leader.fit, others)
+    found = []
+    for w, s in zip(others, slices, strict=True):
+        inner = gram[s, s] + 1e-6 * np.diag(np.diag(gram[s, s]) + 1e-12)
+        step = np.asarray(np.linalg.lstsq(inner, score[s], rcond=1e-10)[0], np.float64)
+        found.append((w, max(0.5 * float(score[s] @ step), 0.0), step))
+    return found
+
+
+def _projected(sim: Simulator, f: Fit, models: Sequence[Weighed]) -> tuple[Array, Array, list[slice]]:
+    """Return the normal equations of all models' parameters beside a fit that follows what it can, and each model's place.
+
+    Every model answers as it does alone, so that all of them cost one pass of their columns through the fit's filter.
+    """
+    ends = np.cumsum([len(w.fit.free) for w in models])
+    slices = [slice(int(e) - len(w.fit.free), int(e)) for e, w in zip(ends, models, strict=True)]
+    if not models:
+        return np.zeros((0, 0)), np.zeros(0), slices
+    columns = f.whiten(np.concatenate([f.residual[:, None], f.jacobian, *(w.fit.jacobian[:, 1:] for w in models)], axis=1))
+    r, known, rest = columns[:, 0], columns[:, 1 : 2 + len(f.free)], columns[:, 2 + len(f.free) :]
+    a0, b0 = normal_equations(sim, known, r)
+    a0 += 1e-9 * np.diag(np.diag(a0) + 1e-12)
+    bends = (sim.config[:, None] == np.arange(len(f.theta))) * known[:, :1]
+    own = np.concatenate((bends, known[:, 1:]), axis=1).T @ rest
+    follow = np.linalg.solve(a0, np.column_stack((b0, own)))
+    return rest.T @ rest - own.T @ follow[:, 1:], rest.T @ r - own.T @ follow[:, 0], slices
+
+
+def _begin(f: Fit, step: Array) -> Array:
+    """Return the start of a partner: its strengths by the linear step from neutral, its shapes as they are alone."""
+    values = []
+    for x, value, s in zip(f.free, f.values, step, strict=True):
+        p = x.parameter
+        least = 1e-3 * x.width * (1.0 if p.high > p.neutral else -1.0)
+        moved = p.neutral + (float(s) if abs(s) > abs(least) else least)
+        values.append(float(value) if p.shape else float(np.clip(moved, p.least, p.most)))
+    return np.array(values)
 
 
 def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:
@@ -248,59 +391,3 @@ def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:
         return [work(item) for item in items]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(work, items))
-
-
-def _held(sim: Simulator, prediction: Array) -> NDArray[np.bool_]:
-    """Return where the model holds the output, shape (samples,)."""
-    held = np.abs(np.diff(prediction, prepend=prediction[:1])) < 1e-9
-    held[[s.start for s in sim.slices()]] = False
-    return held
-
-
-def _whitened_cost(sim: Simulator, whiten: Whitener, f: Fit) -> float:
-    r = whiten(f.residual)
-    return 0.5 * float(r @ r)
-
-
-def _richest(sim: Simulator, plain: Whitener, base: Fit, coarse: Sequence[Fit]) -> Array:
-    """Return the residual (N) of the best few candidates fitted together, linearised about the best."""
-    if not coarse:
-        return base.residual
-    best = coarse[0]
-    columns = [best.jacobian[:, 1:]] + [c.jacobian[:, 1:] for c in coarse[1:RICH_FITS]]
-    j = np.concatenate([best.jacobian[:, :1], *columns], axis=1)
-    r = plain(best.residual)
-    jw = plain(j)
-    a, b = normal_equations(sim, jw, r)
-    a += 1e-4 * np.diag(np.diag(a) + 1e-12)
-    step = np.linalg.lstsq(a, b, rcond=1e-10)[0]
-    configs = len(best.theta)
-    return best.residual - j[:, 0] * step[:configs][sim.config] - j[:, 1:] @ step[configs:]
-
-
-def _combine(search: Search, ids: Sequence[str], size: int, warm: dict[str, Array], workers: int) -> None:
-    """Extend the best models of ``size - 1`` effects by the partners whose linearised gain is largest."""
-    sim, whiten = search.sim, search.whiten
-    levels = replace(whiten, holds=())
-    for leader in search.leaders(size - 1)[: PAIR_LEADERS if size == 2 else 1]:
-        others = [
-            i for i in ids if i in warm and i not in leader.ids and tuple(sorted((*leader.ids, i))) not in search.fits
-        ]
-
-        # far from the optimum whole holds are off, and that is what a linear step sees best: their levels count here
-        along = replace(leader, cost=_whitened_cost(sim, levels, leader))
-
-        def gain(effect_id: str, leader: Fit = along) -> tuple[float, str, Array]:
-            found, start = screen(sim, levels, leader, (effect_id,), warm[effect_id])
-            return -found, effect_id, start
-
-        def joined(partner: tuple[float, str, Array], leader: Fit = leader) -> Fit:
-            _, effect_id, start = partner
-            free = (*leader.free, *_without(free_parameters((effect_id,), sim.problem.systems), leader.free))
-            return fit(
-                sim, whiten, (*leader.ids, effect_id), free, leader.theta, np.concatenate((leader.values, start))
-            )
-
-        partners = sorted(_each(gain, others, workers), key=lambda p: p[:2])[:PAIR_PARTNERS]
-        for f in _each(joined, partners, workers):
-            search.fits[tuple(sorted(f.ids))] = f

@@ -6,23 +6,32 @@ from typing import Any
 
 from sstl_cli.physics.effects import catalogue
 
+MOST_SURE = 99.0
+
 
 def sentence(document: dict[str, Any]) -> str:
     """Return the answer to 'what causes the gap?' in one sentence."""
     verdict = document["verdict"]
-    effects, p = verdict["effects"], verdict["confidence"]
-    status = verdict["status"]
+    effects, status, sure = verdict["effects"], verdict["status"], _sure(verdict["confidence"])
     if status == "none":
-        return (
-            "The simulator already explains the log to its noise floor: nothing is missing that this data could show."
-        )
+        return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
     if status == "unknown":
-        return f"There is a gap whose cause is not known: {verdict['why']}."
+        return f"The cause of the gap is not known: {verdict['why']}{sure}."
     names = " and ".join(f"{_plain(e)} ({e})" for e in effects)
     if status == "ambiguous":
         others = [e for e in verdict["ambiguity_group"] if e not in effects]
-        return f"The gap comes from {names}, or from {', '.join(others)}: this data cannot tell them apart (p = {p:.2f} together)."
-    return f"The gap comes from {names}, p = {p:.2f}."
+        rivals = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
+        return f"The gap comes most likely from {names}{rivals}{sure}."
+    return f"The gap comes from {names}{sure}."
+
+
+def _sure(confidence: float | None) -> str:
+    # no library is large enough to promise more
+    return "" if confidence is None else f" (right in {min(100.0 * confidence, MOST_SURE):.0f} of 100 such cases)"
+
+
+def _listed(ids: list[str], most: int = 4) -> str:
+    return ", ".join(ids[:most]) + (f" and {len(ids) - most} more" if len(ids) > most else "")
 
 
 def _plain(effect_id: str) -> str:
@@ -32,7 +41,11 @@ def _plain(effect_id: str) -> str:
 
 def lines(document: dict[str, Any]) -> list[str]:
     """Return the lines that a person reads under the sentence."""
-    gap = document["gap"]
+    gap, unit = document["gap"], document.get("unit") or "N"
+
+    def _n(value: float | None) -> str:
+        return "-" if value is None else f"{value:.2g} {unit}"
+
     out = [
         f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned -> {_n(gap['rmse_with_effect_n'])} with the "
         f"effect; noise floor {_n(gap['noise_floor_n'])}"
@@ -40,12 +53,12 @@ def lines(document: dict[str, Any]) -> list[str]:
         else f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned; noise floor {_n(gap['noise_floor_n'])}"
     ]
     if document["verdict"]["effects"]:
-        low, high = gap["shrink_ci95_pct"]
         held = "held-out error falls" if gap["held_out"] else "error falls (no other excitation to hold out)"
-        out.append(
-            f"  {held} by {gap['shrink_pct']:.1f} % [{low:.1f}, {high:.1f}]; "
-            f"{gap['explained_of_reducible_pct']:.1f} % of what can be explained"
-        )
+        interval = gap["shrink_ci95_pct"]
+        between = "" if interval is None else f" [{interval[0]:.1f}, {interval[1]:.1f}]"
+        share = gap["explained_of_reducible_pct"]
+        of = "" if share is None else f"; {share:.1f} % of the error above the noise floor"
+        out.append(f"  {held} by {gap['shrink_pct']:.1f} %{between}{of}")
     places: dict[str, float] = {}
     for row in document["where"]:
         key = f"{row['system']} {row['phase']}"
@@ -58,9 +71,20 @@ def lines(document: dict[str, Any]) -> list[str]:
     group = [e for e in document["verdict"]["ambiguity_group"] if e not in document["verdict"]["effects"]]
     if document["verdict"]["effects"]:
         out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))
+    out += _shown(document["verdict"], unit)
+    for tracked in (document.get("downstream") or {}).get("tracking", []):
+        out.append(
+            f"  a controller that knows it tracks the {tracked['reference']} reference to {_n(tracked['rmse_with_n'])} "
+            f"instead of {_n(tracked['rmse_without_n'])}"
+        )
     out += [f"  note: {text}" for text in document.get("notes", [])]
     return out
 
 
-def _n(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2g} N"
+def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
+    """Return what would have been seen (nothing found), or what is left (cause unknown)."""
+    small = sorted(verdict.get("would_have_shown") or [], key=lambda s: s["gap_n"])[:4]
+    out = [f"  would have shown: {s['effect']} from {s['size']:.2g} {s['unit']} on, a gap of {s['gap_n']:.2g} {unit}" for s in small]
+    left = (verdict.get("leftover") or [])[:2]
+    return out + [f"  left over: {t['test']}, {t['sigma']:.0f} sigma" + (f", at {t['where']}" if t["where"] else "") for t in left]
+

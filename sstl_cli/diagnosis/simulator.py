@@ -8,15 +8,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record
-from sstl_cli.diagnosis.smoothing import block_mean
+from sstl_cli.diagnosis.whitening import Phases
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.transmission import predict
-from sstl_cli.physics.transmission.model import Active, activate, drive_of, observed_output, true_input
+from sstl_cli.physics.transmission.envelope import Envelope
+from sstl_cli.physics.transmission.model import Active, Lines, activate, drive_of, observed_output, true_input
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
+# a shift of the input (N) that shows the slope of a line; no friction makes a line steeper than that
+SHIFT_N = 1e-2
+STEEPEST = 50.0
 
 
 # The stiffness of the load is not known from tensions; effects that act along the line need it.
@@ -47,14 +52,13 @@ class Free:
 class Simulator:
     """Predicts the measured output of every record; records are concatenated in order.
 
-    ``fixed`` effects are those the user's own simulator already contains. ``push`` is the mean push of
-    input noise on the prediction (N, shape (samples,)); adding it to the measured output takes it out.
+    ``fixed`` effects are those the user's own simulator already contains; the same effect as a candidate is a change of
+    its strengths.
     """
 
     problem: Problem
     mechanics: Mechanics
     fixed: Effects = field(default_factory=dict)
-    push: Array | None = None
     _drives: list[Drive] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -63,8 +67,6 @@ class Simulator:
         lengths = [len(r) for r in p.records]
         self.edges = np.concatenate(([0], np.cumsum(lengths)))
         self.y = np.concatenate([r.y for r in p.records])
-        if self.push is not None:
-            self.y = self.y + self.push
         self.weight = np.concatenate([r.weight for r in p.records])
         self.config = np.concatenate([np.full(len(r), r.config) for r in p.records])
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])
@@ -72,10 +74,16 @@ class Simulator:
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
         return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip, neighbour_n=neighbour_of(r))
 
-    def with_inputs(self, inputs: list[Array]) -> Simulator:
-        """Return a simulator of the same records with other input tensions (N)."""
-        records = tuple(replace(r, u=u) for r, u in zip(self.problem.records, inputs, strict=True))
-        return Simulator(replace(self.problem, records=records), self.mechanics, self.fixed)
+    def changed(self, effect_id: str, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of an effect; where the user's simulator contains it, they change what is there."""
+        there = self.fixed.get(effect_id)
+        if there is None:
+            return dict(values)
+        total = get(effect_id).complete(there)
+        for p in get(effect_id).parameters:
+            if not p.shape and p.name in values:
+                total[p.name] = min(max(total[p.name] + values[p.name] - p.neutral, p.least), p.most)
+        return total
 
     def slices(self) -> list[slice]:
         """Return the slice of each record in the concatenated arrays."""
@@ -86,24 +94,46 @@ class Simulator:
         fine = self.predict_fine(theta, effects)
         return np.concatenate([block_mean(x, r.factor) for x, r in zip(fine, self.problem.records, strict=True)])
 
-    def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
-        """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
+    def phases(self, theta: Array, effects: Effects) -> Phases:
+        """Return where the model slides and how steeply, from its answer to the latent input and to one that is shifted."""
+        here, moved = self.predict_fine(theta, effects), self.predict_fine(theta, effects, SHIFT_N)
+        slide, gain = [], []
+        for r, a, b in zip(self.problem.records, here, moved, strict=True):
+            slope = np.clip((b - a) / SHIFT_N, 0.0, STEEPEST)
+            gain.append(block_mean(slope, r.factor))
+            if r.slip is not None:
+                # a line that a motion drives slides all the time
+                slide.append(np.ones(len(r)))
+                continue
+            done = block_mean(np.abs(np.diff(a, prepend=a[:1])), r.factor)
+            due = block_mean(slope * np.abs(np.diff(r.u, prepend=r.u[:1])), r.factor)
+            slide.append(np.clip(done / np.maximum(due, 1e-12), 0.0, 1.0) * (due > 1e-12))
+        return Phases(np.concatenate(slide), np.concatenate(gain))
+
+    def predict_fine(self, theta: Array, effects: Effects, shift_n: float = 0.0) -> list[Array]:
+        """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,)).
+
+        ``shift_n`` is added to the input.
+        """
         drives = self._drives
+        if shift_n != 0.0:
+            drives = [replace(d, tension_n=d.tension_n + shift_n) for d in drives]
         line = effects.get("line")
         if line is not None:
             effects = {k: v for k, v in effects.items() if k != "line"}
             mechanics = replace(self.mechanics, load_n_per_mm=1.0 / line["load_mm_per_n"])
             drives = [replace(d, mechanics=mechanics) for d in drives]
-        active = activate({**self.fixed, **effects})
+        active = activate({**self.fixed, **{k: self.changed(k, v) for k, v in effects.items()}})
         undo = bool(active.of_hook("input_inverse"))
+        known: dict[Lines, Envelope] = {}
         parts = []
         for r, drive in zip(self.problem.records, drives, strict=True):
             start = _true_start(r, active)
             if undo:
-                u = true_input(r.system, r.dt_s, r.u, r.y_smooth, active)
+                u = true_input(r.system, r.dt_s, r.u + shift_n, r.y_smooth, active)
                 drive = replace(drive, tension_n=u)
-            out = predict(drive, float(theta[r.config]), active, start)
-            parts.append(observed_output(r.system, r.dt_s, r.u, out, active))
+            out = predict(drive, float(theta[r.config]), active, start, known)
+            parts.append(observed_output(r.system, r.dt_s, r.u + shift_n, out, active))
         return parts
 
 
@@ -136,5 +166,5 @@ def as_effects(free: Sequence[Free], values: Array) -> dict[str, dict[str, float
     """Return values in the order of ``free`` as effects with named parameters."""
     out: dict[str, dict[str, float]] = {}
     for f, value in zip(free, values, strict=True):
-        out.setdefault(f.effect.id, {})[f.parameter.name] = float(min(max(value, f.parameter.low), f.parameter.high))
+        out.setdefault(f.effect.id, {})[f.parameter.name] = float(min(max(value, f.parameter.least), f.parameter.most))
     return out

@@ -152,7 +152,8 @@ def _files(pair: Pair) -> tuple[str, str]:
 
 def _alone(word: str) -> str:
     """Return a pattern for a word that is not part of a longer one (``in`` in ``line``)."""
-    return f"(?<![A-Za-z]){word}(?![A-Za-z])"
+    # RE2 does not look around
+    return f"(?:^|[^A-Za-z]){word}(?:[^A-Za-z]|$)"
 
 
 def _own_time(pair: Pair) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -15,13 +16,17 @@ Values = Mapping[str, float]
 
 FRICTION_LAW, TRANSITION, INSTRUMENT = "friction law", "transition", "instrument"
 STAGES = (FRICTION_LAW, TRANSITION, INSTRUMENT)
+REACH, SHAPE_REACH = 10.0, 3.0
+# units that go with the size of the forces
+FORCE_UNITS = ("N", "N s/mm", "1/N", "mm/N", "1/kN", "s/N")
 
 
 @dataclass(frozen=True)
 class Parameter:
     """One parameter of an effect.
 
-    ``neutral`` switches it off; a ``shape`` parameter matters only while the others are not neutral.
+    ``neutral`` switches it off; a ``shape`` parameter matters only while the others are not neutral. ``low`` and ``high``
+    are where to look first; ``least`` and ``most`` are where its meaning ends, by default ten times as far (shapes: three).
     """
 
     name: str
@@ -33,6 +38,26 @@ class Parameter:
     shape: bool = False
     start: float | None = None
     system: str | None = None
+    limits: tuple[float | None, float | None] = (None, None)
+
+    @property
+    def least(self) -> float:
+        """Smallest value that has a meaning."""
+        given = self.limits[0]
+        if given is not None:
+            return given
+        if self.low == self.neutral:
+            return self.low
+        reach = SHAPE_REACH if self.shape else REACH
+        return self.low / reach if self.low > 0.0 else self.low * reach
+
+    @property
+    def most(self) -> float:
+        """Largest value that has a meaning."""
+        given = self.limits[1]
+        if given is not None:
+            return given
+        return self.high if self.high == self.neutral else self.high * (SHAPE_REACH if self.shape else REACH)
 
 
 @dataclass
@@ -59,6 +84,7 @@ class Transition:
     breakaway_mm: float = 0.0
     spread: float = 0.0
     drag_n_s_mm: float = 0.0
+    drag_bend_n_s_mm: float = 0.0
     creep_fraction: float = 0.0
     creep_s: float = 10.0
     static_ratio: float = 1.0
@@ -128,12 +154,17 @@ Hook = Callable[[Array, Array, "Sampling", Values], Array]
 
 @dataclass(frozen=True)
 class Sampling:
-    """What a sensor hook may know of the run: channel pair, sampling period (s) and time from 0 to 1."""
+    """What a sensor hook may know of the run: channel pair, sampling period (s) and number of samples."""
 
     system: str
     dt_s: float
-    fraction: Array
+    count: int
     rng: np.random.Generator | None = None
+
+    @property
+    def fraction(self) -> Array:
+        """Time from 0 to 1 over the run, shape (count,)."""
+        return np.linspace(0.0, 1.0, self.count)
 
 
 @dataclass(frozen=True)
@@ -142,7 +173,9 @@ class Effect:
 
     At neutral parameter values every hook is exactly the identity, so that models nest.
     ``output`` maps a true to a measured output; ``input`` a true to a measured input and
-    ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside.
+    ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside. ``variants`` names the
+    sets of strengths that stand for one cause each (which sensor, which law); without them every strength alone, every
+    two and all together are tried. A shape that no variant names belongs to all.
     """
 
     id: str
@@ -158,6 +191,7 @@ class Effect:
     systems: tuple[str, ...] = ("act", "sstl")
     fitted: bool = True
     look_alikes: tuple[str, ...] = ()
+    variants: tuple[tuple[str, ...], ...] = ()
     law: Callable[[Law, Values], None] | None = None
     transition: Callable[[Transition, Values, Drive], None] | None = None
     output: Hook | None = None
@@ -178,15 +212,21 @@ class Effect:
         """Return the values at which the effect is exactly absent."""
         return {p.name: p.neutral for p in self.parameters}
 
-    def complete(self, values: Values) -> dict[str, float]:
-        """Return all parameter values, neutral where not given; SstlError outside the bounds."""
+    def complete(self, values: Values, usual: bool = False) -> dict[str, float]:
+        """Return all parameter values, neutral where not given; SstlError where a value has no meaning.
+
+        ``usual`` refuses values outside the catalogue's range too.
+        """
         full = self.neutral()
         for name, value in values.items():
             p = self.parameter(name)
-            if not p.low <= value <= p.high:
-                near = p.low if value < p.low else p.high
+            # rigs of other sizes have other forces: of those only the side on which they have a meaning is fixed
+            sized = p.unit in FORCE_UNITS and math.isfinite(value) and (p.least != p.neutral or value >= p.least)
+            low, high = (p.low, p.high) if usual else (p.least, p.most)
+            if (usual or not sized) and not low <= value <= high:
+                near = low if value < low else high
                 raise SstlError(
-                    f"{self.id}: {name} = {value:g} {p.unit} is outside {p.low:g}..{p.high:g} {p.unit}",
+                    f"{self.id}: {name} = {value:g} {p.unit} is outside {low:g}..{high:g} {p.unit}",
                     fix=f"the nearest allowed is {near:g}, without the effect {p.neutral:g}: sstl effects show {self.id}",
                     code="E702",
                 )

@@ -23,7 +23,7 @@ class RigSection(Model):
 
     length_mm: Annotated[float, Field(ge=10, le=20_000)] = 2000.0
     ea_n: Annotated[float, Field(ge=100, le=1e6)] = 8000.0
-    load_n_per_mm: Annotated[float, Field(gt=0, le=1000)] = 8.0
+    load_n_per_mm: Annotated[float, Field(gt=0, le=1e12)] = 8.0
     arc_fraction: Annotated[float, Field(gt=0, le=1)] = 0.25
     bend_centres: dict[str, Annotated[float, Field(ge=0, le=1)]] = {"NP": 0.2, "CP": 0.5, "ND": 0.8}
     nodes: Annotated[int, Field(ge=5, le=200)] = 30
@@ -45,8 +45,8 @@ class RigSection(Model):
 class NoiseSection(Model):
     """Noise of each tension sensor: white and coloured standard deviations (N), correlation time (s)."""
 
-    white_n: Annotated[float, Field(ge=0, le=5)] = 0.02
-    coloured_n: Annotated[float, Field(ge=0, le=5)] = 0.0
+    white_n: Annotated[float, Field(ge=0, le=1e12)] = 0.02
+    coloured_n: Annotated[float, Field(ge=0, le=1e12)] = 0.0
     correlation_s: Positive = 0.3
 
 

@@ -1,4 +1,4 @@
-"""Draw the cases of a withheld-effect check from the rig."""
+"""Draw the cases of a withheld-effect check from the simulators that stand in for hardware."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from sstl_cli.blind.cases import Case, draw
-from sstl_cli.blind.schedule import Entry, schedule
+from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.core.workers import end_with
 
 Named = tuple[str, Case]
@@ -22,7 +22,12 @@ def names(cases: int) -> list[str]:
 
 
 def run(
-    cases: int, seed: int, quick: bool = False, workers: int = 1, advance: Callable[[float], None] = lambda _: None
+    cases: int,
+    seed: int,
+    quick: bool = False,
+    workers: int = 1,
+    advance: Callable[[float], None] = lambda _: None,
+    simulator: str = MIXED,
 ) -> Iterator[Named]:
     """Yield name and case in order; case k belongs to seed + k, whatever the number of workers.
 
@@ -31,22 +36,22 @@ def run(
     SstlError
         If a case cannot be simulated.
     """
-    entries = schedule(cases, seed)
-    jobs = [(entry, seed + k, quick) for k, entry in enumerate(entries)]
+    waiting = jobs(cases, seed, simulator, quick)
     if workers <= 1:
-        for name, job in zip(names(cases), jobs, strict=True):
-            yield name, _draw(job)
+        for name, job in zip(names(cases), waiting, strict=True):
+            yield name, draw_job(job)
             advance(1)
         return
     with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
         # a few at a time: finished cases wait in memory until they are written
         for start in range(0, cases, 4 * workers):
             part = slice(start, start + 4 * workers)
-            for name, case in zip(names(cases)[part], pool.map(_draw, jobs[part]), strict=True):
+            for name, case in zip(names(cases)[part], pool.map(draw_job, waiting[part]), strict=True):
                 yield name, case
                 advance(1)
 
 
-def _draw(job: tuple[Entry, int, bool]) -> Case:
+def draw_job(job: Job) -> Case:
+    """Return the case that a job describes."""
     np.seterr(all="ignore")
-    return draw(*job)
+    return draw(job.entry, job.seed, job.quick, job.simulator)

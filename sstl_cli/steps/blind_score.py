@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from sstl_cli.blind import accepted, calibrate, seal
+from sstl_cli.blind import accepted, sides
 from sstl_cli.blind.judge import Judged, judge
 from sstl_cli.blind.score import document
 from sstl_cli.core.config import parse
@@ -22,6 +22,7 @@ def run(
     results: Mapping[str, Mapping[str, Any]],
     fresh: Fresh | None,
     advance: Callable[[float], None] = lambda _: None,
+    distances: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """Return the score of a set, ``sstl.blind.score/1``.
 
@@ -33,6 +34,8 @@ def run(
         What was asked, and what came out; cases without a result are left out and counted.
     fresh : callable or None
         Returns the recordings of a case that nobody diagnosed, for the realised shrinkage.
+    distances : mapping by case name, optional
+        How far the truth of each case is from base and rivals (``sstl blind limit``); then rates come twice.
     """
     judged: list[Judged] = []
     for name in sorted(results):
@@ -42,9 +45,15 @@ def run(
         judged.append(judge(name, truth["truths"][name], results[name], realised))
         advance(1)
     body = document(judged)
+    body |= sides.document(judged, None if distances is None else decidable(distances))
     body["missing_results"] = len(truth["truths"]) - len(judged)
-    body["purpose"], body["quick"] = truth["purpose"], truth["quick"]
+    body["quick"] = truth["quick"]
     return body
+
+
+def decidable(distances: Mapping[str, Mapping[str, Any]]) -> frozenset[str]:
+    """Return the cases whose truth the recordings could have told from everything else."""
+    return frozenset(c for c, row in distances.items() if row["decidable"])
 
 
 def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Fresh, name: str) -> float | None:
@@ -58,27 +67,3 @@ def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Fresh,
     base = accepted.retuned(parse(Scenario, asked["sim"], "plan"), result["diagnosis"]["analysis"]["theta"])
     runs = list(fresh(name))
     return accepted.realised_shrink_pct(base, model, runs) if runs else None
-
-
-def calibration(truth: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the calibration that a library gives, ``sstl.blind.calibration/1``; SstlError if it is too small."""
-    cases = [
-        s
-        for name in sorted(results)
-        if (s := calibrate.scored(truth["truths"][name], results[name]["diagnosis"])) is not None
-    ]
-    found = calibrate.temperature(cases)
-    judged = [judge(name, truth["truths"][name], results[name], None) for name in sorted(results)]
-    evidence = [results[name]["diagnosis"]["verdict"].get("evidence", "") for name in sorted(results)]
-    return {
-        "schema": calibrate.SCHEMA,
-        "temperature": found,
-        "verdicts": calibrate.verdicts(evidence, [j.right for j in judged]),
-        "loss_nats": calibrate.loss(cases, found),
-        "loss_at_1_nats": calibrate.loss(cases, 1.0),
-        "cases": len(cases),
-        "library_cases": len(results),
-        "seeds": truth["seeds"],
-        "purpose": truth["purpose"],
-        "library": seal.digest(truth["salts"]["set"], {k: truth[k] for k in ("purpose", "seeds", "quick", "cases")}),
-    }

@@ -2,314 +2,457 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import calibration, faults, following, search, shrink, where
-from sstl_cli.diagnosis.decide import Candidate, Decision
-from sstl_cli.diagnosis.evidence import advantage
-from sstl_cli.diagnosis.noise import Floor
+from sstl_cli.diagnosis import features, following, heldout, limit, scaling, sentence, shrink, where
+from sstl_cli.diagnosis.channels import ChannelGap
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.faults import RecorderEffect
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.noise import floor_n
 from sstl_cli.diagnosis.records import Problem
-from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.scale import Scale
+from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED, Ids, Verdict
+from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.scenario import Scenario
 
+Array = NDArray[np.float64]
 SCHEMA = "sstl.diagnosis/1"
+# rivals whose distance from the winner is worked out
+RIVALS = 5
+# tests of the residual that are told where the cause is not known
+TOLD = 4
+DRAWN = 600
 
 
-def document(
-    problem: Problem,
-    found: search.Search,
-    d: Decision,
-    recorder: list[faults.RecorderEffect],
-    nominal: np.ndarray,
-    noise: Floor,
-    scenario: Scenario,
-) -> dict[str, Any]:
-    """Return the diagnosis as laid down in the contract, but for its sentence; tensions in units of the problem."""
-    sim, base, winner = found.sim, d.base, d.winner
-    weight = max(float(sim.weight.sum()), 1.0)
-    as_given = float(np.sqrt(np.sum(sim.weight * (sim.y - sim.predict(nominal, {})) ** 2) / weight))
-    fine_n = float(np.sqrt(max(noise.fine_n**2 - noise.output_n**2, 0.0)))
+@dataclass(frozen=True)
+class Given:
+    """Everything that a document is made from."""
 
-    def full_rate(rms: float) -> float:
-        return float(np.hypot(rms, fine_n))
+    problem: Problem
+    search: Search
+    nominal: Array
+    recorder: Sequence[RecorderEffect]
+    beside: Sequence[ChannelGap]
+    rows: features.Rows
+    verdict: Verdict
+    accepted: Fit
+    scale: Scale | None = None
+    remarks: Sequence[dict[str, Any]] = ()
 
-    named = winner is not None and d.status in ("identified", "ambiguous")
-    evidence = d.evidence
-    effects = _by_size(found, winner) if named and winner is not None else []
-    status, why, confidence = d.status, d.why, d.confidence
-    group = [e for ids in d.group for e in ids] if named else []
-    if recorder:
-        status, why, confidence, effects, group = _with_recorder(recorder, d, effects, group, base, sim)
-        evidence = f"{status}/recorder"
-    accepted = winner if winner is not None and named and any(e in winner.ids for e in effects) else None
-    floor = min(d.noise_n, (accepted or base).rms_n)
-    interval = shrink.shrinkage(found, base, accepted or base, fine_n)
-    code = where.phases(sim, (accepted or base).fit.prediction)
-    retuned, with_effect = full_rate(base.rms_n), full_rate((accepted or base).rms_n)
-    if recorder and effects and effects[0] in {r.id for r in recorder}:
-        retuned, with_effect, interval = _recorder_gap(problem, sim, found, recorder, with_effect)
-    reducible = retuned - full_rate(floor)
+
+@dataclass(frozen=True)
+class _Errors:
+    """Held-out residuals of base and accepted model (N), and the white noise above the analysis rate (N)."""
+
+    folds: heldout.Folds
+    base: Array
+    accepted: Array
+    fine_n: float
+    weight: Array
+
+    def rms(self, residual: Array) -> float:
+        """Return the RMS (N) of a residual at the full rate."""
+        squared = np.sum(self.weight * residual**2) / max(float(self.weight.sum()), 1.0)
+        return float(np.sqrt(squared + self.fine_n**2))
+
+
+def document(g: Given) -> dict[str, Any]:
+    """Return the diagnosis as laid down in the contract, tensions in the units of the recording."""
+    sim = g.search.sim
+    folds = heldout.make_folds(sim)
+    errors = _Errors(
+        folds,
+        heldout.held_out_residual(sim, g.search.base, folds),
+        heldout.held_out_residual(sim, g.accepted, folds),
+        _fine(g),
+        sim.weight,
+    )
+    code = where.phases(sim, g.accepted.prediction)
+    ids, cosine = following.isolability(g.search)
     body: dict[str, Any] = {
         "schema": SCHEMA,
-        "verdict": {
-            "status": status,
-            "effects": effects,
-            "confidence": calibration.confidence(evidence, confidence),
-            "ambiguity_group": list(dict.fromkeys([*effects, *group])),
-            "why": why,
-            "evidence": evidence,
-        },
-        "gap": {
-            "rmse_base_n": max(full_rate(as_given), retuned),
-            "rmse_retuned_n": retuned,
-            "rmse_with_effect_n": with_effect,
-            "noise_floor_n": full_rate(floor),
-            "shrink_pct": interval.estimate,
-            "shrink_ci95_pct": [interval.low, interval.high],
-            "explained_of_reducible_pct": float(np.clip(100.0 * (retuned - with_effect) / reducible, 0, 100))
-            if reducible > 1e-12
-            else 0.0,
-            "held_out": d.folds.honest,
-            "held_out_kind": d.folds.kind,
-            "worse_regions": shrink.worse_regions(found, base, accepted, code) if accepted else [],
-            "parameters_stable": shrink.stable(found, d) if accepted else True,
-        },
-        "where": where.shares(sim, base.raw, code),
-        "where_bands": where.bands(sim, base.raw),
-        "candidates": _candidates(found, d, base, fine_n, recorder),
-        "next_experiment": None,
-        "base_score": base.score,
-        "base_behind_nats": 0.0 if _best(d) is base else advantage(_best(d), base),
+        "verdict": _verdict(g),
+        "gap": _gap(g, errors, code),
+        "where": where.shares(sim, errors.base, code),
+        "where_bands": where.bands(sim, errors.base),
+        "candidates": _candidates(g, errors),
+        "next_experiment": _next(g),
+        "unit": "N" if g.scale is None else g.scale.unit,
+        "remarks": list(g.remarks),
         "analysis": {
-            "rate_hz": problem.analysis_hz,
-            "samples": sum(len(r.raw) for r in problem.records),
-            "runs": len(problem.records),
-            "set_aside": problem.set_aside,
-            "theta": dict(zip(problem.configs, found.base.theta.tolist(), strict=True)),
+            "rate_hz": g.problem.analysis_hz,
+            "samples": sum(len(r.raw) for r in g.problem.records),
+            "runs": len(g.problem.records),
+            "set_aside": g.problem.set_aside,
+            "theta": dict(zip(g.problem.configs, g.search.base.theta.tolist(), strict=True)),
+            "noise": _noise(g),
         },
-        "baselines": _baselines(found, d),
-        "notes": _notes(problem, d),
+        "baselines": _baselines(g, errors),
+        "notes": _notes(g, folds),
+        "isolability": {"ids": ids, "cosine": cosine},
+        "loops": _loops(g),
+        "residuals": _residuals(g),
     }
-    ids, cosine = following.isolability(found)
-    body["isolability"] = {"ids": ids, "cosine": cosine}
-    body["loops"] = _loops(sim, found, accepted)
-    _add_next(body, found, d, scenario)
+    _beside(g, body)
+    body = scaling.restore(body, g.problem.unit_n)
+    if g.scale is not None:
+        body["gap"] = scaling.restore(body["gap"], g.scale.typical)
+        said = ", ".join(f"{k} {v:.4g} {g.scale.unit}/N" for k, v in g.scale.per_n.items())
+        body["notes"].append(f"the scale of the output is nobody's fault and was fitted: {said}; parameters are in newtons")
+        body["analysis"]["output_scale"] = {"unit": g.scale.unit, "per_n": g.scale.per_n, "origin": g.scale.origin}
+    if g.problem.unit_n != 1.0:
+        body["notes"].append(f"fitted in units of {g.problem.unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
+    body["sentence"] = sentence.sentence(body)
     return body
 
 
-def _by_size(found: search.Search, winner: Candidate) -> list[str]:
-    """Return the winner's effects, the one whose removal costs most first."""
-    if len(winner.ids) == 1:
-        return list(winner.ids)
-    fit = winner.fit
+def name(ids: Ids) -> str:
+    """Return the name of a model in documents: its effects joined by a plus."""
+    return "+".join(ids)
+
+
+def _verdict(g: Given) -> dict[str, Any]:
+    said = g.verdict
+    singles = [i for ids in said.group for i in ids]
+    rest = {k: v for k, v in said.probabilities.items() if k in (NONE, ("?",))}
+    found: dict[str, Any] = {
+        "status": said.status,
+        "effects": _by_size(g),
+        "confidence": said.confidence,
+        "ambiguity_group": list(dict.fromkeys([*said.effects, *singles])),
+        "why": said.why,
+        "probability_none": rest.get(NONE, 0.0),
+        "probability_unknown": rest.get(("?",), 0.0),
+        "members": [list(ids) for ids in said.group] if any(len(ids) > 1 for ids in said.group) else None,
+        "would_have_shown": None,
+        "leftover": None,
+    }
+    if said.status == NOTHING:
+        found["would_have_shown"] = [asdict(s) for s in limit.least_shown(g.search)]
+    if said.status == UNDECIDED:
+        worst = sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD]
+        found["leftover"] = [{"test": t.name, "sigma": float(t.z), "where": t.peak} for t in worst]
+    if said.confidence is None:
+        found["confidence_why"] = "no library was tried under this prior, or nothing could be judged"
+    return found
+
+
+def _by_size(g: Given) -> list[str]:
+    """Return the named effects, the one whose removal changes the prediction most first."""
+    effects = list(g.verdict.effects)
+    if g.verdict.status not in (IDENTIFIED, AMBIGUOUS) or len(effects) < 2:
+        return effects
+    f = g.accepted
 
     def loss(effect_id: str) -> float:
-        without = {k: v for k, v in fit.effects.items() if k != effect_id}
-        return float(np.sum((fit.prediction - found.sim.predict(fit.theta, without)) ** 2))
+        without = {k: v for k, v in f.effects.items() if k != effect_id}
+        return float(np.sum((f.prediction - g.search.sim.predict(f.theta, without)) ** 2))
 
-    return sorted(winner.ids, key=lambda e: -loss(e))
-
-
-def _with_recorder(
-    recorder: list[faults.RecorderEffect],
-    d: Decision,
-    effects: list[str],
-    group: list[str],
-    base: Candidate,
-    sim: Simulator,
-) -> tuple[str, str, float, list[str], list[str]]:
-    """Merge recorder faults into the verdict: found on raw samples, they come before any fitted effect."""
-    ids = [r.id for r in recorder]
-    why = "; ".join(f"{r.id} carries {100 * r.share:.0f} % of the squared error beyond the noise" for r in recorder)
-    rounding = [r for r in recorder if r.id == "quantisation"]
-    if rounding and effects:
-        removed = base.rms_n**2 - (d.winner.rms_n**2 if d.winner else base.rms_n**2)
-        power = rounding[0].removed_n2 / max(sum(len(r.raw) for r in sim.problem.records), 1)
-        # rounding errors are no noise: what a fitted effect takes out of them is not its own
-        if removed < 2.0 * power:
-            effects, group = [], []
-    if d.status in ("none", "unknown") or not effects:
-        # faults are facts: beside nothing else they are the answer, beside a gap of unknown cause only if they carry it
-        if d.status != "unknown" or sum(r.share for r in recorder) > 0.5:
-            return "identified", why, 0.95, ids, []
-        return "unknown", f"{why}; {d.why}", 0.5, [], []
-    if max(r.share for r in recorder) > 0.8:
-        return "identified", why, 0.95, ids, []
-    return d.status, f"{why}; {d.why}", d.confidence, [*ids, *effects], group
+    return sorted(effects, key=lambda e: -loss(e))
 
 
-def _recorder_gap(
-    problem: Problem, sim: Simulator, found: search.Search, recorder: list[faults.RecorderEffect], with_effect: float
-) -> tuple[float, float, shrink.Interval]:
-    """Return errors before and after the faulty samples are taken out, and their shrinkage."""
-    before, after = [], []
-    for r, prediction in zip(problem.records, sim.predict_fine(found.base.theta, {}), strict=True):
-        thin = max(1, len(r.raw) // max(len(prediction), 1))
-        expected = np.repeat(prediction, thin)
-        error2 = (r.raw.tension_out_n[: len(expected)] - expected) ** 2
-        keep = r.raw_weight[: len(expected)] > 0
-        before.append(error2)
-        after.append(error2[keep])
-    raw = float(np.sqrt(np.mean(np.concatenate(before))))
-    clean = float(np.sqrt(np.mean(np.concatenate(after)))) if any(len(a) for a in after) else raw
-    if {r.id for r in recorder} == {"quantisation"}:
-        removed = sum(r.removed_n2 for r in recorder) / max(sum(len(b) for b in before), 1)
-        clean = float(np.sqrt(max(raw**2 - removed, (0.1 * raw) ** 2)))
-    percent = 100.0 * (1.0 - min(clean, with_effect if with_effect > 0 else clean) / raw) if raw > 0 else 0.0
-    ratios = np.array(
-        [np.sqrt(a.mean() / b.mean()) for a, b in zip(after, before, strict=True) if len(a) and b.mean() > 0]
-    )
-    spread = 196.0 * float(ratios.std()) / np.sqrt(max(len(ratios), 1)) if len(ratios) > 1 else 5.0
-    return raw, min(clean, raw), shrink.Interval(percent, percent - spread, min(percent + spread, 100.0))
+def _fine(g: Given) -> float:
+    """Return the white noise of the output above the analysis rate (N)."""
+    coarse = [(g.search.noise.output[r.system].white_n, r.factor) for r in g.problem.records]
+    return float(np.sqrt(np.mean([w**2 * (1.0 - 1.0 / f) for w, f in coarse])))
 
 
-def _candidates(
-    found: search.Search, d: Decision, base: Candidate, fine_n: float, recorder: list[faults.RecorderEffect]
-) -> list[dict[str, Any]]:
-    rows = []
-    best = _best(d)
-    shown = {c.ids for c in d.candidates if len(c.ids) == 1} | ({d.winner.ids} if d.winner else set())
-    for c in d.candidates:
-        if c.ids not in shown:
-            continue
-        intervals = shrink.parameter_intervals(found, c)
-        labels = [shrink.identifiability(c, i, x) for i, x in enumerate(intervals)]
-        strengths = [s for s, f in zip(labels, c.fit.free, strict=True) if not f.parameter.shape]
-        rows.append(
-            {
-                "id": "+".join(c.ids),
-                "probability": d.probability.get(c.ids, 0.0),
-                "rmse_held_out_n": float(np.hypot(c.rms_n, fine_n)),
-                "shrink_pct": shrink.shrinkage(found, base, c, fine_n).estimate,
-                "score": c.score,
-                "behind_nats": 0.0 if c is best else advantage(best, c),
-                "parameters": [
-                    {
-                        "name": f.parameter.name,
-                        "effect": f.effect.id,
-                        "unit": f.parameter.unit,
-                        "estimate": x.estimate,
-                        "ci95": [x.low, x.high],
-                        "at_bound": c.fit.at_bound(i),
-                        "identifiability": labels[i],
-                    }
-                    for i, (f, x) in enumerate(zip(c.fit.free, intervals, strict=True))
-                ],
-                "identifiability": "identifiable"
-                if "identifiable" in strengths
-                else ("weak" if "weak" in strengths else "not_identifiable"),
-            }
-        )
-    for r in recorder:
-        rows.insert(
-            0,
-            {
-                "id": r.id,
-                "probability": r.share,
-                "rmse_held_out_n": None,
-                "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))),
-                "score": None,
-                "parameters": [
-                    {
-                        "name": k,
-                        "effect": r.id,
-                        "unit": get(r.id).parameter(k).unit,
-                        "estimate": v,
-                        "ci95": [v, v],
-                        "at_bound": False,
-                        "identifiability": "identifiable",
-                    }
-                    for k, v in r.parameters.items()
-                ],
-                "identifiability": "identifiable",
-            },
-        )
-    return sorted(rows, key=lambda row: -float(row["probability"]))
-
-
-def _best(d: Decision) -> Candidate:
-    """Return the base or the single candidate with the best held-out score."""
-    return max([d.base, *(c for c in d.candidates if len(c.ids) == 1)], key=lambda c: c.score)
-
-
-def _baselines(found: search.Search, d: Decision) -> dict[str, Any]:
-    """Return what simpler rules would have answered, for comparison in the blind check."""
-    singles = [c for c in d.candidates if len(c.ids) == 1]
-    if not singles:
-        return {"smallest_rmse": None, "iid_bic": None}
-    w = found.sim.weight
-    n = max(float(w.sum()), 2.0)
-
-    def bic(residual: np.ndarray, k: int) -> float:
-        return n * float(np.log(np.sum(w * residual**2) / n)) + k * float(np.log(n))
-
-    scores = {c.ids[0]: bic(c.fit.residual, len(c.fit.free)) for c in singles}
-    best = min(scores, key=lambda k: scores[k])
+def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
+    sim = g.search.sim
+    given = errors.rms(sim.y - sim.predict(g.nominal, {}))
+    base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
+    floor = float(np.hypot(floor_n(g.problem.records, sim.phases(g.accepted.theta, g.accepted.effects), g.search.noise), errors.fine_n))
+    named = g.accepted is not g.search.base
+    interval: shrink.Interval | None = shrink.shrinkage(sim, errors.base, errors.accepted, errors.fine_n) if named else None
+    percent = 100.0 * (1.0 - with_effect / base) if base > 0.0 else 0.0
+    fault = next((r for r in g.recorder if (r.id,) == g.verdict.effects), None)
+    samples = "analysed"
+    if fault is not None:
+        # the spoilt samples are in both errors: before as they were read, after as explained
+        base, with_effect, given = _recorded(g, fault)
+        percent, interval, samples = 100.0 * (1.0 - with_effect / max(base, 1e-300)), None, "all as recorded"
+    reducible = base - floor
+    explained = 100.0 * (base - with_effect) / reducible if reducible > 1e-3 * base else None
+    why = None
+    if interval is None:
+        why = "no effect of the output was added" if fault is None else "a fault of the recorder has no scatter from run to run"
     return {
-        "smallest_rmse": min(singles, key=lambda c: c.rms_n).ids[0],
-        "iid_bic": best if scores[best] < bic(d.base.fit.residual, 0) else None,
+        "rmse_base_n": max(given, base),
+        "rmse_retuned_n": base,
+        "rmse_with_effect_n": with_effect,
+        "noise_floor_n": floor,
+        "shrink_pct": percent,
+        "shrink_ci95_pct": None if interval is None else [interval.low, interval.high],
+        "shrink_why": why,
+        "explained_of_reducible_pct": None if explained is None else float(np.clip(explained, -100.0, 100.0)),
+        "explained_scale": "error (RMSE) above the noise floor",
+        "samples": samples,
+        "held_out": errors.folds.honest and fault is None,
+        "held_out_kind": errors.folds.kind,
+        "worse_regions": shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     }
 
 
-def _notes(problem: Problem, d: Decision) -> list[str]:
-    notes = []
-    if not d.folds.honest:
-        notes.append(f"held out: {d.folds.kind}; repeats of one excitation protect little against a wrong name")
-    if len(problem.configs) == 1:
+def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
+    """Return RMSE (N) before and after a fault of the recorder is taken out, and as given, all over all raw samples."""
+    sim = g.search.sim
+
+    def power(theta: Array) -> tuple[float, int]:
+        total, count = 0.0, 0
+        for r, prediction in zip(g.problem.records, sim.predict_fine(theta, {}), strict=True):
+            thin = max(1, len(r.raw) // max(len(prediction), 1))
+            expected = np.repeat(prediction, thin)
+            total += float(np.sum((r.raw.tension_out_n[: len(expected)] - expected) ** 2))
+            count += len(expected)
+        return total, max(count, 1)
+
+    total, count = power(g.search.base.theta)
+    left = max(total - fault.removed_n2, 0.0)
+    return float(np.sqrt(total / count)), float(np.sqrt(left / count)), float(np.sqrt(power(g.nominal)[0] / count))
+
+
+def _candidates(g: Given, errors: _Errors) -> list[dict[str, Any]]:
+    ranked = g.search.ranked()
+    p = g.verdict.probabilities
+    shown = [w for w in ranked if len(w.ids) == 1 or w.ids in (g.verdict.effects, *g.verdict.group) or tuple(sorted(w.ids)) in (g.verdict.effects, *g.verdict.group)]
+    lead = next((w for w in ranked if w.fit is g.accepted), ranked[0] if ranked else None)
+    near = sorted(shown, key=lambda w: -p.get(tuple(sorted(w.ids)), 0.0))[: RIVALS + 1]
+    rows = [_row(g, errors, w, lead if w in near else None) for w in shown]
+    rows += [_recorder_row(g, r) for r in g.recorder]
+    return sorted(rows, key=lambda row: -float(row["probability"]))
+
+
+def _row(g: Given, errors: _Errors, w: Weighed, lead: Weighed | None) -> dict[str, Any]:
+    sim, f = g.search.sim, w.fit
+    held = errors.accepted if f is g.accepted else heldout.held_out_residual(sim, f, errors.folds)
+    intervals = shrink.parameter_intervals(sim, f)
+    labels = [shrink.identifiability(f, i, x) for i, x in enumerate(intervals)]
+    strengths = [s for s, x in zip(labels, f.free, strict=True) if not x.parameter.shape]
+    base = errors.rms(errors.base)
+    best = next((s for s in ("identifiable", "weak") if s in strengths), "not_identifiable")
+    instrument = all(get(i).stage == INSTRUMENT for i in w.ids)
+    return {
+        "id": name(w.ids),
+        "probability": g.verdict.probabilities.get(tuple(sorted(w.ids)), 0.0),
+        "rmse_held_out_n": errors.rms(held),
+        "shrink_pct": 100.0 * (1.0 - errors.rms(held) / base) if base > 0.0 else 0.0,
+        "evidence_nats": w.evidence,
+        "gain_nats": w.gain,
+        "discrepancy": f.discrepancy,
+        "d2": None if lead is None or lead is w else limit.distance2(sim, lead.fit, f),
+        "change": _change(g, f),
+        "sensor": [x.parameter.name for x in f.hypothesis.strengths] if instrument else None,
+        "parameters": [
+            {
+                "name": x.parameter.name,
+                "effect": x.effect.id,
+                "unit": x.parameter.unit,
+                "estimate": float(v),
+                "ci95": None if ci is None else [ci.low, ci.high],
+                "why": "the data do not hold it" if ci is None else None,
+                "at_bound": f.at_bound(i),
+                "identifiability": labels[i],
+            }
+            for i, (x, v, ci) in enumerate(zip(f.free, f.values, intervals, strict=True))
+        ],
+        "identifiability": best,
+    }
+
+
+def _change(g: Given, f: Fit) -> dict[str, float] | None:
+    """Return by how much the parameters of effects that the simulator contains differ from what it says, if any do."""
+    there = g.search.sim.fixed
+    moved = {
+        x.parameter.name: scaling.parameter(float(v) - x.parameter.neutral, x.parameter.unit, g.problem.unit_n)
+        for x, v in zip(f.free, f.values, strict=True)
+        if x.effect.id in there and not x.parameter.shape
+    }
+    return moved or None
+
+
+def _recorder_row(g: Given, r: RecorderEffect) -> dict[str, Any]:
+    parameters = [
+        {
+            "name": k, "effect": r.id, "unit": get(r.id).parameter(k).unit, "estimate": v, "ci95": None,
+            "why": "counted in this record, not estimated", "at_bound": False, "identifiability": "identifiable",
+        }
+        for k, v in r.parameters.items()
+    ]
+    return {
+        "id": r.id, "probability": g.verdict.probabilities.get((r.id,), 0.0), "rmse_held_out_n": None,
+        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))), "d2": None, "sensor": None,
+        "parameters": parameters, "identifiability": "identifiable",
+    }
+
+
+def _beside(g: Given, body: dict[str, Any]) -> None:
+    """Add what the channels beside the output show."""
+    if not g.beside:
+        return
+    best = max(g.beside, key=lambda x: x.gain)
+    body["beside"] = {
+        "channel": best.channel, "unit": best.unit, "effects": [best.effect], "rmse_base": best.rmse_base,
+        "rmse_with_effect": best.rmse_with, "shrink_pct": 100.0 * (1.0 - best.rmse_with / max(best.rmse_base, 1e-300)),
+        "parameters": best.values,
+    }
+    for gap in g.beside:
+        if any(row["id"] == gap.effect for row in body["candidates"]):
+            continue
+        body["candidates"].append(
+            {
+                "id": gap.effect, "probability": g.verdict.probabilities.get((gap.effect,), 0.0),
+                "rmse_held_out_n": gap.rmse_with if gap.unit == "N" else None,
+                "shrink_pct": 100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)), "d2": None, "sensor": gap.channel,
+                "parameters": [
+                    {
+                        "name": k, "effect": gap.effect, "unit": get(gap.effect).parameter(k).unit, "estimate": v, "ci95": None,
+                        "why": "no interval is worked out for the channels beside", "at_bound": False,
+                        "identifiability": "identifiable",
+                    }
+                    for k, v in gap.values.items()
+                ],
+                "identifiability": "identifiable",
+            }
+        )
+        if (gap.effect,) == g.verdict.effects:
+            body["gap"].update(
+                samples=f"channel {gap.channel} ({gap.unit})", held_out=False, shrink_ci95_pct=None,
+                shrink_why="no interval is worked out for the channels beside",
+                shrink_pct=100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)), explained_of_reducible_pct=None,
+            )
+            if gap.unit == "N":
+                body["gap"].update(rmse_base_n=gap.rmse_base, rmse_retuned_n=gap.rmse_base, rmse_with_effect_n=gap.rmse_with, noise_floor_n=gap.noise)
+    body["candidates"].sort(key=lambda row: -float(row["probability"]))
+
+
+def _noise(g: Given) -> dict[str, Any]:
+    """Return the noise of each sensor as estimated, with 95 % intervals."""
+    found = {}
+    for system in sorted(g.search.noise.output):
+        sensors = (("input", g.search.noise.input[system]), ("output", g.search.noise.output[system]))
+        spread = g.search.noise.spread.get(system, {})
+        found[system] = {
+            side: {
+                key: {"estimate": v, "ci95": _log_interval(v, spread.get(f"{side}.{key}"))}
+                for key, v in asdict(sensor).items()
+            }
+            for side, sensor in sensors
+        }
+    return found
+
+
+def _log_interval(value: float, spread: float | None) -> list[float] | None:
+    return None if spread is None else [float(value * np.exp(-1.96 * spread)), float(value * np.exp(1.96 * spread))]
+
+
+def _baselines(g: Given, errors: _Errors) -> dict[str, Any]:
+    """Return what simpler rules would have answered, for comparison in the blind check."""
+    singles = [v[0] for v in g.search.singles.values()]
+    if not singles:
+        return {"smallest_rmse": None, "iid_bic": None}
+    w = g.search.sim.weight
+    n = max(float(w.sum()), 2.0)
+
+    def bic(residual: Array, k: int) -> float:
+        return n * float(np.log(np.sum(w * residual**2) / n)) + k * float(np.log(n))
+
+    scores = {x.ids[0]: bic(x.fit.residual, len(x.fit.free)) for x in singles}
+    best = min(scores, key=lambda k: scores[k])
+    return {
+        "smallest_rmse": min(singles, key=lambda x: errors.rms(x.fit.residual)).ids[0],
+        "iid_bic": best if scores[best] < bic(g.search.base.residual, 0) else None,
+    }
+
+
+def _notes(g: Given, folds: heldout.Folds) -> list[str]:
+    p, notes = g.problem, []
+    if any(r.slip is not None for r in p.records):
+        notes.append("driven by the recorded motion: its direction sets the sign of friction, reversals are left out")
+    if not folds.honest:
+        notes.append(f"held out: {folds.kind}; repeats of one excitation protect little against a wrong name")
+    if len(p.configs) == 1:
         notes.append("one configuration: offsets, constant and terminal friction cannot be told apart by their spread")
-    if len(problem.systems) == 1:
-        notes.append(f"only {problem.systems[0]} was recorded: effects of the other system cannot show")
-    if problem.set_aside:
-        notes.append(f"{len(problem.set_aside)} runs set aside")
+    if len(p.systems) == 1:
+        notes.append(f"only {p.systems[0]} was recorded: effects of the other system cannot show")
+    if p.set_aside:
+        notes.append(f"{len(p.set_aside)} runs set aside")
+    notes += [
+        f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{x.parameter.high:g} {x.parameter.unit}"
+        for k, x in enumerate(g.accepted.free)
+        for i in (x.effect.id,)
+        if x.effect.id != "line" and g.accepted.at_bound(k) and not x.parameter.shape
+    ]
     return notes
 
 
-def _loops(sim: Simulator, found: search.Search, accepted: Candidate | None) -> list[dict[str, Any]]:
+def _loops(g: Given) -> list[dict[str, Any]]:
     """Return a few measured loops with the simulated ones before and after, thinned for drawing."""
     loops = []
+    sim = g.search.sim
     seen: set[str] = set()
     for r, s in zip(sim.problem.records, sim.slices(), strict=True):
         if r.system in seen:
             continue
         seen.add(r.system)
-        step = max(1, len(r) // 600)
+        step = max(1, len(r) // DRAWN)
         u = r.u.reshape(-1, r.factor).mean(axis=1)
         loops.append(
             {
-                "run_id": r.run_id,
-                "system": r.system,
-                "tension_in_n": u[::step],
-                "measured_n": r.y[::step],
-                "base_n": found.base.prediction[s][::step],
-                "with_effect_n": (accepted.fit if accepted else found.base).prediction[s][::step],
+                "run_id": r.run_id, "system": r.system, "tension_in_n": u[::step], "measured_n": r.y[::step],
+                "base_n": g.search.base.prediction[s][::step], "with_effect_n": g.accepted.prediction[s][::step],
             }
         )
     return loops
 
 
-def _add_next(document: dict[str, Any], found: search.Search, d: Decision, scenario: Scenario) -> None:
-    """Propose the movement that separates the winner from its nearest rival (or the two leading candidates)."""
-    singles = [c.ids for c in d.candidates if len(c.ids) == 1]
-    first = d.winner.ids if d.winner is not None else (singles[0] if singles else ())
-    rivals = [g for g in d.group if g != first] or [i for i in singles if i != first and not set(i) & set(first)]
-    if not first or not rivals:
-        return
-    experiment = following.best_experiment(found, first, rivals[0], scenario.rig.mechanics())
+def _residuals(g: Given) -> list[dict[str, Any]]:
+    """Return measured minus simulated of one run a system, before and after, thinned for drawing."""
+    found = []
+    sim = g.search.sim
+    seen: set[str] = set()
+    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
+        if r.system in seen:
+            continue
+        seen.add(r.system)
+        step = max(1, len(r) // DRAWN)
+        u = r.u.reshape(-1, r.factor).mean(axis=1)
+        found.append(
+            {
+                "run_id": r.run_id, "system": r.system, "time_s": r.time_s[::step], "tension_in_n": u[::step],
+                "base_n": g.search.base.residual[s][::step], "effect_n": g.accepted.residual[s][::step],
+            }
+        )
+    return found
+
+
+def _next(g: Given) -> dict[str, Any] | None:
+    """Propose the movement that separates the two most probable models of the output, if any of the menu can."""
+    p = g.verdict.probabilities
+    ranked = sorted((w for w in g.search.ranked() if len(w.ids) == 1), key=lambda w: -p.get(w.ids, 0.0))
+    if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2:
+        return None
+    first, second = ranked[:2]
+    experiment = following.best_experiment(g.search, first, second)
     if experiment is None:
-        return
-    unit_n = found.sim.problem.unit_n
-    document["next_experiment"] = {
+        return None
+    does = (
+        f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} (24 settles it; here {experiment.d2_here:.3g})"
+        if experiment.settles
+        else f"no movement of the menu settles it: at most D^2 = {experiment.d2:.3g} (24 would), here {experiment.d2_here:.3g}"
+    )
+    unit_n = g.problem.unit_n
+    return {
         "separates": list(experiment.separates),
         "trajectory": experiment.trajectory.name,
-        "why": (
-            f"refitted, the two differ by {experiment.distance_n * unit_n:.3g} N RMS on it, "
-            f"by {experiment.here_n * unit_n:.3g} N on this data"
-            + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}")
-        ),
-        "scenario": following.scenario_of(found, experiment.trajectory).model_dump(
-            mode="json", by_alias=True, exclude_defaults=False
-        ),
+        "why": does + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
+        "d2": experiment.d2,
+        "settles": experiment.settles,
+        "scenario": following.scenario_of(g.search, experiment.trajectory).model_dump(mode="json", by_alias=True, exclude_defaults=False),
     }

@@ -85,9 +85,7 @@ def _named(one: Run) -> Run:
 
 
 def _theta(result: Diagnosis) -> float:
-    winner = result.decision.winner
-    fit = winner.fit if winner is not None and result.body["verdict"]["effects"] else result.search.base
-    return float(fit.theta.mean())
+    return float(result.accepted.theta.mean())
 
 
 def _unknown(why: str) -> Naming:

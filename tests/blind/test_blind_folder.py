@@ -2,20 +2,23 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
+from sstl_cli.blind import seal
 from sstl_cli.cli import _blind_files as files
 from sstl_cli.cli import blind
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import sha256
+from sstl_cli.diagnosis import verdict
 from sstl_cli.physics.effects import catalogue
 from sstl_cli.reporting.figures import baselines, confusion, reliability, strength
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.sections import blind as section
-from sstl_cli.steps import blind_run
+from sstl_cli.steps import blind_limit, blind_run
 from sstl_cli.steps.blind_run import SCHEMA
 
 CASES = 7
@@ -239,24 +242,64 @@ def test_a_truth_changed_after_the_fact_is_refused(own):
         call("score", own)
 
 
-def test_a_blind_set_cannot_calibrate(own, tmp_path):
-    oracle(own)
-    with pytest.raises(SstlError, match="E953"):
-        call("calibrate", own, "--out", tmp_path / "c.json")
+def test_without_a_seed_nobody_knows_it(tmp_path):
+    words = []
+    for name in ("a", "b"):
+        made = call("make", tmp_path / name, "--cases", 1, "--quick", "--workers", 1, "--json")
+        seed = json.loads((tmp_path / name / "truth.json").read_text())["seeds"][0]
+        assert str(seed) not in made.stdout + made.stderr
+        assert not any(str(seed).encode() in p.read_bytes() for p in (tmp_path / name).rglob("*.*") if p.name != "truth.json")
+        words.append(seed)
+    assert words[0] != words[1]
 
 
-def test_calibration_comes_from_a_library_kept_apart(own, tmp_path):
-    library = tmp_path / "library"
-    call("make", library, "--cases", 24, "--quick", "--seed", 4000, "--purpose", "calibration", "--workers", 2)
-    oracle(library)
-    out = tmp_path / "calibration.json"
-    assert call("calibrate", library, "--out", out).exit_code == 0
-    body = json.loads(out.read_text())
-    assert body["seeds"] == [4000, 4023] and body["cases"] >= 10 and body["temperature"] > 0
-    with pytest.raises(SstlError, match="E953"):
-        call("score", library)
+def test_a_set_of_the_weights_own_seeds_is_refused(own, monkeypatch):
     oracle(own)
-    assert call("score", own, "--calibration", out).exit_code == 0
-    out.write_text(json.dumps({**body, "seeds": [890, 900]}))
+    used = verdict.learned()
+    monkeypatch.setattr(verdict, "learned", lambda: replace(used, provenance={"seeds": [[5, 6], [890, 900]]}))
     with pytest.raises(SstlError, match="E954"):
-        call("score", own, "--calibration", out)
+        call("score", own)
+    monkeypatch.setattr(verdict, "learned", lambda: replace(used, provenance={"seeds": [[5, 6], [1, 899]]}))
+    assert call("score", own).exit_code == 0
+
+
+def test_a_set_made_for_something_else_is_refused(own):
+    closed = json.loads((own / "truth.json").read_text())
+    published, closed = seal.seal(closed["truths"], "calibration", closed["seeds"], closed["quick"])
+    (own / "hashes.json").write_text(json.dumps(published))
+    (own / "truth.json").write_text(json.dumps(closed))
+    oracle(own)
+    with pytest.raises(SstlError, match="E953"):
+        call("score", own)
+
+
+def test_the_truth_stays_closed_while_a_case_has_no_result(own):
+    oracle(own)
+    (own / "results" / "case-0002.json").unlink()
+    with pytest.raises(SstlError, match="E959"):
+        call("limit", own)
+    assert not (own / "limit.json").exists()
+
+
+def test_rates_come_twice_where_distances_are_known(own, monkeypatch):
+    oracle(own)
+    truths = json.loads((own / "truth.json").read_text())["truths"]
+    first = next(n for n, t in truths.items() if t["kind"] == "single")
+
+    def measured(case, runs, sim, effects):
+        far = 100.0 if case == first else 3.0
+        known = {"d2_base": far, "d2_rival": far, "rival": "slack"} if effects else {"d2_base": None, "d2_rival": None, "rival": None}
+        body = {"schema": blind_limit.CASE, "case": case, "effects": list(effects), "why": None}
+        return {**body, **known, "decidable": case == first}
+
+    monkeypatch.setattr(blind_limit, "run", measured)
+    assert call("limit", own, "--workers", 1).exit_code == 0
+    document = json.loads(call("score", own, "--json").stdout)
+    every, decidable = document["by_simulator"][-1], document["decidable"][-1]
+    assert every["cases"] == CASES
+    assert decidable["cases"] == 1 + document["kinds"].get("none", 0)
+    assert sum(x["n"] for x in decidable["isolation"].values() if x) <= 1
+    other = json.loads((own / "limit.json").read_text())
+    (own / "limit.json").write_text(json.dumps({**other, "seal": "0"}))
+    with pytest.raises(SstlError, match="E952"):
+        call("score", own)

@@ -3,6 +3,7 @@
 import pytest
 from scipy.stats import binomtest
 
+from sstl_cli.blind import sides
 from sstl_cli.blind.judge import judge, share, wilson
 from sstl_cli.blind.score import baselines, confusion, document, reliability, targets
 
@@ -83,6 +84,35 @@ def test_reliability_of_a_liar():
     assert ece == pytest.approx(0.45)
     assert [b["n"] for b in bins] == [20]
     assert bins[0]["share_right"] == 0.5
+
+
+def test_verdicts_without_a_confidence_do_not_count_as_stated():
+    cases = [
+        case(truth(["a"]), verdict("identified", ["a"], confidence=0.8), "c1"),
+        case(truth(["a"]), verdict("unknown", confidence=None), "c2"),
+    ]
+    bins, ece = reliability(cases)
+    assert [b["n"] for b in bins] == [1] and ece == pytest.approx(0.2)
+    assert reliability(cases[1:]) == ([], None)
+    assert document(cases)["scores"]["isolation"]["n"] == 2
+
+
+def test_simulators_stand_side_by_side_and_decidable_cases_apart():
+    cases = [
+        case({**truth(["a"], 4.0), "simulator": "rig"}, verdict("identified", ["a"]), "c1"),
+        case({**truth(["a"], 4.0), "simulator": "variant"}, verdict("identified", ["b"]), "c2"),
+        case({**truth(["b"], 4.0), "simulator": "variant"}, verdict("ambiguous", ["c"], ["c", "b"]), "c3"),
+        case({**truth(band=None), "simulator": "variant"}, verdict("none"), "c4"),
+    ]
+    found = sides.document(cases, {"c1", "c3"})
+    rows = {r["simulator"]: r for r in found["by_simulator"]}
+    assert list(rows) == ["rig", "variant", "all"] and [r["cases"] for r in rows.values()] == [1, 3, 4]
+    assert (rows["variant"]["isolation"]["4"]["k"], rows["variant"]["isolation"]["4"]["n"]) == (0, 2)
+    assert rows["variant"]["in_group"]["4"]["k"] == 1 and rows["rig"]["scores"]["false_alarm"] is None
+    assert rows["all"]["scores"]["wrong_commits"]["k"] == 1
+    # where nothing is missing there is nothing to decide: that case stays
+    assert [r["cases"] for r in found["decidable"]] == [1, 2, 3]
+    assert sides.document(cases)["decidable"] is None
 
 
 def test_score_counts_what_was_put_in():

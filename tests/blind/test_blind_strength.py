@@ -5,7 +5,6 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from sstl_cli.blind import unlisted
 from sstl_cli.blind.bench import draw as draw_bench
 from sstl_cli.blind.cases import draw
 from sstl_cli.blind.record import Source
@@ -13,7 +12,7 @@ from sstl_cli.blind.retune import Pair, gap_n, retune
 from sstl_cli.blind.schedule import Entry, schedule
 from sstl_cli.blind.strength import band, direction, find_scale
 from sstl_cli.physics.effects import catalogue, get
-from sstl_cli.physics.rig import EFFECTS, QUIET, RigRun, RigSpec, simulate_rig
+from sstl_cli.physics.rig import EFFECTS
 
 
 def backlash(u, theta, passes):
@@ -74,26 +73,6 @@ def test_schedule_covers_every_effect_at_every_strength():
     assert {e.kind for e in schedule(24, 1)} == {"single", "none", "pair", "excluded", "unlisted", "nominal", "poor"}
     assert schedule(40, 3) == schedule(40, 3) != schedule(40, 4)
     assert len(schedule(1, 0)) == 1
-
-
-def test_unlisted_rig_without_its_effect_is_the_plain_rig():
-    bench = draw_bench(np.random.default_rng(0), quick=True)
-    run = bench.runs[0]
-    spec = RigSpec(nodes=20)
-    out, travel = unlisted.march(spec, run, 0.5, "CP", {})
-    plain = simulate_rig(spec, RigRun(run.system, 0.5, "CP", run.time_s, "tension", run.command_n), {}, QUIET)
-    np.testing.assert_allclose(out, plain.true_tension_out_n, atol=1e-6)
-    np.testing.assert_allclose(travel, plain.true_position_in_mm, atol=1e-6)
-
-
-def test_a_moved_tube_changes_only_what_comes_after():
-    bench = draw_bench(np.random.default_rng(1), quick=True)
-    run = bench.runs[0]
-    still, _ = unlisted.march(RigSpec(nodes=20), run, 0.5, "CP", {})
-    moved, _ = unlisted.march(RigSpec(nodes=20), run, 0.5, "CP", {"jump": 0.3, "at": 0.5})
-    half = len(still) // 2
-    np.testing.assert_allclose(moved[:half], still[:half], atol=1e-9)
-    assert np.abs(moved[half + 100 :] - still[half + 100 :]).max() > 0.5
 
 
 def test_nothing_withheld_leaves_no_gap():

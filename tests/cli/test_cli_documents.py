@@ -25,7 +25,7 @@ SAMPLE = ROOT / "data/samples/log.parquet"
 # written to files of their own, not printed
 FILES = {
     "sstl.blind.hashes/1", "sstl.blind.plan/1", "sstl.blind.truth/1", "sstl.blind.result/1", "sstl.scenario/1",
-    "sstl.controller/1", "sstl.batch-record/1",
+    "sstl.controller/1", "sstl.batch-record/1", "sstl.weights/1", "sstl.blind.limit.case/1", "sstl.blind.library.plan/1",
 }  # fmt: skip
 FEW = ("--effects", "pulley_friction,const_friction", "--max-effects", 1)
 ONE = ("--methods", "proposed", "--config-id", "CP-020", "--cycles", 1)
@@ -62,7 +62,7 @@ CALLS = [
     (("watch", "nope-*.csv", "--once"), ["watch"]),
 ]
 # minutes, or the part of other tests
-ELSEWHERE = {"blind.run", "blind.score", "blind.calibration", "blind.real"}
+ELSEWHERE = {"blind.run", "blind.score", "blind.limit", "blind.library", "blind.learn", "blind.real"}
 
 
 @pytest.fixture(scope="module")

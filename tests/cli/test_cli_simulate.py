@@ -157,8 +157,8 @@ def test_a_missing_channel_is_named(folder, effect):
         ("[rig]\nea_n = -5", "ea_n"),
         ("[rig]\nnodes = 2", "nodes"),
         ("[rig]\narc_fraction = 0.9\nbend_centres = { CP = 0.2 }", "leaves the tube"),
-        ("[noise]\nwhite_n = 9", "white_n"),
-        ("[effects.viscous]\nc_l_n_s_per_mm = 1", "N s/mm"),
+        ("[noise]\nwhite_n = -9", "white_n"),
+        ("[effects.viscous]\nc_l_n_s_per_mm = -1", "N s/mm"),
     ],
 )
 def test_impossible_rigs_are_refused(folder, entry, said):

@@ -66,10 +66,12 @@ def test_the_walk_through_runs(walked: Path) -> None:
 def test_the_shown_screen_is_the_real_one(walked: Path) -> None:
     """Word for word, and number for number but for what another processor rounds otherwise."""
     number = re.compile(r"\d+(?:\.\d+)?")
+    # how often such a verdict was right is learned anew with every library
+    learned = re.compile(r"right in \d+ of 100")
     shown = re.findall(r"```text\n(.*?)```", README, re.S)[0].splitlines()
     real = (walked / "screen.txt").read_text().splitlines()[: len(shown)]
     assert [number.sub("#", line) for line in real] == [number.sub("#", line) for line in shown]
-    for a, b in zip(real, shown, strict=True):
+    for a, b in ((learned.sub("", x), learned.sub("", y)) for x, y in zip(real, shown, strict=True)):
         numbers = [float(x) for x in number.findall(a)]
         assert numbers == pytest.approx([float(x) for x in number.findall(b)], rel=0.02, abs=0.01), (a, b)
 

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
 from sstl_cli.steps import simulate
 
-TRAJECTORIES = (
+FULL = (
     Trajectory(kind="trapezoid", drive="tension", duration_s=12.0),
     Trajectory(kind="trapezoid", label="slow trapezoid", drive="tension", duration_s=40.0),
     Trajectory(kind="random", duration_s=60.0, low_n=2.0),
     Trajectory(kind="ramp_hold", duration_s=40.0),
     Trajectory(kind="minor_loops", duration_s=40.0),
 )
+# one speed from another, holds, and reversals: a quarter of the samples
+SHORT = (
+    Trajectory(kind="trapezoid", drive="tension", duration_s=8.0),
+    Trajectory(kind="random", duration_s=24.0, low_n=2.0),
+    Trajectory(kind="ramp_hold", duration_s=20.0),
+)
+RAMPS = FULL[:2]
 # strengths that leave about twice the noise RMS (0.02 N) after the base is re-tuned
 STRENGTH = {
     "const_friction": {"w_l_n": 0.05},
@@ -40,12 +45,13 @@ STRENGTH = {
 }
 
 
-@cache
-def scenario(hz: float = 100.0, white: float = 0.02, coloured: float = 0.0, configs: int = 2) -> Scenario:
+def scenario(
+    hz: float = 50.0, white: float = 0.02, coloured: float = 0.0, configs: int = 2, moves: tuple[Trajectory, ...] = SHORT
+) -> Scenario:
     places = (("a", "NP", 0.46), ("b", "ND", 0.60), ("c", "CP", 0.53))[:configs]
     return Scenario(
         simulator="rig", sampling_hz=hz, noise=NoiseSection(white_n=white, coloured_n=coloured),
-        configurations=tuple(Configuration(id=i, location=p, theta=t) for i, p, t in places), trajectories=TRAJECTORIES,
+        configurations=tuple(Configuration(id=i, location=p, theta=t) for i, p, t in places), trajectories=moves,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rig_logs import record
@@ -13,6 +15,7 @@ from sstl_cli.physics.scenario import load
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
 PULLEY = {"pulley_friction": {"m_p": 0.06, "m_r": 0.05}}
+OPTIONS = DiagnoseOptions(max_effects=1, effects=("pulley_friction", "asymmetric_friction", "gain_error", "zero_offset"))
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +25,7 @@ def runs():
 
 @pytest.fixture(scope="module")
 def diagnosis(runs):
-    return run(runs, DiagnoseOptions(max_effects=1))
+    return run(runs, OPTIONS)
 
 
 def test_shares_sum_to_100(diagnosis):
@@ -50,8 +53,33 @@ def test_parameters_cover_the_truth(diagnosis):
         assert found[name]["ci95"][0] < found[name]["ci95"][1]
 
 
+def test_probabilities_of_what_is_said_and_of_all_candidates_sum_to_one(diagnosis):
+    document = diagnosis.document()
+    verdict = document["verdict"]
+    total = sum(c["probability"] for c in document["candidates"])
+    assert total + verdict["probability_none"] + verdict["probability_unknown"] == pytest.approx(1.0)
+    ranked = [c["probability"] for c in document["candidates"]]
+    assert ranked == sorted(ranked, reverse=True)
+
+
+def test_a_missing_interval_says_why(diagnosis):
+    for candidate in diagnosis.document()["candidates"]:
+        for p in candidate["parameters"]:
+            assert (p["ci95"] is None) == bool(p["why"])
+            assert p["ci95"] is None or p["ci95"][0] <= p["estimate"] <= p["ci95"][1]
+
+
+def test_rivals_come_with_their_distance_and_the_noise_with_its_interval(diagnosis):
+    document = diagnosis.document()
+    first, *others = document["candidates"]
+    assert first["d2"] is None and all(c["d2"] > 24.0 for c in others)
+    white = document["analysis"]["noise"]["act"]["output"]["white_n"]
+    assert white["ci95"][0] < white["estimate"] < white["ci95"][1]
+    assert white["estimate"] == pytest.approx(0.02, rel=0.1)
+
+
 def test_the_answer_does_not_depend_on_workers_or_order(runs, diagnosis):
-    again = run(list(reversed(runs)), DiagnoseOptions(max_effects=1, workers=3))
+    again = run(list(reversed(runs)), replace(OPTIONS, workers=3))
     assert dumps(again.document()) == dumps(diagnosis.document())
 
 
@@ -60,14 +88,14 @@ def test_the_accepted_model_explains_the_log(runs, diagnosis, tmp_path):
 
     path = tmp_path / "rig.toml"
     path.write_text(dump(diagnosis.model()))
-    closed = run(runs, DiagnoseOptions(sim=load(str(path)), max_effects=1)).document()
+    closed = run(runs, replace(OPTIONS, sim=load(str(path)))).document()
     assert closed["verdict"]["status"] == "none"
     assert closed["gap"]["rmse_base_n"] < 1.2 * closed["gap"]["noise_floor_n"]
 
 
 @pytest.mark.parametrize("keep", ["act", "sstl"])
 def test_one_system_alone_works(runs, keep):
-    document = run([r for r in runs if r.system == keep], DiagnoseOptions(max_effects=1)).document()
+    document = run([r for r in runs if r.system == keep], OPTIONS).document()
     assert document["verdict"]["status"] in ("identified", "ambiguous", "none", "unknown")
     assert any(keep in note for note in document["notes"])
     if keep == "act":
@@ -82,7 +110,7 @@ def flat(value=10.0, n=500, moving=None):
 
 
 def test_constant_input_is_an_error_not_a_guess():
-    with pytest.raises(SstlError, match="hardly moves"):
+    with pytest.raises(SstlError, match="input never changes"):
         run([flat()], DiagnoseOptions())
 
 
@@ -96,5 +124,5 @@ def test_without_propagation_nothing_is_named():
     rng = np.random.default_rng(0)
     run_ = flat(n=4000, moving=lambda t: 10.0 + 1.0 * np.sin(t))
     held = Run("held", "act", run_.time_s, run_.tension_in_n + 0.01 * rng.standard_normal(4000), 10.0 + 0.01 * rng.standard_normal(4000))
-    document = run([held], DiagnoseOptions(max_effects=1)).document()
+    document = run([held], OPTIONS).document()
     assert document["verdict"]["status"] in ("none", "unknown")

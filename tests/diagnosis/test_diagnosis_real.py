@@ -40,7 +40,7 @@ def test_broken_band_sensor_is_told_from_its_healthy_twin(tmp_path: Path) -> Non
     )
     difference = raw[:, 7] - raw[:, 6]
     assert gain == pytest.approx(0.505 * float(difference @ raw[:, 5] / (difference @ difference)), rel=0.12)
-    assert healthy["verdict"]["evidence"] != "named/scale"
+    assert healthy["verdict"]["effects"] != ["gain_error"]
     assert faulty["gap"]["rmse_base_n"] > 4.0 * healthy["gap"]["rmse_base_n"]
 
 

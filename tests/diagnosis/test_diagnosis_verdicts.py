@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from rig_logs import STRENGTH, TRAJECTORIES, record, scenario, theta_jump
+from rig_logs import FULL, RAMPS, STRENGTH, record, scenario, theta_jump
 
 from sstl_cli.core.config import parse
 from sstl_cli.physics.effects import catalogue
@@ -13,9 +14,17 @@ from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import simulate
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
+# a part of the catalogue that costs little and has look-alikes; the whole one is asked in the slow tests
+FEW = ("pulley_friction", "const_friction", "gain_error", "zero_offset", "zero_drift", "channel_delay")
+
 
 def verdict(runs, **options):
-    return run(runs, DiagnoseOptions(max_effects=2, workers=2, **options)).document()
+    return run(runs, DiagnoseOptions(**{"max_effects": 1, "workers": 2, "effects": FEW} | options)).document()
+
+
+def of_all(effects, seed=0, **rig):
+    """The verdict by the whole catalogue on long recordings."""
+    return verdict(record(effects, seed, hz=100.0, moves=FULL, **rig), effects=None, max_effects=2)
 
 
 def test_every_fitted_effect_has_a_strength():
@@ -23,9 +32,9 @@ def test_every_fitted_effect_has_a_strength():
     assert fitted == set(STRENGTH)
 
 
-@pytest.mark.parametrize("effect", ["pulley_friction", "viscous", "presliding", "zero_drift", "stick_slip"])
+@pytest.mark.parametrize("effect", ["viscous", "zero_drift"])
 def test_the_effect_or_its_group_is_named(effect):
-    document = verdict(record({effect: STRENGTH[effect]}))
+    document = verdict(record({effect: {k: 2.0 * v for k, v in STRENGTH[effect].items()}}), effects=tuple(sorted({*FEW, effect})))
     assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
     assert effect in document["verdict"]["ambiguity_group"]
     assert document["gap"]["shrink_pct"] > 20
@@ -34,63 +43,91 @@ def test_the_effect_or_its_group_is_named(effect):
 @pytest.mark.slow
 @pytest.mark.parametrize("effect", sorted(STRENGTH))
 def test_every_effect_or_its_group_is_named(effect):
-    document = verdict(record({effect: STRENGTH[effect]}, hz=200.0, configs=3))
+    document = of_all({effect: STRENGTH[effect]}, configs=3)
     assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
     assert effect in document["verdict"]["ambiguity_group"]
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_nothing_missing_is_none_with_coloured_noise(seed):
-    document = verdict(record({}, seed, white=0.01, coloured=0.02))
+@pytest.fixture(scope="module")
+def nothing():
+    """The diagnosis of a log that lacks nothing but the right theta."""
+    return verdict(record({}, 5))
+
+
+def test_nothing_missing_is_none(nothing):
+    assert nothing["verdict"]["status"] == "none", nothing["verdict"]
+    assert nothing["verdict"]["effects"] == []
+
+
+def test_none_says_what_would_have_shown(nothing):
+    shown = {s["effect"]: s for s in nothing["verdict"]["would_have_shown"]}
+    assert set(shown) == set(FEW)
+    # ten times the noise of one sample is no small offset; a thousandth of it cannot be told
+    assert 2e-5 < shown["zero_offset"]["size"] < 0.2
+    assert all(0.0 < s["gap_n"] < 0.02 for s in shown.values())
+
+
+def test_retuning_is_never_credited(nothing):
+    """A wrong nominal theta alone: the error falls by re-tuning, and no effect is named for it."""
+    gap = nothing["gap"]
+    assert gap["rmse_base_n"] > 3 * gap["rmse_retuned_n"]
+    assert gap["shrink_pct"] == 0.0 and gap["shrink_ci95_pct"] is None and gap["shrink_why"]
+
+
+def test_nothing_missing_is_none_with_coloured_noise():
+    document = verdict(record({}, 0, white=0.01, coloured=0.02))
     assert document["verdict"]["status"] == "none", document["verdict"]
-    assert document["verdict"]["effects"] == []
 
 
 @pytest.mark.slow
 def test_nothing_missing_is_none_in_19_of_20_seeds():
-    none = [verdict(record({}, seed, white=0.01, coloured=0.02))["verdict"]["status"] == "none" for seed in range(20)]
+    none = [of_all({}, seed, white=0.01, coloured=0.02)["verdict"]["status"] == "none" for seed in range(20)]
     assert sum(none) >= 19
 
 
 def test_two_effects_are_both_named():
     pair = {"pulley_friction": {"m_p": 0.04, "m_r": 0.04}, "zero_offset": {"z_out_act_n": 0.5}}
-    document = verdict(record(pair))
-    assert document["verdict"]["status"] == "identified", document["verdict"]
+    document = verdict(record(pair), max_effects=2, effects=("pulley_friction", "zero_offset", "zero_drift"))
+    assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
     assert set(document["verdict"]["effects"]) == set(pair)
 
 
 def test_an_excluded_effect_leads_to_unknown():
-    document = verdict(record({"viscous": {"c_l_n_s_per_mm": 0.04}}), exclude=("viscous",))
-    assert document["verdict"]["status"] == "unknown", document["verdict"]
+    found = verdict(record({"viscous": {"c_l_n_s_per_mm": 0.04}}), effects=(*FEW, "viscous"), exclude=("viscous",))
+    assert found["verdict"]["status"] == "unknown" and found["verdict"]["effects"] == [], found["verdict"]
 
 
-def test_an_effect_of_no_catalogue_is_unknown():
-    document = verdict(theta_jump(record({})))
-    assert document["verdict"]["status"] == "unknown", document["verdict"]
+@pytest.fixture(scope="module")
+def jumped():
+    return verdict(theta_jump(record({})), effects=FEW[:5])
 
 
-def test_retuning_is_never_credited():
-    """A wrong nominal theta alone: the error falls by re-tuning, and no effect is named for it."""
-    document = verdict(record({}, seed=5))
-    gap = document["gap"]
-    assert gap["rmse_base_n"] > 3 * gap["rmse_retuned_n"]
-    assert document["verdict"]["status"] == "none"
-    assert gap["shrink_pct"] == 0.0
+def test_an_effect_of_no_catalogue_is_unknown(jumped):
+    assert jumped["verdict"]["status"] == "unknown", jumped["verdict"]
 
 
-@pytest.mark.parametrize("effect", ["channel_delay", "channel_lowpass"])
+def test_unknown_says_what_is_left_and_where(jumped):
+    left = jumped["verdict"]["leftover"]
+    assert left and all(t["test"] and t["where"] for t in left)
+    assert left[0]["sigma"] > 5.0 and [t["sigma"] for t in left] == sorted((t["sigma"] for t in left), reverse=True)
+
+
+@pytest.mark.parametrize("effect", [pytest.param("channel_delay", marks=pytest.mark.slow), "channel_lowpass"])
 def test_the_proposed_recording_separates_what_was_ambiguous(effect):
     """Ramps cannot tell a delay from a low-pass; the movement that is proposed, made on the rig, does."""
-    truth = {effect: {"tau_act_s": 0.02}}
-    ramps = scenario().model_copy(update={"trajectories": TRAJECTORIES[:2]})
-    first = run(list(simulate.run(ramps, truth, 3)), DiagnoseOptions(max_effects=1, workers=2)).document()
+    truth, two = {effect: {"tau_act_s": 0.02}}, ("channel_delay", "channel_lowpass")
+    ramps = scenario(hz=100.0, moves=RAMPS)
+    first = verdict(list(simulate.run(ramps, truth, 3)), effects=two)
     assert first["verdict"]["status"] == "ambiguous"
     assert {"channel_delay", "channel_lowpass"} <= set(first["verdict"]["ambiguity_group"])
     proposed = parse(Scenario, first["next_experiment"]["scenario"], "next experiment")
     proposed = proposed.model_copy(update={"simulator": "rig", "noise": ramps.noise})
     both = [*simulate.run(ramps, truth, 3), *renamed(simulate.run(proposed, truth, 4))]
-    second = run(both, DiagnoseOptions(max_effects=1, workers=2)).document()
-    assert second["verdict"]["status"] == "identified" and second["verdict"]["effects"] == [effect]
+    second = verdict(both, effects=two)
+    assert first["next_experiment"]["settles"] and second["candidates"][0]["id"] == effect
+    # odds of 49 to 1, which the proposal promises
+    right, wrong = (c["evidence_nats"] for c in second["candidates"][:2])
+    assert right - wrong > np.log(49.0)
 
 
 def renamed(runs):

@@ -42,6 +42,7 @@ def test_declaration_is_complete(effect_id):
     assert any((e.law, e.transition, e.output, e.input, e.position, e.loop))
     for p in e.parameters:
         assert p.unit and p.meaning and p.low <= p.neutral <= p.high and p.low < p.high
+        assert p.least <= p.low and p.high <= p.most
     assert not e.active(e.neutral())
 
 
@@ -53,9 +54,9 @@ def test_neutral_is_exactly_the_identity(effect_id, system):
 
 
 @pytest.mark.parametrize("effect_id", ALL)
-def test_finite_at_both_bounds(effect_id):
+def test_finite_at_all_bounds(effect_id):
     e = get(effect_id)
-    for side in ("low", "high"):
+    for side in ("low", "high", "least", "most"):
         values = {p.name: getattr(p, side) for p in e.parameters}
         for system in e.systems:
             assert np.isfinite(response(effect_id, values, system)).all()
@@ -128,8 +129,10 @@ def test_unknown_names_answer_with_the_nearest():
         get("puley_friction")
     with pytest.raises(SstlError, match="m_p"):
         parse("pulley_friction:mp=0.1")
-    with pytest.raises(SstlError, match=r"outside 0\.\.0\.25 1"):
-        parse("pulley_friction:m_p=0.5")
+    with pytest.raises(SstlError, match=r"outside 0\.\.2\.5 1"):
+        parse("pulley_friction:m_p=3")
+    # further than usual, but it has a meaning
+    assert parse("pulley_friction:m_p=0.5")[1]["m_p"] == 0.5
     with pytest.raises(SstlError, match="param=value"):
         parse("pulley_friction:m_p")
 

@@ -47,7 +47,9 @@ def strong(effect_id: str) -> dict[str, dict[str, float]]:
     if effect_id == "saturation":
         return {effect_id: {"t_max_in_n": 20.0, "t_max_out_n": 9.0}}
     parameters = catalogue()[effect_id].parameters
-    return {effect_id: {p.name: (p.low if p.shape else p.neutral) * 0.25 + p.high * 0.75 for p in parameters}}
+    # laws that only the fast model has stay off: the numbers are for both
+    shared = [p for p in parameters if p.name in EFFECTS[effect_id]]
+    return {effect_id: {p.name: (p.low if p.shape else p.neutral) * 0.25 + p.high * 0.75 for p in shared}}
 
 
 def sums(*signals: np.ndarray) -> list[float]:

@@ -325,7 +325,9 @@ def test_typical_strengths() -> None:
     assert not get("stribeck").active({"v_s_mm_s": 5.0})
     for value in (-0.1, 5.1):
         with pytest.raises(SstlError, match="E702"):
-            effect.complete({"gap_mm": value})
+            effect.complete({"gap_mm": value}, usual=True)
+    with pytest.raises(SstlError, match="E702"):
+        effect.complete({"gap_mm": -0.1})
     assert effect.complete({"gap_mm": 5.0}) == {"gap_mm": 5.0}
 
 

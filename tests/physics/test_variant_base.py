@@ -79,7 +79,8 @@ def test_energy_of_closed_loops_goes_into_friction() -> None:
 def test_every_effect_of_the_catalogue_has_another_law() -> None:
     known = {e: {p.name for p in effect.parameters} for e, effect in catalogue().items()}
     assert set(LAWS) == set(EFFECTS) == set(known)
-    assert {e: set(table) for e, table in EFFECTS.items()} == known
+    # the fast model may have further laws of its own
+    assert all(set(table) <= known[e] for e, table in EFFECTS.items())
     assert all(len({law.id for law in laws}) == len(laws) >= 1 for laws in LAWS.values())
 
 

@@ -143,7 +143,7 @@ def diagnosed():  # type: ignore[no-untyped-def]
         ),
     )  # fmt: skip
     runs = list(simulate.run(scenario, {"pulley_friction": {"m_p": 0.06, "m_r": 0.05}}, 1))
-    options = diagnose.DiagnoseOptions(effects=("pulley_friction", "const_friction"), max_effects=1)
+    options = diagnose.DiagnoseOptions(physics=False, effects=("pulley_friction", "const_friction"), max_effects=1)
 
     def answer(changed: list[Run]) -> dict:  # type: ignore[type-arg]
         return diagnose.run(changed, options).document()

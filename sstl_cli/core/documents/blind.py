@@ -14,7 +14,6 @@ class BlindMakeDocument(Document):
 
     schema_id: Literal["sstl.blind.make/1"] = Field(alias="schema")
     out: str
-    purpose: str
     quick: bool
     cases: int
     samples: int
@@ -36,17 +35,47 @@ class BlindScoreDocument(Document):
     schema_id: Literal["sstl.blind.score/1"] = Field(alias="schema")
     cases: int
     scores: dict[str, Any]
+    by_simulator: list[dict[str, Any]] = Field(description="every rate by simulator, all together last")
+    decidable: list[dict[str, Any]] | None = Field(description="the same on cases that the recordings could decide")
     verdicts: list[dict[str, Any]]
     gates_missed: list[str]
     missing_results: int
 
 
-class BlindCalibrationDocument(Document):
-    """The calibration of a diagnosis on a library kept apart (``sstl blind calibrate``)."""
+class BlindLimitDocument(Document):
+    """How far the truth of each case is from the base and its nearest rival (``sstl blind limit``)."""
 
-    schema_id: Literal["sstl.blind.calibration/1"] = Field(alias="schema")
+    schema_id: Literal["sstl.blind.limit/1"] = Field(alias="schema")
     cases: int
-    seeds: list[int]
+    judged: int = Field(description="cases whose withheld effects the fast model can hold")
+    decidable: int = Field(description="cases told from base and rivals at 49:1 in 95 of 100 repetitions")
+    decidable_d2: float
+    distances: list[dict[str, Any]]
+    seal: str = Field(description="SHA-256 of the sealed truth")
+
+
+class BlindLibraryDocument(Document):
+    """A library to learn from (``sstl blind library``)."""
+
+    schema_id: Literal["sstl.blind.library/1"] = Field(alias="schema")
+    out: str
+    cases: int
+    failed: int
+    rows: int
+    simulators: list[str]
+    seeds: list[list[int]] = Field(description="inclusive ranges of seeds")
+    quick: bool
+
+
+class BlindLearnDocument(Document):
+    """How learned weights do on simulators that they were not learned from (``sstl blind learn``)."""
+
+    schema_id: Literal["sstl.blind.learn/1"] = Field(alias="schema")
+    out: str
+    commit: float
+    cover: float
+    left_out: list[dict[str, Any]] = Field(description="one entry a simulator that was left out, all together last")
+    provenance: dict[str, Any]
 
 
 class BlindRealDocument(Document):

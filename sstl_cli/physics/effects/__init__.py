@@ -40,7 +40,7 @@ def parse(text: str) -> tuple[str, dict[str, float]]:
             values[name.strip()] = float(number)
         except ValueError:
             raise SstlError(f"'{item}' is not param=value", where=f"effect {effect.id}", code="E703") from None
-    return effect.id, effect.complete(values if values else typical(effect))
+    return effect.id, effect.complete(values if values else typical(effect), usual=True)
 
 
 def typical(effect: Effect) -> dict[str, float]:

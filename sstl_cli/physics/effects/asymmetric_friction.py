@@ -14,7 +14,7 @@ EFFECT = Effect(
     stage=FRICTION_LAW,
     equation="mu_p = mu (1 + a), mu_r = mu (1 - a)",
     source="Catalogue entry [G]; Section III-C2",
-    parameters=(Parameter("a", "1", 0.0, -0.2, 0.2, "relative difference of the friction coefficients"),),
+    parameters=(Parameter("a", "1", 0.0, -0.2, 0.2, "relative difference of the friction coefficients", limits=(-0.9, 0.9)),),
     excitation="SSTL and actuation runs: the product departs squared in the SSTL.",
     look_alikes=("gain_error", "load_dependent_friction"),
     law=_law,

@@ -6,11 +6,12 @@ from sstl_cli.physics.effect import FRICTION_LAW, Array, Drive, Effect, Law, Par
 
 
 def _law(law: Law, v: Values) -> None:
-    d_mu, path = v["d_mu"], v["path_n"]
-    if d_mu != 0.0:
+    by_path, path, by_time, time = v["d_mu"], v["path_n"], v["d_mu_time"], v["time_s"]
+    if by_path != 0.0 or by_time != 0.0:
 
         def scale(drive: Drive) -> Array:
-            return 1.0 + d_mu * np.exp(-drive.path_n / path)
+            factor = 1.0 + by_path * np.exp(-drive.path_n / path) + by_time * np.exp(-drive.time_s / time)
+            return np.asarray(np.maximum(factor, 0.0))
 
         law.friction_scale.append(scale)
 
@@ -19,13 +20,16 @@ EFFECT = Effect(
     id="friction_drift",
     title="Friction that drifts with use",
     stage=FRICTION_LAW,
-    equation="mu(t) = mu_inf (1 + d_mu exp(-W / path)), W = path of the input tension",
-    source="Run-in, heat and wear; catalogue entry [L]",
+    equation="mu = mu_inf (1 + d_mu exp(-W / path) + d_mu_time exp(-t / time)), W = path of the input tension",
+    source="Run-in and wear go with the path, warming with time; catalogue entry [L]",
     parameters=(
-        Parameter("d_mu", "1", 0.0, -0.3, 0.3, "relative friction above its final value at the start"),
+        Parameter("d_mu", "1", 0.0, -0.3, 0.3, "relative friction above its final value at the start, lost by path", limits=(-0.9, 3.0)),
         Parameter("path_n", "N", 200.0, 10.0, 5000.0, "input-tension path of the run-in", shape=True),
+        Parameter("d_mu_time", "1", 0.0, -0.3, 0.3, "the same, lost by time", limits=(-0.9, 3.0)),
+        Parameter("time_s", "s", 60.0, 2.0, 1000.0, "time constant of the loss by time", shape=True),
     ),
     excitation="Several equal cycles in one run.",
     look_alikes=("zero_drift",),
+    variants=(("d_mu", "path_n"), ("d_mu_time", "time_s")),
     law=_law,
 )

@@ -16,7 +16,7 @@ EFFECT = Effect(
     source="Generalised Maxwell slip / Prandtl-Ishlinskii; catalogue entry [L]",
     parameters=(
         Parameter("breakaway_mm", "mm", 0.0, 0.0, 1.5, "mean break-away distance"),
-        Parameter("spread", "1", 0.5, 0.0, 1.0, "relative spread of the break-away distances", shape=True),
+        Parameter("spread", "1", 0.5, 0.0, 1.0, "relative spread of the break-away distances", shape=True, limits=(0.0, 1.0)),
     ),
     excitation="Minor loops and frequent reversals; three speeds tell it from a low-pass.",
     look_alikes=("channel_lowpass",),

@@ -22,6 +22,7 @@ EFFECT = Effect(
     ),
     excitation="SSTL and actuation runs of the same configurations.",
     systems=("sstl",),
+    variants=(("m_p", "m_r"), ("f0_n",), ("m_p",), ("m_r",), ("m_p", "m_r", "f0_n")),
     look_alikes=("gain_error", "const_friction"),
     law=_law,
 )

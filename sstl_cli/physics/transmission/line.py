@@ -102,7 +102,9 @@ def _nodes(
     gap = np.maximum(gap, LEAST_COMPLIANCE * m.tendon_mm_per_n)
     stretch = gap.copy()
     gap[-1] += m.load_mm_per_n
-    return bend, law.constant_n * share, transition.drag_n_s_mm * share, gap, stretch, pulley
+    # drag along the whole tendon, and drag where the bend presses it against the sheath
+    drag = transition.drag_n_s_mm * share + transition.drag_bend_n_s_mm * bend
+    return bend, law.constant_n * share, drag, gap, stretch, pulley
 
 
 def _breakaway(transition: Transition, nodes: int) -> Array:

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Sampling, Transition, Values
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.transmission.envelope import envelope
+from sstl_cli.physics.transmission.envelope import Envelope, envelope
 from sstl_cli.physics.transmission.line import elastic_line
 from sstl_cli.physics.transmission.play import bounded_play, play_operator
 
 Array = NDArray[np.float64]
 MARCH_S = 0.02
+TOP_STEP = 1.5
+Lines = tuple[float, str, str | None, float, float, float]
 ONE = np.ones(1)
 
 
@@ -71,7 +73,9 @@ def drive_of(
     )
 
 
-def predict(drive: Drive, theta: float, active: Active, start_n: float = float("nan")) -> Array:
+def predict(
+    drive: Drive, theta: float, active: Active, start_n: float = float("nan"), known: dict[Lines, Envelope] | None = None
+) -> Array:
     """Return the true output tension (N, shape (n,)) for a true input tension.
 
     Parameters
@@ -80,6 +84,8 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
         mu Phi of one pass (rad).
     start_n : float
         Output tension before the first sample; NaN starts midway between the propagation lines.
+    known : dict, optional
+        Propagation lines of the same effects that were integrated before, kept between runs of one bend.
     """
     law = Law()
     for effect, values in active.of_hook("law"):
@@ -89,7 +95,8 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
         effect.transition(transition, values, drive)  # type: ignore[misc]
     if transition == Transition() and law == Law() and drive.slip is None:
         n = drive.passes
-        return play_operator(drive.tension_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, start_n)
+        # a tendon cannot push: below zero the lines stay at zero, as they do with effects
+        return play_operator(np.maximum(drive.tension_n, 0.0), np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, start_n)
     scale = ONE
     for friction in law.friction_scale:
         scale = scale * friction(drive)
@@ -99,8 +106,14 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
         start = 0.5 * float(drive.tension_n[0]) if np.isnan(start_n) else start_n
         return elastic_line(drive, theta, law, transition, scale, start)
     low, high = float(scale.min()), float(scale.max())
-    top = float(drive.tension_n.max(initial=1.0))
-    lines = envelope(law, theta, drive.system, drive.location, drive.mechanics, top, (low, high))
+    # runs of one bend share their table up to the next of a few tops
+    top = float(TOP_STEP ** np.ceil(np.log(max(drive.tension_n.max(initial=1.0), 1.0)) / np.log(TOP_STEP)))
+    key = (theta, drive.system, drive.location, top, low, high)
+    lines = known.get(key) if known is not None else None
+    if lines is None:
+        lines = envelope(law, theta, drive.system, drive.location, drive.mechanics, top, (low, high))
+        if known is not None:
+            known[key] = lines
 
     def between(pull: Array, release: Array) -> Array:
         return bounded_play(
@@ -131,7 +144,7 @@ def measure(
     system: str, dt_s: float, true_in: Array, true_out: Array, active: Active, rng: np.random.Generator | None = None
 ) -> tuple[Array, Array]:
     """Return what the two sensors and the recorder make of the true tensions (N, shape (n,) each)."""
-    run = Sampling(system, dt_s, np.linspace(0.0, 1.0, len(true_in)), rng)
+    run = Sampling(system, dt_s, len(true_in), rng)
     seen_in, seen_out = true_in, true_out
     for effect, values in active.items:
         before_in, before_out = seen_in, seen_out
@@ -144,15 +157,21 @@ def measure(
 
 def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active) -> Array:
     """Return the output as the sensor shows it, given the measured input tension."""
-    run = Sampling(system, dt_s, np.linspace(0.0, 1.0, len(true_out)))
-    for effect, values in active.of_hook("output"):
+    hooked = active.of_hook("output")
+    if not hooked:
+        return true_out
+    run = Sampling(system, dt_s, len(true_out))
+    for effect, values in hooked:
         true_out = effect.output(true_out, measured_in, run, values)  # type: ignore[misc]
     return true_out
 
 
 def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active) -> Array:
     """Return the true input tension behind a measured one, undoing the input sensor."""
-    run = Sampling(system, dt_s, np.linspace(0.0, 1.0, len(measured_in)))
-    for effect, values in reversed(active.of_hook("input_inverse")):
+    hooked = active.of_hook("input_inverse")
+    if not hooked:
+        return measured_in
+    run = Sampling(system, dt_s, len(measured_in))
+    for effect, values in reversed(hooked):
         measured_in = effect.input_inverse(measured_in, measured_out, run, values)  # type: ignore[misc]
     return measured_in

@@ -1,0 +1,164 @@
+"""The library that the verdict's weights are learned from: one table, one row a candidate of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from sstl_cli.blind.learning import Example, examples, right_answer
+from sstl_cli.blind.schedule import Job
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.parquet import TableReader, open_table, write_table
+from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.tables import Column, Schema
+from sstl_cli.diagnosis.features import CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.residuals import Leftover, Misfit
+
+_S, _F = pa.string(), pa.float32()
+# numbers of a candidate and of its log, in the order of their rows
+OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind"))
+LOG = tuple(f.name for f in fields(LogRow))
+COUNTS = ("strengths", "outside", "samples", "systems", "configurations")
+
+LIBRARY = Schema(
+    "sstl.blind.library",
+    1,
+    (
+        Column("case", _S, meaning="neutral name of the case"),
+        Column("simulator", _S, meaning="which simulator made the recordings"),
+        Column("kind", _S, meaning="single, none, pair, excluded, unlisted, nominal or poor"),
+        Column("strength", _F, "1", meaning="gap over the RMS of the noise"),
+        Column("answer", _S, meaning="what should be said: effects joined by +, nothing, or ? for unknown"),
+        Column("ids", _S, meaning="effects of the candidate joined by +"),
+        Column("channel", _S, meaning="output, recorder or beside"),
+        *(Column(n, _F, meaning="see CandidateRow") for n in OWN),
+        *(Column(f"log_{n}", _F, meaning="see LogRow") for n in LOG),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """The rows of one case with what is known of it; ``answer`` is what should be said."""
+
+    case: str
+    simulator: str
+    kind: str
+    strength: float
+    answer: tuple[str, ...]
+    rows: Rows
+
+
+def case_name(job: Job) -> str:
+    """Return the name of a case of a library; unlike that of a blind set it tells where the case comes from."""
+    return f"{job.simulator}-{job.seed}"
+
+
+def labelled(case: str, truth: Mapping[str, Any], rows: Rows) -> Labelled:
+    """Return the rows of a case with the truth that they are learned against."""
+    return Labelled(case, truth["simulator"], truth["kind"], float(truth["strength"]), right_answer(truth), rows)
+
+
+def to_table(cases: Sequence[Labelled]) -> pa.Table:
+    """Return cases as the table of a library (cases without any candidate have no row)."""
+    found: list[dict[str, Any]] = []
+    for case in cases:
+        log = {f"log_{n}": float(getattr(case.rows.log, n)) for n in LOG}
+        head = {
+            "case": case.case,
+            "simulator": case.simulator,
+            "kind": case.kind,
+            "strength": case.strength,
+            "answer": "+".join(case.answer),
+        }
+        for c in case.rows.candidates:
+            own = {n: float(getattr(c, n)) for n in OWN}
+            found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, **log})
+    return pa.Table.from_pylist(found, schema=LIBRARY.arrow())
+
+
+def write_library(path: Path, table: pa.Table, provenance: Provenance, force: bool = False) -> None:
+    """Write the table of a library.
+
+    Raises
+    ------
+    SstlError
+        If the file exists without ``force``.
+    """
+    write_table(path, table, LIBRARY, provenance, force)
+
+
+def read_library(path: Path) -> list[Example]:
+    """Return the examples of a library; cases with a hidden effect or on poor movements teach nothing.
+
+    Raises
+    ------
+    SstlError
+        If the file is no library, or holds no example.
+    """
+    found = examples((c.case, _truth(c), c.rows) for c in cases_of(open_table(path, LIBRARY)))
+    if not found:
+        raise SstlError("holds no case to learn from", where=str(path), fix="make a larger library", code="E955")
+    return found
+
+
+def cases_of(reader: TableReader) -> Iterator[Labelled]:
+    """Yield the cases of a library in the order of the file."""
+    group: list[dict[str, Any]] = []
+    for row in reader.table().to_pylist():
+        if group and row["case"] != group[0]["case"]:
+            yield _case(group)
+            group = []
+        group.append(row)
+    if group:
+        yield _case(group)
+
+
+def facts_of(path: Path) -> dict[str, Any]:
+    """Return how a library was made: cases, simulators, seeds (inclusive ranges) and whether they are quick ones."""
+    extra = open_table(path, LIBRARY).metadata.get("extra")
+    if not isinstance(extra, dict) or not {"cases", "simulators", "seeds", "quick"} <= set(extra):
+        raise SstlError("does not say how it was made", where=str(path), fix="make it with sstl blind library", code="E955")
+    return extra
+
+
+def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
+    first = group[0]
+    log = LogRow(**{n: _number(n, first[f"log_{n}"]) for n in LOG})
+    candidates = tuple(
+        CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}) for r in group
+    )
+    base = _leftover(log, log.base_chi2, log.base_worst_z, log.base_skewness)
+    best = _leftover(log, log.best_chi2, log.best_worst_z, log.best_skewness)
+    rows = Rows(log, candidates, base, best)
+    return Labelled(first["case"], first["simulator"], first["kind"], float(first["strength"]), _ids(first["answer"]), rows)
+
+
+def _number(name: str, value: float) -> Any:
+    return int(value) if name in COUNTS else float(value)
+
+
+def _ids(text: str) -> tuple[str, ...]:
+    return tuple(text.split("+")) if text else ()
+
+
+def _leftover(log: LogRow, chi2: float, worst_z: float, skewness: float) -> Leftover:
+    """Return what a model left as far as the row tells: the worst test has lost its name."""
+    worst = Misfit("worst", worst_z, 0.0, "")
+    return Leftover(log.samples, chi2, log.best_lag_one, log.best_kurtosis, skewness, (worst,))
+
+
+def _truth(c: Labelled) -> dict[str, Any]:
+    return {
+        "simulator": c.simulator,
+        "kind": c.kind,
+        "strength": c.strength,
+        "effects": c.answer,
+        "excluded": c.answer == ("?",),
+        "unlisted": [],
+        "poor": c.kind == "poor",
+    }

@@ -1,0 +1,160 @@
+"""What was found, as numbers: one row a candidate, one row a log. All that a verdict is made from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.residuals import Leftover, leftover
+from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.simulator import Simulator
+
+Array = NDArray[np.float64]
+# what the models leave is looked at for so many of the best; the others have lost by what they gain
+EXAMINED = 6
+OUTPUT, RECORDER, BESIDE = "output", "recorder", "beside"
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """One candidate: effects, channel, gain and evidence over the base (nats), and what it leaves.
+
+    ``drop_one`` is its evidence over the best model that lacks one of its effects; ``unstable`` how far its parameters
+    differ between two halves of the runs (squared, over what noise allows); ``share`` the part of the squared error that a
+    fault of the recorder carries, or by which an error beside the output shrinks.
+    """
+
+    ids: tuple[str, ...]
+    kind: str
+    strengths: int
+    gain: float
+    evidence: float
+    drop_one: float
+    chi2: float
+    worst_z: float
+    mean_z: float
+    outside: int
+    unstable: float
+    share: float
+
+
+@dataclass(frozen=True)
+class LogRow:
+    """One log: samples after the analysis, and what base and best model leave."""
+
+    samples: int
+    systems: int
+    configurations: int
+    base_chi2: float
+    base_worst_z: float
+    base_mean_z: float
+    best_chi2: float
+    best_worst_z: float
+    best_mean_z: float
+    best_lag_one: float
+    best_kurtosis: float
+    best_skewness: float
+    base_skewness: float
+    coloured: float
+    noise_ratio: float
+    propagates: float
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The rows of one diagnosis, and the leftovers that they sum up."""
+
+    log: LogRow
+    candidates: tuple[CandidateRow, ...]
+    base: Leftover
+    best: Leftover
+
+
+def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float = 1.0) -> Rows:
+    """Return the rows of a finished search; ``beside`` are candidates of the recorder and of other channels."""
+    sim = found.sim
+    base = leftover(sim, found.base)
+    ranked = found.ranked()
+    looked = {w.ids: leftover(sim, w.fit) for w in _examined(ranked)}
+    leading = bool(ranked) and ranked[0].evidence > 0.0
+    best = looked[ranked[0].ids] if leading else base
+    candidates = tuple(_candidate(found, w, looked.get(w.ids, base)) for w in ranked)
+    noise = [(found.noise.output[s], found.measured.output[s]) for s in found.noise.output]
+    log = LogRow(
+        base.samples,
+        len(sim.problem.systems),
+        len(sim.problem.configs),
+        base.chi2,
+        base.worst().z,
+        _means(base),
+        best.chi2,
+        best.worst().z,
+        _means(best),
+        best.lag_one,
+        best.kurtosis,
+        best.skewness,
+        base.skewness,
+        max(a.coloured_n / max(a.white_n, 1e-12) for a, _ in noise),
+        max(float(np.hypot(a.white_n, a.coloured_n) / max(np.hypot(b.white_n, b.coloured_n), 1e-12)) for a, b in noise),
+        propagates,
+    )
+    return Rows(log, (*candidates, *beside), base, best)
+
+
+def _examined(ranked: Sequence[Weighed]) -> list[Weighed]:
+    """Return the leading models, and the best ones that do without a leading effect."""
+    chosen = list(ranked[:EXAMINED])
+    for leader in {i for w in ranked[:2] for i in w.ids}:
+        without = [w for w in ranked if leader not in w.ids]
+        chosen += [w for w in without[:1] if all(w is not c for c in chosen)]
+    return chosen
+
+
+def _means(x: Leftover) -> float:
+    """Return the largest statistic of the tests of means: what is systematic, not only loud."""
+    return max(t.z for t in x.tests if t.name.startswith("mean"))
+
+
+def _candidate(found: Search, w: Weighed, left: Leftover) -> CandidateRow:
+    lacking = [
+        found.best(p)
+        for p in [tuple(sorted(set(w.ids) - {i})) for i in w.ids]
+        if len(p) == 1 or p in found.combined
+    ] if len(w.ids) > 1 else []
+    return CandidateRow(
+        tuple(sorted(w.ids)),
+        OUTPUT,
+        len(w.fit.hypothesis.strengths),
+        w.gain,
+        w.evidence,
+        w.evidence - max((p.evidence for p in lacking), default=0.0),
+        left.chi2,
+        left.worst().z,
+        _means(left),
+        sum(w.fit.at_bound(i) for i, f in enumerate(w.fit.free) if not f.parameter.shape),
+        instability(found.sim, w.fit),
+        0.0,
+    )
+
+
+def instability(sim: Simulator, f: Fit) -> float:
+    """Return the squared difference of the strengths between two halves of the runs, over what noise allows, a strength."""
+    place = [i for i, x in enumerate(f.free) if not x.parameter.shape]
+    if len(sim.problem.records) < 2 or not place:
+        return 1.0
+    j, r = f.whiten(f.jacobian), f.whiten(f.residual)
+    configs, parts = len(f.theta), []
+    for half in (0, 1):
+        rows = (sim.run % 4 // 2 if len(sim.problem.records) >= 4 else sim.run % 2) == half
+        a, b = normal_equations(sim, j * rows[:, None], r)
+        inverse = np.linalg.pinv(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
+        parts.append((inverse @ b, inverse))
+    at = configs + np.array(place)
+    difference = parts[0][0][at] - parts[1][0][at]
+    covariance = parts[0][1][np.ix_(at, at)] + parts[1][1][np.ix_(at, at)]
+    return float(difference @ np.linalg.pinv(covariance) @ difference) / len(place)

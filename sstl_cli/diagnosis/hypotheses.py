@@ -1,0 +1,57 @@
+"""The ways in which one effect can be there: which sensor, which system, which of its laws."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sstl_cli.diagnosis.simulator import Free, free_parameters
+from sstl_cli.physics.effects import get
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects with the parameters that are free in them; all others stay neutral."""
+
+    ids: tuple[str, ...]
+    free: tuple[Free, ...]
+
+    @property
+    def strengths(self) -> tuple[Free, ...]:
+        """The free parameters that switch an effect on."""
+        return tuple(f for f in self.free if not f.parameter.shape)
+
+    def joined(self, other: Hypothesis) -> Hypothesis:
+        """Return both together; what they share is free once."""
+        more = tuple(f for f in other.free if f not in self.free)
+        return Hypothesis((*self.ids, *(i for i in other.ids if i not in self.ids)), (*self.free, *more))
+
+
+def full(effect_id: str, systems: Sequence[str]) -> Hypothesis:
+    """Return an effect with everything free that the recorded systems can show."""
+    return Hypothesis((effect_id,), tuple(free_parameters((effect_id,), systems)))
+
+
+def variants(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
+    """Return the hypotheses of one effect on the recorded systems, the fewest parameters first."""
+    whole = full(effect_id, systems)
+    names = [f.parameter.name for f in whole.strengths]
+    declared = get(effect_id).variants
+    known = [f.parameter.name for f in whole.free]
+    if declared:
+        chosen = {tuple(n for n in v if n in known) for v in declared} - {()}
+    else:
+        chosen = {c for size in {1, 2, len(names)} for c in itertools.combinations(names, size)}
+    return [_only(whole, c) for c in sorted(chosen, key=lambda c: (len(c), [known.index(n) for n in c]))]
+
+
+def _only(whole: Hypothesis, names: Sequence[str]) -> Hypothesis:
+    claimed = {n for v in get(whole.ids[0]).variants for n in v}
+
+    def stays(f: Free) -> bool:
+        # a shape that no variant claims belongs to all of them
+        return f.parameter.name in names or (f.parameter.shape and f.parameter.name not in claimed)
+
+    kept = [f for f in whole.free if stays(f)]
+    return Hypothesis(whole.ids, tuple(kept))

@@ -1,0 +1,76 @@
+"""An output that is no force has a scale and an origin that are nobody's fault: they are found and taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.fit import first_theta, fit
+from sstl_cli.diagnosis.hypotheses import Hypothesis
+from sstl_cli.diagnosis.records import prepare
+from sstl_cli.diagnosis.simulator import Simulator, free_parameters
+from sstl_cli.diagnosis.whitening import white
+from sstl_cli.physics.effect import Mechanics
+
+NEWTON = "N"
+ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Units of the output a newton of it, by system, its origin in its own unit, and the unit."""
+
+    unit: str
+    per_n: dict[str, float]
+    origin: dict[str, float]
+
+    @property
+    def typical(self) -> float:
+        """Units a newton, the median over the systems."""
+        return float(np.median(list(self.per_n.values())))
+
+
+def scale_of(runs: Sequence[Run]) -> Scale | None:
+    """Return the scale of outputs that are declared in another unit than newtons, None where they are newtons."""
+    units = sorted({r.unit_out for r in runs})
+    if units == [NEWTON]:
+        return None
+    systems = sorted({r.system for r in runs})
+    per_n, origin = {}, {}
+    for system in systems:
+        own = [r for r in runs if r.system == system]
+        # the span of an output is that of its input times exp(-+theta): a factor of a few at most
+        per_n[system] = float(np.median([np.ptp(np.nan_to_num(r.tension_out_n)) / max(np.ptp(np.nan_to_num(r.tension_in_n)), 1e-9) for r in own])) or 1.0
+        origin[system] = 0.0
+    found = Scale(", ".join(units), per_n, origin)
+    for _ in range(ROUNDS):
+        found = _refined(runs, found)
+    return found
+
+
+def in_newtons(runs: Sequence[Run], scale: Scale) -> list[Run]:
+    """Return runs with their outputs in newtons."""
+    return [replace(r, tension_out_n=(r.tension_out_n - scale.origin[r.system]) / scale.per_n[r.system]) for r in runs]
+
+
+def _refined(runs: Sequence[Run], scale: Scale) -> Scale:
+    """Return the scale after one fit of gain and zero of the output beside theta."""
+    problem = prepare(in_newtons(runs, scale))
+    sim = Simulator(problem, Mechanics())
+    free = [
+        f
+        for f in free_parameters(("gain_error", "zero_offset"), problem.systems)
+        if f.effect.id == "gain_error" or f.parameter.name.startswith("z_out")
+    ]
+    plain = white(1.0, sim.weight, [s.start for s in sim.slices()])
+    start = np.array([f.parameter.neutral for f in free])
+    theta = first_theta(sim, np.full(len(problem.configs), 0.5))
+    done = fit(sim, plain, Hypothesis(("gain_error", "zero_offset"), tuple(free)), theta, start)
+    values = {f.parameter.name: float(v) for f, v in zip(done.free, done.values, strict=True)}
+    # what is read is gain times force plus zero, in units of the scale before
+    per_n = {s: scale.per_n[s] * values.get(f"g_{s}", 1.0) for s in scale.per_n}
+    origin = {s: scale.origin[s] + scale.per_n[s] * values.get(f"z_out_{s}_n", 0.0) for s in scale.per_n}
+    return Scale(scale.unit, per_n, origin)

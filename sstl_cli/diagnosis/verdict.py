@@ -1,0 +1,283 @@
+"""The verdict: one pure function from what was found to what is said.
+
+A conditional multinomial model (McFadden 1974) gives every candidate, ``none`` and ``unknown`` a probability: the exponential
+of a weighted sum of its numbers over the sum of all. The weights are learned on simulators of several kinds
+(``weights.json`` says how); what is said at which probability is learned as well.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
+
+Array = NDArray[np.float64]
+Ids = tuple[str, ...]
+NONE: Ids = ()
+UNKNOWN: Ids = ("?",)
+IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown", "none"
+# a law that is off by this share of its response leaves that share squared of what it explains: differences of evidence count
+# less the larger the gap (model discrepancy, Kennedy and O'Hagan 2001); the learned weights choose among the shares
+MISFITS = (0.0, 0.03, 0.1)
+REACH_NATS = 60.0
+# evidence that a further effect has to add (odds of 150 to 1, as for a hundred and more combinations to choose from)
+JOINS_NATS = 5.0
+# 49 to 1
+DECIDES_NATS = float(np.log(49.0))
+
+CANDIDATE_TERMS = (
+    *(f"behind_{m:g}" for m in MISFITS), *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "left_rms", "worst", "means", "more", "drop_one", "weak_part",
+    "outside", "unstable", "strengths", "recorder", "recorder_share", "recorder_gain", "beside", "beside_gain", "beside_share", "beside_left", "beside_rank",
+)  # fmt: skip
+LOG_TERMS = ("one", "best", "gain", "left_share", "left_rms", "worst", "means", "coloured", "noise_ratio", "lead", "outside")
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Learned weights by term, thresholds, and where they come from."""
+
+    candidate: Mapping[str, float]
+    none: Mapping[str, float]
+    unknown: Mapping[str, float]
+    effect: Mapping[str, float]
+    commit: float
+    quiet: float
+    cover: float
+    reliability: tuple[tuple[float, float], ...]
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is said: status, effects (the most probable model's), how sure, and the set that holds the truth."""
+
+    status: str
+    effects: Ids
+    confidence: float | None
+    group: tuple[Ids, ...]
+    probabilities: Mapping[Ids, float]
+    why: str
+
+
+@cache
+def learned() -> Weights:
+    """Return the weights that come with the package."""
+    text = resources.files("sstl_cli.diagnosis").joinpath("weights.json").read_text("utf-8")
+    return from_document(json.loads(text))
+
+
+def from_document(d: Mapping[str, Any]) -> Weights:
+    """Return weights from their document."""
+    pairs = tuple((float(a), float(b)) for a, b in d["reliability"])
+    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["quiet"], d["cover"], pairs, d["provenance"])
+
+
+def _squash(x: float) -> float:
+    """Return a number on a scale on which ten and a hundred are two steps apart, with its sign."""
+    return float(np.sign(x) * np.log10(1.0 + abs(x)))
+
+
+def standing(rows: Rows) -> Rows:
+    """Return the rows without combinations of which a part adds no evidence of its own: weak effects like to join."""
+    kept = tuple(c for c in rows.candidates if len(c.ids) == 1 or c.drop_one > JOINS_NATS)
+    return replace(rows, candidates=kept)
+
+
+def leading(rows: Rows) -> CandidateRow | None:
+    """Return the most evident model of the output, None where the base is as evident."""
+    fitted = [c for c in rows.candidates if c.kind == OUTPUT and c.evidence > 0.0]
+    return max(fitted, key=lambda c: c.evidence, default=None)
+
+
+def best_of(rows: Rows) -> float:
+    """Return the largest evidence of any model of the output, at least that of the base (0)."""
+    best = leading(rows)
+    return 0.0 if best is None else best.evidence
+
+
+def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
+    """Return the numbers of one candidate, in the order of ``CANDIDATE_TERMS``."""
+    log, top = rows.log, max(best_of(rows), 0.0)
+    alike = [o for o in rows.candidates if o.kind == c.kind and len(o.ids) == len(c.ids)]
+    above = sum(o.evidence > c.evidence for o in alike)
+    ahead = c.evidence - max((o.evidence for o in alike if o.ids != c.ids), default=0.0)
+    out = c.kind == OUTPUT
+    # a fault of the recorder, or a lag beside, leaves of the output what the base leaves of its sound samples
+    chi2, worst, means = (c.chi2, c.worst_z, c.mean_z) if out else (log.base_chi2, log.base_worst_z, log.base_mean_z)
+    left = max(chi2 - 1.0, 0.0) * log.samples / 2.0
+    values = {
+        "rank": float(np.log2(1.0 + above)) if out else 0.0,
+        "ahead": _squash(max(ahead, 0.0)) if out else 0.0,
+        "beside_left": _squash(max(c.chi2 - 1.0, 0.0)) if c.kind == BESIDE else 0.0,
+        "beside_rank": float(np.log2(1.0 + above)) if c.kind == BESIDE else 0.0,
+        "left_share": left / (left + max(c.gain, 1.0)),
+        "left_rms": _squash(10.0 * np.sqrt(max(chi2 - 1.0, 0.0))),
+        "worst": _squash(max(worst, 0.0)),
+        "means": _squash(max(means, 0.0)),
+        "more": float(len(c.ids) - 1),
+        "drop_one": _squash(c.drop_one) if len(c.ids) > 1 else 0.0,
+        "weak_part": _squash(1e3 * np.clip(c.drop_one / max(c.evidence, 1e-9), 0.0, 1.0)) if len(c.ids) > 1 else 0.0,
+        "outside": float(c.outside > 0),
+        "unstable": _squash(max(c.unstable - 1.0, 0.0)) if out else 0.0,
+        "strengths": float(c.strengths),
+        "recorder": float(c.kind == RECORDER),
+        "recorder_share": _squash(10.0 * c.share) if c.kind == RECORDER else 0.0,
+        "recorder_gain": _squash(max(c.gain, 0.0)) if c.kind == RECORDER else 0.0,
+        "beside": float(c.kind == BESIDE),
+        "beside_gain": _squash(c.gain) if c.kind == BESIDE else 0.0,
+        "beside_share": c.share if c.kind == BESIDE else 0.0,
+    }
+    for m in MISFITS:
+        behind = (c.evidence - top) / (1.0 + 2.0 * m * m * top) if out else 0.0
+        values[f"behind_{m:g}"] = float(np.clip(behind, -REACH_NATS, 0.0)) / 10.0
+        values[f"log_behind_{m:g}"] = _squash(min(behind, 0.0))
+    return np.array([values[t] for t in CANDIDATE_TERMS])
+
+
+def log_terms(rows: Rows) -> Array:
+    """Return the numbers of the log, in the order of ``LOG_TERMS``, for ``none`` and ``unknown`` alike."""
+    log, lead = rows.log, leading(rows)
+    chi2, worst, means = log.base_chi2, log.base_worst_z, log.base_mean_z
+    best = gain = 0.0
+    if lead is not None:
+        best, gain, chi2, worst, means = lead.evidence, lead.gain, lead.chi2, lead.worst_z, lead.mean_z
+    ordered = sorted((c.evidence for c in rows.candidates if c.kind == OUTPUT), reverse=True)
+    left = max(chi2 - 1.0, 0.0) * log.samples / 2.0
+    values = {
+        "one": 1.0,
+        "best": _squash(best),
+        "gain": _squash(max(gain, 0.0)),
+        "left_share": left / (left + max(gain, 1.0)),
+        "left_rms": _squash(10.0 * np.sqrt(max(chi2 - 1.0, 0.0))),
+        "worst": _squash(max(worst, 0.0)),
+        "means": _squash(max(means, 0.0)),
+        "coloured": min(log.coloured, 3.0),
+        "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
+        "lead": _squash(ordered[0] - ordered[1] if len(ordered) > 1 else best),
+        "outside": float(lead is not None and lead.outside > 0),
+    }
+    return np.array([values[t] for t in LOG_TERMS])
+
+
+def probabilities(rows: Rows, w: Weights, prior: Mapping[str, float] | None = None) -> dict[Ids, float]:
+    """Return the probability of every candidate, of ``none`` and of ``unknown``; they sum to 1.
+
+    Parameters
+    ----------
+    prior : mapping of effect id to float, optional
+        The user's own odds of effects over those of the library (1: as there).
+    """
+    rows = standing(rows)
+    own = np.array([w.candidate[t] for t in CANDIDATE_TERMS])
+    scores: dict[Ids, float] = {}
+    for c in rows.candidates:
+        intercept = sum(w.effect.get(i, 0.0) + float(np.log((prior or {}).get(i, 1.0))) for i in c.ids)
+        scores[c.ids] = float(own @ candidate_terms(c, rows)) + intercept
+    log = log_terms(rows)
+    scores[NONE] = float(np.array([w.none[t] for t in LOG_TERMS]) @ log)
+    scores[UNKNOWN] = float(np.array([w.unknown[t] for t in LOG_TERMS]) @ log)
+    top = max(scores.values())
+    weight = {k: float(np.exp(v - top)) for k, v in scores.items()}
+    total = sum(weight.values())
+    return {k: v / total for k, v in weight.items()}
+
+
+def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = None) -> Verdict:
+    """Return what is to be said of a log.
+
+    Parameters
+    ----------
+    rows : Rows
+        All evidence, of the output, the recorder and the channels beside.
+    prior : mapping of effect id to float, optional
+        The user's own odds of effects; then no confidence can be given.
+    """
+    p = probabilities(rows, weights, prior)
+    if rows.log.propagates < 1.0:
+        why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
+        return Verdict(UNDECIDED, (), None, (), p, why)
+    ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: (-p[k], k))
+    named = sum(p[k] for k in ranked)
+    top = ranked[0] if ranked else NONE
+    tied = _tied(standing(rows), top)
+    if ranked and p[top] >= weights.commit and tied:
+        group = (top, *sorted(tied, key=lambda k: (-p[k], k)))
+        rivals = ", ".join(" + ".join(k) for k in group[1:])
+        said = f"{_explained(rows, top)}; {rivals} explain this data as well"
+        return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
+    if ranked and p[top] >= weights.commit:
+        return Verdict(IDENTIFIED, top, _sure(p[top], weights, prior), (top,), p, _explained(rows, top))
+    likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
+    if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
+        why = "no candidate improves the error by more than noise can, and what is left looks like noise"
+        return Verdict(NOTHING, (), _sure(p[NONE], weights, prior), (), p, why)
+    if p[UNKNOWN] >= named:
+        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
+    group = _set(ranked, p, named * weights.cover)
+    share = sum(p[k] for k in group)
+    if len(group) == 1:
+        why = f"{_explained(rows, top)}, but {_runner_up(p)} is not ruled out"
+        return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, why)
+    rivals = ", ".join(" + ".join(k) for k in group[1:])
+    return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{_explained(rows, top)}; {rivals} explain it about as well")
+
+
+def _tied(rows: Rows, top: Ids) -> list[Ids]:
+    """Return the models that the data do not put behind the most probable one: what is usual elsewhere does not decide here."""
+    best = next((c for c in rows.candidates if c.ids == top and c.kind == OUTPUT), None)
+    if best is None:
+        return []
+    alike = [c for c in rows.candidates if c.kind == OUTPUT and c.ids != top and not set(top) < set(c.ids)]
+    return [c.ids for c in alike if c.evidence > best.evidence - DECIDES_NATS]
+
+
+def _sure(p: float, w: Weights, prior: Mapping[str, float] | None) -> float | None:
+    """Return the share of verdicts with this probability that were right, None under a prior that nothing was tried with."""
+    if prior:
+        return None
+    if not w.reliability:
+        return p
+    x, y = zip(*w.reliability, strict=True)
+    return float(np.interp(p, x, y))
+
+
+def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], enough: float) -> tuple[Ids, ...]:
+    """Return the most probable candidates that together reach a probability."""
+    chosen, total = [], 0.0
+    for k in ranked:
+        chosen.append(k)
+        total += p[k]
+        if total >= enough:
+            break
+    return tuple(chosen)
+
+
+def _explained(rows: Rows, ids: Ids) -> str:
+    row = next(c for c in rows.candidates if c.ids == ids)
+    name = " + ".join(ids)
+    if row.kind == RECORDER:
+        return f"{name} carries {100.0 * row.share:.0f} % of the squared error beyond the noise"
+    if row.kind == BESIDE:
+        return f"{name} takes {100.0 * row.share:.0f} % off the error of the channel beside"
+    left = max(row.chi2 - 1.0, 0.0) * row.chi2
+    return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(left):.0f} % of the noise beyond it"
+
+
+def _left(rows: Rows, top: Ids) -> str:
+    worst = rows.best.worst()
+    if not top:
+        return f"something is left that no candidate explains ({worst.name})"
+    return f"even the best candidate, {' + '.join(top)}, leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
+
+
+def _runner_up(p: Mapping[Ids, float]) -> str:
+    rest = {NONE: "nothing at all", UNKNOWN: "something that has no name here"}
+    return rest[NONE if p[NONE] >= p[UNKNOWN] else UNKNOWN]

@@ -1,0 +1,103 @@
+"""Learn the verdict's weights from libraries, and say how they do on simulators that they have not seen."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from sstl_cli.blind import learning
+from sstl_cli.blind.judge import share
+from sstl_cli.blind.learning import Example
+from sstl_cli.blind.library import facts_of, read_library
+from sstl_cli.blind.strength import STRENGTHS, band
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.provenance import inputs_of
+from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, Weights, verdict
+
+SCHEMA = "sstl.blind.learn/1"
+# one in so many cases comes a second time without its effect among the candidates
+WITHOUT = 6
+FEWEST = 50
+SAID_NAMES = ("identified", "ambiguous")
+
+
+def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the document of the weights (``sstl.weights/1``) and how they do where they were not learned.
+
+    Raises
+    ------
+    SstlError
+        If a file is no library, or all of them together hold too few cases or one simulator only.
+    """
+    facts = [facts_of(p) for p in paths]
+    found = [e for p in paths for e in read_library(p)]
+    simulators = sorted({e.simulator for e in found})
+    if len(simulators) < 2 or len(found) < FEWEST:
+        raise SstlError(
+            f"{len(found)} cases of {len(simulators)} simulators are too few to learn from",
+            fix=f"give at least {FEWEST} cases of two simulators (sstl blind library --simulator mixed)",
+            code="E955",
+        )
+    taught = found + copies(found)
+    provenance = {
+        "cases": sum(int(f["cases"]) for f in facts),
+        "examples": len(found),
+        "without_answer": len(taught) - len(found),
+        "simulators": simulators,
+        "seeds": sorted(s for f in facts for s in f["seeds"]),
+        "inputs": inputs_of(list(paths)),
+    }
+    advance(1)
+    others = learning.left_out(taught)
+    advance(len(simulators))
+    weights = learning.calibrated(taught, learning.learn(taught, provenance), others)
+    advance(1)
+    return learning.to_document(weights), report(found, weights, others)
+
+
+def copies(found: Sequence[Example]) -> list[Example]:
+    """Return a sixth as many cases again, as they are where their effect is no candidate."""
+    possible = [c for e in found if (c := learning.without_answer(e)) is not None]
+    order = stream(0, "without").permutation(len(possible))
+    return [possible[i] for i in order[: len(found) // WITHOUT]]
+
+
+def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights]) -> dict[str, Any]:
+    """Return how the weights of the other simulators do on each simulator, and on all."""
+    said: dict[str, list[tuple[Example, Verdict]]] = {}
+    for e in found:
+        own = replace(others[e.simulator], commit=weights.commit, cover=weights.cover, reliability=weights.reliability)
+        said.setdefault(e.simulator, []).append((e, verdict(e.rows, own)))
+    rows = [_row(s, said[s]) for s in sorted(said)]
+    rows.append(_row("all", [pair for s in sorted(said) for pair in said[s]]))
+    return {"schema": SCHEMA, "commit": weights.commit, "cover": weights.cover, "left_out": rows}
+
+
+def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> dict[str, Any]:
+    single = [(e, v) for e, v in said if len(e.answer) == 1 and e.answer != UNKNOWN]
+    known = [(e, v) for e, v in said if e.answer not in (NONE, UNKNOWN)]
+    named = [(e, v) for e, v in known if v.status in SAID_NAMES]
+    return {
+        "simulator": name,
+        "cases": len(said),
+        "kinds": dict(sorted(Counter(e.kind for e, _ in said).items())),
+        "exact": {f"{s:g}": share(_exact(e, v) for e, v in single if band(e.strength) == s) for s in STRENGTHS},
+        "both_of_a_pair": share(_exact(e, v) for e, v in known if len(e.answer) > 1),
+        "covered": share(learning.is_right(e, v) for e, v in named),
+        "false_alarm": share(v.status != "none" for e, v in said if e.answer == NONE),
+        "wrong_commits": share(_wrong(e, v) for e, v in said),
+        "unknown_recall": share(v.status == "unknown" for e, v in said if e.answer == UNKNOWN),
+        "right": share(learning.is_right(e, v) for e, v in said),
+    }
+
+
+def _exact(e: Example, v: Verdict) -> bool:
+    return v.status == "identified" and set(v.effects) == set(e.answer)
+
+
+def _wrong(e: Example, v: Verdict) -> bool:
+    return v.status == "identified" and not set(v.effects) <= set(e.answer)

@@ -1,0 +1,134 @@
+"""Make a library to learn the verdict's weights from: draw cases, gather their evidence, keep the rows."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
+from sstl_cli.blind.schedule import Job, jobs
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.files import read_json, require_writable, write_json
+from sstl_cli.core.parquet import open_table
+from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.workers import end_with
+from sstl_cli.steps.blind_make import draw_job
+
+PLAN = "sstl.blind.library.plan/1"
+COMMAND = "sstl blind library"
+# combinations of more effects are no answer of any case
+MOST_EFFECTS = 2
+Gatherer = Callable[[Job], Labelled]
+
+
+def run(
+    out: Path,
+    cases: int,
+    seed: int,
+    simulator: str,
+    quick: bool = False,
+    workers: int = 1,
+    force: bool = False,
+    advance: Callable[[float], None] = lambda _: None,
+    gatherer: Gatherer | None = None,
+) -> dict[str, Any]:
+    """Write a library; an interrupted run goes on where it stopped, from the parts in ``OUT.parts``.
+
+    Parameters
+    ----------
+    gatherer : callable, optional
+        Returns the rows of one case; by default it is drawn and searched.
+
+    Raises
+    ------
+    SstlError
+        If the file exists without ``force``, or its parts belong to another library.
+    """
+    require_writable(out, force)
+    parts = out.with_name(f"{out.name}.parts")
+    waiting = jobs(cases, seed, simulator, quick)
+    _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, "quick": quick})
+    left = [j for j in waiting if not _part(parts, j).exists()]
+    advance(len(waiting) - len(left))
+    for _ in _worked(left, parts, workers, gatherer or gather):
+        advance(1)
+    tables = [open_table(_part(parts, j), LIBRARY).table() for j in waiting]
+    failed = sum(t.num_rows == 0 for t in tables)
+    table = pa.concat_tables(tables)
+    facts = {
+        "cases": cases - failed,
+        "failed": failed,
+        "simulators": sorted({j.simulator for j in waiting}),
+        "seeds": [[seed, seed + cases - 1]],
+        "quick": quick,
+    }
+    write_library(out, table, Provenance(COMMAND, seed, {}, facts), force)
+    shutil.rmtree(parts)
+    return {**facts, "rows": table.num_rows}
+
+
+def gather(job: Job) -> Labelled:
+    """Return the rows of one case, searched as ``sstl diagnose`` does."""
+    from threadpoolctl import threadpool_limits
+
+    from sstl_cli.steps.diagnose import DiagnoseOptions
+    from sstl_cli.steps.diagnose import gather as evidence
+
+    case = draw_job(job)
+    position = any(r.position_in_mm is not None for r in case.runs)
+    options = DiagnoseOptions(sim=case.sim, exclude=case.exclude, position=position, max_effects=MOST_EFFECTS)
+    with threadpool_limits(1):
+        return labelled(case_name(job), case.truth, evidence(case.runs, options).rows)
+
+
+def _claim(parts: Path, asked: dict[str, Any]) -> None:
+    """Make the folder of parts, or see that those in it answer the same question."""
+    plan = parts / "plan.json"
+    if parts.exists():
+        found = read_json(plan, PLAN)
+        if {k: found.get(k) for k in asked} != asked:
+            raise SstlError(
+                "holds the parts of another library", where=str(parts), fix="remove it, or give its options again", code="E956"
+            )
+        return
+    parts.mkdir(parents=True)
+    write_json(plan, {"schema": PLAN, **asked})
+
+
+def _part(parts: Path, job: Job) -> Path:
+    return parts / f"{case_name(job)}.parquet"
+
+
+def _worked(waiting: list[Job], parts: Path, workers: int, gatherer: Gatherer) -> Iterator[None]:
+    if workers <= 1 or len(waiting) <= 1:
+        for job in waiting:
+            _one(job, parts, gatherer)
+            yield
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
+        futures = [pool.submit(_one, job, parts, gatherer) for job in waiting]
+        try:
+            for future in as_completed(futures):
+                future.result()
+                yield
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _one(job: Job, parts: Path, gatherer: Gatherer) -> None:
+    """Write the part of one case; one that cannot be drawn or searched is an empty part, counted as failed."""
+    try:
+        found = [gatherer(job)]
+    except SstlError:
+        found = []
+    made = Provenance(COMMAND, job.seed, {}, {"simulator": job.simulator, "quick": job.quick, **asdict(job.entry)})
+    write_library(_part(parts, job), to_table(found), made, force=True)

@@ -1,0 +1,150 @@
+"""Weights learned from a library made by hand: what separates its cases is found, and promises are kept."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.blind.learning import (
+    Example,
+    calibrated,
+    examples,
+    is_right,
+    learn,
+    left_out,
+    right_answer,
+    to_document,
+    without_answer,
+)
+from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.residuals import Leftover, Misfit
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, from_document, probabilities, verdict
+
+EFFECTS = ("pulley_friction", "viscous", "gain_error", "zero_offset", "crosstalk")
+SIMULATORS = ("one", "two", "three")
+LEFT = Leftover(5000, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
+QUIET = LogRow(5000, 2, 3, 1.0, 1.0, 0.5, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3, 1.0, 1.0)
+
+
+def row(effect, evidence, chi2, worst):
+    return CandidateRow((effect,), OUTPUT, 1, evidence + 4.0, evidence, evidence, chi2, worst, worst, 0, 1.0, 0.0)
+
+
+def case(kind, simulator, rng, name="x"):
+    """A case whose answer is plain: one effect explains all, nothing is left to explain, or nothing explains it."""
+    answer = EFFECTS[rng.integers(len(EFFECTS))]
+    gap = float(np.exp(rng.uniform(4.0, 8.0)))
+    base = 1.0 + gap / 2500.0
+    candidates = []
+    for e in EFFECTS:
+        if kind == "none":
+            candidates.append(row(e, rng.normal(-2.0, 0.7), 1.0, 1.0))
+        elif kind == "single" and e == answer:
+            candidates.append(row(e, gap, 1.0, rng.uniform(0.0, 3.0)))
+        else:
+            share = rng.uniform(0.0, 0.5 if kind == "single" else 0.2)
+            candidates.append(row(e, share * gap, 1.0 + (1.0 - share) * (base - 1.0), 0.3 * gap))
+    best = max(candidates, key=lambda c: c.evidence)
+    log = QUIET
+    if kind != "none":
+        log = replace(QUIET, base_chi2=base, base_worst_z=0.4 * gap, base_mean_z=0.3 * gap, best_chi2=best.chi2,
+                      best_worst_z=best.worst_z, best_mean_z=best.mean_z)  # fmt: skip
+    truth = {
+        "simulator": simulator, "kind": kind, "strength": 0.0 if kind == "none" else 1.0, "poor": None,
+        "excluded": None, "unlisted": ["x"] if kind == "unlisted" else [], "effects": {answer: {}} if kind == "single" else {},
+    }
+    return name, truth, Rows(log, tuple(candidates), LEFT, LEFT)
+
+
+@pytest.fixture(scope="module")
+def library():
+    rng = np.random.default_rng(1)
+    kinds = ("single", "single", "none", "unlisted")
+    return examples(case(kinds[i % 4], s, rng, f"{s}-{i}") for s in SIMULATORS for i in range(24))
+
+
+@pytest.fixture(scope="module")
+def others(library):
+    return left_out(library)
+
+
+def test_the_answer_of_a_simulator_that_was_left_out_is_found(library, others):
+    assert set(others) == set(SIMULATORS) and len(library) == 72
+    p = [probabilities(e.rows, others[e.simulator])[e.answer] for e in library]
+    assert np.mean(np.array(p) > 0.5) > 0.95
+    assert -np.mean(np.log(p)) < 0.25
+
+
+def test_a_left_out_simulator_is_not_learned_from(library, others):
+    without = [e for e in library if e.simulator != "two"]
+    assert others["two"] == learn(without) and others["two"] != learn(library)
+
+
+def test_thresholds_keep_wrong_commits_few_and_sets_cover(library, others):
+    weights = calibrated(library, learn(library), others)
+    assert 0.5 <= weights.commit < 1.0 and 0.5 <= weights.cover < 1.0
+    said = [(e, verdict(e.rows, replace(others[e.simulator], commit=weights.commit, cover=weights.cover))) for e in library]
+    committed = [is_right(e, v) for e, v in said if v.status == "identified"]
+    assert len(committed) > 20 and sum(not r for r in committed) <= 0.015 * len(library) + 1
+    values = [b for _, b in weights.reliability]
+    assert values == sorted(values) and all(0.0 < v < 1.0 for v in values)
+
+
+def test_a_library_of_coin_flips_is_not_committed_to(library):
+    rng = np.random.default_rng(2)
+    mixed = [replace(e, answer=(EFFECTS[rng.integers(5)],)) if e.kind == "single" else e for e in library]
+    weights = calibrated(mixed, learn(mixed), left_out(mixed))
+    sure = [e for e in mixed if e.kind == "single" and verdict(e.rows, weights).status == "identified"]
+    assert len(sure) < 0.2 * sum(e.kind == "single" for e in mixed)
+
+
+def test_weights_survive_their_document(library):
+    weights = learn(library, {"cases": len(library)})
+    assert from_document(json.loads(json.dumps(to_document(weights)))) == weights
+
+
+TRUTH = case("single", "one", np.random.default_rng(0))[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "answer"),
+    [
+        ({"effects": {"b": {}, "a": {}}}, ("a", "b")),
+        ({"effects": {}}, NONE),
+        ({"unlisted": ["x"]}, UNKNOWN),
+        ({"excluded": ["viscous"]}, UNKNOWN),
+    ],
+)
+def test_what_should_be_said(change, answer):
+    assert right_answer({**TRUTH, **change}) == answer
+
+
+@pytest.mark.parametrize("change", [{"poor": "slow"}, {"strength": 0.05}, {"effects": {"stick_slip": {}}}])
+def test_cases_that_nobody_can_answer_are_left_out(change):
+    name, truth, rows = case("single", "one", np.random.default_rng(0))
+    assert len(examples([(name, truth, rows)])) == 1
+    assert examples([(name, {**truth, **change}, rows)]) == []
+
+
+def test_taking_the_answer_away_makes_it_unknown(library):
+    single = next(e for e in library if e.kind == "single")
+    other = without_answer(single)
+    assert other is not None and other.answer == UNKNOWN
+    assert all(single.answer != c.ids for c in other.rows.candidates) and len(other.rows.candidates) == 4
+    assert without_answer(next(e for e in library if e.kind == "none")) is None
+    assert without_answer(replace(single, strength=0.3)) is None
+
+
+def test_right_is_the_truth_in_the_set_or_the_right_no():
+    rows = case("single", "one", np.random.default_rng(0))[2]
+    said = verdict(rows, learn(examples([case("single", "one", np.random.default_rng(0))])))
+    one = Example("x", "one", "single", 1.0, rows, ("viscous",))
+    group = replace(said, status="ambiguous", effects=("viscous",), group=(("viscous",), ("crosstalk",)))
+    assert is_right(one, group) and not is_right(replace(one, answer=("gain_error",)), group)
+    assert not is_right(replace(one, answer=NONE), group)
+    nothing = replace(said, status="none", effects=(), group=())
+    assert is_right(replace(one, answer=NONE), nothing) and not is_right(replace(one, answer=UNKNOWN), nothing)
+    assert is_right(replace(one, answer=UNKNOWN), replace(nothing, status="unknown"))

@@ -1,0 +1,52 @@
+"""The ways in which an effect can be there: which sensor, which system, which law."""
+
+from __future__ import annotations
+
+import pytest
+
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.physics.effects import catalogue
+
+BOTH = ("act", "sstl")
+
+
+def names(h):
+    return [f.parameter.name for f in h.free]
+
+
+@pytest.mark.parametrize("effect", sorted(e.id for e in catalogue().values() if e.fitted))
+def test_every_variant_is_part_of_the_full_effect_and_stands_once(effect):
+    whole, found = full(effect, BOTH), variants(effect, BOTH)
+    assert found and all(h.ids == (effect,) and h.strengths and set(h.free) <= set(whole.free) for h in found)
+    assert len({h.free for h in found}) == len(found)
+    assert [len(h.strengths) for h in found] == sorted(len(h.strengths) for h in found)
+    # no strength is lost
+    assert {f for h in found for f in h.strengths} == set(whole.strengths)
+
+
+def test_one_sensor_two_sensors_or_all():
+    found = variants("zero_offset", BOTH)
+    assert [len(h.free) for h in found] == [1] * 4 + [2] * 6 + [4]
+
+
+def test_only_sensors_of_recorded_systems_can_be_off():
+    assert {n for h in variants("zero_offset", ("act",)) for n in names(h)} == {"z_in_act_n", "z_out_act_n"}
+    assert variants("gain_error", ("sstl",))[0].free[0].parameter.name == "g_sstl"
+
+
+def test_declared_laws_replace_the_subsets_and_take_their_own_shapes_along():
+    assert sorted(map(names, variants("friction_drift", BOTH))) == [["d_mu", "path_n"], ["d_mu_time", "time_s"]]
+
+
+def test_a_shape_that_no_variant_claims_belongs_to_all():
+    # the stiffness of the load is not known from tensions
+    assert all(names(h)[-1] == "load_mm_per_n" for h in variants("viscous", BOTH))
+
+
+def test_joined_effects_share_what_both_need_once():
+    viscous, stribeck = full("viscous", BOTH), full("stribeck", BOTH)
+    both = viscous.joined(stribeck)
+    assert both.ids == ("viscous", "stribeck")
+    assert names(both).count("load_mm_per_n") == 1
+    assert len(both.free) == len(viscous.free) + len(stribeck.free) - 1
+    assert both.joined(stribeck) == both

@@ -1,0 +1,62 @@
+"""The latent input: its error is as large as it says, corners stay, straight lines are averaged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.latent import block_mean, latent
+
+DT = 0.01
+TIME = np.arange(0.0, 30.0, DT)
+SIGNALS = {
+    "triangle": 2.0 + 20.0 * np.abs((TIME / 8.0) % 1.0 * 2.0 - 1.0),
+    "plateaus": np.clip(2.0 + 20.0 * np.abs((TIME / 8.0) % 1.0 * 2.0 - 1.0), 5.0, 18.0),
+    "sine": 12.0 + 10.0 * np.sin(2.0 * np.pi * TIME / 6.0),
+}
+
+
+def read(name, sd, seed=0):
+    return SIGNALS[name] + sd * np.random.default_rng(seed).standard_normal(len(TIME))
+
+
+@pytest.mark.parametrize("sd", [0.005, 0.03])
+@pytest.mark.parametrize("name", sorted(SIGNALS))
+def test_the_error_is_as_large_as_it_says(name, sd):
+    found = latent(read(name, sd), DT, sd)
+    error = found.value - SIGNALS[name]
+    # squared errors over stated variances: between half and one and a half, whatever the movement
+    assert 0.5 < np.mean(error**2 / found.variance) < 1.5
+    assert np.sqrt(np.mean(error**2)) < 0.5 * sd
+
+
+def test_a_straight_line_is_averaged_over_far_and_a_corner_is_not_rounded():
+    sd = 0.02
+    found = latent(read("triangle", sd), DT, sd)
+    assert np.median(found.averaged) > 20.0
+    # a mean over those twenty samples would cut the peak of slope 5 N/s by 0.25 N
+    assert abs(found.value.max() - SIGNALS["triangle"].max()) < 2.0 * sd
+
+
+def test_the_rate_is_the_slope():
+    found = latent(read("triangle", 0.005), DT, 0.005)
+    assert np.median(np.abs(found.rate)) == pytest.approx(5.0, rel=0.02)
+
+
+def test_without_noise_the_signal_stays():
+    found = latent(SIGNALS["sine"], DT, 0.0)
+    assert np.array_equal(found.value, SIGNALS["sine"]) and not found.variance.any()
+
+
+def test_unknown_samples_are_bridged_and_less_certain():
+    known = np.ones(len(TIME), bool)
+    known[1000:1040] = False
+    y = read("sine", 0.02)
+    y[1000:1040] = 99.0
+    found = latent(y, DT, 0.02, known)
+    assert np.abs(found.value - SIGNALS["sine"])[1000:1040].max() < 0.5
+    assert found.variance[1020] > 5.0 * np.median(found.variance)
+
+
+def test_block_mean_is_the_mean_of_blocks():
+    assert block_mean(np.arange(7.0), 3).tolist() == [1.0, 4.0]

@@ -1,0 +1,83 @@
+"""The verdict on evidence made by hand: each status, each way in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.residuals import Leftover, Misfit
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, learned, probabilities, verdict
+
+CALM = Leftover(5000, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
+LOUD = Leftover(5000, 2.0, 0.5, 3.0, 0.0, (Misfit("mean by run and time in the run", 400.0, 900.0, "3"),))
+LOG = LogRow(5000, 2, 3, 1.0, 1.0, 0.5, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3, 1.0, 1.0)
+
+
+def row(*ids, evidence=-1.0, kind=OUTPUT, chi2=1.0, worst=1.0, mean=0.5, share=0.0, drop=None, gain=None):
+    gain = evidence + 4.0 if gain is None else gain
+    drop = evidence if drop is None else drop
+    return CandidateRow(tuple(sorted(ids)), kind, len(ids), gain, evidence, drop, chi2, worst, mean, 0, 1.0, share)
+
+
+def rows(*candidates, log=LOG, best=CALM):
+    return Rows(log, tuple(candidates), CALM, best)
+
+
+FAILING = replace(LOG, base_chi2=2.0, base_worst_z=400.0, base_mean_z=300.0)
+OTHERS = [row(i, evidence=e) for i, e in (("viscous", -1.0), ("gain_error", -0.5), ("zero_offset", -1.2), ("crosstalk", -1.0))]
+
+
+def said(*args, **kwargs):
+    return verdict(rows(*args, **kwargs), learned())
+
+
+def test_nothing_gains_and_nothing_is_left():
+    assert said(*OTHERS).status == "none"
+
+
+def test_one_effect_explains_all_and_the_others_little():
+    found = said(row("pulley_friction", evidence=2000.0), *[replace(r, evidence=300.0, gain=304.0, chi2=1.7, worst_z=300.0, mean_z=200.0) for r in OTHERS], log=FAILING)
+    assert found.status == "identified" and found.effects == ("pulley_friction",)
+    assert found.confidence is not None and found.confidence > 0.6
+
+
+def test_two_that_explain_alike_are_not_told_apart():
+    a, b = row("channel_delay", evidence=300.0), row("channel_lowpass", evidence=299.8)
+    found = said(a, b, *OTHERS, log=FAILING)
+    assert found.status == "ambiguous" and {("channel_delay",), ("channel_lowpass",)} <= set(found.group)
+
+
+def test_a_gap_that_nobody_explains_is_unknown():
+    found = said(*[replace(r, evidence=8.0, gain=12.0, chi2=1.95, worst_z=390.0, mean_z=290.0) for r in OTHERS], log=FAILING, best=LOUD)
+    assert found.status == "unknown" and "sigma" in found.why
+
+
+def test_spikes_that_carry_the_error_are_named():
+    found = said(row("acquisition_faults", evidence=9e4, gain=9e4, kind=RECORDER, share=0.99), *OTHERS)
+    assert found.effects == ("acquisition_faults",)
+
+
+def test_a_lag_of_the_loop_comes_in_as_evidence():
+    found = said(row("tension_loop_lag", evidence=5e3, kind=BESIDE, share=0.95), *OTHERS)
+    assert found.effects == ("tension_loop_lag",)
+
+
+def test_without_propagation_nothing_is_said():
+    found = said(row("pulley_friction", evidence=2000.0), *OTHERS, log=replace(LOG, propagates=0.0))
+    assert found.status == "unknown" and found.confidence is None and "hold" in found.why
+
+
+def test_probabilities_sum_to_one_and_do_not_depend_on_the_order():
+    a = probabilities(rows(row("viscous", evidence=20.0), *OTHERS[1:]), learned())
+    b = probabilities(rows(*OTHERS[:0:-1], row("viscous", evidence=20.0)), learned())
+    assert sum(a.values()) == pytest.approx(1.0) and a == pytest.approx(b) and {NONE, UNKNOWN} < set(a)
+
+
+def test_a_prior_of_ones_own_moves_the_odds_by_its_factor_and_takes_the_confidence():
+    made = rows(row("viscous", evidence=20.0), *OTHERS[1:])
+    plain, own = probabilities(made, learned()), probabilities(made, learned(), {"viscous": 10.0})
+    odds = (own[("viscous",)] / own[NONE]) / (plain[("viscous",)] / plain[NONE])
+    assert odds == pytest.approx(10.0)
+    assert verdict(made, learned(), {"viscous": 10.0}).confidence is None

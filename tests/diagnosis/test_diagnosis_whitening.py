@@ -1,0 +1,104 @@
+"""Noise through a play: the filter against the dense covariance, and its innovations on made records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
+
+N, FACTOR, DT = 120, 5, 0.004
+
+
+@dataclass
+class Made:
+    """What the filter reads of a record."""
+
+    system: str = "act"
+    factor: int = FACTOR
+    dt_s: float = DT
+    error_n: np.ndarray = field(default_factory=lambda: np.full(N, 0.01))
+    averaged: np.ndarray = field(default_factory=lambda: np.full(N, 15.0))
+    weight: np.ndarray = field(default_factory=lambda: np.ones(N))
+
+    def __len__(self) -> int:
+        return N
+
+
+NOISE = Noise({"act": Sensor(0.02, 0.015, 0.3)}, {"act": Sensor(0.03, 0.02, 0.1)}, {"act": 1.0})
+
+
+def phases():
+    slide = np.zeros(N)
+    slide[20:50] = slide[80:] = 1.0
+    slide[50] = 0.4
+    gain = np.where(np.arange(N) < 60, 0.6, 1.7)
+    return Phases(slide, gain)
+
+
+def dense(ph):
+    """Covariance of h + c + white noise by linear algebra: every sample is a known mix of the input's errors."""
+    def colour(sd, tau):
+        lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N))) * DT * FACTOR
+        return sd**2 * np.exp(-lag / tau)
+
+    smooth = 0.01**2 * np.exp(-2.0 * FACTOR / 15.0) ** np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
+    into = smooth + colour(0.015, 0.3)
+    mix, start = np.zeros((N, N)), np.zeros(N)
+    for t in range(N):
+        s, g = ph.slide[t], ph.gain[t]
+        if t:
+            mix[t], start[t] = (1.0 - s) * mix[t - 1], (1.0 - s) * start[t - 1]
+        else:
+            start[t] = 1.0 - s
+        mix[t, t] += s * g
+    white_n = 0.03 / np.sqrt(FACTOR)
+    begin = np.outer(start, start) * (white_n**2 + 0.02**2)
+    return mix @ into @ mix.T + begin + colour(0.02, 0.1) + white_n**2 * np.eye(N)
+
+
+def test_the_filter_is_the_inverse_root_of_the_dense_covariance():
+    ph = phases()
+    w, sigma = whitener([Made()], ph, NOISE), dense(ph)
+    x = np.random.default_rng(0).standard_normal((N, 4))
+    z = w(x)
+    assert z.T @ z == pytest.approx(x.T @ np.linalg.solve(sigma, x), rel=1e-8)
+    assert w.log_det == pytest.approx(np.linalg.slogdet(sigma)[1], rel=1e-10)
+
+
+def test_masked_samples_count_for_nothing():
+    ph = phases()
+    keep = np.ones(N)
+    keep[30:45] = 0.0
+    w = whitener([Made(weight=keep)], ph, NOISE)
+    x = np.random.default_rng(1).standard_normal(N)
+    other = np.where(keep > 0, x, 1e6)
+    used = keep > 0
+    sigma = dense(ph)[np.ix_(used, used)]
+    assert np.array_equal(w(x), w(other)) and not w(x)[~used].any()
+    assert w(x) @ w(x) == pytest.approx(x[used] @ np.linalg.solve(sigma, x[used]), rel=1e-8)
+
+
+def test_runs_do_not_touch_one_another():
+    ph = phases()
+    twice = Phases(np.tile(ph.slide, 2), np.tile(ph.gain, 2))
+    w, alone = whitener([Made(), Made()], twice, NOISE), whitener([Made()], ph, NOISE)
+    x = np.random.default_rng(2).standard_normal(2 * N)
+    assert np.allclose(w(x), np.concatenate((alone(x[:N]), alone(x[N:]))))
+    assert w.log_det == pytest.approx(2.0 * alone.log_det)
+
+
+def test_what_a_law_may_be_off_adds_to_the_noise():
+    ph = phases()
+    off = np.linspace(0.0, 0.1, N)
+    w = whitener([Made()], ph, NOISE, off)
+    x = np.random.default_rng(3).standard_normal(N)
+    assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + np.diag(off**2), x), rel=1e-8)
+
+
+def test_white_noise_is_only_scaled():
+    w = white(0.5, np.ones(4), [0])
+    assert w(np.array([1.0, -2.0, 0.0, 3.0])).tolist() == [2.0, -4.0, 0.0, 6.0]
+    assert w.log_det == pytest.approx(8.0 * np.log(0.5))
