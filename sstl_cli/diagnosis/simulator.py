@@ -22,6 +22,7 @@ Effects = Mapping[str, Mapping[str, float]]
 # a shift of the input (N) that shows the slope of a line; no friction makes a line steeper than that
 SHIFT_N = 1e-2
 STEEPEST = 50.0
+CEILING_N = 1e6
 
 
 # The stiffness of the load is not known from tensions; effects that act along the line need it.
@@ -133,7 +134,9 @@ class Simulator:
                 u = true_input(r.system, r.dt_s, r.u + shift_n, r.y_smooth, active)
                 drive = replace(drive, tension_n=u)
             out = predict(drive, float(theta[r.config]), active, start, known)
-            parts.append(observed_output(r.system, r.dt_s, r.u + shift_n, out, active))
+            seen = observed_output(r.system, r.dt_s, r.u + shift_n, out, active)
+            # a fit may ask for the absurd; it must only stay a number
+            parts.append(np.clip(np.nan_to_num(seen, nan=CEILING_N), -CEILING_N, CEILING_N))
         return parts
 
 
