@@ -20,8 +20,10 @@ from sstl_cli.diagnosis.verdict import (
     Ids,
     Weights,
     candidate_terms,
+    leading,
     log_terms,
     probabilities,
+    size,
     standing,
     verdict,
 )
@@ -32,6 +34,8 @@ Array = NDArray[np.float64]
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE = 0.015, 0.02, 0.92
 LEAST_STRENGTH = 0.1
+# nulls whose best model is larger than what is called small
+CHANCE = 0.05
 
 
 @dataclass(frozen=True)
@@ -136,6 +140,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         named(names, w[c + 2 * log :]),
         0.5,
         0.5,
+        0.0,
         0.9,
         (),
         dict(provenance or {}),
@@ -155,9 +160,10 @@ def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, 
         top = max((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: p[k], default=NONE)
         tops.append((p.get(top, 0.0), top == e.answer or (set(top) < set(e.answer) and e.answer not in (NONE, UNKNOWN))))
     commit, quiet, cover = _threshold(tops, len(judged)), _quiet(judged), _cover(judged)
-    bare = {s: replace(w, commit=commit, quiet=quiet, cover=cover, reliability=()) for s, w in others.items()}
+    small = _small(found)
+    bare = {s: replace(w, commit=commit, quiet=quiet, small=small, cover=cover, reliability=()) for s, w in others.items()}
     said = [(e, verdict(e.rows, bare[e.simulator])) for e in found]
-    return replace(weights, commit=commit, quiet=quiet, cover=cover, reliability=_reliability(said))
+    return replace(weights, commit=commit, quiet=quiet, small=small, cover=cover, reliability=_reliability(said))
 
 
 def _threshold(tops: Sequence[tuple[float, bool]], cases: int) -> float:
@@ -175,6 +181,13 @@ def _quiet(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
     """Return the probability of ``none`` from which on nothing is named: all but ``FALSE_ALARMS`` of the nulls have it."""
     nulls = [p[NONE] for e, p in judged if e.answer == NONE]
     return round(float(np.clip(np.quantile(nulls, FALSE_ALARMS), 0.02, 0.5)), 6) if nulls else 0.5
+
+
+def _small(found: Sequence[Example]) -> float:
+    """Return the size (over the noise) that the best model reaches in all but ``CHANCE`` of the nulls."""
+    sizes = [size(leading(standing(e.rows)), e.rows.log) for e in found if e.answer == NONE]
+    fitted = [s for s in sizes if np.isfinite(s)]
+    return round(float(np.quantile([*fitted, *[0.0] * (len(sizes) - len(fitted))], 1.0 - CHANCE)), 6) if sizes else 0.0
 
 
 def _cover(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
@@ -217,6 +230,7 @@ def to_document(w: Weights) -> dict[str, Any]:
         "provenance": dict(w.provenance),
         "commit": w.commit,
         "quiet": w.quiet,
+        "small": w.small,
         "cover": w.cover,
         "reliability": [list(r) for r in w.reliability],
         "candidate": dict(w.candidate),

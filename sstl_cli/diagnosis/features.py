@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.noise import floor_n
 from sstl_cli.diagnosis.residuals import Leftover, leftover
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
@@ -26,7 +27,8 @@ class CandidateRow:
 
     ``drop_one`` is its evidence over the best model that lacks one of its effects; ``unstable`` how far its parameters
     differ between two halves of the runs (squared, over what noise allows); ``share`` the part of the squared error that a
-    fault of the recorder carries, or by which an error beside the output shrinks.
+    fault of the recorder carries, by which an error beside the output shrinks, or which a model of the output removes
+    of what is reducible.
     """
 
     ids: tuple[str, ...]
@@ -83,7 +85,8 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
     looked = {w.ids: leftover(sim, w.fit) for w in _examined(ranked)}
     leading = bool(ranked) and ranked[0].evidence > 0.0
     best = looked[ranked[0].ids] if leading else base
-    candidates = tuple(_candidate(found, w, looked.get(w.ids, base)) for w in ranked)
+    reducible = _reducible(found)
+    candidates = tuple(_candidate(found, w, looked.get(w.ids, base), reducible) for w in ranked)
     noise = [(found.noise.output[s], found.measured.output[s]) for s in found.noise.output]
     log = LogRow(
         base.samples,
@@ -120,7 +123,18 @@ def _means(x: Leftover) -> float:
     return max(t.z for t in x.tests if t.name.startswith("mean"))
 
 
-def _candidate(found: Search, w: Weighed, left: Leftover) -> CandidateRow:
+def _power(sim: Simulator, f: Fit) -> float:
+    return float(np.sum(sim.weight * f.residual**2) / max(float(sim.weight.sum()), 1.0))
+
+
+def _reducible(found: Search) -> float:
+    """Return what the base leaves beyond the noise (squared, N^2)."""
+    f = found.base
+    floor = floor_n(found.sim.problem.records, found.sim.phases(f.theta, f.effects), found.noise)
+    return _power(found.sim, f) - floor**2
+
+
+def _candidate(found: Search, w: Weighed, left: Leftover, reducible: float) -> CandidateRow:
     lacking = [
         found.best(p)
         for p in [tuple(sorted(set(w.ids) - {i})) for i in w.ids]
@@ -138,8 +152,13 @@ def _candidate(found: Search, w: Weighed, left: Leftover) -> CandidateRow:
         _means(left),
         sum(w.fit.at_bound(i) for i, f in enumerate(w.fit.free) if not f.parameter.shape),
         instability(found.sim, w.fit),
-        0.0,
+        _share(_power(found.sim, found.base) - _power(found.sim, w.fit), reducible),
     )
+
+
+def _share(removed: float, reducible: float) -> float:
+    """Return the part of the reducible squared error that is removed, 1 where nothing is reducible beyond it."""
+    return float(np.clip(removed / reducible, 0.0, 1.0)) if reducible > max(removed, 0.0) else float(removed > 0.0)
 
 
 def instability(sim: Simulator, f: Fit) -> float:

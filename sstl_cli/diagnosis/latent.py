@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 # nowhere; the smoother needs no mean
 TAILS = 1.0
 ROUNDS = 12
+# noise below this share of the span is rounding: there is nothing to smooth
+FINEST = 1e-6
 FACTORS = (1.0, 0.5, 2.0, 0.1, 10.0)
 
 
@@ -47,7 +49,7 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         False where a reading says nothing.
     """
     n = len(signal)
-    if n < 8 or white <= 0.0:
+    if n < 8 or white <= FINEST * float(np.ptp(signal)):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
         return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.ones(n))
     use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)

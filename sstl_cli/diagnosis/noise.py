@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 # windows of holds (s), longest first: the slower the noise, the longer a window must be to show it
 WINDOWS_S = (3.0, 1.0)
 LEAST_WINDOWS = 6
+# a model on a grid is exact to about this share of the span: less noise than that cannot be told from its own rounding
+RESOLVED = 1e-4
 CURVATURE_STEP = 0.1
 ENOUGH = 4000
 CORRELATIONS_S = (0.05, 0.15, 0.4, 1.0)
@@ -53,8 +55,8 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
-        white_in = _typical([white_noise(r.raw.tension_in_n) for r, _ in mine])
-        white_out = _typical([white_noise(r.y_fine) for r, _ in mine])
+        white_in = _typical([max(white_noise(r.raw.tension_in_n), RESOLVED * float(np.ptp(r.u))) for r, _ in mine])
+        white_out = _typical([max(white_noise(r.y_fine), RESOLVED * float(np.ptp(r.y))) for r, _ in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
         out[system] = Sensor(white_out, held.coloured_n, held.correlation_s)
         ratio = float(np.clip(white_in / max(white_out, 1e-12), 0.2, 5.0))

@@ -18,6 +18,7 @@ SPIKE_RUN = 2
 FROZEN_RUN = 5
 CLIPPED_RUN = 5
 MAX_LEVELS = 4000
+FINEST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,9 @@ def scan(signal: Array) -> Faults:
         return Faults(none, none, none, float("inf"), 0.0, 0.0)
     step = _step(signal)
     noise = white_noise(signal)
+    if noise <= FINEST * float(np.ptp(signal)):
+        # without noise a plateau of the movement is as flat as a clipped or a frozen one
+        return Faults(none, none, none, float("inf"), 0.0, noise)
     clipped, level = _clipped(signal, max(noise, step))
     frozen = _frozen(signal, noise, step) & ~clipped
     spike = _spikes(signal, max(noise, 0.5 * step, 1e-6), frozen | clipped)

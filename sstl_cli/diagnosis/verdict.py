@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 
 Array = NDArray[np.float64]
 Ids = tuple[str, ...]
@@ -28,6 +28,8 @@ IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown"
 # less the larger the gap (model discrepancy, Kennedy and O'Hagan 2001); the learned weights choose among the shares
 MISFITS = (0.0, 0.03, 0.1)
 REACH_NATS = 60.0
+# who explains less than this of the squared error beyond the noise is no cause of the gap
+HALF = 0.5
 # evidence that a further effect has to add (odds of 150 to 1, as for a hundred and more combinations to choose from)
 JOINS_NATS = 5.0
 # 49 to 1
@@ -50,6 +52,7 @@ class Weights:
     effect: Mapping[str, float]
     commit: float
     quiet: float
+    small: float
     cover: float
     reliability: tuple[tuple[float, float], ...]
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -77,7 +80,7 @@ def learned() -> Weights:
 def from_document(d: Mapping[str, Any]) -> Weights:
     """Return weights from their document."""
     pairs = tuple((float(a), float(b)) for a, b in d["reliability"])
-    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["quiet"], d["cover"], pairs, d["provenance"])
+    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["quiet"], d["small"], d["cover"], pairs, d["provenance"])
 
 
 def _squash(x: float) -> float:
@@ -95,6 +98,13 @@ def leading(rows: Rows) -> CandidateRow | None:
     """Return the most evident model of the output, None where the base is as evident."""
     fitted = [c for c in rows.candidates if c.kind == OUTPUT and c.evidence > 0.0]
     return max(fitted, key=lambda c: c.evidence, default=None)
+
+
+def size(c: CandidateRow | None, log: LogRow) -> float:
+    """Return the RMS of what a model of the output adds, over the noise; infinite for what is not fitted to the output."""
+    if c is None or c.kind != OUTPUT:
+        return float("inf")
+    return float(np.sqrt(2.0 * max(c.gain, 0.0) / max(log.samples, 1)))
 
 
 def best_of(rows: Rows) -> float:
@@ -207,6 +217,12 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: (-p[k], k))
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE
+    first = next((c for c in rows.candidates if c.ids == top), None)
+    if first is not None and first.kind == OUTPUT and first.share < HALF and p[NONE] < max(p[UNKNOWN], named):
+        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
+    if size(first, rows.log) < weights.small and p[UNKNOWN] < max(p[NONE], named):
+        why = f"what the best candidate adds is {size(first, rows.log):.2g} of the noise, as large as it gets where nothing is missing"
+        return Verdict(NOTHING, (), _sure(max(p[NONE], named), weights, prior), (), p, why)
     tied = _tied(standing(rows), top)
     if ranked and p[top] >= weights.commit and tied:
         group = (top, *sorted(tied, key=lambda k: (-p[k], k)))

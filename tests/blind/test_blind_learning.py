@@ -30,7 +30,7 @@ QUIET = LogRow(5000, 2, 3, 1.0, 1.0, 0.5, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3
 
 
 def row(effect, evidence, chi2, worst):
-    return CandidateRow((effect,), OUTPUT, 1, evidence + 4.0, evidence, evidence, chi2, worst, worst, 0, 1.0, 0.0)
+    return CandidateRow((effect,), OUTPUT, 1, evidence + 4.0, evidence, evidence, chi2, worst, worst, 0, 1.0, 1.0)
 
 
 def case(kind, simulator, rng, name="x"):

@@ -28,7 +28,7 @@ def rows(true, rng):
         gains[true] = float(rng.uniform(60.0, 90.0))
     left = {e: 1.0 if e == true or not true else 1.6 for e in EFFECTS}
     candidates = tuple(
-        CandidateRow((e,), "output", 1, g, g - 4.0, g - 4.0, left[e], 1.0 if left[e] == 1.0 else 20.0, 1.0, 0, 1.0, 0.0)
+        CandidateRow((e,), "output", 1, g, g - 4.0, g - 4.0, left[e], 1.0 if left[e] == 1.0 else 20.0, 1.0, 0, 1.0, 1.0)
         for e, g in gains.items()
     )
     loud = 1.6 if true else 1.0

@@ -129,10 +129,12 @@ def test_unknown_names_answer_with_the_nearest():
         get("puley_friction")
     with pytest.raises(SstlError, match="m_p"):
         parse("pulley_friction:mp=0.1")
-    with pytest.raises(SstlError, match=r"outside 0\.\.2\.5 1"):
+    with pytest.raises(SstlError, match=r"outside 0\.\.0\.25 1"):
         parse("pulley_friction:m_p=3")
-    # further than usual, but it has a meaning
-    assert parse("pulley_friction:m_p=0.5")[1]["m_p"] == 0.5
+    # further than usual, but it has a meaning: a scenario may say so
+    assert get("pulley_friction").complete({"m_p": 0.5})["m_p"] == 0.5
+    with pytest.raises(SstlError, match=r"outside 0\.\.2\.5 1"):
+        get("pulley_friction").complete({"m_p": 3.0})
     with pytest.raises(SstlError, match="param=value"):
         parse("pulley_friction:m_p")
 
