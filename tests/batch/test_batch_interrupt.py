@@ -27,8 +27,6 @@ def test_ctrl_c_ends_at_once_and_is_resumed(tmp_path: Path, workers: int, whole_
         _, told = running.communicate(timeout=20)
         wait_for(lambda: not group(running.pid), 10)
     made = len(list(out.glob("*.parquet")))
-    if running.returncode == -signal.SIGINT:
-        pytest.xfail("seen once on a loaded machine: the signal met the interpreter outside the program's own handler")
     assert running.returncode == 1
     assert told.count("\n") == 1 and "[E001]" in told, told
     assert made < FILES
