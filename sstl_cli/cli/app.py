@@ -138,6 +138,9 @@ def program() -> None:
     stop_on_signals()
     try:
         main()
+    except KeyboardInterrupt:
+        # it came where the command's own handling did not reach: before it began, or while it tidied up
+        _end(SstlError("interrupted; nothing half-written was left behind", code="E001"))
     finally:
         # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
         for kind in (signal.SIGINT, signal.SIGTERM):
