@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.physics.recording import SYSTEMS, Recording
 from sstl_cli.physics.rig import NoiseSpec, RigSpec
 from sstl_cli.physics.scenario import Configuration, Lines, NoiseSection, RigSection, Scenario, Trajectory
 from sstl_cli.physics.trajectories import probe, tension_path
@@ -20,6 +21,9 @@ RATE_WEIGHTS = (0.3, 0.2, 0.2, 0.2, 0.1)
 LOCATIONS = ("NP", "CP", "ND")
 # range of samples of one case, all runs together
 SAMPLES, QUICK_SAMPLES = (40_000, 80_000), (12_000, 16_000)
+# a lab that records faster keeps as many samples as this at most, and its mechanics are simulated at these rates
+LAB_SAMPLES, LAB_QUICK_SAMPLES = 120_000, 60_000
+SLOWEST_HZ, FASTEST_HZ = 100.0, 500.0
 # what a lab knows of its rig: the data sheet of the tendon and a spring that somebody measured
 DATA_SHEET_ERROR = 0.1
 NOMINAL_ERROR, WRONG_NOMINAL = 0.03, (0.2, 0.4)
@@ -53,6 +57,7 @@ class Bench:
     position: bool = False
     reference: bool = False
     hardware: str = "rig"
+    lab: Recording | None = None
 
     def config_id(self, config: int) -> str:
         """Return the neutral name of a configuration."""
@@ -73,12 +78,28 @@ class Bench:
         )
 
 
-def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str | None = None, hardware: str = "rig") -> Bench:
-    """Return a random bench; ``poor`` is ``slow`` (one slow sinusoid) or ``still`` (never out of backlash)."""
+def draw(
+    rng: Rng,
+    quick: bool = False,
+    wrong_nominal: bool = False,
+    poor: str | None = None,
+    hardware: str = "rig",
+    lab: Recording | None = None,
+) -> Bench:
+    """Return a random bench; ``poor`` is ``slow`` (one slow sinusoid) or ``still`` (never out of backlash).
+
+    ``lab`` says how it is recorded: its rate, and the systems and configurations that are recorded at all.
+    """
     rate = 100.0 if quick else float(rng.choice(RATES_HZ, p=RATE_WEIGHTS))
     total = int(rng.integers(*(QUICK_SAMPLES if quick else SAMPLES)))
     configs = 1 if poor == "slow" else int(rng.integers(2, 3 if quick else 5))
-    kinds = 1 if poor else (2 if quick or total / rate < 300 else 3)
+    duration_s = total / rate
+    systems = SYSTEMS if lab is None else lab.systems
+    if lab is not None:
+        rate = lab.rate_hz
+        duration_s = min(duration_s, (LAB_QUICK_SAMPLES if quick else LAB_SAMPLES) / rate)
+        configs = 1 if lab.one_configuration else configs
+    kinds = 1 if poor or duration_s < 60 else (2 if quick or duration_s < 300 else 3)
     spec = RigSpec(
         ea_n=float(rng.uniform(5000.0, 12000.0)),
         load_k1_n_per_mm=float(rng.uniform(4.0, 16.0)),
@@ -101,8 +122,8 @@ def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str |
         ea_n=round(spec.ea_n * (1.0 + rng.uniform(-1, 1) * DATA_SHEET_ERROR), 0),
         load_n_per_mm=round(spec.load_k1_n_per_mm * (1.0 + rng.uniform(-1, 1) * DATA_SHEET_ERROR), 3),
     )
-    bench = Bench(spec, noise, rate, theta, locations, nominal, known, (), (), hardware=hardware)
-    seconds = total / rate / (2 * configs * kinds)
+    bench = Bench(spec, noise, rate, theta, locations, nominal, known, (), (), hardware=hardware, lab=lab)
+    seconds = duration_s / (len(systems) * configs * kinds)
     chosen = [str(k) for k in rng.permutation(KINDS)[: kinds + 1]]
     runs: list[PlannedRun] = []
     fresh: list[PlannedRun] = []
@@ -110,7 +131,7 @@ def draw(rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str |
         last = place == len(chosen) - 1 and not poor
         trajectory = _poor(poor, seconds, rng) if poor else _trajectory(kind, seconds, rng)
         for config in range(1 if last else configs):
-            for system in ("act", "sstl"):
+            for system in systems:
                 movement = _fit_range(trajectory, system, rng, poor)
                 planned = _plan(bench, movement, config, system, len(runs) + len(fresh) + 1, rng)
                 (fresh if last else runs).append(planned)
@@ -160,7 +181,8 @@ def _fit_range(trajectory: Trajectory, system: str, rng: Rng, poor: str | None) 
 
 
 def _plan(bench: Bench, t: Trajectory, config: int, system: str, number: int, rng: Rng) -> PlannedRun:
-    time = np.arange(max(round((t.duration_s or 10.0) * bench.rate_hz), 200)) / bench.rate_hz
+    hz = bench.rate_hz if bench.lab is None else float(np.clip(bench.rate_hz, SLOWEST_HZ, FASTEST_HZ))
+    time = np.arange(max(round((t.duration_s or 10.0) * hz), 200)) / hz
     if t.drive == "position":
         n, theta = (2 if system == "sstl" else 1), bench.theta[config]
         lines = Lines(gamma_p=float(np.exp(-n * theta)), beta_p=0.0, gamma_r=float(np.exp(n * theta)), beta_r=0.0)

@@ -15,8 +15,9 @@ from sstl_cli.blind.strength import Direction, band, direction, find_scale
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.physics import disturbances
+from sstl_cli.physics import disturbances, recording
 from sstl_cli.physics.effects import catalogue, get
+from sstl_cli.physics.recording import Recording
 from sstl_cli.physics.scenario import Scenario
 
 ATTEMPTS, PAIR_ATTEMPTS = 6, 8
@@ -25,6 +26,8 @@ PAIR_SHARE = 1.0 / 3.0
 # quieter sensors than these do not exist (N)
 QUIETEST_N = 0.004
 RIGID_N = 1e6
+# a gap below this share of what was asked is no gap
+HIDDEN = 0.02
 Effects = dict[str, dict[str, float]]
 
 
@@ -39,8 +42,8 @@ class Case:
     truth: dict[str, Any]
 
 
-def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig") -> Case:
-    """Return the case that belongs to a schedule entry and a seed.
+def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig", as_labs: bool = False) -> Case:
+    """Return the case that belongs to a schedule entry and a seed; ``as_labs`` draws how it is recorded, too.
 
     Raises
     ------
@@ -51,21 +54,23 @@ def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig") ->
     for attempt in range(ATTEMPTS):
         rng = stream(seed, "case", attempt)
         try:
-            return _draw(entry, rng, seed, quick, hardware)
+            return _draw(entry, rng, seed, quick, hardware, recording.draw(rng) if as_labs else None)
         except (SstlError, ValueError) as error:
             # a stick-slip bench may be too violent for the solver: another one is drawn, by the same rules
             reason = str(error)
     raise SstlError(f"no bench could be simulated in {ATTEMPTS} attempts ({reason})", where=f"seed {seed}", code="E950")
 
 
-def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str) -> Case:
+def _draw(
+    entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str, lab: Recording | None
+) -> Case:
     poor = ("slow", "still")[int(rng.integers(2))] if entry.kind == "poor" else None
-    bench = benches.draw(rng, quick, entry.kind == "nominal", poor, hardware)
+    bench = benches.draw(rng, quick, entry.kind == "nominal", poor, hardware, lab)
     channels = {get(e).channel for e in entry.effects if e != DISTURBANCE}
     bench = replace(
         bench,
-        position="position" in channels or bool(rng.random() < 0.3),
-        reference="loop" in channels or bool(rng.random() < 0.3),
+        position="position" in channels or (bool(rng.random() < 0.3) if lab is None else lab.position),
+        reference="loop" in channels or (bool(rng.random() < 0.3) if lab is None else lab.reference),
     )
     if bench.position:
         # to judge a position, a lab has to know its stiffnesses; a rigid tendon is the claim that is wrong then
@@ -81,6 +86,7 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardwa
     source = Source(bench, seed)
     null_n, _ = source.gap({})
     source, effects, facts = _withheld(entry, source, rng, null_n)
+    source = source.as_recorded()
     gap, theta = source.gap(effects)
     own = _beyond(gap, null_n)
     noise = source.noise_n
@@ -111,6 +117,7 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardwa
         "nominal": list(bench.nominal),
         "seed": seed,
         "rate_hz": bench.rate_hz,
+        "recording": None if source.bench.lab is None else source.bench.lab.description,
         "noise": {k: float(getattr(source.bench.noise, k)) for k in ("white_n", "coloured_n", "correlation_s")},
         "nodes": bench.spec.nodes,
         "simulator": hardware,
@@ -118,7 +125,7 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardwa
     }
     return Case(
         source.record(bench.runs, effects),
-        source.record(bench.fresh, effects),
+        source.record(bench.fresh, effects, len(bench.runs)),
         bench.claims(claims),
         exclude,
         truth,
@@ -143,6 +150,10 @@ def _withheld(
     noise = _channel_noise(source, channel) if channel != "out" else source.noise_n
     target = entry.strength * noise
     scale, gap = find_scale(_gap_of(source, way, channel, null_n), target)
+    lab = source.bench.lab
+    if lab is not None and gap < HIDDEN * target:
+        # it sits in a sensor or on a movement that this lab does not record: another lab is drawn
+        raise SstlError("the recordings leave out what would show it", code="E951")
     if gap < 0.8 * target:
         # at its physical bound the effect is too small for these sensors: take better ones
         source = source.with_noise(max(gap / target, min(QUIETEST_N / source.noise_n, 1.0)))

@@ -13,10 +13,11 @@ from sstl_cli.blind.retune import Pair, gap_n
 from sstl_cli.blind.simulators import Hardware
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.physics import disturbances
+from sstl_cli.physics import disturbances, recording
 from sstl_cli.physics.disturbances import Disturbance, Scene
 from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
+from sstl_cli.physics.recording import Recording
 from sstl_cli.physics.rig import QUIET, NoiseSpec
 
 Array = NDArray[np.float64]
@@ -25,6 +26,10 @@ Effects = Mapping[str, Values]
 Truth = tuple[Array, Array, Array]
 # what no catalogue holds goes by this name; its one value is its amplitude
 DISTURBANCE = "disturbance"
+# zeros that move between days leave a gap of at most this share of the noise
+DAY_SHARE = 0.2
+# and a resolution (over the noise) rounds by a seventh of it
+FINE_SHARE = 0.5
 
 
 def at_sensor(effect_id: str) -> bool:
@@ -76,25 +81,32 @@ class Source:
 
         return simulate
 
-    def _scene(self, run: PlannedRun, mechanical: Effects) -> Scene:
+    def _scene(self, run: PlannedRun, mechanical: Effects, lab: Recording | None = None) -> Scene:
         order = [r.run_id for r in self.bench.runs].index(run.run_id) if run in self.bench.runs else len(self.bench.runs)
-        return Scene(run.system, order, run.time_s, *self.truth(run, mechanical))
+        return Scene(run.system, order, *self._clocked(run, self.truth(run, mechanical), lab))
 
     @property
     def hardware(self) -> Hardware:
         """The simulator that stands in for this bench."""
         return Hardware(self.bench.hardware, self.bench.spec, self.seed % 2**32)
 
-    def readings(self, run: PlannedRun, effects: Effects, noise: NoiseSpec) -> tuple[Array, Array, Array, Array]:
-        """Return time stamps (s), tensions in and out (N) and position (mm) as the recorder stores them."""
+    def readings(
+        self, run: PlannedRun, effects: Effects, noise: NoiseSpec, lab: Recording | None = None
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return time stamps (s), tensions in and out (N) and position (mm) as the sensors give them, at a lab's rate."""
         known = {k: v for k, v in effects.items() if k != DISTURBANCE}
         seed = int(stream(self.seed, "sensors", run.run_id, run.trajectory).integers(2**63))
-        theta, truth, amplitude = self.bench.theta[run.config], self.truth(run, effects), self._amplitude(effects)
-        stamps, t_in, t_out, x = self.hardware.read(run.system, theta, run.time_s, truth, known, noise, seed)
+        theta, amplitude = self.bench.theta[run.config], self._amplitude(effects)
+        time_s, *truth = self._clocked(run, self.truth(run, effects), lab)
+        stamps, t_in, t_out, x = self.hardware.read(run.system, theta, time_s, (truth[0], truth[1], truth[2]), known, noise, seed)
         if amplitude and self.disturbance is not None:
-            scene = self._scene(run, {k: v for k, v in known.items() if not at_sensor(k)})
+            scene = self._scene(run, {k: v for k, v in known.items() if not at_sensor(k)}, lab)
             t_in, t_out = disturbances.in_reading(self.disturbance, amplitude, scene, t_in, t_out)
         return stamps, t_in, t_out, x
+
+    def _clocked(self, run: PlannedRun, truth: Truth, lab: Recording | None) -> tuple[Array, ...]:
+        """Return instants (s) and true channels of a run on the clock of a recorder."""
+        return (run.time_s, *truth) if lab is None else recording.at_rate(lab, run.time_s, *truth)
 
     def pairs(self, effects: Effects) -> list[Pair]:
         """Return noise-free input and output of every run, as the re-tuned base sees them."""
@@ -125,26 +137,60 @@ class Source:
                 parts.append(off - own @ np.linalg.lstsq(own, off, rcond=None)[0])
         return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
-    def record(self, runs: Sequence[PlannedRun], effects: Effects) -> list[Run]:
-        """Return noisy recordings under neutral names."""
+    def record(self, runs: Sequence[PlannedRun], effects: Effects, first: int = 0) -> list[Run]:
+        """Return noisy recordings under neutral names; ``first`` is the place of the first one in the session."""
         found = []
-        for run in runs:
-            stamps, t_in, t_out, x = self.readings(run, effects, self.bench.noise)
-            found.append(
-                Run(
-                    run_id=run.run_id,
-                    system=run.system,
-                    time_s=stamps,
-                    tension_in_n=t_in,
-                    tension_out_n=t_out,
-                    config_id=self.bench.config_id(run.config),
-                    location=self.bench.locations[run.config],
-                    trajectory=run.trajectory,
-                    position_in_mm=x if self.bench.position else None,
-                    tension_ref_n=run.command_n if self.bench.reference else None,
-                )
+        lab = self.bench.lab
+        for order, run in enumerate(runs, first):
+            stamps, t_in, t_out, x = self.readings(run, effects, self.bench.noise, lab)
+            reference = run.command_n if lab is None else recording.at_rate(lab, run.time_s, run.command_n)[1]
+            made = Run(
+                run_id=run.run_id,
+                system=run.system,
+                time_s=stamps,
+                tension_in_n=t_in,
+                tension_out_n=t_out,
+                config_id=self.bench.config_id(run.config),
+                location=self.bench.locations[run.config],
+                trajectory=run.trajectory,
+                position_in_mm=x if self.bench.position else None,
+                tension_ref_n=reference if self.bench.reference else None,
             )
+            if lab is not None:
+                # jitter moves what the sensors would have shown, not their noise
+                quiet = self.readings(run, effects, QUIET, lab)[1:3] if lab.jitter > 0.0 else None
+                made = recording.apply(lab, made, order, len(self.bench.runs), quiet)
+            found.append(made)
         return found
+
+    def as_recorded(self) -> Source:
+        """Return the source with a recorder that adds little to the gap, so that what is withheld stays what is missing.
+
+        A coarse resolution and a zero that moves far are effects of the catalogue; here they are habits of a lab.
+        """
+        lab = self.bench.lab
+        if lab is None:
+            return self
+        lab = replace(
+            lab,
+            step_in_n=min(lab.step_in_n, FINE_SHARE * self.noise_n),
+            step_out_n=min(lab.step_out_n, FINE_SHARE * self.noise_n),
+            position=self.bench.position,
+            reference=self.bench.reference,
+        )
+        if len(lab.day_zero_n) > 1:
+            still = self.pairs({})
+            moved = [self._moved(lab, p, i) for i, p in enumerate(still)]
+            added2 = gap_n(moved, self.bench.theta)[0] ** 2 - gap_n(still, self.bench.theta)[0] ** 2
+            share = min(1.0, DAY_SHARE * self.noise_n / float(np.sqrt(max(added2, 1e-18))))
+            lab = replace(lab, day_zero_n=tuple(tuple(share * z for z in day) for day in lab.day_zero_n))  # type: ignore[misc]
+        return replace(self, bench=replace(self.bench, lab=lab))
+
+    def _moved(self, lab: Recording, pair: Pair, order: int) -> Pair:
+        runs = self.bench.runs
+        zeros = dict(zip(recording.SENSORS, lab.day_zero_n[recording.day_of(lab, order, len(runs))], strict=True))
+        into, out = zeros[runs[order].system, "in"], zeros[runs[order].system, "out"]
+        return replace(pair, t_in=pair.t_in + into, t_out=pair.t_out + out)
 
     def with_noise(self, factor: float) -> Source:
         """Return the same source with all noise scaled."""

@@ -17,6 +17,7 @@ from sstl_cli.physics.effects import catalogue, get
 SHARES = {"single": 0.5, "none": 0.16, "pair": 0.09, "excluded": 0.09, "unlisted": 0.07, "nominal": 0.05, "poor": 0.04}
 KINDS = tuple(SHARES)
 MIXED = "mixed"
+PLAIN, LAB = "plain", "lab"
 
 
 @dataclass(frozen=True)
@@ -36,21 +37,23 @@ class Job:
     seed: int
     simulator: str
     quick: bool = False
+    as_labs: bool = False
 
 
-def jobs(cases: int, seed: int, simulator: str, quick: bool = False) -> list[Job]:
+def jobs(cases: int, seed: int, simulator: str, quick: bool = False, recordings: str = MIXED) -> list[Job]:
     """Return the cases of a set; case k belongs to seed + k.
 
-    ``mixed`` deals the simulators in turn within each kind, so that every kind comes from all of them.
+    ``mixed`` deals the simulators in turn within each kind, so that every kind comes from all of them. ``recordings`` are
+    ``plain`` (complete, at a steady rate), as ``lab`` s make them, or ``mixed``: every other case of a kind.
     """
     dealt: Counter[str] = Counter()
     found = []
     for k, entry in enumerate(schedule(cases, seed)):
-        name = simulator
-        if simulator == MIXED:
-            name = NAMES[(dealt[entry.kind] + KINDS.index(entry.kind)) % len(NAMES)]
-            dealt[entry.kind] += 1
-        found.append(Job(entry, seed + k, name, quick))
+        turn = dealt[entry.kind] + KINDS.index(entry.kind)
+        name = NAMES[turn % len(NAMES)] if simulator == MIXED else simulator
+        as_labs = recordings == LAB or (recordings == MIXED and turn % 2 == 1)
+        dealt[entry.kind] += 1
+        found.append(Job(entry, seed + k, name, quick, as_labs))
     return found
 
 

@@ -16,6 +16,10 @@ Workers = Annotated[int, typer.Option(min=1, max=64, help="Processes; the answer
 Simulator = Annotated[
     Literal["rig", "bristle", "variant", "mixed"], typer.Option(help="What stands in for hardware; mixed: all in turn.")
 ]
+Recordings = Annotated[
+    Literal["plain", "lab", "mixed"],
+    typer.Option(help="plain: complete, at a steady rate; lab: as labs make them (rates, gaps, held sensors); mixed: in turn."),
+]
 QUICK_CASES, FULL_CASES = 12, 150
 LARGEST_SEED = 2**62
 
@@ -35,6 +39,7 @@ def make(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False,
     simulator: Simulator = "mixed",
+    recordings: Recordings = "mixed",
     workers: Workers = 2,
     seed: Annotated[
         int | None, typer.Option(min=0, max=2**63 - 1, help="Seed (default: one that nobody knows, kept under the seal).")
@@ -54,7 +59,7 @@ def make(
     folder = files.Folder(out)
     drawn_from = secrets.randbelow(LARGEST_SEED) if seed is None else seed
     with screen.progress("drawing cases", count) as advance:
-        drawn = blind_make.run(count, drawn_from, quick, workers, advance, simulator)
+        drawn = blind_make.run(count, drawn_from, quick, workers, advance, simulator, recordings)
         made = files.write_set(folder, drawn, count, drawn_from, quick, force)
     screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
     screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})
@@ -183,6 +188,7 @@ def library(
     file: Annotated[Path, typer.Argument(help="Library to write (Parquet).")],
     cases: Annotated[int, typer.Option(min=1, max=100_000, help="Cases to draw and search.")],
     simulator: Simulator = "mixed",
+    recordings: Recordings = "mixed",
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False,
     workers: Workers = 2,
     seed: Seed = 0,
@@ -195,7 +201,7 @@ def library(
 
     screen = Screen(as_json)
     with screen.progress("drawing and searching cases", cases) as advance:
-        made = step.run(file, cases, seed, simulator, quick, workers, force, advance)
+        made = step.run(file, cases, seed, simulator, quick, workers, force, advance, recordings=recordings)
     if made["failed"]:
         screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
     screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {file}")

@@ -14,7 +14,7 @@ from typing import Any
 import pyarrow as pa
 
 from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
-from sstl_cli.blind.schedule import Job, jobs
+from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import read_json, require_writable, write_json
 from sstl_cli.core.parquet import open_table
@@ -39,6 +39,7 @@ def run(
     force: bool = False,
     advance: Callable[[float], None] = lambda _: None,
     gatherer: Gatherer | None = None,
+    recordings: str = MIXED,
 ) -> dict[str, Any]:
     """Write a library; an interrupted run goes on where it stopped, from the parts in ``OUT.parts``.
 
@@ -54,8 +55,8 @@ def run(
     """
     require_writable(out, force)
     parts = out.with_name(f"{out.name}.parts")
-    waiting = jobs(cases, seed, simulator, quick)
-    _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, "quick": quick})
+    waiting = jobs(cases, seed, simulator, quick, recordings)
+    _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, "quick": quick, "recordings": recordings})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
     for _ in _worked(left, parts, workers, gatherer or gather):
@@ -69,6 +70,7 @@ def run(
         "simulators": sorted({j.simulator for j in waiting}),
         "seeds": [[seed, seed + cases - 1]],
         "quick": quick,
+        "recordings": recordings,
     }
     write_library(out, table, Provenance(COMMAND, seed, {}, facts), force)
     shutil.rmtree(parts)
@@ -130,5 +132,5 @@ def _one(job: Job, parts: Path, gatherer: Gatherer) -> None:
         found = [gatherer(job)]
     except SstlError:
         found = []
-    made = Provenance(COMMAND, job.seed, {}, {"simulator": job.simulator, "quick": job.quick, **asdict(job.entry)})
+    made = Provenance(COMMAND, job.seed, {}, {"simulator": job.simulator, "quick": job.quick, "as_labs": job.as_labs, **asdict(job.entry)})
     write_library(_part(parts, job), to_table(found), made, force=True)

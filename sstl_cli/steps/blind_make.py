@@ -28,6 +28,7 @@ def run(
     workers: int = 1,
     advance: Callable[[float], None] = lambda _: None,
     simulator: str = MIXED,
+    recordings: str = MIXED,
 ) -> Iterator[Named]:
     """Yield name and case in order; case k belongs to seed + k, whatever the number of workers.
 
@@ -36,7 +37,7 @@ def run(
     SstlError
         If a case cannot be simulated.
     """
-    waiting = jobs(cases, seed, simulator, quick)
+    waiting = jobs(cases, seed, simulator, quick, recordings)
     if workers <= 1:
         for name, job in zip(names(cases), waiting, strict=True):
             yield name, draw_job(job)
@@ -54,4 +55,4 @@ def run(
 def draw_job(job: Job) -> Case:
     """Return the case that a job describes."""
     np.seterr(all="ignore")
-    return draw(job.entry, job.seed, job.quick, job.simulator)
+    return draw(job.entry, job.seed, job.quick, job.simulator, job.as_labs)
