@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
-from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
+from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, whitener
 
 Array = NDArray[np.float64]
 # friction coefficient times angle of anything that a tendon still moves through (rad)
@@ -123,6 +123,7 @@ def fit(
     theta: Array,
     values: Array,
     iterations: int = MAX_ITERATIONS,
+    known: Fit | None = None,
 ) -> Fit:
     """Return the bounded least-squares fit started at ``theta`` and ``values``, with one whitener.
 
@@ -131,16 +132,18 @@ def fit(
     theta : ndarray, shape (configurations,)
     values : ndarray, shape (k,)
         Start of the free parameters, in the order of the hypothesis.
+    known : Fit, optional
+        A fit of the same hypothesis that stands at the start, whose prediction and Jacobian then need not be made again.
     """
     free = hypothesis.free
     low = np.array([f.parameter.least for f in free])
     high = np.array([f.parameter.most for f in free])
     configs = len(theta)
-    prediction = sim.predict(theta, as_effects(free, values))
+    prediction = known.prediction if known else sim.predict(theta, as_effects(free, values))
     r = whiten(sim.y - prediction)
     cost = 0.5 * float(r @ r)
     damping = 1e-3
-    j = jacobian(sim, theta, free, values, prediction)
+    j = known.jacobian if known else jacobian(sim, theta, free, values, prediction)
     for _ in range(iterations):
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
@@ -176,7 +179,7 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
     found = _judged(sim, noise, start)
     for _ in range(rounds):
         before = found.cost
-        moved = fit(sim, found.whiten, found.hypothesis, found.theta, found.values, iterations)
+        moved = fit(sim, found.whiten, found.hypothesis, found.theta, found.values, iterations, found)
         found = _judged(sim, noise, moved)
         if abs(before - found.cost) < ENOUGH_NATS:
             break
@@ -191,7 +194,8 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
         tries = [(0.0, whitener(records, phases, noise))]
     else:
         added = np.abs(f.prediction - sim.predict(f.theta, {}))
-        tries = [(share, whitener(records, phases, noise, share * added)) for share in SHARES]
+        known = constants(records, noise)
+        tries = [(share, whitener(records, phases, noise, share * added, known)) for share in SHARES]
     costs = []
     for _, whiten in tries:
         z = whiten(f.residual)

@@ -37,7 +37,7 @@ def distance2(sim: Simulator, truth: Fit, rival: Fit) -> float:
     """Return D^2 from a fitted model to a rival: the rival refitted to what the model predicts, without noise."""
     made = copy(sim)
     made.y = truth.prediction
-    near = fit(made, truth.whiten, rival.hypothesis, rival.theta, rival.values, ITERATIONS)
+    near = fit(made, truth.whiten, rival.hypothesis, rival.theta, rival.values, ITERATIONS, rival)
     return max(2.0 * near.cost - truth.whiten.log_det, 0.0)
 
 

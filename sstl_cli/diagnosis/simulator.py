@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.latent import block_mean
@@ -13,11 +15,12 @@ from sstl_cli.diagnosis.records import Problem, Record
 from sstl_cli.diagnosis.whitening import Phases
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.transmission import predict
-from sstl_cli.physics.transmission.envelope import Envelope
-from sstl_cli.physics.transmission.model import Active, Lines, activate, drive_of, observed_output, true_input
+from sstl_cli.physics.transmission.active import Active, activate
+from sstl_cli.physics.transmission.batch import laid, predict_runs
+from sstl_cli.physics.transmission.model import drive_of, observed_output, true_input
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
 Effects = Mapping[str, Mapping[str, float]]
 # a shift of the input (N) that shows the slope of a line; no friction makes a line steeper than that
 SHIFT_N = 1e-2
@@ -60,13 +63,15 @@ class Simulator:
     problem: Problem
     mechanics: Mechanics
     fixed: Effects = field(default_factory=dict)
-    _drives: list[Drive] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         p = self.problem
-        self._drives = [self._drive(r, r.u, r.rate) for r in p.records]
-        lengths = [len(r) for r in p.records]
-        self.edges = np.concatenate(([0], np.cumsum(lengths)))
+        self._runs = laid([self._drive(r, r.u, r.rate) for r in p.records])
+        self._places = np.array([r.config for r in p.records])
+        self._starts = np.array([r.start_n for r in p.records])
+        self._factors = np.array([r.factor for r in p.records])
+        self._driven = np.array([r.slip is not None for r in p.records])
+        self.edges = np.concatenate(([0], np.cumsum([len(r) for r in p.records])))
         self.y = np.concatenate([r.y for r in p.records])
         self.weight = np.concatenate([r.weight for r in p.records])
         self.config = np.concatenate([np.full(len(r), r.config) for r in p.records])
@@ -92,52 +97,83 @@ class Simulator:
 
     def predict(self, theta: Array, effects: Effects) -> Array:
         """Return the predicted measured output (N, shape (samples,)) for one theta per configuration."""
-        fine = self.predict_fine(theta, effects)
-        return np.concatenate([block_mean(x, r.factor) for x, r in zip(fine, self.problem.records, strict=True)])
+        return _means(self._fine(theta, effects), self._runs.edges, self.edges, self._factors)
 
     def phases(self, theta: Array, effects: Effects) -> Phases:
         """Return where the model slides and how steeply, from its answer to the latent input and to one that is shifted."""
-        here, moved = self.predict_fine(theta, effects), self.predict_fine(theta, effects, SHIFT_N)
-        slide, gain = [], []
-        for r, a, b in zip(self.problem.records, here, moved, strict=True):
-            slope = np.clip((b - a) / SHIFT_N, 0.0, STEEPEST)
-            gain.append(block_mean(slope, r.factor))
-            if r.slip is not None:
-                # a line that a motion drives slides all the time
-                slide.append(np.ones(len(r)))
-                continue
-            done = block_mean(np.abs(np.diff(a, prepend=a[:1])), r.factor)
-            due = block_mean(slope * np.abs(np.diff(r.u, prepend=r.u[:1])), r.factor)
-            slide.append(np.clip(done / np.maximum(due, 1e-12), 0.0, 1.0) * (due > 1e-12))
-        return Phases(np.concatenate(slide), np.concatenate(gain))
+        here, moved = self._fine(theta, effects), self._fine(theta, effects, SHIFT_N)
+        return Phases(*_phases(here, moved, self._runs.tension_n, self._runs.edges, self.edges, self._factors, self._driven))
 
-    def predict_fine(self, theta: Array, effects: Effects, shift_n: float = 0.0) -> list[Array]:
-        """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,)).
+    def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
+        """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
+        return self._runs.each(self._fine(theta, effects))
 
-        ``shift_n`` is added to the input.
-        """
-        drives = self._drives
-        if shift_n != 0.0:
-            drives = [replace(d, tension_n=d.tension_n + shift_n) for d in drives]
+    def _fine(self, theta: Array, effects: Effects, shift_n: float = 0.0) -> Array:
+        """Return the predictions at the rate of the simulation, end to end; ``shift_n`` is added to the input."""
+        load = None
         line = effects.get("line")
         if line is not None:
             effects = {k: v for k, v in effects.items() if k != "line"}
-            mechanics = replace(self.mechanics, load_n_per_mm=1.0 / line["load_mm_per_n"])
-            drives = [replace(d, mechanics=mechanics) for d in drives]
+            load = line["load_mm_per_n"]
         active = activate({**self.fixed, **{k: self.changed(k, v) for k, v in effects.items()}})
-        undo = bool(active.of_hook("input_inverse"))
-        known: dict[Lines, Envelope] = {}
-        parts = []
-        for r, drive in zip(self.problem.records, drives, strict=True):
-            start = _true_start(r, active)
-            if undo:
-                u = true_input(r.system, r.dt_s, r.u + shift_n, r.y_smooth, active)
-                drive = replace(drive, tension_n=u)
-            out = predict(drive, float(theta[r.config]), active, start, known)
-            seen = observed_output(r.system, r.dt_s, r.u + shift_n, out, active)
-            # a fit may ask for the absurd; it must only stay a number
-            parts.append(np.clip(np.nan_to_num(seen, nan=CEILING_N), -CEILING_N, CEILING_N))
-        return parts
+        runs, records = self._runs, self.problem.records
+        read = runs.tension_n + shift_n if shift_n != 0.0 else runs.tension_n
+        given = read
+        if active.of_hook("input_inverse"):
+            pairs = zip(records, runs.each(read), strict=True)
+            given = np.concatenate([true_input(r.system, r.dt_s, u, r.y_smooth, active) for r, u in pairs])
+        seen, starts = bool(active.of_hook("output")), self._starts
+        if seen:
+            starts = np.array([_true_start(r, active) for r in records])
+        out = predict_runs(runs, theta[self._places], active, starts, None if given is runs.tension_n else given, load)
+        if seen:
+            triples = zip(records, runs.each(read), runs.each(out), strict=True)
+            out = np.concatenate([observed_output(r.system, r.dt_s, u, y, active) for r, u, y in triples])
+        return out
+
+
+@njit(cache=True, nogil=True)
+def _means(fine: Array, fine_edges: Counts, edges: Counts, factors: Counts) -> Array:
+    """Return means of blocks of ``factors[i]`` samples of run i."""
+    out = np.empty(edges[-1])
+    for i in range(factors.size):
+        f, at = factors[i], fine_edges[i]
+        for k in range(edges[i], edges[i + 1]):
+            total = 0.0
+            for _ in range(f):
+                x = fine[at]
+                # a fit may ask for the absurd; it must only stay a number
+                total += CEILING_N if math.isnan(x) else min(max(x, -CEILING_N), CEILING_N)
+                at += 1
+            out[k] = total / f
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _phases(
+    here: Array, moved: Array, u: Array, fine_edges: Counts, edges: Counts, factors: Counts, driven: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Return the share of each step spent sliding, and the gain, shape (samples,)."""
+    slide, gain = np.empty(edges[-1]), np.empty(edges[-1])
+    for i in range(factors.size):
+        f, first = factors[i], fine_edges[i]
+        at = first
+        for k in range(edges[i], edges[i + 1]):
+            slopes, done, due = 0.0, 0.0, 0.0
+            for _ in range(f):
+                slope = (moved[at] - here[at]) / SHIFT_N
+                # no number where a fit asks for the absurd
+                slope = min(max(slope, 0.0), STEEPEST) if slope == slope else 0.0
+                slopes += slope
+                if at > first:
+                    done += abs(here[at] - here[at - 1])
+                    due += slope * abs(u[at] - u[at - 1])
+                at += 1
+            gain[k] = slopes / f
+            done, due = done / f, due / f
+            # a line that a motion drives slides all the time
+            slide[k] = 1.0 if driven[i] else (min(done / max(due, 1e-12), 1.0) if due > 1e-12 else 0.0)
+    return slide, gain
 
 
 def neighbour_of(r: Record) -> Array | None:

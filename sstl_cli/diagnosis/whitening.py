@@ -15,6 +15,7 @@ of a Jacobian pass through it in one go.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.records import Record
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
@@ -88,7 +90,26 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     return Whitener(np.zeros((n, 3)), np.zeros((n, 4)), scale, zero, zero, first, 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n)))
 
 
-def whitener(records: Sequence[Record], phases: Phases, noise: Noise, discrepancy_n: Array | None = None) -> Whitener:
+@dataclass(frozen=True)
+class Constants:
+    """What the noise is whatever the model does, per sample: decays and fresh variances of the three autoregressions
+    (n, 3), white noise (N), whether the sample counts, and whether a record begins.
+    """
+
+    decay: Array
+    fresh: Array
+    white_n: Array
+    keep: Mask
+    first: Mask
+
+
+def whitener(
+    records: Sequence[Record],
+    phases: Phases,
+    noise: Noise,
+    discrepancy_n: Array | None = None,
+    known: Constants | None = None,
+) -> Whitener:
     """Return the innovations filter of records whose model slides and holds as ``phases`` say.
 
     Parameters
@@ -97,37 +118,69 @@ def whitener(records: Sequence[Record], phases: Phases, noise: Noise, discrepanc
         Laid end to end; ``phases`` has one entry for each of their samples.
     discrepancy_n : ndarray, shape (samples,), optional
         Standard deviation of what the model's law may be off (N).
+    known : Constants, optional
+        Those of the records and the noise, where several whiteners share them.
     """
-    parts = [_constants(r, noise) for r in records]
-    decay, fresh, white_n = (np.concatenate([p[i] for p in parts]) for i in range(3))
-    if discrepancy_n is not None:
-        white_n = np.hypot(white_n, discrepancy_n)
-    keep = np.concatenate([r.weight for r in records]) > 0
-    first = np.zeros(len(keep), np.bool_)
-    first[np.cumsum([0, *(len(r) for r in records[:-1])])] = True
-    weights, scale, log_det = _gains(phases.slide, phases.gain, decay, fresh, white_n, keep, first)
-    return Whitener(decay, weights, scale, phases.slide, phases.gain, first, log_det)
+    c = known or constants(records, noise)
+    white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
+    weights, scale, log_det = _gains(phases.slide, phases.gain, c.decay, c.fresh, white_n, c.keep, c.first)
+    return Whitener(c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
 
 
-def _constants(r: Record, noise: Noise) -> tuple[Array, Array, Array]:
-    """Return per sample: decays and fresh variances of the three autoregressions (n, 3), and the white noise (N)."""
-    n, dt = len(r), r.dt_s * r.factor
-    into, out = noise.input[r.system], noise.output[r.system]
-    # an average over m samples and its neighbour share what they have in common
-    smoother = np.exp(-2.0 * r.factor / np.maximum(r.averaged, 1.0))
-    decay, fresh = np.empty((n, 3)), np.empty((n, 3))
-    for i, (memory, spread) in enumerate(
-        (
-            (smoother, noise.smoother[r.system] * r.error_n),
-            (np.full(n, np.exp(-dt / into.correlation_s)), np.full(n, into.coloured_n)),
-            (np.full(n, np.exp(-dt / out.correlation_s)), np.full(n, out.coloured_n)),
-        )
-    ):
-        before = np.concatenate((spread[:1], spread[:-1]))
-        decay[:, i] = memory * np.where(before > 0.0, spread / np.maximum(before, 1e-300), 0.0)
-        fresh[:, i] = spread**2 * (1.0 - memory**2)
-        decay[0, i], fresh[0, i] = 0.0, spread[0] ** 2
-    return decay, fresh, np.full(n, max(out.white_n / np.sqrt(r.factor), 1e-9))
+def constants(records: Sequence[Record], noise: Noise) -> Constants:
+    """Return what the noise of records is whatever the model does."""
+    count = [len(r) for r in records]
+    edges = np.concatenate(([0], np.cumsum(count)))
+    into, out = [noise.input[r.system] for r in records], [noise.output[r.system] for r in records]
+    step = np.array([r.dt_s * r.factor for r in records])
+    decay, fresh = _autoregressions(
+        edges,
+        np.concatenate([r.error_n for r in records]),
+        np.concatenate([r.averaged for r in records]),
+        np.array([float(r.factor) for r in records]),
+        np.array([noise.smoother[r.system] for r in records]),
+        np.exp(-step / np.array([s.correlation_s for s in into])),
+        np.array([s.coloured_n for s in into]),
+        np.exp(-step / np.array([s.correlation_s for s in out])),
+        np.array([s.coloured_n for s in out]),
+    )
+    first = np.zeros(edges[-1], np.bool_)
+    first[edges[:-1]] = True
+    white_n = np.repeat([max(s.white_n / np.sqrt(r.factor), 1e-9) for s, r in zip(out, records, strict=True)], count)
+    return Constants(decay, fresh, white_n, np.concatenate([r.weight for r in records]) > 0, first)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _autoregressions(
+    edges: Counts,
+    error_n: Array,
+    averaged: Array,
+    factor: Array,
+    smoother: Array,
+    memory_in: Array,
+    coloured_in: Array,
+    memory_out: Array,
+    coloured_out: Array,
+) -> tuple[Array, Array]:
+    """Return decays and fresh variances (n, 3) of the smoother's error and of both sensors' coloured noise."""
+    decay, fresh = np.zeros((error_n.size, 3)), np.empty((error_n.size, 3))
+    for i in range(factor.size):
+        a = edges[i]
+        before = smoother[i] * error_n[a]
+        for t in range(a, edges[i + 1]):
+            spread = smoother[i] * error_n[t]
+            # an average over m samples and its neighbour share what they have in common
+            memory = math.exp(-2.0 * factor[i] / max(averaged[t], 1.0))
+            decay[t, 0] = memory * spread / before if before > 0.0 else 0.0
+            fresh[t, 0] = spread**2 * (1.0 - memory**2)
+            decay[t, 1] = memory_in[i] if coloured_in[i] > 0.0 else 0.0
+            fresh[t, 1] = coloured_in[i] ** 2 * (1.0 - memory_in[i] ** 2)
+            decay[t, 2] = memory_out[i] if coloured_out[i] > 0.0 else 0.0
+            fresh[t, 2] = coloured_out[i] ** 2 * (1.0 - memory_out[i] ** 2)
+            before = spread
+        decay[a] = 0.0
+        fresh[a, 0], fresh[a, 1], fresh[a, 2] = (smoother[i] * error_n[a]) ** 2, coloured_in[i] ** 2, coloured_out[i] ** 2
+    return decay, fresh
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -136,49 +189,46 @@ def _gains(
 ) -> tuple[Array, Array, float]:
     """Return the Kalman gains (n, 4), one over the innovations' standard deviations (0 where masked), and log det."""
     n = slide.size
-    k_out, scale, log_det = np.zeros((n, 4)), np.zeros(n), 0.0
-    p, q = np.zeros((4, 4)), np.zeros((4, 4))
+    k_out, scale, log_det, product = np.zeros((n, 4)), np.zeros(n), 0.0, 1.0
+    p00 = p01 = p02 = p03 = p11 = p12 = p13 = p22 = p23 = p33 = 0.0
     for t in range(n):
-        a, b, c = decay[t, 0], decay[t, 1], decay[t, 2]
-        v0, v1, v3 = fresh[t, 0], fresh[t, 1], fresh[t, 2]
-        s, g = slide[t], gain[t]
+        d0, d1, d3 = decay[t, 0], decay[t, 1], decay[t, 2]
+        d2, f = 1.0 - slide[t], slide[t] * gain[t]
+        white2 = white_n[t] ** 2
         if first[t]:
-            p[:, :] = 0.0
+            p00 = p01 = p02 = p03 = p11 = p12 = p13 = p23 = p33 = 0.0
             # the output before the first sample is the reading itself
-            p[2, 2] = white_n[t] ** 2 + v3
+            p22 = white2 + fresh[t, 2]
         # x0' = a x0 + w0, x1' = b x1 + w1, x2' = (1 - s) x2 + s g (x0' + x1'), x3' = c x3 + w3
-        d0, d1, d2, d3 = a, b, 1.0 - s, c
-        f = s * g
-        q[0, 0] = d0 * d0 * p[0, 0] + v0
-        q[0, 1] = d0 * d1 * p[0, 1]
-        q[1, 1] = d1 * d1 * p[1, 1] + v1
-        m0, m1 = d0 * d2 * p[0, 2], d1 * d2 * p[1, 2]
-        q[0, 2] = m0 + f * (q[0, 0] + q[0, 1])
-        q[1, 2] = m1 + f * (q[0, 1] + q[1, 1])
-        q[2, 2] = d2 * d2 * p[2, 2] + 2.0 * f * (m0 + m1) + f * f * (q[0, 0] + 2.0 * q[0, 1] + q[1, 1])
-        q[0, 3] = d0 * d3 * p[0, 3]
-        q[1, 3] = d1 * d3 * p[1, 3]
-        q[2, 3] = d2 * d3 * p[2, 3] + f * (q[0, 3] + q[1, 3])
-        q[3, 3] = d3 * d3 * p[3, 3] + v3
-        if keep[t]:
-            z0, z1, z2, z3 = q[0, 2] + q[0, 3], q[1, 2] + q[1, 3], q[2, 2] + q[2, 3], q[2, 3] + q[3, 3]
-            var = z2 + z3 + white_n[t] ** 2
-            k_out[t, 0], k_out[t, 1], k_out[t, 2], k_out[t, 3] = z0 / var, z1 / var, z2 / var, z3 / var
-            scale[t] = 1.0 / np.sqrt(var)
-            log_det += np.log(var)
-            p[0, 0] = q[0, 0] - z0 * z0 / var
-            p[0, 1] = q[0, 1] - z0 * z1 / var
-            p[0, 2] = q[0, 2] - z0 * z2 / var
-            p[0, 3] = q[0, 3] - z0 * z3 / var
-            p[1, 1] = q[1, 1] - z1 * z1 / var
-            p[1, 2] = q[1, 2] - z1 * z2 / var
-            p[1, 3] = q[1, 3] - z1 * z3 / var
-            p[2, 2] = q[2, 2] - z2 * z2 / var
-            p[2, 3] = q[2, 3] - z2 * z3 / var
-            p[3, 3] = q[3, 3] - z3 * z3 / var
-        else:
-            p[:, :] = q
-    return k_out, scale, log_det
+        q00 = d0 * d0 * p00 + fresh[t, 0]
+        q01 = d0 * d1 * p01
+        q11 = d1 * d1 * p11 + fresh[t, 1]
+        m0, m1 = d0 * d2 * p02, d1 * d2 * p12
+        q02 = m0 + f * (q00 + q01)
+        q12 = m1 + f * (q01 + q11)
+        q22 = d2 * d2 * p22 + 2.0 * f * (m0 + m1) + f * f * (q00 + 2.0 * q01 + q11)
+        q03 = d0 * d3 * p03
+        q13 = d1 * d3 * p13
+        q23 = d2 * d3 * p23 + f * (q03 + q13)
+        q33 = d3 * d3 * p33 + fresh[t, 2]
+        if not keep[t]:
+            p00, p01, p02, p03, p11, p12, p13, p22, p23, p33 = q00, q01, q02, q03, q11, q12, q13, q22, q23, q33
+            continue
+        z0, z1, z2, z3 = q02 + q03, q12 + q13, q22 + q23, q23 + q33
+        var = z2 + z3 + white2
+        inverse = 1.0 / var
+        k0, k1, k2, k3 = z0 * inverse, z1 * inverse, z2 * inverse, z3 * inverse
+        k_out[t, 0], k_out[t, 1], k_out[t, 2], k_out[t, 3] = k0, k1, k2, k3
+        scale[t] = math.sqrt(inverse)
+        # a logarithm of a product instead of one a sample
+        product *= var
+        if not 1e-100 < product < 1e100:
+            log_det += math.log(product)
+            product = 1.0
+        p00, p01, p02, p03 = q00 - z0 * k0, q01 - z0 * k1, q02 - z0 * k2, q03 - z0 * k3
+        p11, p12, p13 = q11 - z1 * k1, q12 - z1 * k2, q13 - z1 * k3
+        p22, p23, p33 = q22 - z2 * k2, q23 - z2 * k3, q33 - z3 * k3
+    return k_out, scale, log_det + math.log(product)
 
 
 @njit(cache=True, nogil=True)

@@ -6,7 +6,9 @@ dT/dphi = -zeta (f(T) T + h), Eq. (1), is integrated through the bend on a grid 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,68 +16,70 @@ from numpy.typing import NDArray
 from sstl_cli.physics.effect import Law, Mechanics
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
 NODES = 161
 STEPS = 8
 SCALE_NODES = 33
 CEILING_N = 1e5
 
 
-@dataclass(frozen=True)
-class Envelope:
-    """Tables of the propagation lines, shape (scale nodes, tension nodes), over equal grids.
+class Line(NamedTuple):
+    """What one table is for: friction coefficient times bending angle (rad), run, largest input tension (N), range of the
+    factor on mu that changes with time.
+    """
 
-    ``scale`` is a factor on mu that may change with time; the grids start at ``scale0`` and 0 N.
+    theta: float
+    system: str
+    location: str | None
+    top_n: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Envelopes:
+    """Tables of propagation lines; table i has the rows ``edges[i]`` to ``edges[i + 1]``.
+
+    ``pull`` and ``release`` (N) have one row a factor on mu, from ``scale0[i]`` in steps of ``scale_step[i]``, over input
+    tensions from 0 in steps of ``tension_step_n[i]``.
     """
 
     pull: Array
     release: Array
-    tension_step_n: float
-    scale0: float
-    scale_step: float
+    edges: Counts
+    tension_step_n: Array
+    scale0: Array
+    scale_step: Array
 
 
-def envelope(
-    law: Law,
-    theta: float,
-    system: str,
-    location: str | None,
-    mechanics: Mechanics,
-    top_n: float,
-    scales: tuple[float, float] = (1.0, 1.0),
-) -> Envelope:
-    """Return the propagation lines of one run.
-
-    Parameters
-    ----------
-    theta : float
-        Friction coefficient times bending angle of one pass (rad).
-    top_n : float
-        Largest input tension that will be looked up (N).
-    scales : tuple of float
-        Range of the time-varying factor on mu.
-    """
+def envelopes(law: Law, wanted: Sequence[Line], mechanics: Mechanics) -> Envelopes:
+    """Return the propagation lines of several runs, integrated together."""
     linear = not law.factors
     nodes = 2 if linear else NODES
-    grid = np.linspace(0.0, max(top_n, 1.0), nodes)
-    low, high = scales
     # below this spread the rows would coincide to rounding
-    factors = np.linspace(low, high, SCALE_NODES) if high - low > 1e-6 else np.array([low])
-    before, behind = mechanics.straight(location)
+    rows = np.array([SCALE_NODES if w.high - w.low > 1e-6 else 1 for w in wanted])
+    factors = np.concatenate([np.linspace(w.low, w.high, n) if n > 1 else [w.low] for w, n in zip(wanted, rows, strict=True)])
+    grids = np.linspace(0.0, np.maximum([w.top_n for w in wanted], 1.0), nodes, axis=1)
+    straight = np.repeat([mechanics.straight(w.location) for w in wanted], rows, axis=0)
+    before, behind = straight[:, :1], straight[:, 1:]
+    theta = np.repeat([w.theta for w in wanted], rows)
+    twice = np.repeat([w.system == "sstl" for w in wanted], rows)
     tables = []
     for zeta, side in ((1.0, law.scale_pull), (-1.0, law.scale_release)):
         phi = theta * side * factors
-        tension = np.broadcast_to(grid, (len(factors), nodes))
-        tension = _one_pass(law, tension, phi, zeta, before, behind, linear)
-        if system == "sstl":
+        tension = _one_pass(law, np.repeat(grids, rows, axis=0), phi, zeta, before, behind, linear)
+        if twice.any():
             m = law.pulley_pull if zeta > 0 else law.pulley_release
-            tension = tension * np.exp(-zeta * m) - zeta * law.pulley_n
-            tension = _one_pass(law, tension, phi, zeta, behind, before, linear)
+            back = tension[twice] * np.exp(-zeta * m) - zeta * law.pulley_n
+            tension[twice] = _one_pass(law, back, phi[twice], zeta, behind[twice], before[twice], linear)
         tables.append(np.ascontiguousarray(tension))
-    step = float(grid[1] - grid[0])
-    return Envelope(tables[0], tables[1], step, float(low), float(factors[1] - factors[0]) if len(factors) > 1 else 1.0)
+    edges = np.concatenate(([0], np.cumsum(rows)))
+    first = edges[:-1]
+    step = np.where(rows > 1, factors[np.minimum(first + 1, len(factors) - 1)] - factors[first], 1.0)
+    return Envelopes(tables[0], tables[1], edges.astype(np.int64), grids[:, 1] - grids[:, 0], factors[first], step)
 
 
-def _one_pass(law: Law, tension: Array, phi: Array, zeta: float, before: float, behind: float, linear: bool) -> Array:
+def _one_pass(law: Law, tension: Array, phi: Array, zeta: float, before: Array, behind: Array, linear: bool) -> Array:
     """Carry tension through the straight part before the bend, the bend, and the part behind it."""
     w = zeta * law.constant_n
     tension = tension - w * before
@@ -95,7 +99,7 @@ def _mean_decay(angle: Array) -> Array:
     return np.where(small, 1.0, -np.expm1(-safe) / safe)
 
 
-def _integrate(law: Law, tension: Array, angle: Array, arc: float) -> Array:
+def _integrate(law: Law, tension: Array, angle: Array, arc: Array) -> Array:
     """Integrate the tension balance through the bend with the classical Runge-Kutta rule."""
     h = 1.0 / STEPS
 

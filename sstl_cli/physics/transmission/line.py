@@ -10,14 +10,17 @@ T_(j-1) - T_j - F_j - c_j du_j/dt = 0, with the friction F_j between the exact c
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.physics.effect import Drive, Law, Transition
+from sstl_cli.physics.effect import Law, Mechanics, Transition
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
 ARC_NODES = 6
 # break-away distance of a contact that is meant to be rigid (mm)
 RIGID_MM = 1e-5
@@ -31,80 +34,109 @@ MODE_TOLERANCE_N = 1e-9
 FACTOR_NODES = 64
 # least compliance between two nodes, as a share of a pass
 LEAST_COMPLIANCE = 1e-4
+# the numbers of a transition that differ between runs; from the fourth on the march takes them as they are
+SCALARS = (
+    "drag_n_s_mm", "drag_bend_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
+    "stribeck_ratio", "stribeck_mm_s",
+)  # fmt: skip
 
 
-def elastic_line(drive: Drive, theta: float, law: Law, transition: Transition, scale: Array, start_n: float) -> Array:
-    """Return the true output tension (N, shape (n,)) of the elastic line.
+@dataclass(frozen=True)
+class Geometry:
+    """What the lines of several runs are made of, shape (runs, nodes), shorter lines filled up with zeros.
+
+    ``bend`` counts a bend's nodes, ``share`` is the part of a pass, ``gap`` the compliance behind a node (mm/N) without the
+    load's, ``pulley`` marks the node of the pulley; ``nodes`` is how many a line has.
+    """
+
+    nodes: Counts
+    bend: Array
+    share: Array
+    gap: Array
+    pulley: Array
+
+
+def geometry(places: Sequence[tuple[str, str | None]], mechanics: Mechanics) -> Geometry:
+    """Return the lines of runs given as (system, location)."""
+    rows = [_nodes(system, location, mechanics) for system, location in places]
+    longest = max(len(r[0]) for r in rows)
+    filled = [np.array([np.pad(r[i], (0, longest - len(r[i]))) for r in rows]) for i in range(4)]
+    return Geometry(np.array([len(r[0]) for r in rows], np.int64), *filled)
+
+
+def elastic_lines(
+    tension_n: Array,
+    edges: Counts,
+    knots: Counts,
+    knot_edges: Counts,
+    steps_s: Array,
+    places: Geometry,
+    load_mm_per_n: float,
+    theta: Array,
+    law: Law,
+    transitions: Sequence[Transition],
+    scale: Array,
+    start_n: Array,
+) -> Array:
+    """Return the true output tensions (N, shape (n,)) of the elastic lines of several runs.
 
     Parameters
     ----------
+    tension_n : ndarray, shape (n,)
+        Input tensions of the runs, end to end; run i is ``edges[i]`` to ``edges[i + 1]``.
+    knots : ndarray of int, shape (m,)
+        Samples of each run, counted from its start, at which its line is marched, ``steps_s`` after one another (s).
+    places : Geometry
+        Lines of the runs.
+    theta, start_n : ndarray, shape (runs,)
+        mu Phi of one pass (rad), and output tension before the first sample (N).
+    transitions : sequence of Transition
+        How each run moves between its envelopes.
     scale : ndarray, shape (n,) or (1,)
         Time-varying factor on mu.
-    start_n : float
-        Output tension before the first sample (N).
     """
-    phi, constant, drag, gap, stretch, pulley = _nodes(drive, theta, law, transition)
-    knots = drive.knots
-    top = max(float(drive.tension_n.max(initial=1.0)), 1.0)
-    factor_step = 2.0 * top * math.exp(2.0 * theta) / (FACTOR_NODES - 1)
-    factor = np.ones(FACTOR_NODES)
+    runs = len(theta)
+    bend = places.bend * (theta / ARC_NODES)[:, None]
+    last = (np.arange(runs), places.nodes - 1)
+    elastic = places.gap.copy()
+    elastic[last] += load_mm_per_n
+    column = {name: np.array([getattr(t, name) for t in transitions], np.float64)[:, None] for name in SCALARS}
+    # drag along the whole tendon, and drag where the bend presses it against the sheath
+    drag = column["drag_n_s_mm"] * places.share + column["drag_bend_n_s_mm"] * bend
+    top = np.maximum(np.maximum.reduceat(tension_n, edges[:-1]), 1.0)
+    factor_step = 2.0 * top * np.exp(2.0 * theta) / (FACTOR_NODES - 1)
+    factor = np.ones((runs, FACTOR_NODES))
     for f in law.factors:
-        factor = factor * f(np.asarray(np.arange(FACTOR_NODES) * factor_step, np.float64))
-    breakaway = _breakaway(transition, len(phi))
-    out = _march(
-        drive.tension_n[knots],
-        np.diff(drive.time_s[knots], prepend=drive.time_s[knots[0]] - drive.dt_s),
-        phi * law.scale_pull,
-        phi * law.scale_release,
-        constant,
-        drag,
-        gap,
-        stretch * transition.creep_fraction,
-        transition.creep_s,
-        pulley,
-        breakaway,
-        scale[knots] if scale.size > 1 else scale,
-        factor,
-        factor_step,
-        start_n,
-        transition.static_ratio,
-        transition.static_mm_s,
-        transition.aging,
-        transition.aging_s,
-        transition.stribeck_ratio,
-        transition.stribeck_mm_s,
-    )
-    return np.interp(np.arange(len(drive.tension_n)), knots, out)
+        factor = factor * f(np.asarray(np.arange(FACTOR_NODES) * factor_step[:, None], np.float64))
+    breakaway = np.ones_like(bend)
+    for i, (t, nodes) in enumerate(zip(transitions, places.nodes, strict=True)):
+        breakaway[i, :nodes] = _breakaway(t, int(nodes))
+    pulley = places.pulley[:, :, None] * np.array([law.pulley_pull, law.pulley_release, law.pulley_n])
+    return _march_all(
+        tension_n, edges, knots, knot_edges, steps_s, places.nodes, bend * law.scale_pull, bend * law.scale_release,
+        law.constant_n * places.share, drag, elastic, places.gap * column["creep_fraction"], pulley, breakaway, scale,
+        factor, factor_step, np.ascontiguousarray(start_n, np.float64),
+        np.concatenate([column[name] for name in SCALARS[3:]], axis=1),
+    )  # fmt: skip
 
 
-def _nodes(
-    drive: Drive, theta: float, law: Law, transition: Transition
-) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return per node: bend friction, constant friction (N), drag (N s/mm), compliance behind it (mm/N), of which tendon, pulley."""
-    m = drive.mechanics
-    before, behind = m.straight(drive.location)
+def _nodes(system: str, location: str | None, m: Mechanics) -> tuple[Array, Array, Array, Array]:
+    """Return per node: whether it is in the bend, share of a pass, compliance behind it (mm/N), whether it is the pulley."""
+    before, behind = m.straight(location)
     arc = m.arc_fraction
     share = np.concatenate(([before], np.full(ARC_NODES, arc / ARC_NODES), [behind]))
-    bend = np.concatenate(([0.0], np.full(ARC_NODES, theta / ARC_NODES), [0.0]))
-    none = np.zeros((len(bend), 3))
-    if drive.system == "sstl":
+    bend = np.concatenate(([0.0], np.ones(ARC_NODES), [0.0]))
+    pulley = np.zeros(len(bend))
+    if system == "sstl":
+        pulley = np.concatenate((pulley, [1.0], pulley))
         share = np.concatenate((share, [0.0], share[::-1]))
-        pulley = np.zeros((len(share), 3))
-        pulley[len(bend)] = (law.pulley_pull, law.pulley_release, law.pulley_n)
         bend = np.concatenate((bend, [0.0], bend[::-1]))
-    else:
-        pulley = none
     # friction of a stretch sits in its middle: half of its compliance lies behind it
     half = 0.5 * share * m.tendon_mm_per_n
     gap = half.copy()
     gap[:-1] += half[1:]
     # a bend that reaches the end of the tube leaves no tendon between two nodes, which the balance cannot have
-    gap = np.maximum(gap, LEAST_COMPLIANCE * m.tendon_mm_per_n)
-    stretch = gap.copy()
-    gap[-1] += m.load_mm_per_n
-    # drag along the whole tendon, and drag where the bend presses it against the sheath
-    drag = transition.drag_n_s_mm * share + transition.drag_bend_n_s_mm * bend
-    return bend, law.constant_n * share, drag, gap, stretch, pulley
+    return bend, share, np.maximum(gap, LEAST_COMPLIANCE * m.tendon_mm_per_n), pulley
 
 
 def _breakaway(transition: Transition, nodes: int) -> Array:
@@ -117,6 +149,47 @@ def _breakaway(transition: Transition, nodes: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
+def _march_all(
+    tension: Array,
+    edges: Counts,
+    knots: Counts,
+    knot_edges: Counts,
+    steps: Array,
+    nodes: Counts,
+    phi_pull: Array,
+    phi_release: Array,
+    constant: Array,
+    drag: Array,
+    elastic: Array,
+    creep: Array,
+    pulley: Array,
+    breakaway: Array,
+    scale: Array,
+    factor: Array,
+    factor_step: Array,
+    start: Array,
+    scalars: Array,
+) -> Array:
+    """March the line of each run through its knots; between them the output is a straight line."""
+    out = np.empty(tension.size)
+    for i in range(nodes.size):
+        a, b, c, d, m = edges[i], edges[i + 1], knot_edges[i], knot_edges[i + 1], nodes[i]
+        at = knots[c:d]
+        mine = tension[a:b]
+        met = _march(
+            mine[at], steps[c:d], phi_pull[i, :m], phi_release[i, :m], constant[i, :m], drag[i, :m], elastic[i, :m],
+            creep[i, :m], pulley[i, :m], breakaway[i, :m], scale[a:b][at] if scale.size > 1 else scale, factor[i],
+            factor_step[i], start[i], scalars[i],
+        )  # fmt: skip
+        for k in range(at.size - 1):
+            slope = (met[k + 1] - met[k]) / (at[k + 1] - at[k])
+            for x in range(at[k], at[k + 1]):
+                out[a + x] = slope * (x - at[k]) + met[k]
+        out[a + at[-1] : b] = met[-1]
+    return out
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
 def _march(
     tension: Array,
     steps: Array,
@@ -126,23 +199,20 @@ def _march(
     drag: Array,
     elastic: Array,
     creep: Array,
-    creep_s: float,
     pulley: Array,
     breakaway: Array,
     scale: Array,
     factor: Array,
     factor_step: float,
     start: float,
-    static_ratio: float,
-    static_speed: float,
-    aging: float,
-    aging_s: float,
-    stribeck_ratio: float,
-    stribeck_speed: float,
+    scalars: Array,
 ) -> Array:
-    """March the line through the input tensions, one implicit step each."""
+    """March one line through the input tensions, one implicit step each."""
+    creep_s, static_ratio, static_speed, aging = scalars[0], scalars[1], scalars[2], scalars[3]
+    aging_s, stribeck_ratio, stribeck_speed = scalars[4], scalars[5], scalars[6]
     n, nodes = tension.size, elastic.size
-    gap, offset, crept = elastic.copy(), np.zeros(nodes), np.zeros(nodes)
+    offset, crept = np.zeros(nodes), np.zeros(nodes)
+    inverse = 1.0 / elastic
     creeping = creep.max() > 0.0
     out = np.empty(n)
     u, u_old = np.zeros(nodes + 1), np.zeros(nodes + 1)
@@ -150,31 +220,34 @@ def _march(
     pull, release = np.empty(nodes), np.empty(nodes)
     stiff, mode = np.empty(nodes), np.zeros(nodes, np.int64)
     upper, rhs = np.empty(nodes), np.empty(nodes)
-    left_old = np.empty(nodes)
+    residual, slope, stay, viscous = np.empty(nodes), np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    left_old, after = np.empty(nodes), np.empty(nodes)
     speed, excess, age = np.zeros(nodes), np.full(nodes, 0.0), np.zeros(nodes)
+    hold = constant + pulley[:, 2]
+    loose = (phi_pull == 0.0) & (constant == 0.0) & (pulley[:, 0] + pulley[:, 1] + pulley[:, 2] == 0.0)
+    rigid = np.where(loose, 0.0, 1.0 / breakaway)
     # the start: a line at rest at its output tension, whose input then moved to the first sample
     t = tension[0]
     for j in range(nodes):
         left_old[j] = t
-        c = constant[j] + pulley[j, 2]
         if tension[0] >= start:
-            right = min(max(t * math.exp(-phi_pull[j] * scale[0] - pulley[j, 0]) - c, start), t)
+            right = min(max(t * math.exp(-phi_pull[j] * scale[0] - pulley[j, 0]) - hold[j], start), t)
         else:
-            right = max(min(t * math.exp(phi_release[j] * scale[0] + pulley[j, 1]) + c, start), t)
+            right = max(min(t * math.exp(phi_release[j] * scale[0] + pulley[j, 1]) + hold[j], start), t)
         force_old[j] = t - right
         t = right
-    u_old[nodes] = 0.0
     for j in range(nodes - 1, -1, -1):
         t = left_old[j] - force_old[j]
         # before the first sample the line has rested: its creep is complete
         crept[j] = creep[j] * t
-        u_old[j] = u_old[j + 1] + gap[j] * t + crept[j]
+        u_old[j] = u_old[j + 1] + elastic[j] * t + crept[j]
     nonlinear = False
     for x in factor:
         if x != 1.0:
             nonlinear = True
     sticky = static_ratio > 1.0 or aging > 0.0
     moving = stribeck_ratio > 1.0
+    changing = nonlinear or sticky or moving or scale.size > 1
     for k in range(n):
         dt = steps[k]
         mu = scale[k] if scale.size > 1 else scale[0]
@@ -182,43 +255,40 @@ def _march(
             # standard linear solid, implicit: the creep strain relaxes to creep * T
             r = dt / creep_s
             for j in range(nodes):
-                gap[j] = elastic[j] + creep[j] * r / (1.0 + r)
+                inverse[j] = 1.0 / (elastic[j] + creep[j] * r / (1.0 + r))
                 offset[j] = crept[j] / (1.0 + r)
+        if changing or k == 0:
+            for j in range(nodes):
+                s = mu
+                if nonlinear:
+                    x = min(left_old[j] / factor_step, factor.size - 1.001)
+                    i = max(int(x), 0)
+                    s *= factor[i] + (x - i) * (factor[i + 1] - factor[i])
+                if moving:
+                    v = speed[j] / stribeck_speed
+                    s *= 1.0 + (stribeck_ratio - 1.0) * math.exp(-v * v)
+                if sticky:
+                    s *= 1.0 + excess[j]
+                    if aging > 0.0:
+                        s *= 1.0 + aging * math.log(1.0 + age[j] / aging_s)
+                a, b = phi_pull[j] * s, phi_release[j] * s
+                pull[j] = a * (1.0 - a * (0.5 - a * (1.0 / 6.0 - a / 24.0))) + pulley[j, 0] * (1.0 - 0.5 * pulley[j, 0])
+                release[j] = b * (1.0 + b * (0.5 + b * (1.0 / 6.0 + b / 24.0))) + pulley[j, 1] * (1.0 + 0.5 * pulley[j, 1])
         for j in range(nodes):
-            s = mu
-            if nonlinear:
-                x = min(left_old[j] / factor_step, factor.size - 1.001)
-                i = max(int(x), 0)
-                s *= factor[i] + (x - i) * (factor[i + 1] - factor[i])
-            if moving:
-                v = speed[j] / stribeck_speed
-                s *= 1.0 + (stribeck_ratio - 1.0) * math.exp(-v * v)
-            if sticky:
-                s *= (1.0 + excess[j]) * (1.0 + aging * math.log(1.0 + age[j] / aging_s))
-            a, b = phi_pull[j] * s, phi_release[j] * s
-            pull[j] = a * (1.0 - a * (0.5 - a * (1.0 / 6.0 - a / 24.0))) + pulley[j, 0] * (1.0 - 0.5 * pulley[j, 0])
-            release[j] = b * (1.0 + b * (0.5 + b * (1.0 / 6.0 + b / 24.0))) + pulley[j, 1] * (1.0 + 0.5 * pulley[j, 1])
-            limit = 0.5 * (pull[j] + release[j]) * max(left_old[j], 0.0) + constant[j] + pulley[j, 2]
-            stiff[j] = max(limit, 1e-4) / breakaway[j]
-            if phi_pull[j] == 0.0 and constant[j] == 0.0 and pulley[j, 0] + pulley[j, 1] + pulley[j, 2] == 0.0:
-                stiff[j] = 0.0
+            limit = 0.5 * (pull[j] + release[j]) * max(left_old[j], 0.0) + hold[j]
+            stiff[j] = max(limit, 1e-4) * rigid[j]
+            viscous[j] = drag[j] / dt
             u[j] = u_old[j]
-        t_in = tension[k]
+        settled = False
         for iteration in range(MAX_ITERATIONS):
             changed = False
-            t_left = t_in
-            carry = 0.0
-            carry_r = 0.0
+            t_left = tension[k]
             for j in range(nodes):
-                inverse_left = 1.0 / gap[j - 1] if j else 0.0
-                if j:
-                    t_left = (u[j - 1] - u[j] - offset[j - 1]) * inverse_left
-                inverse_right = 1.0 / gap[j]
-                t_right = (u[j] - u[j + 1] - offset[j]) * inverse_right
-                c = constant[j] + pulley[j, 2]
-                high = pull[j] * t_left + c
-                low = -release[j] * t_left - c
-                trial = force_old[j] + stiff[j] * (u[j] - u_old[j])
+                t_right = (u[j] - u[j + 1] - offset[j]) * inverse[j]
+                high = pull[j] * t_left + hold[j]
+                low = -release[j] * t_left - hold[j]
+                moved = u[j] - u_old[j]
+                trial = force_old[j] + stiff[j] * moved
                 # a slipping node must stick before it slips the other way, so that modes cannot cycle; the first
                 # pass trusts the modes of the step before
                 new = mode[j]
@@ -232,52 +302,56 @@ def _march(
                     if new != mode[j]:
                         changed = True
                         mode[j] = new
-                slope, tangent = 0.0, 0.0
                 if new == 1:
-                    friction, slope = high, pull[j]
+                    force[j], slope[j], stay[j] = high, 1.0 - pull[j], viscous[j]
                 elif new == -1:
-                    friction, slope = low, -release[j]
+                    force[j], slope[j], stay[j] = low, 1.0 + release[j], viscous[j]
                 else:
-                    friction, tangent = trial, stiff[j]
-                viscous = drag[j] / dt
-                residual = t_left - t_right - friction - viscous * (u[j] - u_old[j])
-                force[j] = friction
-                lower = (1.0 - slope) * inverse_left
-                diagonal = -(1.0 - slope) * inverse_left - inverse_right - tangent - viscous
-                # Thomas algorithm, forward sweep fused with the assembly
-                pivot = diagonal - lower * carry
-                carry = inverse_right / pivot
-                carry_r = (-residual - lower * carry_r) / pivot
+                    force[j], slope[j], stay[j] = trial, 1.0, stiff[j] + viscous[j]
+                residual[j] = t_left - t_right - force[j] - viscous[j] * moved
+                after[j] = t_right
+                t_left = t_right
+            # given the modes the balance is linear: if they stay, the step before has solved it
+            if iteration > 0 and not changed:
+                settled = True
+                break
+            # Thomas algorithm
+            carry, carry_r, inverse_left = 0.0, 0.0, 0.0
+            for j in range(nodes):
+                lower = slope[j] * inverse_left
+                pivot = 1.0 / (lower * (1.0 + carry) + inverse[j] + stay[j])
+                carry_r = (residual[j] + lower * carry_r) * pivot
+                carry = -inverse[j] * pivot
                 upper[j] = carry
                 rhs[j] = carry_r
+                inverse_left = inverse[j]
             du = 0.0
             for j in range(nodes - 1, -1, -1):
                 du = rhs[j] - upper[j] * du
                 u[j] += du
-            if iteration > 0 and not changed:
-                break
-        t_left = t_in
+        if not settled:
+            for j in range(nodes):
+                after[j] = (u[j] - u[j + 1] - offset[j]) * inverse[j]
         for j in range(nodes):
-            if j:
-                t_left = (u[j - 1] - u[j] - offset[j - 1]) / gap[j - 1]
-            slip = abs(u[j] - u_old[j] - ((force[j] - force_old[j]) / stiff[j] if stiff[j] > 0.0 else 0.0))
             if moving:
                 speed[j] += (abs(u[j] - u_old[j]) / dt - speed[j]) * (1.0 - math.exp(-dt / SPEED_MEMORY_S))
             if sticky:
+                slip = abs(u[j] - u_old[j] - ((force[j] - force_old[j]) / stiff[j] if stiff[j] > 0.0 else 0.0))
                 worn = slip / RENEWAL_MM
                 if static_ratio > 1.0:
                     healed = static_speed * dt / HEALING_MM
                     goal = (static_ratio - 1.0) * healed / (healed + worn)
                     excess[j] = goal + (excess[j] - goal) * math.exp(-(healed + worn))
-                wear = math.exp(-worn)
-                age[j] = age[j] * wear + dt * ((1.0 - wear) / worn if worn > 1e-9 else 1.0)
-            left_old[j] = t_left
+                if aging > 0.0:
+                    wear = math.exp(-worn)
+                    age[j] = age[j] * wear + dt * ((1.0 - wear) / worn if worn > 1e-9 else 1.0)
             force_old[j] = force[j]
             u_old[j] = u[j]
-        out[k] = max((u[nodes - 1] - offset[nodes - 1]) / gap[nodes - 1], 0.0)
+        left_old[0] = tension[k]
+        left_old[1:] = after[:-1]
+        out[k] = max(after[nodes - 1], 0.0)
         if creeping:
             r = dt / creep_s
             for j in range(nodes):
-                t = (u[j] - u[j + 1] - offset[j]) / gap[j]
-                crept[j] = offset[j] + creep[j] * t * r / (1.0 + r)
+                crept[j] = offset[j] + creep[j] * after[j] * r / (1.0 + r)
     return out

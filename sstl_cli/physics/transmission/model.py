@@ -2,46 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.errors import SstlError
-from sstl_cli.physics.effect import Drive, Effect, Law, Mechanics, Sampling, Transition, Values
-from sstl_cli.physics.effects import get
-from sstl_cli.physics.transmission.envelope import Envelope, envelope
-from sstl_cli.physics.transmission.line import elastic_line
-from sstl_cli.physics.transmission.play import bounded_play, play_operator
+from sstl_cli.physics.effect import Drive, Mechanics, Sampling
+from sstl_cli.physics.transmission.active import Active, activate
+from sstl_cli.physics.transmission.batch import laid, predict_runs
+
+__all__ = ["Active", "activate", "drive_of", "knots", "measure", "observed_output", "predict", "true_input"]
 
 Array = NDArray[np.float64]
 MARCH_S = 0.02
-TOP_STEP = 1.5
-Lines = tuple[float, str, str | None, float, float, float]
-ONE = np.ones(1)
-
-
-@dataclass(frozen=True)
-class Active:
-    """Effects with their values, ready to simulate; built once and used for every run."""
-
-    items: tuple[tuple[Effect, Values], ...]
-
-    def of_hook(self, name: str) -> list[tuple[Effect, Values]]:
-        """Return the effects that have the hook, in the order in which a signal meets them."""
-        return [(e, v) for e, v in self.items if getattr(e, name) is not None]
-
-
-def activate(effects: Mapping[str, Values]) -> Active:
-    """Return the effects that are not neutral, checked against their bounds and in sensor order."""
-    items = []
-    for effect_id, values in effects.items():
-        effect = get(effect_id)
-        full = effect.complete(values)
-        if effect.active(full):
-            items.append((effect, full))
-    return Active(tuple(sorted(items, key=lambda item: (item[0].order, item[0].id))))
 
 
 def drive_of(
@@ -73,9 +44,7 @@ def drive_of(
     )
 
 
-def predict(
-    drive: Drive, theta: float, active: Active, start_n: float = float("nan"), known: dict[Lines, Envelope] | None = None
-) -> Array:
+def predict(drive: Drive, theta: float, active: Active, start_n: float = float("nan")) -> Array:
     """Return the true output tension (N, shape (n,)) for a true input tension.
 
     Parameters
@@ -84,45 +53,8 @@ def predict(
         mu Phi of one pass (rad).
     start_n : float
         Output tension before the first sample; NaN starts midway between the propagation lines.
-    known : dict, optional
-        Propagation lines of the same effects that were integrated before, kept between runs of one bend.
     """
-    law = Law()
-    for effect, values in active.of_hook("law"):
-        effect.law(law, values)  # type: ignore[misc]
-    transition = Transition()
-    for effect, values in active.of_hook("transition"):
-        effect.transition(transition, values, drive)  # type: ignore[misc]
-    if transition == Transition() and law == Law() and drive.slip is None:
-        n = drive.passes
-        # a tendon cannot push: below zero the lines stay at zero, as they do with effects
-        return play_operator(np.maximum(drive.tension_n, 0.0), np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, start_n)
-    scale = ONE
-    for friction in law.friction_scale:
-        scale = scale * friction(drive)
-    if transition != Transition():
-        if drive.slip is not None:
-            raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
-        start = 0.5 * float(drive.tension_n[0]) if np.isnan(start_n) else start_n
-        return elastic_line(drive, theta, law, transition, scale, start)
-    low, high = float(scale.min()), float(scale.max())
-    # runs of one bend share their table up to the next of a few tops
-    top = float(TOP_STEP ** np.ceil(np.log(max(drive.tension_n.max(initial=1.0), 1.0)) / np.log(TOP_STEP)))
-    key = (theta, drive.system, drive.location, top, low, high)
-    lines = known.get(key) if known is not None else None
-    if lines is None:
-        lines = envelope(law, theta, drive.system, drive.location, drive.mechanics, top, (low, high))
-        if known is not None:
-            known[key] = lines
-
-    def between(pull: Array, release: Array) -> Array:
-        return bounded_play(
-            drive.tension_n, pull, release, lines.tension_step_n, scale, lines.scale0, lines.scale_step, start_n
-        )
-
-    if drive.slip is None:
-        return between(lines.pull, lines.release)
-    return np.where(drive.slip > 0.0, between(lines.pull, lines.pull), between(lines.release, lines.release))
+    return predict_runs(laid((drive,)), np.array([theta]), active, np.array([start_n]))
 
 
 def knots(tension_n: Array, dt_s: float) -> NDArray[np.int64]:

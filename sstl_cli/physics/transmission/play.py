@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True)
@@ -102,4 +103,43 @@ def bounded_play(
         high = max(_look_up(release, tension[k], tension_step, row, part), 0.0)
         y = max(low, min(y, high))
         out[k] = y
+    return out
+
+
+@njit(cache=True, nogil=True)
+def play_runs(tension: Array, edges: Counts, gamma_p: Array, gamma_r: Array, start: Array) -> Array:
+    """Return the play of several runs laid end to end, the input not below zero; run i is ``edges[i]`` to ``edges[i + 1]``."""
+    out = np.empty_like(tension)
+    for i in range(edges.size - 1):
+        a, b = edges[i], edges[i + 1]
+        out[a:b] = play_operator(np.maximum(tension[a:b], 0.0), gamma_p[i], 0.0, gamma_r[i], 0.0, start[i])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def bounded_runs(
+    tension: Array,
+    edges: Counts,
+    table: Counts,
+    pull: Array,
+    release: Array,
+    rows: Counts,
+    tension_step: Array,
+    scale: Array,
+    scale0: Array,
+    scale_step: Array,
+    start: Array,
+) -> Array:
+    """Return the play of several runs laid end to end; run i lies between the tabulated envelopes ``table[i]``.
+
+    Table k has the rows ``rows[k]`` to ``rows[k + 1]``; ``scale`` has shape (n,), or (1,) for a constant factor.
+    """
+    out = np.empty_like(tension)
+    for i in range(edges.size - 1):
+        a, b, k = edges[i], edges[i + 1], table[i]
+        c, d = rows[k], rows[k + 1]
+        mine = scale[a:b] if scale.size > 1 else scale
+        out[a:b] = bounded_play(
+            tension[a:b], pull[c:d], release[c:d], tension_step[k], mine, scale0[k], scale_step[k], start[i]
+        )
     return out

@@ -1,0 +1,150 @@
+"""Many runs simulated in one compiled pass: law, propagation lines, transition."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.physics.effect import Drive, Law, Transition
+from sstl_cli.physics.transmission.active import Active
+from sstl_cli.physics.transmission.envelope import Line, envelopes
+from sstl_cli.physics.transmission.line import Geometry, elastic_lines, geometry
+from sstl_cli.physics.transmission.play import bounded_runs, play_runs
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+TOP_STEP = 1.5
+ONE = np.ones(1)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs laid end to end: run i has the samples ``edges[i]`` to ``edges[i + 1]`` of ``tension_n`` (N).
+
+    ``knots`` are the samples, counted from each run's start, at which an elastic line is marched, ``steps_s`` apart.
+    """
+
+    drives: tuple[Drive, ...]
+    edges: Counts
+    tension_n: Array
+    knots: Counts
+    knot_edges: Counts
+    steps_s: Array
+    passes: Counts
+
+    def __len__(self) -> int:
+        return len(self.drives)
+
+    def each(self, signal: Array) -> list[Array]:
+        """Return a signal over all samples, run by run."""
+        return [signal[a:b] for a, b in zip(self.edges[:-1], self.edges[1:], strict=True)]
+
+    @cached_property
+    def places(self) -> Geometry:
+        """Nodes of the elastic lines; the load is not part of them."""
+        return geometry([(d.system, d.location) for d in self.drives], self.drives[0].mechanics)
+
+
+def laid(drives: Sequence[Drive]) -> Runs:
+    """Return runs of one tube and tendon laid end to end."""
+    edges = np.concatenate(([0], np.cumsum([len(d.tension_n) for d in drives])))
+    knot_edges = np.concatenate(([0], np.cumsum([len(d.knots) for d in drives])))
+    steps = [np.diff(d.time_s[d.knots], prepend=d.time_s[d.knots[0]] - d.dt_s) for d in drives]
+    return Runs(
+        tuple(drives),
+        edges.astype(np.int64),
+        np.concatenate([np.asarray(d.tension_n, np.float64) for d in drives]),
+        np.concatenate([d.knots for d in drives]).astype(np.int64),
+        knot_edges.astype(np.int64),
+        np.concatenate(steps),
+        np.array([d.passes for d in drives], np.int64),
+    )
+
+
+def predict_runs(
+    runs: Runs, theta: Array, active: Active, start_n: Array, tension_n: Array | None = None, load_mm_per_n: float | None = None
+) -> Array:
+    """Return the true output tensions (N, shape (n,)) of runs, end to end.
+
+    Parameters
+    ----------
+    theta, start_n : ndarray, shape (runs,)
+        mu Phi of one pass (rad); output tension before the first sample, NaN starts midway between the propagation lines.
+    tension_n : ndarray, shape (n,), optional
+        True input tensions, where they are not those of the runs.
+    load_mm_per_n : float, optional
+        Compliance of the load, where it is not that of the mechanics.
+    """
+    law = Law()
+    for effect, values in active.of_hook("law"):
+        effect.law(law, values)  # type: ignore[misc]
+    bent = active.of_hook("transition")
+    tension = runs.tension_n if tension_n is None else tension_n
+    driven = [d.slip is not None for d in runs.drives]
+    if not bent and law == Law() and not any(driven):
+        n = runs.passes
+        # a tendon cannot push: below zero the lines stay at zero, as they do with effects
+        return play_runs(tension, runs.edges, np.exp(-n * theta), np.exp(n * theta), start_n)
+    drives: Sequence[Drive] = runs.drives
+    if (bent or law.friction_scale) and tension_n is not None:
+        drives = [replace(d, tension_n=x) for d, x in zip(drives, runs.each(tension), strict=True)]
+    transitions = [Transition() for _ in drives]
+    for effect, values in bent:
+        for transition, drive in zip(transitions, drives, strict=True):
+            effect.transition(transition, values, drive)  # type: ignore[misc]
+    scale = np.concatenate([_scale(law, d) for d in drives]) if law.friction_scale else ONE
+    if any(t != Transition() for t in transitions):
+        if any(driven):
+            raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
+        start = np.where(np.isnan(start_n), 0.5 * tension[runs.edges[:-1]], start_n)
+        load = runs.drives[0].mechanics.load_mm_per_n if load_mm_per_n is None else load_mm_per_n
+        return elastic_lines(
+            tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, runs.places, load, theta, law, transitions,
+            scale, start,
+        )  # fmt: skip
+    return _between_lines(runs, theta, law, scale, start_n, tension, np.array(driven))
+
+
+def _scale(law: Law, drive: Drive) -> Array:
+    scale = ONE
+    for friction in law.friction_scale:
+        scale = scale * friction(drive)
+    return np.broadcast_to(scale, drive.tension_n.shape)
+
+
+def _between_lines(
+    runs: Runs, theta: Array, law: Law, scale: Array, start_n: Array, tension: Array, driven: NDArray[np.bool_]
+) -> Array:
+    """Return the play of every run between its propagation lines; a motion that drives a run says on which it is."""
+    first = runs.edges[:-1]
+    low, high = np.ones(len(runs)), np.ones(len(runs))
+    if scale.size > 1:
+        low, high = np.minimum.reduceat(scale, first), np.maximum.reduceat(scale, first)
+    # runs of one bend share their table up to the next of a few tops
+    peak = np.log(np.maximum(np.maximum.reduceat(tension, first), 1.0))
+    top = TOP_STEP ** np.ceil(peak / np.log(TOP_STEP))
+    wanted: dict[Line, int] = {}
+    table = np.array([
+        wanted.setdefault(Line(float(t), d.system, d.location, float(x), float(a), float(b)), len(wanted))
+        for t, d, x, a, b in zip(theta, runs.drives, top, low, high, strict=True)
+    ])  # fmt: skip
+    lines = envelopes(law, list(wanted), runs.drives[0].mechanics)
+
+    def between(lower: Array, upper: Array) -> Array:
+        return bounded_runs(
+            tension, runs.edges, table, lower, upper, lines.edges, lines.tension_step_n, scale, lines.scale0,
+            lines.scale_step, start_n,
+        )  # fmt: skip
+
+    if not driven.any():
+        return between(lines.pull, lines.release)
+    slip = np.concatenate([np.zeros(len(d.tension_n)) if d.slip is None else d.slip for d in runs.drives])
+    moved = np.where(slip > 0.0, between(lines.pull, lines.pull), between(lines.release, lines.release))
+    if driven.all():
+        return moved
+    return np.where(np.repeat(driven, np.diff(runs.edges)), moved, between(lines.pull, lines.release))
