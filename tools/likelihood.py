@@ -95,8 +95,7 @@ def main() -> None:
             *table(args.cases, args.seed),
             "",
             f"`make likelihood` ({args.cases} recordings a simulator, seed {args.seed}). The filter itself is checked against the dense",
-            "covariance in `tests/diagnosis/test_diagnosis_whitening.py` (equal to rounding). While releasing (RP), where the noise of the",
-            "input enters most, the smoother states a little too large an error.",
+            "covariance in `tests/diagnosis/test_diagnosis_whitening.py` (equal to rounding).",
             "",
         ]
     )

@@ -1,8 +1,10 @@
 """The latent input behind a noisy reading: a fixed-interval smoother whose roughness is estimated.
 
-The true input is a random walk in velocity whose increments follow Student's t (a scale mixture of normals, West 1987):
-ramps are averaged over as far as they are straight, and a corner is one large increment that costs little. The smoother
-of Rauch, Tung and Striebel (1965) gives value and error; the scale of the increments is the most likely one (EM).
+The true input is smooth, except where it is not: its increments have corners and bends of any size (scale mixtures of
+normals, West 1987), few where the readings ask for few. Straight lines, curves and holds are averaged over as far as they
+reach, and a corner is one large step that costs little. A rougher input than the true one would cost twice: the smoother
+would average over less than it could, and state a larger error than it makes. What the readings leave unknown is itself a
+Markov chain, so that the error is known in size and passed on, sample by sample, to whatever the input drives.
 """
 
 from __future__ import annotations
@@ -10,30 +12,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.smoother import CHAIN, chain, cost, follow
+
 Array = NDArray[np.float64]
-# degrees of freedom of the increments: with 1 (Cauchy) a corner is as free as it can be and the mean still exists
-# nowhere; the smoother needs no mean
-TAILS = 1.0
 ROUNDS = 12
 # noise below this share of the span is rounding: there is nothing to smooth
 FINEST = 1e-6
-FACTORS = (1.0, 0.5, 2.0, 0.1, 10.0)
+# least start of a scale, in the variance of a reading and the share taken of the typical step
+LEAST = 1e-6
+# factors on a scale that are tried in a round: far ones while it is not yet near
+NEAR = (1.0, 0.5, 2.0)
+WIDE = (*NEAR, 0.1, 10.0)
+WIDE_ROUNDS = 4
+ENOUGH_NATS = 0.5
 
 
 @dataclass(frozen=True)
 class Latent:
     """The smoothed signal, its rate, and what is not known of it; arrays of shape (n,) on the signal's grid.
 
-    ``variance`` is the posterior variance of ``value``; ``averaged`` is over how many samples it was taken.
+    ``variance`` is the posterior variance of ``value``; ``chain``, shape (n, 15), the law by which the error moves on (see
+    ``smoother``).
     """
 
     value: Array
     rate: Array
     variance: Array
-    averaged: Array
+    chain: Array
 
 
 def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | None = None) -> Latent:
@@ -51,110 +58,35 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     n = len(signal)
     if n < 8 or white <= FINEST * float(np.ptp(signal)):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
-        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.ones(n))
+        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)))
     use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)
-    y = np.ascontiguousarray(signal, np.float64)
+    y = np.ascontiguousarray(signal - signal[0], np.float64)
     r = white * white
-    # a start between the roughness of the readings themselves and that of noise: EM goes down faster than up
-    steps = np.diff(y[use], 2) if use.sum() > 8 else np.array([white])
-    scale = max(float(np.median(steps**2)), 1e-6 * r)
-    q = np.full(n, scale)
-    for _ in range(ROUNDS):
-        # the overall scale by the likelihood itself: EM alone would take hundreds of rounds to come down to a straight line
-        factor = min(FACTORS, key=lambda f: _cost(y, use, r, f * q))
-        scale, q = scale * factor, q * factor
-        value, rate, variance, square = _smooth(y, use, r, q)
-        weight = (TAILS + 1.0) / (TAILS + square / scale)
-        q = scale / weight
-    value, rate, variance, _ = _smooth(y, use, r, q)
-    return Latent(value, rate / dt_s, variance, r / np.maximum(variance, 1e-300))
+    # steps of increment and of its change: a start far below those of the readings, which are noise
+    scales = [max(share * _typical_step(y[use], order), share * LEAST * r) for order, share in ((2, 1e-2), (3, 1e-4))]
+    squares = np.zeros((n, 4))
+    steps = [np.full(n, s) for s in scales]
+    squares[:, 1], squares[:, 3] = steps
+    least = np.inf
+    for k in range(ROUNDS):
+        before = least
+        for i in range(2):
+            # variances of steps with Cauchy tails given their expected squares, as these would be with another scale: what
+            # the readings do not tell follows the scale, a corner that they show does not
+            tries = [0.5 * (f * (scales[i] + squares[:, 2 * i + 1]) + squares[:, 2 * i]) for f in (WIDE if k < WIDE_ROUNDS else NEAR)]
+            costs = [cost(y, use, r, *(t if j == i else steps[j] for j in range(2))) for t in tries]
+            best = int(np.argmin(costs))
+            steps[i], scales[i], least = tries[best], WIDE[best] * scales[i], costs[best]
+        law, drive = chain(y, use, r, *steps)
+        mean, variance, squares = follow(law, drive)
+        if before - least < ENOUGH_NATS:
+            break
+    return Latent(mean[:, 0] + signal[0], mean[:, 1] / dt_s, variance, law)
 
 
-@njit(cache=True, nogil=True)
-def _cost(y: Array, use: NDArray[np.bool_], r: float, q: Array) -> float:
-    """Return minus the log likelihood (nats, up to a constant) of the readings, by the Kalman filter."""
-    x0, x1, cost = y[0], 0.0, 0.0
-    c00, c01, c11 = 1e4 * r + 1e4 * q[0], 0.0, 1e4 * r + 1e4 * q[0]
-    for k in range(y.size):
-        if k:
-            x0 += x1
-            c00, c01, c11 = c00 + 2.0 * c01 + c11 + q[k] / 3.0, c01 + c11 + 0.5 * q[k], c11 + q[k]
-        if use[k]:
-            s = c00 + r
-            g0, g1 = c00 / s, c01 / s
-            e = y[k] - x0
-            cost += 0.5 * (e * e / s + np.log(s))
-            x0 += g0 * e
-            x1 += g1 * e
-            c11 -= g1 * c01
-            c01 *= 1.0 - g0
-            c00 *= 1.0 - g0
-    return cost
-
-
-@njit(cache=True, nogil=True)
-def _smooth(y: Array, use: NDArray[np.bool_], r: float, q: Array) -> tuple[Array, Array, Array, Array]:
-    """Return value, increment per sample, variance of the value and expected squared increments of the velocity."""
-    n = y.size
-    m0, m1 = np.empty(n), np.empty(n)
-    p00, p01, p11 = np.empty(n), np.empty(n), np.empty(n)
-    a0, a1 = np.empty(n), np.empty(n)
-    b00, b01, b11 = np.empty(n), np.empty(n), np.empty(n)
-    x0, x1 = y[0], 0.0
-    c00, c01, c11 = 1e4 * r + 1e4 * q[0], 0.0, 1e4 * r + 1e4 * q[0]
-    for k in range(n):
-        if k:
-            # value and velocity one sample on; an increment of velocity comes anywhere in between
-            w = q[k]
-            x0 = x0 + x1
-            n00 = c00 + 2.0 * c01 + c11 + w / 3.0
-            n01 = c01 + c11 + 0.5 * w
-            c00, c01, c11 = n00, n01, c11 + w
-        a0[k], a1[k] = x0, x1
-        b00[k], b01[k], b11[k] = c00, c01, c11
-        if use[k]:
-            s = c00 + r
-            g0, g1 = c00 / s, c01 / s
-            e = y[k] - x0
-            x0 += g0 * e
-            x1 += g1 * e
-            c11 -= g1 * c01
-            c01 *= 1.0 - g0
-            c00 *= 1.0 - g0
-        m0[k], m1[k] = x0, x1
-        p00[k], p01[k], p11[k] = c00, c01, c11
-    square = np.empty(n)
-    variance = np.empty(n)
-    s00, s01, s11 = p00[n - 1], p01[n - 1], p11[n - 1]
-    variance[n - 1] = s00
-    for k in range(n - 2, -1, -1):
-        # smoother gain J = P F' B^-1
-        f00, f01 = p00[k] + p01[k], p01[k]
-        f10, f11 = p01[k] + p11[k], p11[k]
-        d00, d01, d11 = b00[k + 1], b01[k + 1], b11[k + 1]
-        det = max(d00 * d11 - d01 * d01, 1e-300)
-        i00, i01, i11 = d11 / det, -d01 / det, d00 / det
-        j00, j01 = f00 * i00 + f01 * i01, f00 * i01 + f01 * i11
-        j10, j11 = f10 * i00 + f11 * i01, f10 * i01 + f11 * i11
-        e0, e1 = m0[k + 1] - a0[k + 1], m1[k + 1] - a1[k + 1]
-        v00, v01, v11 = s00 - d00, s01 - d01, s11 - d11
-        # covariance of the next velocity with this one, given all readings
-        cross = s01 * j10 + s11 * j11
-        m0[k] += j00 * e0 + j01 * e1
-        m1[k] += j10 * e0 + j11 * e1
-        t00 = j00 * v00 + j01 * v01
-        t01 = j00 * v01 + j01 * v11
-        t10 = j10 * v00 + j11 * v01
-        t11 = j10 * v01 + j11 * v11
-        o11 = s11
-        s00 = p00[k] + t00 * j00 + t01 * j01
-        s01 = p01[k] + t00 * j10 + t01 * j11
-        s11 = p11[k] + t10 * j10 + t11 * j11
-        variance[k] = max(s00, 0.0)
-        step = m1[k + 1] - m1[k]
-        square[k + 1] = max(step * step + o11 + s11 - 2.0 * cross, 0.0)
-    square[0] = square[1]
-    return m0, m1, variance, square
+def _typical_step(y: Array, order: int) -> float:
+    """Return the median square of differences of an order."""
+    return float(np.median(np.diff(y, order) ** 2)) if len(y) > 2 * order else 0.0
 
 
 def block_mean(signal: Array, factor: int) -> Array:

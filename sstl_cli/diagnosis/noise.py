@@ -1,6 +1,6 @@
 """Noise of the tension sensors: measured where nothing else can move a reading, then made as likely as the record allows.
 
-White noise shows in second differences. Coloured noise of the output shows in holds, where the play keeps the tension: each
+White noise shows in third differences. Coloured noise of the output shows in holds, where the play keeps the tension: each
 hold gives a spread, and their median is not moved by holds that something else disturbs. Coloured noise of the input shows
 nowhere by itself: it is taken to be like the output's (the sensors of a rig are alike) unless the slides say otherwise.
 The slides are asked together with the flexible part of the model projected out (restricted likelihood, Patterson and
@@ -27,6 +27,8 @@ LEAST_WINDOWS = 6
 # a model on a grid is exact to about this share of the span: less noise than that cannot be told from its own rounding
 RESOLVED = 1e-4
 CURVATURE_STEP = 0.1
+# search for the most likely noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none
+DIFFERENCE, FLAT, TRIES = 0.03, 0.5, 120
 ENOUGH = 4000
 CORRELATIONS_S = (0.05, 0.15, 0.4, 1.0)
 # spreads of the log-normal priors: of the measured white and coloured noise, between two sensors, of the smoother's error
@@ -43,7 +45,7 @@ class _Held:
 
 
 def measured(records: Sequence[Record], slide: Array) -> Noise:
-    """Return the noise of each system's sensors as holds and second differences show it.
+    """Return the noise of each system's sensors as holds and third differences show it.
 
     Parameters
     ----------
@@ -175,11 +177,13 @@ def _fitted(
 
     shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
     first = np.concatenate((centre, np.log([out.correlation_s, into.correlation_s])))
-    simplex = np.vstack([first, first + np.diag([*near, 0.5, 0.5])])
-    found = minimize(cost, first, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": 70, "xatol": 0.03, "fatol": 0.05})
+    unit = np.array([*near, MEASURED, MEASURED])
+    options = {"eps": DIFFERENCE, "gtol": FLAT, "ftol": 0.0, "maxfun": TRIES}
+    found = minimize(lambda z: cost(first + unit * z), np.zeros(len(first)), method="L-BFGS-B", options=options)
+    at = first + unit * np.asarray(found.x)
     names = ("output.white_n", "output.coloured_n", "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
-    spread = {n: _spread(cost, found.x, i, float(found.fun)) for i, n in enumerate(names)}
-    return *sensors(found.x), spread
+    spread = {n: _spread(cost, at, i, float(found.fun)) for i, n in enumerate(names)}
+    return *sensors(at), spread
 
 
 def _spread(cost: Callable[[Array], float], at: Array, i: int, least: float) -> float:

@@ -41,7 +41,7 @@ class Faults:
 def scan(signal: Array) -> Faults:
     """Return the recorder faults of one channel (N, shape (n,)).
 
-    White noise is estimated from second differences, robustly, so that slopes and corners do not count.
+    White noise is estimated from third differences, robustly, so that slopes and corners do not count.
     """
     n = len(signal)
     none = np.zeros(n, bool)
@@ -59,16 +59,16 @@ def scan(signal: Array) -> Faults:
 
 
 def white_noise(signal: Array) -> float:
-    """Return the RMS of the white noise of a signal (N), from its second differences.
+    """Return the RMS of the white noise of a signal (N), from its third differences, which no curve of a movement reaches.
 
     The loudest twentieth, corners and spikes, is left out. A mean, because a median of quantised differences is a step or nothing.
     """
     if len(signal) < 5:
         return 0.0
-    second = np.abs(np.diff(signal, 2))
-    quiet = second[second <= np.quantile(second, 0.95)]
+    third = np.abs(np.diff(signal, 3))
+    quiet = third[third <= np.quantile(third, 0.95)]
     # of normal noise the smaller 95 % have this mean over sigma
-    return float(quiet.mean()) / 0.717 / float(np.sqrt(6.0))
+    return float(quiet.mean()) / 0.717 / float(np.sqrt(20.0))
 
 
 def _runs(flag: Mask) -> list[tuple[int, int]]:

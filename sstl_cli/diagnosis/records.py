@@ -13,6 +13,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.latent import Latent, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.recorder import Faults, scan, white_noise
+from sstl_cli.diagnosis.smoother import error_of_means
 from sstl_cli.identification.gate import sensors_of
 from sstl_cli.physics.transmission import play_operator
 
@@ -31,9 +32,11 @@ class Record:
     """One run made ready; tensions in N.
 
     Simulation runs at the rate of ``u`` (latent input), ``y_smooth`` and ``rate``, shape
-    (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured output) and ``weight`` (0
-    where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
-    input, and ``averaged``, over how many samples of ``u`` it is an average. ``raw`` is the run on its own grid.
+    (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured
+    output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
+    input, and ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``);
+    ``start_n`` is the output before the first sample, with its standard deviation. ``raw`` is the run on its own
+    grid.
     """
 
     run_id: str
@@ -50,6 +53,7 @@ class Record:
     rate: Array
     weight: Array
     start_n: float
+    start_error_n: float
     raw: Run
     faults_in: Faults
     faults_out: Faults
@@ -57,7 +61,7 @@ class Record:
     y_fine: Array
     weight_fine: Array
     error_n: Array
-    averaged: Array
+    error_law: Array
     slip: Array | None = None
 
     def __len__(self) -> int:
@@ -207,6 +211,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         # while the motion turns, friction can have any value between its two lines
         weight[np.abs(block_mean(slip, factor)) < 1.0] = 0.0
     y = block_mean(fine_out, factor)
+    error_law, error_n = error_of_means(into.chain, factor)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
         run.run_id,
@@ -222,15 +227,16 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         out.value,
         into.rate,
         weight,
-        float(np.median(y[:3])),
+        float(out.value[0]),
+        float(np.sqrt(out.variance[0])),
         run,
         faults_in,
         faults_out,
         raw_weight,
         fine_out,
         (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
-        np.sqrt(block_mean(into.variance, factor)),
-        block_mean(into.averaged, factor),
+        error_n,
+        error_law,
         slip,
     )
 

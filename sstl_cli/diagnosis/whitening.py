@@ -4,8 +4,10 @@ The model is driven by the smoothed input, which differs from the true one by an
 error is the gain times e; while it holds, the error is the one of the extreme that was reached, one number until the next
 slide. The output sensor adds white and first-order coloured noise. Given the phases all of this is linear and Gaussian::
 
-    e1' = autoregression with the smoother's variance,   e2' = first-order coloured noise of the input sensor,
-    h'  = (1 - slide) h + slide gain (e1 + e2),          c'  = first-order coloured noise of the output sensor,
+    e1'  = error of the smoothed input, by the law that the smoother states (three numbers), averaged over the step
+    e2'  = first-order coloured noise of the input sensor
+    h'   = (1 - slide) h + slide gain (e1' + e2')
+    c'   = first-order coloured noise of the output sensor
     residual = h + c + white noise
 
 so the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
@@ -15,7 +17,6 @@ of a Jacobian pass through it in one go.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -26,8 +27,9 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.records import Record
 
 Array = NDArray[np.float64]
-Counts = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+# error of the input (3), coloured noise of its sensor, what the line holds of them, coloured noise of the output's sensor
+STATES = 6
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ class Phases:
 class Whitener:
     """Innovations filter of a problem; ``log_det`` is the log-determinant of the covariance over kept samples."""
 
-    transition: Array
+    error_law: Array
+    decay: Array
     weights: Array
     scale: Array
     slide: Array
@@ -76,7 +79,7 @@ class Whitener:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
-        out = _filter(x, self.transition, self.weights, self.scale, self.slide, self.gain, self.first)
+        out = _filter(x, self.error_law, self.decay, self.weights, self.scale, self.slide, self.gain, self.first)
         return out[:, 0] if flat else out
 
 
@@ -87,18 +90,21 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     first = np.zeros(n, np.bool_)
     first[list(starts)] = True
     zero = np.zeros(n)
-    return Whitener(np.zeros((n, 3)), np.zeros((n, 4)), scale, zero, zero, first, 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n)))
+    return Whitener(np.zeros((n, 12)), np.zeros((n, 2)), np.zeros((n, 6)), scale, zero, zero, first, 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n)))
 
 
 @dataclass(frozen=True)
 class Constants:
-    """What the noise is whatever the model does, per sample: decays and fresh variances of the three autoregressions
-    (n, 3), white noise (N), whether the sample counts, and whether a record begins.
+    """What the noise is whatever the model does, per sample: decays and fresh variances of both sensors' coloured noise
+    (n, 2), white noise (N), law of the input's error (n, 22), variance of the output before a record, whether the sample
+    counts, and whether a record begins.
     """
 
     decay: Array
     fresh: Array
     white_n: Array
+    error_law: Array
+    start: Array
     keep: Mask
     first: Mask
 
@@ -123,137 +129,122 @@ def whitener(
     """
     c = known or constants(records, noise)
     white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
-    weights, scale, log_det = _gains(phases.slide, phases.gain, c.decay, c.fresh, white_n, c.keep, c.first)
-    return Whitener(c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
+    weights, scale, log_det = _gains(
+        phases.slide, phases.gain, c.error_law, c.decay, c.fresh, white_n, c.keep, c.first, c.start
+    )
+    moves = np.ascontiguousarray(c.error_law[:, :12])
+    return Whitener(moves, c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
 
 
 def constants(records: Sequence[Record], noise: Noise) -> Constants:
     """Return what the noise of records is whatever the model does."""
     count = [len(r) for r in records]
-    edges = np.concatenate(([0], np.cumsum(count)))
-    into, out = [noise.input[r.system] for r in records], [noise.output[r.system] for r in records]
+    begin = np.concatenate(([0], np.cumsum(count)[:-1]))
+    first = np.zeros(sum(count), np.bool_)
+    first[begin] = True
+    sensors = [(noise.input[r.system], noise.output[r.system]) for r in records]
     step = np.array([r.dt_s * r.factor for r in records])
-    decay, fresh = _autoregressions(
-        edges,
-        np.concatenate([r.error_n for r in records]),
-        np.concatenate([r.averaged for r in records]),
-        np.array([float(r.factor) for r in records]),
-        np.array([noise.smoother[r.system] for r in records]),
-        np.exp(-step / np.array([s.correlation_s for s in into])),
-        np.array([s.coloured_n for s in into]),
-        np.exp(-step / np.array([s.correlation_s for s in out])),
-        np.array([s.coloured_n for s in out]),
-    )
-    first = np.zeros(edges[-1], np.bool_)
-    first[edges[:-1]] = True
-    white_n = np.repeat([max(s.white_n / np.sqrt(r.factor), 1e-9) for s, r in zip(out, records, strict=True)], count)
-    return Constants(decay, fresh, white_n, np.concatenate([r.weight for r in records]) > 0, first)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _autoregressions(
-    edges: Counts,
-    error_n: Array,
-    averaged: Array,
-    factor: Array,
-    smoother: Array,
-    memory_in: Array,
-    coloured_in: Array,
-    memory_out: Array,
-    coloured_out: Array,
-) -> tuple[Array, Array]:
-    """Return decays and fresh variances (n, 3) of the smoother's error and of both sensors' coloured noise."""
-    decay, fresh = np.zeros((error_n.size, 3)), np.empty((error_n.size, 3))
-    for i in range(factor.size):
-        a = edges[i]
-        before = smoother[i] * error_n[a]
-        for t in range(a, edges[i + 1]):
-            spread = smoother[i] * error_n[t]
-            # an average over m samples and its neighbour share what they have in common
-            memory = math.exp(-2.0 * factor[i] / max(averaged[t], 1.0))
-            decay[t, 0] = memory * spread / before if before > 0.0 else 0.0
-            fresh[t, 0] = spread**2 * (1.0 - memory**2)
-            decay[t, 1] = memory_in[i] if coloured_in[i] > 0.0 else 0.0
-            fresh[t, 1] = coloured_in[i] ** 2 * (1.0 - memory_in[i] ** 2)
-            decay[t, 2] = memory_out[i] if coloured_out[i] > 0.0 else 0.0
-            fresh[t, 2] = coloured_out[i] ** 2 * (1.0 - memory_out[i] ** 2)
-            before = spread
-        decay[a] = 0.0
-        fresh[a, 0], fresh[a, 1], fresh[a, 2] = (smoother[i] * error_n[a]) ** 2, coloured_in[i] ** 2, coloured_out[i] ** 2
-    return decay, fresh
+    memory = np.exp(-step[:, None] / np.array([[s.correlation_s for s in pair] for pair in sensors]))
+    variance = np.array([[s.coloured_n**2 for s in pair] for pair in sensors])
+    decay, fresh = np.repeat(memory, count, axis=0), np.repeat(variance * (1.0 - memory**2), count, axis=0)
+    decay[begin], fresh[begin] = 0.0, variance
+    start = np.zeros(len(first))
+    start[begin] = np.array([r.start_error_n for r in records]) ** 2 + variance[:, 1]
+    law = np.concatenate([r.error_law for r in records])
+    law[:, 12:] *= np.repeat([noise.smoother[r.system] ** 2 for r in records], count)[:, None]
+    white_n = np.repeat([max(s.white_n / np.sqrt(r.factor), 1e-9) for (_, s), r in zip(sensors, records, strict=True)], count)
+    return Constants(decay, fresh, white_n, law, start, np.concatenate([r.weight for r in records]) > 0, first)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gains(
-    slide: Array, gain: Array, decay: Array, fresh: Array, white_n: Array, keep: Mask, first: Mask
+    slide: Array, gain: Array, law: Array, decay: Array, fresh: Array, white_n: Array, keep: Mask, first: Mask, start: Array
 ) -> tuple[Array, Array, float]:
-    """Return the Kalman gains (n, 4), one over the innovations' standard deviations (0 where masked), and log det."""
+    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det."""
     n = slide.size
-    k_out, scale, log_det, product = np.zeros((n, 4)), np.zeros(n), 0.0, 1.0
-    p00 = p01 = p02 = p03 = p11 = p12 = p13 = p22 = p23 = p33 = 0.0
+    k_out, scale, log_det = np.zeros((n, STATES)), np.zeros(n), 0.0
+    p, q, m, z = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros(STATES)
     for t in range(n):
-        d0, d1, d3 = decay[t, 0], decay[t, 1], decay[t, 2]
-        d2, f = 1.0 - slide[t], slide[t] * gain[t]
-        white2 = white_n[t] ** 2
         if first[t]:
-            p00 = p01 = p02 = p03 = p11 = p12 = p13 = p23 = p33 = 0.0
-            # the output before the first sample is the reading itself
-            p22 = white2 + fresh[t, 2]
-        # x0' = a x0 + w0, x1' = b x1 + w1, x2' = (1 - s) x2 + s g (x0' + x1'), x3' = c x3 + w3
-        q00 = d0 * d0 * p00 + fresh[t, 0]
-        q01 = d0 * d1 * p01
-        q11 = d1 * d1 * p11 + fresh[t, 1]
-        m0, m1 = d0 * d2 * p02, d1 * d2 * p12
-        q02 = m0 + f * (q00 + q01)
-        q12 = m1 + f * (q01 + q11)
-        q22 = d2 * d2 * p22 + 2.0 * f * (m0 + m1) + f * f * (q00 + 2.0 * q01 + q11)
-        q03 = d0 * d3 * p03
-        q13 = d1 * d3 * p13
-        q23 = d2 * d3 * p23 + f * (q03 + q13)
-        q33 = d3 * d3 * p33 + fresh[t, 2]
-        if not keep[t]:
-            p00, p01, p02, p03, p11, p12, p13, p22, p23, p33 = q00, q01, q02, q03, q11, q12, q13, q22, q23, q33
-            continue
-        z0, z1, z2, z3 = q02 + q03, q12 + q13, q22 + q23, q23 + q33
-        var = z2 + z3 + white2
-        inverse = 1.0 / var
-        k0, k1, k2, k3 = z0 * inverse, z1 * inverse, z2 * inverse, z3 * inverse
-        k_out[t, 0], k_out[t, 1], k_out[t, 2], k_out[t, 3] = k0, k1, k2, k3
-        scale[t] = math.sqrt(inverse)
-        # a logarithm of a product instead of one a sample
-        product *= var
-        if not 1e-100 < product < 1e100:
-            log_det += math.log(product)
-            product = 1.0
-        p00, p01, p02, p03 = q00 - z0 * k0, q01 - z0 * k1, q02 - z0 * k2, q03 - z0 * k3
-        p11, p12, p13 = q11 - z1 * k1, q12 - z1 * k2, q13 - z1 * k3
-        p22, p23, p33 = q22 - z2 * k2, q23 - z2 * k3, q33 - z3 * k3
-    return k_out, scale, log_det + math.log(product)
+            p[:, :] = 0.0
+            # the output before the first sample is what was read there
+            p[4, 4] = start[t]
+        hold, f, b, c = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1]
+        # m = F p, then q = m F' and what is new
+        _pass(p, law[t], hold, f, b, c, m)
+        _pass(m.T, law[t], hold, f, b, c, q.T)
+        _renew(q, law[t], fresh[t], f)
+        if keep[t]:
+            for i in range(STATES):
+                z[i] = q[i, 4] + q[i, 5]
+            var = z[4] + z[5] + white_n[t] ** 2
+            scale[t] = 1.0 / np.sqrt(var)
+            log_det += np.log(var)
+            for i in range(STATES):
+                k_out[t, i] = z[i] * scale[t]
+                for j in range(STATES):
+                    p[i, j] = q[i, j] - z[i] * z[j] / var
+        else:
+            p[:, :] = q
+    return k_out, scale, log_det
+
+
+@njit(cache=True, nogil=True)
+def _pass(x: Array, law: Array, hold: float, f: float, b: float, c: float, out: Array) -> None:
+    """Write the transition of the state times a matrix."""
+    for j in range(STATES):
+        x0, x1, x2 = x[0, j], x[1, j], x[2, j]
+        out[0, j] = law[0] * x0 + law[1] * x1 + law[2] * x2
+        out[1, j] = law[3] * x0 + law[4] * x1 + law[5] * x2
+        out[2, j] = law[6] * x0 + law[7] * x1 + law[8] * x2
+        out[3, j] = b * x[3, j]
+        out[4, j] = f * (law[9] * x0 + law[10] * x1 + law[11] * x2 + out[3, j]) + hold * x[4, j]
+        out[5, j] = c * x[5, j]
+
+
+@njit(cache=True, nogil=True)
+def _renew(q: Array, law: Array, fresh: Array, f: float) -> None:
+    """Add the covariance of what is new to that of the state, and make it symmetric."""
+    q[0, 0] += law[12]
+    q[1, 0] += law[13]
+    q[2, 0] += law[14]
+    q[1, 1] += law[15]
+    q[2, 1] += law[16]
+    q[2, 2] += law[17]
+    for i in range(3):
+        q[4, i] += f * law[18 + i]
+    q[3, 3] += fresh[0]
+    q[4, 3] += f * fresh[0]
+    q[4, 4] += f * f * (law[21] + fresh[0])
+    q[5, 5] += fresh[1]
+    for i in range(STATES):
+        for j in range(i):
+            q[j, i] = q[i, j]
 
 
 @njit(cache=True, nogil=True)
 def _filter(
-    x: Array, decay: Array, weights: Array, scale: Array, slide: Array, gain: Array, first: Mask
+    x: Array, law: Array, decay: Array, weights: Array, scale: Array, slide: Array, gain: Array, first: Mask
 ) -> Array:
     """Return innovations over their standard deviations of every column, shape (n, k)."""
     n, k = x.shape
     out = np.zeros((n, k))
-    state = np.zeros((4, k))
+    state = np.zeros((STATES, k))
     for t in range(n):
         if first[t]:
             state[:, :] = 0.0
-        a, b, c = decay[t, 0], decay[t, 1], decay[t, 2]
-        hold, f = 1.0 - slide[t], slide[t] * gain[t]
-        u0, u1, u2, u3, s = weights[t, 0], weights[t, 1], weights[t, 2], weights[t, 3], scale[t]
+        t00, t01, t02, t10, t11, t12 = law[t, 0], law[t, 1], law[t, 2], law[t, 3], law[t, 4], law[t, 5]
+        t20, t21, t22, f0, f1, f2 = law[t, 6], law[t, 7], law[t, 8], law[t, 9], law[t, 10], law[t, 11]
+        hold, f, b, c, s = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1], scale[t]
+        u0, u1, u2, u3, u4, u5 = weights[t, 0], weights[t, 1], weights[t, 2], weights[t, 3], weights[t, 4], weights[t, 5]
         for j in range(k):
-            e0, e1, e3 = a * state[0, j], b * state[1, j], c * state[3, j]
-            e2 = hold * state[2, j] + f * (e0 + e1)
-            if s > 0.0:
-                v = x[t, j] - e2 - e3
-                out[t, j] = v * s
-                e0 += u0 * v
-                e1 += u1 * v
-                e2 += u2 * v
-                e3 += u3 * v
-            state[0, j], state[1, j], state[2, j], state[3, j] = e0, e1, e2, e3
+            a0, a1, a2 = state[0, j], state[1, j], state[2, j]
+            e0, e1, e2 = t00 * a0 + t01 * a1 + t02 * a2, t10 * a0 + t11 * a1 + t12 * a2, t20 * a0 + t21 * a1 + t22 * a2
+            e3, e5 = b * state[3, j], c * state[5, j]
+            e4 = f * (f0 * a0 + f1 * a1 + f2 * a2 + e3) + hold * state[4, j]
+            # 0 where masked: the state is only moved on
+            v = s * (x[t, j] - e4 - e5) if s > 0.0 else 0.0
+            out[t, j] = v
+            state[0, j], state[1, j], state[2, j] = e0 + u0 * v, e1 + u1 * v, e2 + u2 * v
+            state[3, j], state[4, j], state[5, j] = e3 + u3 * v, e4 + u4 * v, e5 + u5 * v
     return out

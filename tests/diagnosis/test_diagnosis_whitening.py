@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from made_chain import posterior
 
+from sstl_cli.diagnosis.smoother import chain, error_of_means
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
 
 N, FACTOR, DT = 120, 5, 0.004
@@ -19,14 +21,19 @@ class Made:
     system: str = "act"
     factor: int = FACTOR
     dt_s: float = DT
-    error_n: np.ndarray = field(default_factory=lambda: np.full(N, 0.01))
-    averaged: np.ndarray = field(default_factory=lambda: np.full(N, 15.0))
+    error_law: np.ndarray = field(default_factory=lambda: error_of_means(LAW, FACTOR)[0])
+    start_error_n: float = 0.02
     weight: np.ndarray = field(default_factory=lambda: np.ones(N))
 
     def __len__(self) -> int:
         return N
 
 
+TIMES = np.arange(N * FACTOR) * DT
+READ = 2.0 * np.sin(6.0 * TIMES) + 0.05 * np.random.default_rng(9).standard_normal(N * FACTOR)
+KNOWN = np.random.default_rng(8).random(N * FACTOR) > 0.1
+CORNERS, BENDS = (np.exp(np.random.default_rng(k).normal(-14.0, 2.0, N * FACTOR)) for k in (1, 2))
+LAW, _ = chain(READ, KNOWN, 0.05**2, CORNERS, BENDS)
 NOISE = Noise({"act": Sensor(0.02, 0.015, 0.3)}, {"act": Sensor(0.03, 0.02, 0.1)}, {"act": 1.0})
 
 
@@ -44,8 +51,8 @@ def dense(ph):
         lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N))) * DT * FACTOR
         return sd**2 * np.exp(-lag / tau)
 
-    smooth = 0.01**2 * np.exp(-2.0 * FACTOR / 15.0) ** np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
-    into = smooth + colour(0.015, 0.3)
+    means = np.kron(np.eye(N), np.full((1, FACTOR), 1.0 / FACTOR))
+    into = means @ posterior(KNOWN, 0.05**2, CORNERS, BENDS)[1] @ means.T + colour(0.015, 0.3)
     mix, start = np.zeros((N, N)), np.zeros(N)
     for t in range(N):
         s, g = ph.slide[t], ph.gain[t]
@@ -55,7 +62,7 @@ def dense(ph):
             start[t] = 1.0 - s
         mix[t, t] += s * g
     white_n = 0.03 / np.sqrt(FACTOR)
-    begin = np.outer(start, start) * (white_n**2 + 0.02**2)
+    begin = np.outer(start, start) * (0.02**2 + 0.02**2)
     return mix @ into @ mix.T + begin + colour(0.02, 0.1) + white_n**2 * np.eye(N)
 
 
