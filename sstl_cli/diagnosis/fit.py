@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.hypotheses import Hypothesis
@@ -13,6 +14,7 @@ from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
 from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, whitener
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
 # friction coefficient times angle of anything that a tendon still moves through (rad)
 THETA_LOW, THETA_HIGH = 1e-3, 5.0
 MAX_ITERATIONS = 14
@@ -101,18 +103,26 @@ def first_theta(sim: Simulator, nominal: Array) -> Array:
 
 def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:
     """Return J'J and J'r with theta expanded to one column per configuration."""
-    configs = len(sim.problem.configs)
-    k = j.shape[1] - 1
-    a = np.zeros((configs + k, configs + k))
-    b = np.zeros(configs + k)
-    a[np.arange(configs), np.arange(configs)] = np.bincount(sim.config, j[:, 0] ** 2, configs)
-    b[:configs] = np.bincount(sim.config, j[:, 0] * r, configs)
-    for i in range(k):
-        cross = np.bincount(sim.config, j[:, 0] * j[:, 1 + i], configs)
-        a[:configs, configs + i] = cross
-        a[configs + i, :configs] = cross
-    a[configs:, configs:] = j[:, 1:].T @ j[:, 1:]
-    b[configs:] = j[:, 1:].T @ r
+    return _normal_equations(sim.config, len(sim.problem.configs), np.ascontiguousarray(j), r)
+
+
+@njit(cache=True, nogil=True)
+def _normal_equations(config: Counts, configs: int, j: Array, r: Array) -> tuple[Array, Array]:
+    free = j.shape[1] - 1
+    a, b = np.zeros((configs + free, configs + free)), np.zeros(configs + free)
+    for t in range(r.size):
+        c, own = config[t], j[t, 0]
+        a[c, c] += own * own
+        b[c] += own * r[t]
+        for k in range(free):
+            x, at = j[t, 1 + k], configs + k
+            a[at, c] += x * own
+            b[at] += x * r[t]
+            for i in range(k + 1):
+                a[at, configs + i] += x * j[t, 1 + i]
+    for k in range(1, configs + free):
+        for i in range(k):
+            a[i, k] = a[k, i]
     return a, b
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record
 from sstl_cli.diagnosis.whitening import Phases
-from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter
+from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.transmission.active import Active, activate
+from sstl_cli.physics.transmission.active import activate
 from sstl_cli.physics.transmission.batch import laid, predict_runs
-from sstl_cli.physics.transmission.model import drive_of, observed_output, true_input
+from sstl_cli.physics.transmission.model import Hooked, drive_of, sensed, unsensed
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -67,6 +67,7 @@ class Simulator:
     def __post_init__(self) -> None:
         p = self.problem
         self._runs = laid([self._drive(r, r.u, r.rate) for r in p.records])
+        self._samplings = [Sampling(r.system, r.dt_s, len(r.u)) for r in p.records]
         self._places = np.array([r.config for r in p.records])
         self._starts = np.array([r.start_n for r in p.records])
         self._factors = np.array([r.factor for r in p.records])
@@ -119,16 +120,16 @@ class Simulator:
         runs, records = self._runs, self.problem.records
         read = runs.tension_n + shift_n if shift_n != 0.0 else runs.tension_n
         given = read
-        if active.of_hook("input_inverse"):
-            pairs = zip(records, runs.each(read), strict=True)
-            given = np.concatenate([true_input(r.system, r.dt_s, u, r.y_smooth, active) for r, u in pairs])
-        seen, starts = bool(active.of_hook("output")), self._starts
+        if undo := active.of_hook("input_inverse"):
+            rows = zip(self._samplings, runs.each(read), records, strict=True)
+            given = np.concatenate([unsensed(undo, s, u, r.y_smooth) for s, u, r in rows])
+        seen, starts = active.of_hook("output"), self._starts
         if seen:
-            starts = np.array([_true_start(r, active) for r in records])
+            starts = np.array([_true_start(r, seen) for r in records])
         out = predict_runs(runs, theta[self._places], active, starts, None if given is runs.tension_n else given, load)
         if seen:
-            triples = zip(records, runs.each(read), runs.each(out), strict=True)
-            out = np.concatenate([observed_output(r.system, r.dt_s, u, y, active) for r, u, y in triples])
+            pairs = zip(self._samplings, runs.each(read), runs.each(out), strict=True)
+            out = np.concatenate([sensed(seen, s, u, y) for s, u, y in pairs])
         return out
 
 
@@ -182,11 +183,9 @@ def neighbour_of(r: Record) -> Array | None:
     return None if beside is None else block_mean(beside, max(1, round(r.dt_s / r.raw.dt_s)))[: len(r.u)]
 
 
-def _true_start(r: Record, active: Active) -> float:
+def _true_start(r: Record, hooked: Hooked) -> float:
     """Return the true output before the first sample: the measured one less what the sensor adds."""
-    if not active.of_hook("output"):
-        return r.start_n
-    seen = observed_output(r.system, r.dt_s, r.u[:2], np.full(2, r.start_n), active)
+    seen = sensed(hooked, Sampling(r.system, r.dt_s, 2), r.u[:2], np.array((r.start_n, r.start_n)))
     return 2.0 * r.start_n - float(seen[0])
 
 

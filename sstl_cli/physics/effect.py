@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,7 +162,7 @@ class Sampling:
     count: int
     rng: np.random.Generator | None = None
 
-    @property
+    @cached_property
     def fraction(self) -> Array:
         """Time from 0 to 1 over the run, shape (count,)."""
         return np.linspace(0.0, 1.0, self.count)

@@ -32,6 +32,8 @@ MAX_ITERATIONS = 40
 # a node changes between sticking and slipping only beyond this force: round-off must not make it chatter
 MODE_TOLERANCE_N = 1e-9
 FACTOR_NODES = 64
+# speeds over that of a Stribeck curve at which exp(-v v) is below the rounding of one
+NOTHING_LEFT = 6.1
 # least compliance between two nodes, as a share of a pass
 LEAST_COMPLIANCE = 1e-4
 # the numbers of a transition that differ between runs; from the fourth on the march takes them as they are
@@ -213,14 +215,14 @@ def _march(
     n, nodes = tension.size, elastic.size
     offset, crept = np.zeros(nodes), np.zeros(nodes)
     inverse = 1.0 / elastic
-    creeping = creep.max() > 0.0
+    creeping, dragging = creep.max() > 0.0, drag.max() > 0.0
     out = np.empty(n)
     u, u_old = np.zeros(nodes + 1), np.zeros(nodes + 1)
     force, force_old = np.zeros(nodes), np.zeros(nodes)
     pull, release = np.empty(nodes), np.empty(nodes)
     stiff, mode = np.empty(nodes), np.zeros(nodes, np.int64)
-    upper, rhs = np.empty(nodes), np.empty(nodes)
-    residual, slope, stay, viscous = np.empty(nodes), np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    lower, stay, viscous = np.empty(nodes), np.empty(nodes), np.zeros(nodes)
+    residual, share, rhs, middle = np.empty(nodes), np.empty(nodes), np.empty(nodes), nodes // 2
     left_old, after = np.empty(nodes), np.empty(nodes)
     speed, excess, age = np.zeros(nodes), np.full(nodes, 0.0), np.zeros(nodes)
     hold = constant + pulley[:, 2]
@@ -259,6 +261,8 @@ def _march(
                 offset[j] = crept[j] / (1.0 + r)
         if changing or k == 0:
             for j in range(nodes):
+                if loose[j] and k > 0:
+                    continue
                 s = mu
                 if nonlinear:
                     x = min(left_old[j] / factor_step, factor.size - 1.001)
@@ -266,7 +270,8 @@ def _march(
                     s *= factor[i] + (x - i) * (factor[i + 1] - factor[i])
                 if moving:
                     v = speed[j] / stribeck_speed
-                    s *= 1.0 + (stribeck_ratio - 1.0) * math.exp(-v * v)
+                    if v < NOTHING_LEFT:
+                        s *= 1.0 + (stribeck_ratio - 1.0) * math.exp(-v * v)
                 if sticky:
                     s *= 1.0 + excess[j]
                     if aging > 0.0:
@@ -277,12 +282,14 @@ def _march(
         for j in range(nodes):
             limit = 0.5 * (pull[j] + release[j]) * max(left_old[j], 0.0) + hold[j]
             stiff[j] = max(limit, 1e-4) * rigid[j]
-            viscous[j] = drag[j] / dt
             u[j] = u_old[j]
+        if dragging:
+            for j in range(nodes):
+                viscous[j] = drag[j] / dt
         settled = False
         for iteration in range(MAX_ITERATIONS):
             changed = False
-            t_left = tension[k]
+            t_left, inverse_left = tension[k], 0.0
             for j in range(nodes):
                 t_right = (u[j] - u[j + 1] - offset[j]) * inverse[j]
                 high = pull[j] * t_left + hold[j]
@@ -303,48 +310,62 @@ def _march(
                         changed = True
                         mode[j] = new
                 if new == 1:
-                    force[j], slope[j], stay[j] = high, 1.0 - pull[j], viscous[j]
+                    force[j], lower[j], stay[j] = high, (1.0 - pull[j]) * inverse_left, viscous[j]
                 elif new == -1:
-                    force[j], slope[j], stay[j] = low, 1.0 + release[j], viscous[j]
+                    force[j], lower[j], stay[j] = low, (1.0 + release[j]) * inverse_left, viscous[j]
                 else:
-                    force[j], slope[j], stay[j] = trial, 1.0, stiff[j] + viscous[j]
+                    force[j], lower[j], stay[j] = trial, inverse_left, stiff[j] + viscous[j]
                 residual[j] = t_left - t_right - force[j] - viscous[j] * moved
                 after[j] = t_right
-                t_left = t_right
+                t_left, inverse_left = t_right, inverse[j]
             # given the modes the balance is linear: if they stay, the step before has solved it
             if iteration > 0 and not changed:
                 settled = True
                 break
-            # Thomas algorithm
-            carry, carry_r, inverse_left = 0.0, 0.0, 0.0
-            for j in range(nodes):
-                lower = slope[j] * inverse_left
-                pivot = 1.0 / (lower * (1.0 + carry) + inverse[j] + stay[j])
-                carry_r = (residual[j] + lower * carry_r) * pivot
-                carry = -inverse[j] * pivot
-                upper[j] = carry
-                rhs[j] = carry_r
-                inverse_left = inverse[j]
-            du = 0.0
-            for j in range(nodes - 1, -1, -1):
-                du = rhs[j] - upper[j] * du
-                u[j] += du
+            # elimination from both ends to the middle: two chains of divisions that do not wait for one another
+            left, left_r, right, right_r = 0.0, 0.0, 0.0, 0.0
+            for i in range(middle):
+                pivot = 1.0 / (lower[i] * (1.0 - left) + inverse[i] + stay[i])
+                left_r = (residual[i] + lower[i] * left_r) * pivot
+                left = inverse[i] * pivot
+                share[i], rhs[i] = left, left_r
+                j = nodes - 1 - i
+                if j > middle:
+                    pivot = 1.0 / (lower[j] + inverse[j] * (1.0 - right) + stay[j])
+                    right_r = (residual[j] + inverse[j] * right_r) * pivot
+                    right = lower[j] * pivot
+                    share[j], rhs[j] = right, right_r
+            j = middle
+            pivot = lower[j] * (1.0 - left) + inverse[j] * (1.0 - right) + stay[j]
+            before = behind = (residual[j] + lower[j] * left_r + inverse[j] * right_r) / pivot
+            u[j] += before
+            for i in range(1, middle + 1):
+                before = rhs[middle - i] + share[middle - i] * before
+                u[middle - i] += before
+                if middle + i < nodes:
+                    behind = rhs[middle + i] + share[middle + i] * behind
+                    u[middle + i] += behind
         if not settled:
             for j in range(nodes):
                 after[j] = (u[j] - u[j + 1] - offset[j]) * inverse[j]
-        for j in range(nodes):
-            if moving:
-                speed[j] += (abs(u[j] - u_old[j]) / dt - speed[j]) * (1.0 - math.exp(-dt / SPEED_MEMORY_S))
-            if sticky:
-                slip = abs(u[j] - u_old[j] - ((force[j] - force_old[j]) / stiff[j] if stiff[j] > 0.0 else 0.0))
-                worn = slip / RENEWAL_MM
+        if moving:
+            fresh = 1.0 - math.exp(-dt / SPEED_MEMORY_S)
+            for j in range(nodes):
+                speed[j] += (abs(u[j] - u_old[j]) / dt - speed[j]) * fresh
+        if sticky:
+            healed = static_speed * dt / HEALING_MM
+            rested = math.exp(-healed)
+            for j in range(nodes):
+                if loose[j]:
+                    continue
+                worn = abs(u[j] - u_old[j] - (force[j] - force_old[j]) / stiff[j]) / RENEWAL_MM
+                wear = math.exp(-worn) if worn > 1e-15 else 1.0
                 if static_ratio > 1.0:
-                    healed = static_speed * dt / HEALING_MM
                     goal = (static_ratio - 1.0) * healed / (healed + worn)
-                    excess[j] = goal + (excess[j] - goal) * math.exp(-(healed + worn))
+                    excess[j] = goal + (excess[j] - goal) * rested * wear
                 if aging > 0.0:
-                    wear = math.exp(-worn)
                     age[j] = age[j] * wear + dt * ((1.0 - wear) / worn if worn > 1e-9 else 1.0)
+        for j in range(nodes):
             force_old[j] = force[j]
             u_old[j] = u[j]
         left_old[0] = tension[k]

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.physics.effect import Drive, Mechanics, Sampling
+from sstl_cli.physics.effect import Drive, Effect, Mechanics, Sampling, Values
 from sstl_cli.physics.transmission.active import Active, activate
 from sstl_cli.physics.transmission.batch import laid, predict_runs
 
-__all__ = ["Active", "activate", "drive_of", "knots", "measure", "observed_output", "predict", "true_input"]
+__all__ = ["Active", "activate", "drive_of", "knots", "measure", "observed_output", "predict", "sensed", "true_input", "unsensed"]
 
 Array = NDArray[np.float64]
+Hooked = Sequence[tuple[Effect, Values]]
 MARCH_S = 0.02
 
 
@@ -89,10 +92,11 @@ def measure(
 
 def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active) -> Array:
     """Return the output as the sensor shows it, given the measured input tension."""
-    hooked = active.of_hook("output")
-    if not hooked:
-        return true_out
-    run = Sampling(system, dt_s, len(true_out))
+    return sensed(active.of_hook("output"), Sampling(system, dt_s, len(true_out)), measured_in, true_out)
+
+
+def sensed(hooked: Hooked, run: Sampling, measured_in: Array, true_out: Array) -> Array:
+    """Return the output as the sensor shows it, given the effects that change it."""
     for effect, values in hooked:
         true_out = effect.output(true_out, measured_in, run, values)  # type: ignore[misc]
     return true_out
@@ -100,10 +104,11 @@ def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Arra
 
 def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active) -> Array:
     """Return the true input tension behind a measured one, undoing the input sensor."""
-    hooked = active.of_hook("input_inverse")
-    if not hooked:
-        return measured_in
-    run = Sampling(system, dt_s, len(measured_in))
+    return unsensed(active.of_hook("input_inverse"), Sampling(system, dt_s, len(measured_in)), measured_in, measured_out)
+
+
+def unsensed(hooked: Hooked, run: Sampling, measured_in: Array, measured_out: Array) -> Array:
+    """Return the true input tension behind a measured one, given the effects to undo."""
     for effect, values in reversed(hooked):
         measured_in = effect.input_inverse(measured_in, measured_out, run, values)  # type: ignore[misc]
     return measured_in
