@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 from sstl_cli.cli._batch_worker import Job, run_here, run_one
 from sstl_cli.core.errors import EXIT_FAILED
+from sstl_cli.core.workers import interrupts_held
 from sstl_cli.steps.batch import Outcome
 
 Spread = Callable[[list[Job]], Iterator[Outcome]]
@@ -71,23 +70,10 @@ def _local(jobs: list[Job], workers: int) -> Iterator[Outcome]:
     pool = Parallel(
         n_jobs=max(workers, 2), batch_size=1, pre_dispatch=AHEAD * max(workers, 2), return_as="generator_unordered"
     )
-    with _interrupts_held():
+    with interrupts_held():
         # the processes start here and keep the mask: Ctrl-C ends this one, which ends them
         results = pool(delayed(run_here)(job, os.getpid()) for job in jobs)
     yield from results
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Keep Ctrl-C waiting, for this thread and the processes it starts."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _deaths() -> tuple[type[BaseException], ...]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sstl_cli.core.workers import end_with
+from sstl_cli.core.processes import processes
 
 if TYPE_CHECKING:
     from sstl_cli.blind.cases import Case
@@ -183,22 +182,15 @@ def diagnose_all(
 
 def _work(one: Callable[[Any], None], jobs: list[Any], workers: int, advance: Callable[[float], None]) -> None:
     """Do jobs in processes of their own, in any order."""
-    from multiprocessing import get_context
-
     if workers <= 1 or len(jobs) <= 1:
         for job in jobs:
             one(job)
             advance(1)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
-        futures = [pool.submit(one, job) for job in jobs]
-        try:
-            for future in as_completed(futures):
-                future.result()
-                advance(1)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with processes(workers) as pool:
+        for future in as_completed([pool.submit(one, job) for job in jobs]):
+            future.result()
+            advance(1)
 
 
 def _diagnose_one(job: tuple[str, str, dict[str, Any]]) -> None:

@@ -50,6 +50,7 @@ def make(
 ) -> None:
     """Draw cases from simulators that stand in for hardware: recordings under neutral names, truth sealed apart."""
     import secrets
+    from contextlib import closing
 
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.steps import blind_make
@@ -58,8 +59,10 @@ def make(
     count = cases or (QUICK_CASES if quick else FULL_CASES)
     folder = files.Folder(out)
     drawn_from = secrets.randbelow(LARGEST_SEED) if seed is None else seed
-    with screen.progress("drawing cases", count) as advance:
-        drawn = blind_make.run(count, drawn_from, quick, workers, advance, simulator, recordings)
+    with (
+        screen.progress("drawing cases", count) as advance,
+        closing(blind_make.run(count, drawn_from, quick, workers, advance, simulator, recordings)) as drawn,
+    ):
         made = files.write_set(folder, drawn, count, drawn_from, quick, force)
     screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
     screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})

@@ -41,13 +41,39 @@ def at_work_in(folder: Path) -> Iterator[None]:
         _begun.discard(folder)
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, or another request to end.
+
+    A class of its own, because Python notes a plain ``KeyboardInterrupt`` that leaves code run from a string (what
+    ``inspect`` and ``dataclasses`` do for every annotation and field), and forgets it not even when it is caught: at its end
+    it then kills itself with the signal, whatever the exit code (``unhandled_keyboard_interrupt`` in pythonrun.c).
+    """
+
+
 def stop_on_signals() -> None:
-    """Let the requests to end that a terminal or a service sends end the program as Ctrl-C does, in good order."""
-    for name in ("SIGTERM", "SIGHUP"):
+    """Let Ctrl-C and the requests to end that a terminal or a service sends raise :class:`Interrupted`."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         kind = getattr(signal, name, None)
         # what was told to be ignored (nohup) stays ignored
-        if kind is not None and signal.getsignal(kind) == signal.SIG_DFL:
-            signal.signal(kind, signal.default_int_handler)
+        if kind is not None and signal.getsignal(kind) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(kind, _interrupt)
+
+
+def _interrupt(number: int, frame: object) -> None:
+    raise Interrupted
+
+
+@contextlib.contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Keep Ctrl-C waiting, for this thread and, as long as they live, the processes it starts."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def end_with_thread(parent: int) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator
+from concurrent.futures import as_completed
+from contextlib import closing
 from dataclasses import asdict
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,8 @@ from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import read_json, require_writable, write_json
 from sstl_cli.core.parquet import open_table
+from sstl_cli.core.processes import processes
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.workers import end_with
 from sstl_cli.steps.blind_make import draw_job
 
 PLAN = "sstl.blind.library.plan/1"
@@ -59,8 +58,9 @@ def run(
     _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, "quick": quick, "recordings": recordings})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
-    for _ in _worked(left, parts, workers, gatherer or gather):
-        advance(1)
+    with closing(_worked(left, parts, workers, gatherer or gather)) as done:
+        for _ in done:
+            advance(1)
     tables = [open_table(_part(parts, j), LIBRARY).table() for j in waiting]
     failed = sum(t.num_rows == 0 for t in tables)
     table = pa.concat_tables(tables)
@@ -109,21 +109,16 @@ def _part(parts: Path, job: Job) -> Path:
     return parts / f"{case_name(job)}.parquet"
 
 
-def _worked(waiting: list[Job], parts: Path, workers: int, gatherer: Gatherer) -> Iterator[None]:
+def _worked(waiting: list[Job], parts: Path, workers: int, gatherer: Gatherer) -> Generator[None]:
     if workers <= 1 or len(waiting) <= 1:
         for job in waiting:
             _one(job, parts, gatherer)
             yield
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
-        futures = [pool.submit(_one, job, parts, gatherer) for job in waiting]
-        try:
-            for future in as_completed(futures):
-                future.result()
-                yield
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with processes(workers) as pool:
+        for future in as_completed([pool.submit(_one, job, parts, gatherer) for job in waiting]):
+            future.result()
+            yield
 
 
 def _one(job: Job, parts: Path, gatherer: Gatherer) -> None:

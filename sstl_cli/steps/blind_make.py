@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from collections.abc import Callable, Generator
 
 import numpy as np
 
 from sstl_cli.blind.cases import Case, draw
 from sstl_cli.blind.schedule import MIXED, Job, jobs
-from sstl_cli.core.workers import end_with
+from sstl_cli.core.processes import processes
 
 Named = tuple[str, Case]
 
@@ -29,7 +26,7 @@ def run(
     advance: Callable[[float], None] = lambda _: None,
     simulator: str = MIXED,
     recordings: str = MIXED,
-) -> Iterator[Named]:
+) -> Generator[Named]:
     """Yield name and case in order; case k belongs to seed + k, whatever the number of workers.
 
     Raises
@@ -43,7 +40,7 @@ def run(
             yield name, draw_job(job)
             advance(1)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), end_with, (os.getpid(),)) as pool:
+    with processes(workers) as pool:
         # a few at a time: finished cases wait in memory until they are written
         for start in range(0, cases, 4 * workers):
             part = slice(start, start + 4 * workers)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
 
-from sstl_cli.core.workers import end_with
+from sstl_cli.core.processes import processes
 from sstl_cli.paper.block_r import Tracked
 from sstl_cli.paper.spread import Draw
 
@@ -53,9 +50,6 @@ def beside(experiment: str, seeds: Sequence[int], workers: int) -> Iterator[Call
     if workers < 1 or not seeds:
         yield lambda: [draw(experiment, s) for s in seeds]
         return
-    pool = ProcessPoolExecutor(min(workers, len(seeds)), get_context("spawn"), end_with, (os.getpid(),))
-    try:
+    with processes(min(workers, len(seeds))) as pool:
         jobs = [pool.submit(draw, experiment, s) for s in seeds]
         yield lambda: [job.result() for job in jobs]
-    finally:
-        pool.shutdown(cancel_futures=True)

@@ -1,0 +1,90 @@
+"""Ctrl-C wherever it meets the program: the exit code is the program's own, and no process is waited for."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+CAUGHT = """
+import os, signal, sys
+from sstl_cli.core.workers import stop_on_signals
+
+def ctrl_c():
+    os.kill(os.getpid(), signal.SIGINT)
+
+stop_on_signals()
+try:
+    # as inspect and dataclasses do: code from a string
+    exec("ctrl_c()\\nfor _ in range(1000): pass")
+except KeyboardInterrupt:
+    sys.exit(7)
+"""
+
+SHARED = """
+import sys, time
+from sstl_cli.core.processes import processes
+from sstl_cli.core.workers import stop_on_signals
+
+def work(seconds):
+    print("working", flush=True)
+    time.sleep(seconds)
+
+if __name__ == "__main__":
+    stop_on_signals()
+    try:
+        with processes(2) as pool:
+            for job in [pool.submit(work, 100) for _ in range(6)]:
+                job.result()
+    except KeyboardInterrupt:
+        sys.exit(7)
+"""
+
+
+def _start(folder: Path, text: str) -> subprocess.Popen[str]:
+    (folder / "tried.py").write_text(text)
+    path = os.pathsep.join([str(folder), str(Path(__file__).parents[2])])
+    return subprocess.Popen(
+        # a module: a script's end is another path through the interpreter
+        [sys.executable, "-m", "tried"],
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+
+
+def _left(leader: int) -> list[int]:
+    """Return the live processes of a session."""
+    found = []
+    for process in psutil.process_iter(["status"]):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            if os.getsid(process.pid) == leader and process.info["status"] != psutil.STATUS_ZOMBIE:
+                found.append(process.pid)
+    return found
+
+
+def test_ctrl_c_in_code_from_a_string_keeps_the_exit_code(tmp_path: Path) -> None:
+    tried = _start(tmp_path, CAUGHT)
+    _, told = tried.communicate(timeout=60)
+    assert (tried.returncode, told) == (7, "")
+
+
+@pytest.mark.parametrize("whole_group", [False, True])
+def test_ctrl_c_throws_away_what_processes_are_at(tmp_path: Path, whole_group: bool) -> None:
+    tried = _start(tmp_path, SHARED)
+    assert tried.stdout is not None and tried.stdout.readline() == "working\n"
+    (os.killpg if whole_group else os.kill)(tried.pid, signal.SIGINT)
+    begun = time.monotonic()
+    _, told = tried.communicate(timeout=60)
+    assert (tried.returncode, told) == (7, "")
+    # the jobs would have gone on for 100 s
+    assert time.monotonic() - begun < 50
+    while _left(tried.pid):
+        assert time.monotonic() - begun < 60
+        time.sleep(0.05)
