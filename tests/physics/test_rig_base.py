@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import sys
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -192,7 +192,7 @@ def test_speed():
     run = RigRun("act", THETA, "CP", time, "tension", command)
     best = np.inf
     for _ in range(3):
-        start = perf_counter()
+        start = process_time()
         simulate_rig(SPEC, run)
-        best = min(best, perf_counter() - start)
+        best = min(best, process_time() - start)
     assert time.size / best > 100_000
