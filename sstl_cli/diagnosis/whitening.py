@@ -17,6 +17,7 @@ of a Jacobian pass through it in one go.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -160,66 +161,76 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
 def _gains(
     slide: Array, gain: Array, law: Array, decay: Array, fresh: Array, white_n: Array, keep: Mask, first: Mask, start: Array
 ) -> tuple[Array, Array, float]:
-    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det."""
+    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det.
+
+    State: error of the input (0, 1, 2), coloured noise of its sensor (u), what the line holds of them (h), coloured noise of
+    the output's sensor (c); p and q are its covariances before and after a step. Written out, for this is called most.
+    """
     n = slide.size
-    k_out, scale, log_det = np.zeros((n, STATES)), np.zeros(n), 0.0
-    p, q, m, z = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros(STATES)
+    k_out, scale, log_det, product = np.zeros((n, STATES)), np.zeros(n), 0.0, 1.0
+    p00 = p01 = p02 = p0u = p0h = p0c = p11 = p12 = p1u = p1h = p1c = 0.0
+    p22 = p2u = p2h = p2c = puu = puh = puc = phh = phc = pcc = 0.0
     for t in range(n):
         if first[t]:
-            p[:, :] = 0.0
+            p00 = p01 = p02 = p0u = p0h = p0c = p11 = p12 = p1u = p1h = p1c = 0.0
+            p22 = p2u = p2h = p2c = puu = puh = puc = phc = pcc = 0.0
             # the output before the first sample is what was read there
-            p[4, 4] = start[t]
-        hold, f, b, c = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1]
-        # m = F p, then q = m F' and what is new
-        _pass(p, law[t], hold, f, b, c, m)
-        _pass(m.T, law[t], hold, f, b, c, q.T)
-        _renew(q, law[t], fresh[t], f)
-        if keep[t]:
-            for i in range(STATES):
-                z[i] = q[i, 4] + q[i, 5]
-            var = z[4] + z[5] + white_n[t] ** 2
-            scale[t] = 1.0 / np.sqrt(var)
-            log_det += np.log(var)
-            for i in range(STATES):
-                k_out[t, i] = z[i] * scale[t]
-                for j in range(STATES):
-                    p[i, j] = q[i, j] - z[i] * z[j] / var
-        else:
-            p[:, :] = q
-    return k_out, scale, log_det
-
-
-@njit(cache=True, nogil=True)
-def _pass(x: Array, law: Array, hold: float, f: float, b: float, c: float, out: Array) -> None:
-    """Write the transition of the state times a matrix."""
-    for j in range(STATES):
-        x0, x1, x2 = x[0, j], x[1, j], x[2, j]
-        out[0, j] = law[0] * x0 + law[1] * x1 + law[2] * x2
-        out[1, j] = law[3] * x0 + law[4] * x1 + law[5] * x2
-        out[2, j] = law[6] * x0 + law[7] * x1 + law[8] * x2
-        out[3, j] = b * x[3, j]
-        out[4, j] = f * (law[9] * x0 + law[10] * x1 + law[11] * x2 + out[3, j]) + hold * x[4, j]
-        out[5, j] = c * x[5, j]
-
-
-@njit(cache=True, nogil=True)
-def _renew(q: Array, law: Array, fresh: Array, f: float) -> None:
-    """Add the covariance of what is new to that of the state, and make it symmetric."""
-    q[0, 0] += law[12]
-    q[1, 0] += law[13]
-    q[2, 0] += law[14]
-    q[1, 1] += law[15]
-    q[2, 1] += law[16]
-    q[2, 2] += law[17]
-    for i in range(3):
-        q[4, i] += f * law[18 + i]
-    q[3, 3] += fresh[0]
-    q[4, 3] += f * fresh[0]
-    q[4, 4] += f * f * (law[21] + fresh[0])
-    q[5, 5] += fresh[1]
-    for i in range(STATES):
-        for j in range(i):
-            q[j, i] = q[i, j]
+            phh = start[t]
+        t00, t01, t02, t10, t11, t12 = law[t, 0], law[t, 1], law[t, 2], law[t, 3], law[t, 4], law[t, 5]
+        t20, t21, t22, c0, c1, c2 = law[t, 6], law[t, 7], law[t, 8], law[t, 9], law[t, 10], law[t, 11]
+        hold, f, b, d = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1]
+        # transition times the covariance of the input's error, and that of its mean over the step with the state before
+        m00, m01, m02 = t00 * p00 + t01 * p01 + t02 * p02, t00 * p01 + t01 * p11 + t02 * p12, t00 * p02 + t01 * p12 + t02 * p22
+        m10, m11, m12 = t10 * p00 + t11 * p01 + t12 * p02, t10 * p01 + t11 * p11 + t12 * p12, t10 * p02 + t11 * p12 + t12 * p22
+        m20, m21, m22 = t20 * p00 + t21 * p01 + t22 * p02, t20 * p01 + t21 * p11 + t22 * p12, t20 * p02 + t21 * p12 + t22 * p22
+        m0u, m1u, m2u = t00 * p0u + t01 * p1u + t02 * p2u, t10 * p0u + t11 * p1u + t12 * p2u, t20 * p0u + t21 * p1u + t22 * p2u
+        m0h, m1h, m2h = t00 * p0h + t01 * p1h + t02 * p2h, t10 * p0h + t11 * p1h + t12 * p2h, t20 * p0h + t21 * p1h + t22 * p2h
+        m0c, m1c, m2c = t00 * p0c + t01 * p1c + t02 * p2c, t10 * p0c + t11 * p1c + t12 * p2c, t20 * p0c + t21 * p1c + t22 * p2c
+        e0, e1, e2, eu, eh, ec = (
+            c0 * p00 + c1 * p01 + c2 * p02,
+            c0 * p01 + c1 * p11 + c2 * p12,
+            c0 * p02 + c1 * p12 + c2 * p22,
+            c0 * p0u + c1 * p1u + c2 * p2u,
+            c0 * p0h + c1 * p1h + c2 * p2h,
+            c0 * p0c + c1 * p1c + c2 * p2c,
+        )
+        q00 = m00 * t00 + m01 * t01 + m02 * t02 + law[t, 12]
+        q01 = m00 * t10 + m01 * t11 + m02 * t12 + law[t, 13]
+        q02 = m00 * t20 + m01 * t21 + m02 * t22 + law[t, 14]
+        q11 = m10 * t10 + m11 * t11 + m12 * t12 + law[t, 15]
+        q12 = m10 * t20 + m11 * t21 + m12 * t22 + law[t, 16]
+        q22 = m20 * t20 + m21 * t21 + m22 * t22 + law[t, 17]
+        q0u, q1u, q2u, quu = b * m0u, b * m1u, b * m2u, b * b * puu + fresh[t, 0]
+        q0c, q1c, q2c, quc, qcc = d * m0c, d * m1c, d * m2c, b * d * puc, d * d * pcc + fresh[t, 1]
+        q0h = f * (m00 * c0 + m01 * c1 + m02 * c2 + law[t, 18] + q0u) + hold * m0h
+        q1h = f * (m10 * c0 + m11 * c1 + m12 * c2 + law[t, 19] + q1u) + hold * m1h
+        q2h = f * (m20 * c0 + m21 * c1 + m22 * c2 + law[t, 20] + q2u) + hold * m2h
+        quh = f * (b * eu + quu) + hold * b * puh
+        entering = c0 * e0 + c1 * e1 + c2 * e2 + law[t, 21] + 2.0 * b * eu + quu
+        qhh = f * f * entering + 2.0 * f * hold * (eh + b * puh) + hold * hold * phh
+        qhc = d * (f * (ec + b * puc) + hold * phc)
+        if not keep[t]:
+            p00, p01, p02, p0u, p0h, p0c, p11 = q00, q01, q02, q0u, q0h, q0c, q11
+            p12, p1u, p1h, p1c, p22, p2u, p2h = q12, q1u, q1h, q1c, q22, q2u, q2h
+            p2c, puu, puh, puc, phh, phc, pcc = q2c, quu, quh, quc, qhh, qhc, qcc
+            continue
+        z0, z1, z2, zu, zh, zc = q0h + q0c, q1h + q1c, q2h + q2c, quh + quc, qhh + qhc, qhc + qcc
+        var = zh + zc + white_n[t] ** 2
+        scale[t] = s = 1.0 / math.sqrt(var)
+        # a logarithm of a product instead of one a sample
+        product *= var
+        if not 1e-100 < product < 1e100:
+            log_det += math.log(product)
+            product = 1.0
+        g0, g1, g2, gu, gh, gc = s * z0, s * z1, s * z2, s * zu, s * zh, s * zc
+        k_out[t, 0], k_out[t, 1], k_out[t, 2], k_out[t, 3], k_out[t, 4], k_out[t, 5] = g0, g1, g2, gu, gh, gc
+        p00, p01, p02, p0u = q00 - g0 * g0, q01 - g0 * g1, q02 - g0 * g2, q0u - g0 * gu
+        p0h, p0c, p11, p12 = q0h - g0 * gh, q0c - g0 * gc, q11 - g1 * g1, q12 - g1 * g2
+        p1u, p1h, p1c, p22 = q1u - g1 * gu, q1h - g1 * gh, q1c - g1 * gc, q22 - g2 * g2
+        p2u, p2h, p2c, puu = q2u - g2 * gu, q2h - g2 * gh, q2c - g2 * gc, quu - gu * gu
+        puh, puc, phh, phc = quh - gu * gh, quc - gu * gc, qhh - gh * gh, qhc - gh * gc
+        pcc = qcc - gc * gc
+    return k_out, scale, log_det + math.log(product)
 
 
 @njit(cache=True, nogil=True)
