@@ -130,7 +130,7 @@ def _power(sim: Simulator, f: Fit) -> float:
 def _reducible(found: Search) -> float:
     """Return what the base leaves beyond the noise (squared, N^2)."""
     f = found.base
-    floor = floor_n(found.sim.problem.records, found.sim.phases(f.theta, f.effects), found.noise)
+    floor = floor_n(found.sim.problem.records, found.sim.phases(f.theta, f.effects, found.noise), found.noise)
     return _power(found.sim, f) - floor**2
 
 

@@ -198,7 +198,7 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
 
 def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     """Return a fit with its own whitener and cost."""
-    phases = sim.phases(f.theta, f.effects)
+    phases = sim.phases(f.theta, f.effects, noise)
     records = sim.problem.records
     if not f.free:
         tries = [(0.0, whitener(records, phases, noise))]

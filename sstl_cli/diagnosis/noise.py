@@ -133,7 +133,7 @@ def likely(
         part = _some([(r, slice(e - len(r), e)) for r, e in zip(records, ends, strict=True) if r.system == system])
         rows = np.concatenate([np.arange(s.start, s.stop) for _, s in part])
         mine = [r for r, _ in part]
-        own = Phases(phases.slide[rows], phases.gain[rows])
+        own = Phases(phases.slide[rows], phases.gain[rows], phases.doubt_n[rows])
         stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
         into[system], out[system], smoother[system], spread[system] = _fitted(system, mine, own, stacked, into[system], out[system])
     return Noise(into, out, smoother, spread)

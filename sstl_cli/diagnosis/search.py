@@ -204,7 +204,7 @@ def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> Noise:
     """Return the most likely noise in what the best few models together leave, by the phases of the best."""
     base, *others = coarse
     best = others[0] if others else base
-    phases = sim.phases(best.theta, best.effects)
+    phases = sim.phases(best.theta, best.effects, measured)
     whiten = whitener(sim.problem.records, phases, measured)
     own = np.zeros((len(sim.y), len(base.theta)))
     own[np.arange(len(sim.y)), sim.config] = best.jacobian[:, 0]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record
-from sstl_cli.diagnosis.whitening import Phases
+from sstl_cli.diagnosis.whitening import Noise, Phases
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.transmission.active import activate
@@ -26,6 +26,8 @@ Effects = Mapping[str, Mapping[str, float]]
 SHIFT_N = 1e-2
 STEEPEST = 50.0
 CEILING_N = 1e6
+# outer points of a Gauss-Hermite quadrature of three (standard deviations); each weighs 1 / (2 * 3)
+QUADRATURE = math.sqrt(3.0)
 
 
 # The stiffness of the load is not known from tensions; effects that act along the line need it.
@@ -100,16 +102,25 @@ class Simulator:
         """Return the predicted measured output (N, shape (samples,)) for one theta per configuration."""
         return _means(self._fine(theta, effects), self._runs.edges, self.edges, self._factors)
 
-    def phases(self, theta: Array, effects: Effects) -> Phases:
-        """Return where the model slides and how steeply, from its answer to the latent input and to one that is shifted."""
+    def phases(self, theta: Array, effects: Effects, noise: Noise | None = None) -> Phases:
+        """Return where the model slides, how steeply, and where it may have slid.
+
+        From its answer to the latent input, to one that is shifted, and to those by the error of the input (with ``noise``
+        also that of its sensor) higher and lower: a quadrature over that error with three points (Julier and Uhlmann 2004).
+        """
         here, moved = self._fine(theta, effects), self._fine(theta, effects, SHIFT_N)
-        return Phases(*_phases(here, moved, self._runs.tension_n, self._runs.edges, self.edges, self._factors, self._driven))
+        slide, gain = _phases(here, moved, self._runs.tension_n, self._runs.edges, self.edges, self._factors, self._driven)
+        error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
+        high, low = (self._fine(theta, effects, sign * QUADRATURE * error) for sign in (1.0, -1.0))
+        bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
+        doubt = _means(np.abs(bent), self._runs.edges, self.edges, self._factors) / QUADRATURE
+        return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
         return self._runs.each(self._fine(theta, effects))
 
-    def _fine(self, theta: Array, effects: Effects, shift_n: float = 0.0) -> Array:
+    def _fine(self, theta: Array, effects: Effects, shift_n: float | Array = 0.0) -> Array:
         """Return the predictions at the rate of the simulation, end to end; ``shift_n`` is added to the input."""
         load = None
         line = effects.get("line")
@@ -118,7 +129,7 @@ class Simulator:
             load = line["load_mm_per_n"]
         active = activate({**self.fixed, **{k: self.changed(k, v) for k, v in effects.items()}})
         runs, records = self._runs, self.problem.records
-        read = runs.tension_n + shift_n if shift_n != 0.0 else runs.tension_n
+        read = runs.tension_n + shift_n if np.any(shift_n) else runs.tension_n
         given = read
         if undo := active.of_hook("input_inverse"):
             rows = zip(self._samplings, runs.each(read), records, strict=True)
@@ -175,6 +186,13 @@ def _phases(
             # a line that a motion drives slides all the time
             slide[k] = 1.0 if driven[i] else (min(done / max(due, 1e-12), 1.0) if due > 1e-12 else 0.0)
     return slide, gain
+
+
+def _error_n(r: Record, noise: Noise | None) -> Array:
+    """Return the standard deviation (N) of what is not known of the input, at the analysis rate."""
+    if noise is None:
+        return r.error_n
+    return np.asarray(np.hypot(noise.smoother[r.system] * r.error_n, noise.input[r.system].coloured_n))
 
 
 def neighbour_of(r: Record) -> Array | None:

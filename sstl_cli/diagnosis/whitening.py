@@ -6,11 +6,12 @@ slide. The output sensor adds white and first-order coloured noise. Given the ph
 
     e1'  = error of the smoothed input, by the law that the smoother states (three numbers), averaged over the step
     e2'  = first-order coloured noise of the input sensor
-    h'   = (1 - slide) h + slide gain (e1' + e2')
+    h'   = (1 - slide) h + slide gain (e1' + e2') + slip
     c'   = first-order coloured noise of the output sensor
     residual = h + c + white noise
 
-so the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
+where ``slip`` stands for a hold that nearly slid: whether the true input slipped there is not known, and what it left stays.
+So the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
 is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise only: a residual and all columns
 of a Jacobian pass through it in one go.
 """
@@ -57,10 +58,14 @@ class Noise:
 
 @dataclass(frozen=True)
 class Phases:
-    """How the model's output follows its input, shape (samples,): share of a step spent sliding, and gain."""
+    """How the model's output follows its input, shape (samples,): share of a step spent sliding, and gain.
+
+    ``doubt_n`` is the standard deviation (N) of what is not linear in the input's error: of a hold that nearly slid.
+    """
 
     slide: Array
     gain: Array
+    doubt_n: Array
 
 
 @dataclass(frozen=True)
@@ -131,7 +136,7 @@ def whitener(
     c = known or constants(records, noise)
     white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
     weights, scale, log_det = _gains(
-        phases.slide, phases.gain, c.error_law, c.decay, c.fresh, white_n, c.keep, c.first, c.start
+        phases.slide, phases.gain, phases.doubt_n, c.error_law, c.decay, c.fresh, white_n, c.keep, c.first, c.start
     )
     moves = np.ascontiguousarray(c.error_law[:, :12])
     return Whitener(moves, c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
@@ -159,7 +164,16 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gains(
-    slide: Array, gain: Array, law: Array, decay: Array, fresh: Array, white_n: Array, keep: Mask, first: Mask, start: Array
+    slide: Array,
+    gain: Array,
+    doubt_n: Array,
+    law: Array,
+    decay: Array,
+    fresh: Array,
+    white_n: Array,
+    keep: Mask,
+    first: Mask,
+    start: Array,
 ) -> tuple[Array, Array, float]:
     """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det.
 
@@ -174,8 +188,8 @@ def _gains(
         if first[t]:
             p00 = p01 = p02 = p0u = p0h = p0c = p11 = p12 = p1u = p1h = p1c = 0.0
             p22 = p2u = p2h = p2c = puu = puh = puc = phc = pcc = 0.0
-            # the output before the first sample is what was read there
-            phh = start[t]
+            # the output before the first sample is what was read there, or where the input holds it
+            phh = start[t] + gain[t] ** 2 * (law[t, 21] + fresh[t, 0])
         t00, t01, t02, t10, t11, t12 = law[t, 0], law[t, 1], law[t, 2], law[t, 3], law[t, 4], law[t, 5]
         t20, t21, t22, c0, c1, c2 = law[t, 6], law[t, 7], law[t, 8], law[t, 9], law[t, 10], law[t, 11]
         hold, f, b, d = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1]
@@ -207,7 +221,10 @@ def _gains(
         q2h = f * (m20 * c0 + m21 * c1 + m22 * c2 + law[t, 20] + q2u) + hold * m2h
         quh = f * (b * eu + quu) + hold * b * puh
         entering = c0 * e0 + c1 * e1 + c2 * e2 + law[t, 21] + 2.0 * b * eu + quu
-        qhh = f * f * entering + 2.0 * f * hold * (eh + b * puh) + hold * hold * phh
+        # what a slip that may or may not have happened leaves behind stays until the next slide
+        before = 0.0 if first[t] else hold * doubt_n[t - 1]
+        slip = max(doubt_n[t] ** 2 - before**2, 0.0)
+        qhh = f * f * entering + 2.0 * f * hold * (eh + b * puh) + hold * hold * phh + slip
         qhc = d * (f * (ec + b * puc) + hold * phc)
         if not keep[t]:
             p00, p01, p02, p0u, p0h, p0c, p11 = q00, q01, q02, q0u, q0h, q0c, q11

@@ -168,7 +168,7 @@ def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     sim = g.search.sim
     given = errors.rms(sim.y - sim.predict(g.nominal, {}))
     base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
-    floor = float(np.hypot(floor_n(g.problem.records, sim.phases(g.accepted.theta, g.accepted.effects), g.search.noise), errors.fine_n))
+    floor = float(np.hypot(floor_n(g.problem.records, sim.phases(g.accepted.theta, g.accepted.effects, g.search.noise), g.search.noise), errors.fine_n))
     named = g.accepted is not g.search.base
     interval: shrink.Interval | None = shrink.shrinkage(sim, errors.base, errors.accepted, errors.fine_n) if named else None
     percent = 100.0 * (1.0 - with_effect / base) if base > 0.0 else 0.0
