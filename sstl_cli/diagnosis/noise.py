@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
+from scipy.stats import chi2
 
 from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
@@ -30,9 +32,14 @@ CURVATURE_STEP = 0.1
 # search for the most likely noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none
 DIFFERENCE, FLAT, TRIES = 0.03, 0.5, 120
 ENOUGH = 4000
-CORRELATIONS_S = (0.05, 0.15, 0.4, 1.0)
+CORRELATIONS_S = (0.05, 0.1, 0.2, 0.4, 0.8)
+# coloured noise that is tried, over the white one of a reading
+LEVELS = np.geomspace(0.03, 4.0, 15)
+ROUNDS = 5
 # spreads of the log-normal priors: of the measured white and coloured noise, between two sensors, of the smoother's error
-WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.5, 1.0, 0.2
+WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.3, 0.35, 0.2
+# so many spreads away a number stops: a record of any length could buy the rest with what its model misses
+AT_MOST = 3.0
 
 
 @dataclass(frozen=True)
@@ -71,47 +78,60 @@ def _typical(values: Sequence[float]) -> float:
 
 
 def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) -> _Held:
-    """Return the coloured noise that holds show beyond the white one."""
+    """Return the coloured noise that holds show beyond the white one.
+
+    The most likely one of windows without their straight line (restricted likelihood), from the quieter half of them at
+    first, then from all that it can have made: holds that something else disturbs do not count.
+    """
+    rows = np.zeros((0, 0))
     for window_s in WINDOWS_S:
-        increments: list[Array] = []
-        spread: list[float] = []
-        expected = 0.0
+        found: list[Array] = []
         for r, slide in zip(records, slides, strict=True):
-            step = r.dt_s * r.factor
-            length = max(8, round(window_s / step))
-            expected = white_n / np.sqrt(r.factor)
-            for piece in _pieces(r.y, (slide < 1e-3) & (r.weight > 0), length):
-                increments.append(piece)
-                spread.append(float(piece.var() * length / (length - 2)))
-        if len(spread) >= LEAST_WINDOWS:
+            length = max(8, round(window_s / (records[0].dt_s * records[0].factor)))
+            found += _pieces(r.y, (slide < 1e-3) & (r.weight > 0), length)
+        rows = np.array([p for p in found if len(p) == len(found[0])])
+        if len(rows) >= LEAST_WINDOWS:
             break
-    if len(spread) < LEAST_WINDOWS:
-        return _Held(0.25 * white_n, CORRELATIONS_S[1], len(spread))
-    middle = float(np.median(spread))
-    quiet = [p for p, s in zip(increments, spread, strict=True) if s <= middle]
-    excess = max(middle - expected**2, 0.0)
-    return _Held(float(np.sqrt(excess + (0.1 * expected) ** 2)), _correlation(quiet, records[0]), len(spread))
+    if len(rows) < LEAST_WINDOWS:
+        return _Held(0.25 * white_n, CORRELATIONS_S[1], len(rows))
+    first = records[0]
+    tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
+    costs = np.array([_window_costs(rows, white_n / np.sqrt(first.factor), c, tau, first.dt_s * first.factor) for c, tau in tries])
+    spread = rows.var(axis=1)
+    kept = spread <= np.median(spread)
+    # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
+    limit = chi2.ppf(1.0 - 0.5 / len(rows), rows.shape[1] - 2)
+    best = 0
+    for _ in range(ROUNDS):
+        best = int(np.argmin(costs[:, kept, 0].sum(axis=1)))
+        now = costs[best, :, 1] <= limit
+        if (now == kept).all() or now.sum() < LEAST_WINDOWS:
+            break
+        kept = now
+    return _Held(float(tries[best][0]), tries[best][1], int(kept.sum()))
+
+
+def _window_costs(rows: Array, white_n: float, coloured_n: float, correlation_s: float, step_s: float) -> Array:
+    """Return minus the restricted log likelihood (nats) and the sum of whitened squares of each window, shape (m, 2)."""
+    length = rows.shape[1]
+    lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length))) * step_s
+    lower = np.linalg.cholesky(coloured_n**2 * np.exp(-lag / correlation_s) + white_n**2 * np.eye(length))
+    line = np.stack((np.ones(length), np.linspace(-1.0, 1.0, length)), axis=1)
+    z, basis = solve_triangular(lower, rows.T, lower=True), solve_triangular(lower, line, lower=True)
+    q, own = np.linalg.qr(basis)
+    square = (z**2).sum(axis=0) - ((q.T @ z) ** 2).sum(axis=0)
+    log_det = float(np.sum(np.log(np.diag(lower))) + np.sum(np.log(np.abs(np.diag(own)))))
+    return np.stack((0.5 * square + log_det, square), axis=1)
 
 
 def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
-    """Return stretches of a hold without their straight line."""
+    """Return stretches of a hold."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], held.view(np.int8), [0]))))
-    x = np.arange(length) - (length - 1) / 2
-    found = []
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
-        for start in range(a, b - length + 1, length):
-            piece = y[start : start + length]
-            found.append(piece - piece.mean() - x * float(piece @ x) / float(x @ x))
-    return found
-
-
-def _correlation(pieces: Sequence[Array], r: Record) -> float:
-    """Return the correlation time (s) by the ratio of the autocorrelation at two lags, which white noise does not touch."""
-    rows = np.array([p for p in pieces if len(p) == len(pieces[0])])
-    one, two = (float(np.mean(rows[:, lag:] * rows[:, :-lag])) for lag in (1, 3))
-    if one <= 0.0 or two <= 0.0 or two >= one:
-        return CORRELATIONS_S[1]
-    return float(np.clip(2.0 * r.dt_s * r.factor / np.log(one / two), CORRELATIONS_S[0], CORRELATIONS_S[-1]))
+    return [
+        y[start : start + length]
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+        for start in range(a, b - length + 1, length)
+    ]
 
 
 def likely(
@@ -153,8 +173,12 @@ def _fitted(
     centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
     near = np.array([WHITE, MEASURED, ALIKE, SMOOTHER])
 
+    shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
+    low = np.concatenate((centre - AT_MOST * near, np.full(2, shortest - 1.0)))
+    high = np.concatenate((centre + AT_MOST * near, np.full(2, longest + 1.0)))
+
     def sensors(p: Array) -> tuple[Sensor, Sensor, float]:
-        white, colour, entering, smoother, slow_out, slow_in = (float(v) for v in np.exp(p))
+        white, colour, entering, smoother, slow_out, slow_in = (float(v) for v in np.exp(np.clip(p, low, high)))
         return Sensor(into.white_n, entering, slow_in), Sensor(white, colour, slow_out), smoother
 
     def cost(p: Array) -> float:
@@ -175,7 +199,6 @@ def _fitted(
         prior = float(np.sum(((p[: len(near)] - centre) / near) ** 2) + np.sum((outside / MEASURED) ** 2))
         return 0.5 * (rss + w.log_det + restricted + prior)
 
-    shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
     first = np.concatenate((centre, np.log([out.correlation_s, into.correlation_s])))
     unit = np.array([*near, MEASURED, MEASURED])
     options = {"eps": DIFFERENCE, "gtol": FLAT, "ftol": 0.0, "maxfun": TRIES}
