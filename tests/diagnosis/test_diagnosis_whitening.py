@@ -42,7 +42,7 @@ def phases():
     slide[20:50] = slide[80:] = 1.0
     slide[50] = 0.4
     gain = np.where(np.arange(N) < 60, 0.6, 1.7)
-    return Phases(slide, gain)
+    return Phases(slide, gain, np.zeros(N))
 
 
 def dense(ph):
@@ -53,6 +53,7 @@ def dense(ph):
 
     means = np.kron(np.eye(N), np.full((1, FACTOR), 1.0 / FACTOR))
     into = means @ posterior(KNOWN, 0.05**2, CORNERS, BENDS)[1] @ means.T + colour(0.015, 0.3)
+    held = ph.gain[0] ** 2 * into[0, 0]
     mix, start = np.zeros((N, N)), np.zeros(N)
     for t in range(N):
         s, g = ph.slide[t], ph.gain[t]
@@ -62,7 +63,7 @@ def dense(ph):
             start[t] = 1.0 - s
         mix[t, t] += s * g
     white_n = 0.03 / np.sqrt(FACTOR)
-    begin = np.outer(start, start) * (0.02**2 + 0.02**2)
+    begin = np.outer(start, start) * (0.02**2 + 0.02**2 + held)
     return mix @ into @ mix.T + begin + colour(0.02, 0.1) + white_n**2 * np.eye(N)
 
 
@@ -90,7 +91,7 @@ def test_masked_samples_count_for_nothing():
 
 def test_runs_do_not_touch_one_another():
     ph = phases()
-    twice = Phases(np.tile(ph.slide, 2), np.tile(ph.gain, 2))
+    twice = Phases(np.tile(ph.slide, 2), np.tile(ph.gain, 2), np.tile(ph.doubt_n, 2))
     w, alone = whitener([Made(), Made()], twice, NOISE), whitener([Made()], ph, NOISE)
     x = np.random.default_rng(2).standard_normal(2 * N)
     assert np.allclose(w(x), np.concatenate((alone(x[:N]), alone(x[N:]))))
@@ -109,3 +110,11 @@ def test_white_noise_is_only_scaled():
     w = white(0.5, np.ones(4), [0])
     assert w(np.array([1.0, -2.0, 0.0, 3.0])).tolist() == [2.0, -4.0, 0.0, 6.0]
     assert w.log_det == pytest.approx(8.0 * np.log(0.5))
+
+
+def test_a_hold_that_nearly_slid_is_off_by_one_number_until_the_next_slide():
+    ph = phases()
+    touched = (np.arange(N) >= 55) & (np.arange(N) < 80)
+    w = whitener([Made()], Phases(ph.slide, ph.gain, 0.05 * touched), NOISE)
+    x = np.random.default_rng(4).standard_normal(N)
+    assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + 0.05**2 * np.outer(touched, touched), x), rel=1e-8)

@@ -1,0 +1,37 @@
+"""Noise of the sensors from holds: made windows whose noise is known."""
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.noise import _held, _window_costs
+from tests.diagnosis.made_windows import Held, coloured
+
+
+def test_slow_noise_is_found_in_holds_whatever_drifts_and_a_few_disturbed_holds_do_not_count():
+    rng = np.random.default_rng(3)
+    quiet = [Held(0.03 * rng.standard_normal(1200) + coloured(rng, 1200, 0.01, 0.02, 0.4) + 0.1 * np.linspace(0, k, 1200)) for k in range(8)]
+    found = _held(quiet, [np.zeros(1200)] * 8, 0.03)
+    assert found.coloured_n == pytest.approx(0.02, rel=0.35) and 0.2 <= found.correlation_s <= 0.8
+    loud = [Held(r.y + (np.arange(1200) > 600) * (i > 5)) for i, r in enumerate(quiet)]
+    assert _held(loud, [np.zeros(1200)] * 8, 0.03).coloured_n == pytest.approx(found.coloured_n, rel=0.35)
+
+
+def test_without_slow_noise_nothing_is_found_but_the_least_level():
+    rng = np.random.default_rng(4)
+    records = [Held(0.03 * rng.standard_normal(1200)) for _ in range(6)]
+    assert _held(records, [np.zeros(1200)] * 6, 0.03).coloured_n < 0.006
+
+
+def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
+    rng = np.random.default_rng(5)
+    rows, n = rng.standard_normal((3, 40)), 40
+    lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) * 0.01
+    sigma = 0.5**2 * np.exp(-lag / 0.2) + 0.3**2 * np.eye(n)
+    line = np.stack((np.ones(n), np.linspace(-1.0, 1.0, n)), axis=1)
+    inverse = np.linalg.inv(sigma)
+    inner = line.T @ inverse @ line
+    project = inverse - inverse @ line @ np.linalg.solve(inner, line.T @ inverse)
+    square = np.einsum("ij,jk,ik->i", rows, project, rows)
+    log_det = 0.5 * (np.linalg.slogdet(sigma)[1] + np.linalg.slogdet(inner)[1])
+    cost = _window_costs(rows, 0.3, 0.5, 0.2, 0.01)
+    assert cost[:, 1] == pytest.approx(square) and cost[:, 0] == pytest.approx(0.5 * square + log_det)
