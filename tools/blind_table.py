@@ -71,6 +71,16 @@ def _value(x: Any) -> str:
     return f"{x:.3f}" if isinstance(x, float) else share(x)
 
 
+def by_d2(score: dict) -> str:
+    """Rates in strata of the distance, and what an ideal observer would reach."""
+    rows = ["| D^2 to base and nearest rival | isolated | ideal observer | in the group | unknown recall | both of a pair |", "|---|---|---|---|---|---|"]
+    for r in score["by_d2"]:
+        span = f"{r['d2_low']:g}-{r['d2_high']:g}" if r["d2_high"] is not None else f"{r['d2_low']:g} and more"
+        ideal = "-" if r["ideal"] is None else f"{100 * r['ideal']:.0f} %"
+        rows.append(f"| {span} | {share(r['isolation'])} | {ideal} | " + " | ".join(share(r[k]) for k in ("in_group", "unknown_recall", "both_of_a_pair")) + " |")
+    return "\n".join(rows)
+
+
 def main() -> None:
     """Fill both pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
@@ -93,7 +103,7 @@ Seal {score['seal'][:16]}; no rule was changed after it was opened. {score['seco
     rest = f"Poor excitation: wrong commits {share(poor['wrong_commits'])}, abstained {share(poor['abstained'])}. Wrong nominal theta: false alarm {share(wrong['false_alarm'])}, isolated {share(wrong['isolation'])}."
     compared = [sides(score["by_simulator"])]
     if score["decidable"] is not None:
-        compared += ["Cases that their recordings could decide (D^2 of at least 24 to base and nearest rival):", sides(score["decidable"])]
+        compared += ["Cases that their recordings could decide (D^2 of at least 24 to base and nearest rival):", sides(score["decidable"]), by_d2(score)]
     put("blind.md", "published", "\n\n".join([head, targets(score), *compared, by_strength(score), by_effect(score), group, rest, reliability, baselines(score)]))
     put("../README.md", "blind", f"{score['cases']} withheld cases ({given.words}), {given.commit}:\n\n{targets(score)}")
 

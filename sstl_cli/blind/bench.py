@@ -58,6 +58,7 @@ class Bench:
     reference: bool = False
     hardware: str = "rig"
     lab: Recording | None = None
+    poor: str | None = None
 
     def config_id(self, config: int) -> str:
         """Return the neutral name of a configuration."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,6 +28,8 @@ QUIETEST_N = 0.004
 RIGID_N = 1e6
 # a gap below this share of what was asked is no gap
 HIDDEN = 0.02
+# so many are drawn before none is said to reach the gap
+DISTURBANCES = 60
 Effects = dict[str, dict[str, float]]
 
 
@@ -53,37 +55,69 @@ def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig", as
     reason = ""
     for attempt in range(ATTEMPTS):
         rng = stream(seed, "case", attempt)
+        lab = recording.draw(rng) if as_labs else None
         try:
-            return _draw(entry, rng, seed, quick, hardware, recording.draw(rng) if as_labs else None)
+            return _draw(entry, rng, seed, quick, hardware, lab, attempt)
         except (SstlError, ValueError) as error:
             # a stick-slip bench may be too violent for the solver: another one is drawn, by the same rules
             reason = str(error)
     raise SstlError(f"no bench could be simulated in {ATTEMPTS} attempts ({reason})", where=f"seed {seed}", code="E950")
 
 
-def _draw(
-    entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str, lab: Recording | None
-) -> Case:
-    poor = ("slow", "still")[int(rng.integers(2))] if entry.kind == "poor" else None
-    bench = benches.draw(rng, quick, entry.kind == "nominal", poor, hardware, lab)
-    channels = {get(e).channel for e in entry.effects if e != DISTURBANCE}
+def rebuild(truth: Mapping[str, Any]) -> tuple[Source, Effects]:
+    """Return the source and the effects of a case from its opened truth, as they were when it was recorded.
+
+    Raises
+    ------
+    SstlError
+        If the truth does not say how it was drawn (sets from before it did).
+    """
+    if "attempt" not in truth:
+        raise SstlError("the set is from before distances could be taken", fix="make the set again", code="E960")
+    seed, effects = int(truth["seed"]), {k: dict(v) for k, v in truth["effects"].items()}
+    rng = stream(seed, "case", int(truth["attempt"]))
+    lab = recording.draw(rng) if truth["recording"] is not None else None
+    source = _source(truth["kind"], tuple(effects), rng, seed, bool(truth["quick"]), truth["simulator"], lab)
+    for _ in range(DISTURBANCES if truth["unlisted"] else 0):
+        drawn = disturbances.draw(rng)
+        if [drawn.description] == truth["unlisted"]:
+            source = replace(source, disturbance=drawn)
+            break
+    return source.with_noise(truth["noise"]["white_n"] / source.bench.noise.white_n).as_recorded(), effects
+
+
+def _source(
+    kind: str, ids: tuple[str, ...], rng: np.random.Generator, seed: int, quick: bool, hardware: str, lab: Recording | None
+) -> Source:
+    """Return the bench of a case, before anything is withheld."""
+    poor = ("slow", "still")[int(rng.integers(2))] if kind == "poor" else None
+    bench = benches.draw(rng, quick, kind == "nominal", poor, hardware, lab)
+    channels = {get(e).channel for e in ids if e != DISTURBANCE}
     bench = replace(
         bench,
         position="position" in channels or (bool(rng.random() < 0.3) if lab is None else lab.position),
         reference="loop" in channels or (bool(rng.random() < 0.3) if lab is None else lab.reference),
+        poor=poor,
     )
     if bench.position:
         # to judge a position, a lab has to know its stiffnesses; a rigid tendon is the claim that is wrong then
         stiff = {"load_n_per_mm": bench.spec.load_k1_n_per_mm}
-        if "tendon_elasticity" in entry.effects:
+        if "tendon_elasticity" in ids:
             bench = replace(bench, spec=replace(bench.spec, ea_n=RIGID_N))
         else:
             stiff["ea_n"] = bench.spec.ea_n
         known = bench.known.model_copy(update=stiff)
         bench = replace(bench, known=known)
-    if "slack" in entry.effects:
+    if "slack" in ids:
         bench = benches.with_low_tension(bench)
-    source = Source(bench, seed)
+    return Source(bench, seed)
+
+
+def _draw(
+    entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str, lab: Recording | None, attempt: int
+) -> Case:
+    source = _source(entry.kind, entry.effects, rng, seed, quick, hardware, lab)
+    bench, channels = source.bench, {get(e).channel for e in entry.effects if e != DISTURBANCE}
     null_n, _ = source.gap({})
     source, effects, facts = _withheld(entry, source, rng, null_n)
     source = source.as_recorded()
@@ -111,11 +145,13 @@ def _draw(
         "excluded": entry.kind == "excluded",
         "unlisted": [] if source.disturbance is None else [source.disturbance.description],
         "wrong_nominal": entry.kind == "nominal",
-        "poor": poor,
+        "poor": bench.poor,
         "theta": list(bench.theta),
         "theta_retuned": theta,
         "nominal": list(bench.nominal),
         "seed": seed,
+        "attempt": attempt,
+        "quick": quick,
         "rate_hz": bench.rate_hz,
         "recording": None if source.bench.lab is None else source.bench.lab.description,
         "noise": {k: float(getattr(source.bench.noise, k)) for k in ("white_n", "coloured_n", "correlation_s")},

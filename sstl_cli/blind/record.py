@@ -143,18 +143,11 @@ class Source:
         lab = self.bench.lab
         for order, run in enumerate(runs, first):
             stamps, t_in, t_out, x = self.readings(run, effects, self.bench.noise, lab)
-            reference = run.command_n if lab is None else recording.at_rate(lab, run.time_s, run.command_n)[1]
-            made = Run(
-                run_id=run.run_id,
-                system=run.system,
-                time_s=stamps,
-                tension_in_n=t_in,
-                tension_out_n=t_out,
-                config_id=self.bench.config_id(run.config),
-                location=self.bench.locations[run.config],
-                trajectory=run.trajectory,
+            made = self._run(run, lab, stamps, t_in, t_out, x)
+            made = replace(
+                made,
                 position_in_mm=x if self.bench.position else None,
-                tension_ref_n=reference if self.bench.reference else None,
+                tension_ref_n=made.tension_ref_n if self.bench.reference else None,
             )
             if lab is not None:
                 # jitter moves what the sensors would have shown, not their noise
@@ -162,6 +155,37 @@ class Source:
                 made = recording.apply(lab, made, order, len(self.bench.runs), quiet)
             found.append(made)
         return found
+
+    def clean(self, effects: Effects) -> list[Run]:
+        """Return the session as sensors without noise would give it, with position and reference.
+
+        The stretches that a lab misses are there: who computes with them leaves them out. The input of a recorder that
+        spoils samples is the true one, as it is for the gap.
+        """
+        lab = None if self.bench.lab is None else Recording(rate_hz=self.bench.lab.rate_hz)
+        found = []
+        for run in self.bench.runs:
+            stamps, t_in, t_out, x = self.readings(run, effects, QUIET, lab)
+            if "acquisition_faults" in effects:
+                t_in = self._clocked(run, self.truth(run, effects), lab)[1]
+            found.append(self._run(run, lab, stamps, t_in, t_out, x))
+        return found
+
+    def _run(
+        self, run: PlannedRun, lab: Recording | None, stamps: Array, t_in: Array, t_out: Array, x: Array
+    ) -> Run:
+        return Run(
+            run_id=run.run_id,
+            system=run.system,
+            time_s=stamps,
+            tension_in_n=t_in,
+            tension_out_n=t_out,
+            config_id=self.bench.config_id(run.config),
+            location=self.bench.locations[run.config],
+            trajectory=run.trajectory,
+            position_in_mm=x,
+            tension_ref_n=run.command_n if lab is None else recording.at_rate(lab, run.time_s, run.command_n)[1],
+        )
 
     def as_recorded(self) -> Source:
         """Return the source with a recorder that adds little to the gap, so that what is withheld stays what is missing.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from math import erf, log, sqrt
 from typing import Any
 
 from sstl_cli.blind.judge import NAMED, Judged, of, share
@@ -10,15 +11,59 @@ from sstl_cli.blind.score import reliability, scores
 from sstl_cli.blind.strength import STRENGTHS
 
 ALL = "all"
+# strata of the smaller of the distances to base and nearest rival
+STRATA = (0.0, 6.0, 24.0, 100.0, 400.0, 1600.0)
+ODDS = log(49.0)
 
 
-def document(cases: Sequence[Judged], decidable: Collection[str] | None = None) -> dict[str, Any]:
-    """Return ``by_simulator`` and, where the decidable cases are known, ``decidable``: rows of rates, all cases last."""
-    body: dict[str, Any] = {"by_simulator": rows(cases), "decidable": None}
-    if decidable is not None:
+def document(cases: Sequence[Judged], distances: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Any]:
+    """Return ``by_simulator`` and, where distances are known, ``decidable`` (rows of rates, all cases last) and ``by_d2``."""
+    body: dict[str, Any] = {"by_simulator": rows(cases), "decidable": None, "by_d2": None}
+    if distances is not None:
+        decidable: Collection[str] = {c for c, row in distances.items() if row["decidable"]}
         # where nothing is missing there is nothing to decide between: those cases stay
         body["decidable"] = rows([c for c in cases if c.kind == "none" or c.case in decidable])
+        body["by_d2"] = by_d2(cases, {c: d for c, row in distances.items() if (d := smallest(row)) is not None})
     return body
+
+
+def smallest(row: Mapping[str, Any]) -> float | None:
+    """Return the smaller of a case's distances to the base and to the nearest rival, None where it has none."""
+    found = [float(row[k]) for k in ("d2_base", "d2_rival") if row[k] is not None]
+    return min(found) if found else None
+
+
+def ideal(d2: float) -> float:
+    """Return how often an ideal observer of two simple hypotheses at this distance has odds of 49 to 1 for the true one.
+
+    Examples
+    --------
+    >>> round(ideal(24.0), 2)
+    0.95
+    """
+    return 0.0 if d2 <= 0.0 else 0.5 * (1.0 + erf((0.5 * d2 - ODDS) / sqrt(2.0 * d2)))
+
+
+def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return rates in strata of the distance, with the mean of what an ideal observer would reach on the same cases."""
+    found = []
+    for low, high in zip(STRATA, (*STRATA[1:], float("inf")), strict=True):
+        inside = [c for c in cases if c.kind != "poor" and c.case in d2 and low <= d2[c.case] < high]
+        single, pair, outside = of(inside, "single"), of(inside, "pair"), of(inside, "outside")
+        observed = [ideal(d2[c.case]) for c in single]
+        found.append(
+            {
+                "d2_low": low,
+                "d2_high": None if high == float("inf") else high,
+                "cases": len(inside),
+                "isolation": share(c.exact for c in single),
+                "in_group": share(c.status in NAMED and c.covered for c in single),
+                "ideal": sum(observed) / len(observed) if observed else None,
+                "unknown_recall": share(c.status == "unknown" for c in outside),
+                "both_of_a_pair": share(c.withheld <= c.named for c in pair),
+            }
+        )
+    return found
 
 
 def rows(cases: Sequence[Judged]) -> list[dict[str, Any]]:

@@ -275,7 +275,6 @@ def _measure_one(job: tuple[str, str, dict[str, Any], dict[str, Any]]) -> None:
 
     from sstl_cli.core.config import parse
     from sstl_cli.core.files import write_json
-    from sstl_cli.core.runs import read_runs
     from sstl_cli.physics.scenario import Scenario
     from sstl_cli.steps import blind_limit
 
@@ -284,5 +283,5 @@ def _measure_one(job: tuple[str, str, dict[str, Any], dict[str, Any]]) -> None:
     check_log(folder, case, asked)
     sim = parse(Scenario, asked["sim"], f"plan, {case}")
     with threadpool_limits(1):
-        found = blind_limit.run(case, list(read_runs(folder.log(case))), sim, tuple(sorted(truth["effects"])))
+        found = blind_limit.run(case, truth, sim, asked["exclude"])
     write_json(folder.distance(case), {**found, "log_sha256": asked["sha256"]}, force=True)

@@ -61,6 +61,7 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
     sides(screen, "by simulator", document["by_simulator"])
     if document["decidable"] is not None:
         sides(screen, "decidable cases only (D^2 of at least 24 to base and nearest rival)", document["decidable"])
+        by_d2(screen, document["by_d2"])
     header = ("strength", "isolation", "in group", "wrong commits", "unknown recall", "pairs", "coverage")
     fields = ("isolation", "in_group", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
     strengths: list[tuple[object, ...]] = [
@@ -108,6 +109,19 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
         screen.line(f"shrinkage: predicted and realised differ by {off:.1f} percentage points on average")
     seconds = document["seconds"]
     screen.line(f"time a case: {seconds['mean']:.1f} s on average, {seconds['max']:.1f} s at most")
+
+
+def by_d2(screen: Screen, rows: list[dict[str, Any]]) -> None:
+    """Print rates in strata of the distance, beside an ideal observer's."""
+    said = [
+        (
+            f"{r['d2_low']:g}-{r['d2_high']:g}" if r["d2_high"] is not None else f"{r['d2_low']:g} and more",
+            _share(r["isolation"]), _pct(r["ideal"]), _share(r["in_group"]), _share(r["unknown_recall"]), _share(r["both_of_a_pair"]),
+        )
+        for r in rows
+    ]  # fmt: skip
+    header = ("D^2", "isolation", "ideal observer", "in group", "unknown recall", "pairs")
+    screen.table("by the distance to base and nearest rival", header, said)
 
 
 def real(screen: Screen, document: dict[str, Any]) -> None:

@@ -45,15 +45,10 @@ def run(
         judged.append(judge(name, truth["truths"][name], results[name], realised))
         advance(1)
     body = document(judged)
-    body |= sides.document(judged, None if distances is None else decidable(distances))
+    body |= sides.document(judged, distances)
     body["missing_results"] = len(truth["truths"]) - len(judged)
     body["quick"] = truth["quick"]
     return body
-
-
-def decidable(distances: Mapping[str, Mapping[str, Any]]) -> frozenset[str]:
-    """Return the cases whose truth the recordings could have told from everything else."""
-    return frozenset(c for c, row in distances.items() if row["decidable"])
 
 
 def _realised(asked: Mapping[str, Any], result: Mapping[str, Any], fresh: Fresh, name: str) -> float | None:

@@ -286,17 +286,19 @@ def test_rates_come_twice_where_distances_are_known(own, monkeypatch):
     truths = json.loads((own / "truth.json").read_text())["truths"]
     first = next(n for n, t in truths.items() if t["kind"] == "single")
 
-    def measured(case, runs, sim, effects):
+    def measured(case, truth, sim, exclude):
+        effects = sorted(truth["effects"])
         far = 100.0 if case == first else 3.0
         known = {"d2_base": far, "d2_rival": far, "rival": "slack"} if effects else {"d2_base": None, "d2_rival": None, "rival": None}
         body = {"schema": blind_limit.CASE, "case": case, "effects": list(effects), "why": None}
-        return {**body, **known, "decidable": case == first}
+        return {**body, **known, "decidable": case == first, "decidable_known": True}
 
     monkeypatch.setattr(blind_limit, "run", measured)
     assert call("limit", own, "--workers", 1).exit_code == 0
     document = json.loads(call("score", own, "--json").stdout)
     every, decidable = document["by_simulator"][-1], document["decidable"][-1]
     assert every["cases"] == CASES
+    assert sum(r["isolation"]["n"] for r in document["by_d2"] if r["isolation"]) == document["kinds"].get("single", 0)
     assert decidable["cases"] == 1 + document["kinds"].get("none", 0)
     assert sum(x["n"] for x in decidable["isolation"].values() if x) <= 1
     other = json.loads((own / "limit.json").read_text())

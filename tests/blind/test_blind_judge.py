@@ -104,7 +104,8 @@ def test_simulators_stand_side_by_side_and_decidable_cases_apart():
         case({**truth(["b"], 4.0), "simulator": "variant"}, verdict("ambiguous", ["c"], ["c", "b"]), "c3"),
         case({**truth(band=None), "simulator": "variant"}, verdict("none"), "c4"),
     ]
-    found = sides.document(cases, {"c1", "c3"})
+    distances = {c: {"d2_base": 30.0, "d2_rival": 90.0, "decidable": c in ("c1", "c3")} for c in ("c1", "c2", "c3")}
+    found = sides.document(cases, distances)
     rows = {r["simulator"]: r for r in found["by_simulator"]}
     assert list(rows) == ["rig", "variant", "all"] and [r["cases"] for r in rows.values()] == [1, 3, 4]
     assert (rows["variant"]["isolation"]["4"]["k"], rows["variant"]["isolation"]["4"]["n"]) == (0, 2)
@@ -112,7 +113,7 @@ def test_simulators_stand_side_by_side_and_decidable_cases_apart():
     assert rows["all"]["scores"]["wrong_commits"]["k"] == 1
     # where nothing is missing there is nothing to decide: that case stays
     assert [r["cases"] for r in found["decidable"]] == [1, 2, 3]
-    assert sides.document(cases)["decidable"] is None
+    assert sides.document(cases)["decidable"] is None and [r["cases"] for r in found["by_d2"]] == [0, 0, 3, 0, 0, 0]
 
 
 def test_score_counts_what_was_put_in():

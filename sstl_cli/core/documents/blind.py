@@ -37,6 +37,7 @@ class BlindScoreDocument(Document):
     scores: dict[str, Any]
     by_simulator: list[dict[str, Any]] = Field(description="every rate by simulator, all together last")
     decidable: list[dict[str, Any]] | None = Field(description="the same on cases that the recordings could decide")
+    by_d2: list[dict[str, Any]] | None = Field(description="rates in strata of the smaller distance, beside an ideal observer's")
     verdicts: list[dict[str, Any]]
     gates_missed: list[str]
     missing_results: int
@@ -48,7 +49,8 @@ class BlindLimitDocument(Document):
     schema_id: Literal["sstl.blind.limit/1"] = Field(alias="schema")
     cases: int
     judged: int = Field(description="cases whose withheld effects the fast model can hold")
-    decidable: int = Field(description="cases told from base and rivals at 49:1 in 95 of 100 repetitions")
+    decidable: int = Field(description="cases told from base and rivals at 49:1 in 95 of 100 repetitions, input noise not smoothed")
+    decidable_known: int = Field(description="the same where the input is known")
     decidable_d2: float
     distances: list[dict[str, Any]]
     seal: str = Field(description="SHA-256 of the sealed truth")
