@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import io
+import time
+from collections.abc import Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,7 @@ import numpy as np
 
 from benchmarks.harness import Row, faster, seconds
 from benchmarks.peers import mujoco_fit
+from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator, free_parameters
 from sstl_cli.physics.effects import get
@@ -29,7 +33,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     runs = list(step.run(load("default").model_copy(update={"sampling_hz": rate}), EFFECT, 1))
     samples = sum(len(r) for r in runs)
     options = diagnose.DiagnoseOptions()
-    ids = diagnose.candidates(options, [])
+    ids = diagnose.candidates(options)
     found: list[Any] = []
 
     def ours() -> None:
@@ -63,7 +67,62 @@ def run(quick: bool, folder: Path) -> list[Row]:
         Row("diagnose/lmfit", job, "lmfit fitting the same compiled model, one candidate after the other", 20.0,
             faster(own, library, scaled), seconds={"ours": min(own), "peer": min(library) * scaled},
             note=f"peer on {len(part)} of {len(able)} candidates, scaled; it fits once, without held-out runs or pairs"),
+        *_clock(runs, samples, quick),
+        *_exponents(quick),
     ]
+
+
+def _clock(runs: Sequence[Run], samples: int, quick: bool) -> list[Row]:
+    """Return how long a user waits on two cores, and how much longer for ten times the runs."""
+    options = diagnose.DiagnoseOptions(workers=2)
+    times = 2 if quick else 10
+    many = [replace(r, run_id=f"{i} {r.run_id}", config_id=f"{i} {r.config_id}") for i in range(times) for r in runs]
+    wall, spent = [], []
+    for _ in range(1 if quick else 3):
+        began = time.perf_counter()
+        spent.append(seconds(lambda: diagnose.run(runs, options)))
+        wall.append(time.perf_counter() - began)
+    long = seconds(lambda: diagnose.run(many, options))
+    return [
+        Row("diagnose/clock", f"diagnose, {samples} samples", "wall time with two threads", 5.0, tuple(wall), at_least=False,
+            unit="s", seconds={"processor": min(spent)}),
+        Row("diagnose/tenfold", f"diagnose, {times * samples} samples, {len(many)} runs", f"time over that of {samples}",
+            float(times), (long / min(spent),), at_least=False, unit="(ratio)", seconds={"long": long, "short": min(spent)}),
+    ]
+
+
+def _exponents(quick: bool) -> list[Row]:
+    """Return how the time grows with samples in a run, with runs, and with candidates."""
+    sizes = (1, 2) if quick else (1, 2, 4, 8)
+    able = [i for i in diagnose.candidates(diagnose.DiagnoseOptions()) if get(i).fitted and get(i).channel == "out"]
+    rows = []
+    for what, goal, jobs in (
+        ("samples", 1.05, [(_recorded(k, 1), tuple(able)) for k in sizes]),
+        ("runs", 1.05, [(_recorded(1, k), tuple(able)) for k in sizes]),
+        # every so many of them, for some take longer than others
+        ("candidates", 1.05, [(_recorded(1, 2), tuple(able[::k])) for k in reversed(sizes)]),
+    ):
+        size = [len(chosen) if what == "candidates" else sum(len(r) for r in runs) for runs, chosen in jobs]
+        tries = []
+        for _ in range(1 if quick else 2):
+            spent = [seconds(lambda j=job: diagnose.run(j[0], diagnose.DiagnoseOptions(effects=j[1]))) for job in jobs]
+            tries.append(spent)
+        slopes = tuple(float(np.polyfit(np.log(size), np.log(t), 1)[0]) for t in tries)
+        rows.append(Row(f"diagnose/{what}", f"diagnose, time over {what}", "exponent of the fit", goal, slopes, at_least=False,
+                        unit="(exponent)", seconds={str(n): min(t) for n, t in zip(size, zip(*tries, strict=True), strict=True)}))
+    return rows
+
+
+def _recorded(longer: int, more: int) -> list[Run]:
+    """Return runs with so many times the loops in each, and so many times as many tubes."""
+    scene = load("default")
+    paths = tuple(
+        t.model_copy(update={"duration_s": longer * t.duration_s, "cycles": longer}) for t in scene.trajectories if t.kind == "trapezoid"
+    )
+    tubes = tuple(
+        c.model_copy(update={"id": f"{c.id}-{i}", "theta": c.theta * (1.0 + 0.02 * i)}) for i in range(more) for c in scene.configurations[:2]
+    )
+    return list(step.run(scene.model_copy(update={"sampling_hz": 76.0, "trajectories": paths, "configurations": tubes}), EFFECT, 1))
 
 
 def _lmfit(simulator: Simulator, effect_id: str) -> Any:

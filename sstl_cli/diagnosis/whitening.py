@@ -110,6 +110,7 @@ class Constants:
     fresh: Array
     white_n: Array
     error_law: Array
+    moves: Array
     start: Array
     keep: Mask
     first: Mask
@@ -138,8 +139,7 @@ def whitener(
     weights, scale, log_det = _gains(
         phases.slide, phases.gain, phases.doubt_n, c.error_law, c.decay, c.fresh, white_n, c.keep, c.first, c.start
     )
-    moves = np.ascontiguousarray(c.error_law[:, :12])
-    return Whitener(moves, c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
+    return Whitener(c.moves, c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
 
 
 def constants(records: Sequence[Record], noise: Noise) -> Constants:
@@ -159,7 +159,8 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     law = np.concatenate([r.error_law for r in records])
     law[:, 12:] *= np.repeat([noise.smoother[r.system] ** 2 for r in records], count)[:, None]
     white_n = np.repeat([max(s.white_n / np.sqrt(r.factor), 1e-9) for (_, s), r in zip(sensors, records, strict=True)], count)
-    return Constants(decay, fresh, white_n, law, start, np.concatenate([r.weight for r in records]) > 0, first)
+    moves = np.ascontiguousarray(law[:, :12])
+    return Constants(decay, fresh, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

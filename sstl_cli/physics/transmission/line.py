@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from numba import njit
@@ -37,7 +38,7 @@ NOTHING_LEFT = 6.1
 # least compliance between two nodes, as a share of a pass
 LEAST_COMPLIANCE = 1e-4
 # the numbers of a transition that differ between runs; from the fourth on the march takes them as they are
-SCALARS = (
+SCALARS = attrgetter(
     "drag_n_s_mm", "drag_bend_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
     "stribeck_ratio", "stribeck_mm_s",
 )  # fmt: skip
@@ -102,23 +103,25 @@ def elastic_lines(
     last = (np.arange(runs), places.nodes - 1)
     elastic = places.gap.copy()
     elastic[last] += load_mm_per_n
-    column = {name: np.array([getattr(t, name) for t in transitions], np.float64)[:, None] for name in SCALARS}
+    scalars = np.array([SCALARS(t) for t in transitions], np.float64)
     # drag along the whole tendon, and drag where the bend presses it against the sheath
-    drag = column["drag_n_s_mm"] * places.share + column["drag_bend_n_s_mm"] * bend
+    drag = scalars[:, :1] * places.share + scalars[:, 1:2] * bend
     top = np.maximum(np.maximum.reduceat(tension_n, edges[:-1]), 1.0)
     factor_step = 2.0 * top * np.exp(2.0 * theta) / (FACTOR_NODES - 1)
     factor = np.ones((runs, FACTOR_NODES))
     for f in law.factors:
         factor = factor * f(np.asarray(np.arange(FACTOR_NODES) * factor_step[:, None], np.float64))
     breakaway = np.ones_like(bend)
-    for i, (t, nodes) in enumerate(zip(transitions, places.nodes, strict=True)):
-        breakaway[i, :nodes] = _breakaway(t, int(nodes))
+    known: dict[tuple[float, float, int], Array] = {}
+    for i, (t, nodes) in enumerate(zip(transitions, places.nodes.tolist(), strict=True)):
+        key = (t.breakaway_mm, t.spread, nodes)
+        breakaway[i, :nodes] = known[key] if key in known else known.setdefault(key, _breakaway(t, nodes))
     pulley = places.pulley[:, :, None] * np.array([law.pulley_pull, law.pulley_release, law.pulley_n])
     return _march_all(
         tension_n, edges, knots, knot_edges, steps_s, places.nodes, bend * law.scale_pull, bend * law.scale_release,
-        law.constant_n * places.share, drag, elastic, places.gap * column["creep_fraction"], pulley, breakaway, scale,
+        law.constant_n * places.share, drag, elastic, places.gap * scalars[:, 2:3], pulley, breakaway, scale,
         factor, factor_step, np.ascontiguousarray(start_n, np.float64),
-        np.concatenate([column[name] for name in SCALARS[3:]], axis=1),
+        np.ascontiguousarray(scalars[:, 3:]),
     )  # fmt: skip
 
 
