@@ -22,7 +22,9 @@ MIN_SAMPLES = 32
 # slopes, delays and loops of a recording show in this many points
 MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
-AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART = 0.97, 0.03, 0.15
+# a jump of both channels: smallest one looked at (share of the span), and samples on either side it is compared with
+LEAST_JUMP, AROUND = 0.05, 40
+AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,9 @@ def agreed(found: Slopes, play: PlayFit | None) -> Slopes:
     """
     if play is None or not play.explained > AGREED_EXPLAINED or not 0.0 < play.gamma_p < play.gamma_r:
         return NO_SLOPES
+    # lines seen over a small part of the loop are believed where they are those of friction
+    if min(play.reaches) < LEAST_REACH and abs(math.log(play.gamma_p * play.gamma_r)) > 2.0 * AGREED_APART:
+        return NO_SLOPES
     if found.known:
         apart = (abs(math.log(a / b)) for a, b in ((found.gamma_p, play.gamma_p), (found.gamma_r, play.gamma_r)))
         return found if max(apart) < AGREED_APART else NO_SLOPES
@@ -231,7 +236,8 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "position_span_mm": _span(run.position_in_mm),
         "reference_gain": _reference_gain(run),
         "keys": keys_of(*raw),
-        "signs": signs_of(raw[1]),
+        # levels of a coarse converter are those of the motion, not of noise
+        "signs": NO_KEYS if sensors[1].coarse else signs_of(raw[1]),
     }
 
 
@@ -338,10 +344,13 @@ def _seam(run: Run, ranges: tuple[Range, Range]) -> tuple[tuple[float, float], f
     jumps = []
     for v, r in zip((run.tension_in_n, run.tension_out_n), ranges, strict=True):
         step = np.abs(np.diff(v))
-        usual = float(np.quantile(step, 0.99))
         lasting = np.zeros(len(step))
-        at = np.flatnonzero(step > 3.0 * usual)[:256]
-        for k in at[(at >= 4) & (at < len(v) - 5)]:
+        at = np.argsort(step)[-256:]
+        for k in at[(at >= 4) & (at < len(v) - 5) & (step[at] > LEAST_JUMP * r.span)]:
+            if np.all(v[k - 3 : k] == v[k]):
+                # a recorder that stood still catches up
+                continue
+            usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
             lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
         jumps.append(lasting / max(r.span, 1e-300))
     both = np.minimum(*jumps)

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 ITERATIONS = 10
 HUBER = 1.5
+# first guesses of the delay, as parts of the recording
+DELAYS = (0.001, 0.0025, 0.006, 0.015, 0.04)
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class PlayFit:
     ``rms_n`` is the residual without a delay, ``delayed_rms_n`` with one, ``drifting_rms_n`` with drift as well;
     ``typical_n`` is what
     its middle half tells (spikes weigh nothing), ``explained`` the share of the output's variance that lines and delay explain;
-    ``shares`` are the parts of the samples on the line of pull and on that of release.
+    ``shares`` are the parts of the samples on the line of pull and on that of release, ``reaches`` the parts of the
+    input's span that these lines were seen over.
     """
 
     gamma_p: float
@@ -40,6 +43,7 @@ class PlayFit:
     typical_n: float
     explained: float
     shares: tuple[float, float]
+    reaches: tuple[float, float]
 
 
 @njit(cache=True, nogil=True)
@@ -79,7 +83,7 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
     still, rms = _descend(time_s, x, y, np.concatenate((start, [0.0, 0.0])), 4, middle)
     best, delayed_rms, delay_se = still, rms, float("nan")
     if timed:
-        best, delayed_rms = _descend(time_s, x, y, still, 5, middle)
+        best, delayed_rms = _descend(time_s, x, y, _near_delay(time_s, x, y, still, middle) if rms > 2.0 * noise_n else still, 5, middle)
         delay_se = float(_errors(time_s, x, y, best, middle, 5)[4])
     drift, drift_se, drifting_rms = 0.0, float("nan"), delayed_rms
     if timed and delayed_rms > 1.5 * noise_n:
@@ -87,6 +91,7 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
         drift, drift_se = float(drifting[5]), float(_errors(time_s, x, y, drifting, middle, 6)[5])
     power = max(float(np.var(y)), 1e-300)
     late = y - _model(time_s, x, y, best, middle, 5)[0]
+    shares, reaches = _seen(x, float(y[0]), best)
     return PlayFit(
         gamma_p=float(best[0]),
         beta_p=float(best[1]),
@@ -101,15 +106,33 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
         drifting_rms_n=drifting_rms,
         typical_n=1.4826 * float(np.median(np.abs(late))),
         explained=1.0 - min(rms, delayed_rms) ** 2 / power,
-        shares=_shares(x, float(y[0]), best),
+        shares=shares,
+        reaches=reaches,
     )
 
 
-def _shares(x: Array, start: float, p: Array) -> tuple[float, float]:
-    """Return the parts of the samples that move along the line of pull, and along that of release."""
-    on = _play(x, p[:4], start)[1]
+def _near_delay(time_s: Array, x: Array, y: Array, still: Array, middle: float) -> Array:
+    """Return the parameters with the delay, of a few, that fits best: from zero the descent may end short of a long one."""
+    best, least = still, np.inf
+    for share in (0.0, *DELAYS, *(-d for d in DELAYS)):
+        p = still.copy()
+        p[4] = share * float(time_s[-1] - time_s[0])
+        left = float(np.mean(np.abs(y - _model(time_s, x, y, p, middle, 5)[0])))
+        if left < least:
+            best, least = p, left
+    return best
+
+
+def _seen(x: Array, start: float, p: Array) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the parts of the samples that move along pull and release, and the parts of the input's span they cover."""
+    y, on = _play(x, p[:4], start)
     move = np.diff(x, prepend=x[0])
-    return float(np.mean((move > 0.0) & (on[:, 1] == 1.0))), float(np.mean((move < 0.0) & (on[:, 3] == 1.0)))
+    # in backlash the output rests and is on neither line
+    moved = np.diff(y, prepend=y[0]) != 0.0
+    pull, release = moved & (move > 0.0) & (on[:, 1] == 1.0), moved & (move < 0.0) & (on[:, 3] == 1.0)
+    span = max(float(np.ptp(x)), 1e-300)
+    reach = [float(np.ptp(np.quantile(x[at], [0.02, 0.98]))) / span if at.any() else 0.0 for at in (pull, release)]
+    return (float(np.mean(pull)), float(np.mean(release))), (reach[0], reach[1])
 
 
 def _model(time_s: Array, x: Array, measured: Array, p: Array, middle: float, free: int) -> tuple[Array, Array]:

@@ -19,6 +19,8 @@ ENOUGH = 4096
 MIN_CHANGES = 12
 # share of repeated samples above which a channel may be one that is refreshed slower than it is logged
 HELD_SHARE = 0.3
+# quantisation step over the noise of renewed samples (which is never seen below half a step) of a coarse converter
+COARSE = 0.7
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Sensor:
     the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
     white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
     noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
-    in such stretches.
+    in such stretches. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples.
     """
 
     column: str
@@ -40,11 +42,17 @@ class Sensor:
     still_s: float = 0.0
     still_at_s: float = 0.0
     still_share: float = 0.0
+    white: bool = True
 
     @property
     def held(self) -> bool:
         """Whether the channel is renewed more slowly than it is logged."""
         return self.refresh_s > 1.5 * self.period_s
+
+    @property
+    def coarse(self) -> bool:
+        """Whether the noise hides between the levels of the converter."""
+        return self.step_n > COARSE * self.noise_n
 
     @property
     def rate_hz(self) -> float:
@@ -101,6 +109,7 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
         longest * period,
         float(time[at]) if longest else 0.0,
         share,
+        noisy(renewed),
     )
 
 
@@ -108,10 +117,10 @@ def quantisation(values: Array) -> float:
     """Return the step (N) of a channel whose levels lie on a grid, 0 where they do not.
 
     A grid is believed where levels repeat (fewer than half as many as samples) and nine in ten of the gaps between
-    neighbouring levels are whole multiples of the smallest usual one.
+    neighbouring levels are whole multiples of the smallest usual one, or where all of them are, exactly.
     """
     levels = np.unique(values)
-    if len(levels) < 4 or len(levels) > 0.5 * len(values):
+    if len(levels) < 4:
         return 0.0
     gaps = np.diff(levels)
     tiny = 1e-9 * max(abs(float(levels[0])), abs(float(levels[-1])))
@@ -123,6 +132,10 @@ def quantisation(values: Array) -> float:
     near = gaps[(gaps > 0.7 * small) & (gaps < 1.4 * small)]
     step = float(np.median(near))
     multiple = gaps / step
+    if len(levels) > 0.5 * len(values):
+        # few samples of a fine converter: the grid must be exact, and be more than an even ramp
+        exact = np.abs(multiple - np.round(multiple)) < 1e-6 * np.maximum(1.0, multiple)
+        return step if bool(exact.all()) and float(np.mean(multiple > 1.5)) > 0.05 else 0.0
     whole = np.abs(multiple - np.round(multiple)) < 0.02 * np.maximum(1.0, np.sqrt(multiple))
     return step if float(np.mean(whole & (multiple > 0.5))) > 0.9 else 0.0
 
@@ -172,7 +185,8 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     jump = np.maximum(np.abs(after - held), np.abs(before - held)) > limit
     # a clip returns with every loop, a dead sensor does not come back
     dead = (edges[1:] == len(v)) & (lengths > 0.1 * len(v)) & (np.sum(long & ~inside) == 1)
-    long &= inside | jump | dead
+    # between coarse levels an output in backlash rests and leaves without a jump
+    long &= (jump | dead) if step > COARSE * noise else (inside | jump | dead)
     if not long.any():
         return 0.0, 0, 0.0
     at = int(np.argmax(np.where(long, lengths, 0)))

@@ -14,7 +14,7 @@ CREEP = 0.03
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output moves away from its input in time."""
-    hit = [e for e in log if _drifts(e)]
+    hit = [e for e in log if drift_of(e) != 0.0]
     if hit:
         worst = max((e.play.drift for e in hit if e.play is not None), key=abs)
         yield Remark(
@@ -34,13 +34,15 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _drifts(e: Evidence) -> bool:
+def drift_of(e: Evidence) -> float:
+    """Return the drift of the output's clock (s/s), 0 where there is none to be seen."""
     p = e.play
     if not e.tendon_like or p is None or e.loops < 2 or not p.explained > 0.95 or not 0.0 < p.gamma_p < p.gamma_r:
-        return False
+        return 0.0
     moved = abs(p.drift) * e.duration_s
-    return (
+    seen = (
         p.drifting_rms_n < REMAINS * min(p.rms_n, p.delayed_rms_n)
         and abs(p.drift) > 8.0 * p.drift_se
         and moved > max(0.1, 10.0 * max(e.dt_s, e.sensors[1].refresh_s))
     )
+    return p.drift if seen else 0.0

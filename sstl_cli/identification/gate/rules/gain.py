@@ -14,6 +14,10 @@ RULE, RANK = "gain", 28
 ODD, IMPOSSIBLE = 1.7, 3.0
 # spread of one log: units are the same for all of its runs
 ALIKE = 1.4
+# of the logarithm: a gain that is odd in one run, and one that is none in all the others
+SINGLE, NEAR = 0.35, 0.1
+# logarithm of what middle levels may be off beyond friction
+LEVELS = 0.4
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -25,6 +29,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     }  # fmt: skip
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
+        if size > SINGLE and _others_fit(e, gains):
+            groups.setdefault(("remark", round(math.log(g) / math.log(ALIKE) / 2.0)), []).append((g, e))
+            continue
         # one run alone may be misled by a friction that is no play; a sensor is wrong in all
         if size < math.log(IMPOSSIBLE) and not abs(math.log(usual[e.system])) > math.log(ODD):
             continue
@@ -43,6 +50,13 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
+def _others_fit(e: Evidence, gains: list[tuple[float, Evidence]]) -> bool:
+    """Whether this run's gain stands alone: that of all others, in its own movement as well, is that of friction."""
+    others = [(abs(math.log(g)), o) for g, o in gains if o is not e and g > 0.0 and o.slopes.known]
+    alike = [o for _, o in others if (o.system, o.trajectory) == (e.system, e.trajectory)]
+    return len(others) >= 3 and bool(alike) and max(size for size, _ in others) < NEAR
+
+
 def _middle(gains: list[float]) -> float:
     return sorted(gains)[len(gains) // 2] if gains else 1.0
 
@@ -59,9 +73,15 @@ def gain_of(e: Evidence) -> float:
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
         return top if top > 2.5 or (top < 0.02 and moves) else math.nan
     # slopes over a small part of the range say little of the gain: the sizes must agree
-    if abs(math.log(g)) > math.log(ODD) and (g > 1.0) != (top > (1.15 if g > 1.0 else 0.7)):
+    if abs(math.log(g)) > math.log(ODD) and ((g > 1.0) != (top > (1.15 if g > 1.0 else 0.7)) or not _central(e, g)):
         return math.nan
     return g
+
+
+def _central(e: Evidence, g: float) -> bool:
+    """Whether the levels differ by the factor that the slopes do; in a small loop of presliding they do not."""
+    a, b = (r.middle for r in e.ranges)
+    return min(a, b) > 0.0 and abs(math.log(b / (g * a))) < e.slopes.friction + LEVELS
 
 
 def _guess(g: float, e: Evidence) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.drift import drift_of
 
 RULE, RANK = "lead", 35
 # share of the residual that must remain once the output is moved in time
@@ -18,8 +19,11 @@ LATE_S = 0.4
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output must be moved in time to follow its input."""
+    drifts = [d for e in log if (d := drift_of(e)) != 0.0]
+    drift = sorted(drifts, key=abs)[len(drifts) // 2] if drifts else 0.0
     for early in (True, False):
-        hit = [e for e in log if _moved(e, early)]
+        # a run too short to show the drift of the others shows its mean as a delay
+        hit = [e for e in log if _moved(e, early) and not _drifted(e, drift)]
         if not hit:
             continue
         delays = sorted((e.play.delay_s for e in hit if e.play is not None), key=abs)
@@ -31,6 +35,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "clocks of their own that do not start together",
             '[clocks] align = "apply" (with a column that both sides recorded as content)',
         )  # fmt: skip
+
+
+def _drifted(e: Evidence, drift: float) -> bool:
+    """Whether the drift that other runs show moves this one by what it is moved."""
+    return drift != 0.0 and e.play is not None and 0.0 < e.play.delay_s / (drift * e.duration_s) < 1.5
 
 
 def _moved(e: Evidence, early: bool) -> bool:

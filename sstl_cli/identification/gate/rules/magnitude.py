@@ -11,8 +11,8 @@ from sstl_cli.identification.gate.units import plausible_units, stated
 RULE, RANK = "magnitude", 12
 # a 1 mm steel cable breaks at 0.6 to 0.9 kN, a 2 mm one at 2 to 3 kN, which no sheath of a hand's size carries
 STRONG_N, IMPOSSIBLE_N = 700.0, 2000.0
-# a tendon's own weight and a load cell's drift are of this size
-WEAK_N, NOTHING_N = 0.5, 0.15
+# the finest tendons known, in catheters for eye and vessel, are pulled with tenths of a newton
+WEAK_N, NOTHING_N = 0.1, 0.05
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:

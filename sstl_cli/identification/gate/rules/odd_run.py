@@ -65,7 +65,7 @@ class _Split:
     members: frozenset[int]
     gap: float
     spread: float
-    whole: int
+    known: frozenset[int]
 
 
 def _split(values: Array, feature: Feature) -> _Split | None:
@@ -81,7 +81,7 @@ def _split(values: Array, feature: Feature) -> _Split | None:
     gap = float(steps[at])
     if gap < min(feature.alone, feature.kinds):
         return None
-    return _Split(frozenset(small.tolist()), gap, spread, len(known))
+    return _Split(frozenset(small.tolist()), gap, spread, frozenset(known.tolist()))
 
 
 def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterator[Remark]:
@@ -92,8 +92,12 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterat
         (index,) = split.members
         if index in told:
             continue
-        told.add(index)
         e = runs[index]
+        bends = [runs[i].config_id for i in split.known if i != index]
+        if feature.name == "friction" and e.config_id is not None and e.config_id not in bends:
+            # another bend, not another rig
+            continue
+        told.add(index)
         size = f"{math.exp(split.gap):.3g} times" if feature.ratio else f"{split.gap:.3g} N from"
         yield Remark(
             (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
@@ -105,7 +109,7 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterat
 
 def _kinds(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterator[Remark]:
     clear = [
-        (f, s) for f, s in splits if len(s.members) > 1 and s.gap > max(f.kinds, 2.0 * s.spread) and s.whole == len(runs)
+        (f, s) for f, s in splits if len(s.members) > 1 and s.gap > max(f.kinds, 2.0 * s.spread) and len(s.known) == len(runs)
     ]  # fmt: skip
     for members in dict.fromkeys(s.members for _, s in clear):
         agree = [(f, s) for f, s in clear if s.members == members]

@@ -19,7 +19,7 @@ LEAST = 0.12
 # logarithm of a gain that sensors may have
 GAIN = 0.45
 # n theta that divides single from double passes where nothing else does: theta is 0.3 to 0.7 in published rigs
-BETWEEN, SINGLE, DOUBLE = 0.8, 0.6, 0.88
+BETWEEN, SINGLE, DOUBLE = 0.8, 0.5, 0.9
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:

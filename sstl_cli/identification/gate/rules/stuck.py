@@ -9,7 +9,8 @@ from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "stuck", 45
-LEAST_S, LEAST_SHARE, LEAST_MOVED = 0.5, 0.01, 0.2
+# behind a coarse converter backlash rests as well, but not over the whole loop
+LEAST_S, LEAST_SHARE, LEAST_MOVED, WHOLE_MOVED = 0.5, 0.01, 0.2, 0.97
 FAILED_SHARE = 0.1
 # a shorter record may end before a slow sensor is renewed
 WHOLE_S, WHOLE_SAMPLES = 2.0, 200
@@ -55,6 +56,6 @@ def _stuck(e: Evidence, i: int) -> str:
     s = e.sensors[i]
     if not e.usable or s.still_s < LEAST_S or s.still_share < LEAST_SHARE:
         return ""
-    if e.stuck_while_n[i] < LEAST_MOVED * e.ranges[1 - i].span:
+    if e.stuck_while_n[i] < (WHOLE_MOVED if s.coarse else LEAST_MOVED) * e.ranges[1 - i].span:
         return ""
     return "failure" if s.still_share > FAILED_SHARE else "remark"

@@ -35,4 +35,6 @@ def _as_recorded(e: Evidence) -> float:
 
 
 def _exchanged(e: Evidence) -> bool:
-    return e.correlation > 0.2 and e.swapped_rms < GOOD and e.swapped_rms < BETTER * _as_recorded(e)
+    # what is left must be more than noise
+    told = _as_recorded(e) * e.ranges[1].span > 2.0 * max(e.sensors[1].noise_n, 0.3 * e.sensors[1].step_n)
+    return told and e.correlation > 0.2 and e.swapped_rms < GOOD and e.swapped_rms < BETTER * _as_recorded(e)

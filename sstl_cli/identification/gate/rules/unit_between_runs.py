@@ -19,14 +19,14 @@ NOISE, RANGE = 0.2, 0.5
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that are a unit of force away from the rest of their system."""
     found: dict[str, list[Evidence]] = {}
-    usable = [e for e in log if e.tendon_like and all(s.noise_n > 0.0 for s in e.sensors)]
+    usable = [e for e in log if e.tendon_like and all(s.step_n > 0.0 or (s.noise_n > 0.0 and s.white) for s in e.sensors)]
     for system in sorted({e.system for e in usable}):
         alike = [e for e in usable if e.system == system]
         # sensors of two systems are often of one kind, and better than no comparison
         runs = alike if len(alike) > 2 else usable
         if len(runs) < 3:
             continue
-        sizes = np.log([_sizes(e) for e in runs])
+        sizes = np.log(_sizes(runs))
         usual = sizes[_usual(sizes)]
         for e, row in zip(runs, sizes, strict=True):
             unit = _unit(row - usual) if e.system == system else None
@@ -42,9 +42,15 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _sizes(e: Evidence) -> tuple[float, float, float, float]:
-    noise = [max(s.noise_n, 0.3 * s.step_n) for s in e.sensors]
-    return noise[0], noise[1], max(e.ranges[0].span, 1e-300), max(e.ranges[1].span, 1e-300)
+def _sizes(runs: Sequence[Evidence]) -> list[tuple[float, float, float, float]]:
+    """Return noise and range of both channels; a step that all runs show is known better than their noise."""
+    stepped = [all(e.sensors[i].step_n > 0.0 for e in runs) for i in (0, 1)]
+
+    def size(e: Evidence, i: int) -> float:
+        s = e.sensors[i]
+        return s.step_n if stepped[i] else max(s.noise_n, 0.3 * s.step_n)
+
+    return [(size(e, 0), size(e, 1), max(e.ranges[0].span, 1e-300), max(e.ranges[1].span, 1e-300)) for e in runs]
 
 
 def _usual(sizes: np.ndarray) -> int:

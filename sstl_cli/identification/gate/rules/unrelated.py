@@ -31,5 +31,5 @@ def _unrelated(e: Evidence) -> bool:
         return False
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     # slopes that no friction has may still follow an output
-    odd = p.explained < 0.5 or p.gamma_p < 0.0 or p.gamma_r < 0.0
+    odd = p.explained < 0.5 or (p.explained < 0.8 and min(p.gamma_p, p.gamma_r) < 0.0)
     return moves and odd and p.typical_n > LEFT * e.ranges[1].span

@@ -14,7 +14,9 @@ RULE, RANK = "zero", 40
 # zero offsets of 2 N on each of two sensors are in the catalogue;
 # drag, delay and friction that falls with load open the lines at low tension: they then meet below zero
 BELOW_N, ABOVE_N, UNDER_N = 3.0, 4.5, 8.0
-SHARE = 0.1
+SHARE, SHARE_APART = 0.1, 0.15
+# zeros are read off loops that lines explain
+EXPLAINED = 0.985
 # on a straight tube the lines hardly open, and where they meet is anywhere
 LEAST_FRICTION = 0.2
 # how far (share of the input's span) the lines may be drawn on
@@ -48,10 +50,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def zeros(e: Evidence) -> tuple[float, float]:
     """Return the readings (N) of input and output at which pull and release meet: no tension, if friction is a share of it."""
     s = e.slopes
-    if not s.known or s.friction < LEAST_FRICTION:
+    if not s.known or s.friction < LEAST_FRICTION or (e.play is not None and e.play.explained < EXPLAINED):
         return math.nan, math.nan
-    at = (s.beta_p - s.beta_r) / (s.gamma_r - s.gamma_p)
-    return at, s.beta_p + s.gamma_p * at
+    found = [_meet(s.gamma_p, s.beta_p, s.gamma_r, s.beta_r)]
+    if e.play is not None and e.play.gamma_r > e.play.gamma_p:
+        # an output that is late opens the lines; the play operator was fitted with its delay
+        found.append(_meet(e.play.gamma_p, e.play.beta_p, e.play.gamma_r, e.play.beta_r))
+    return min((x for x, _ in found), key=abs), min((y for _, y in found), key=abs)
+
+
+def _meet(gamma_p: float, beta_p: float, gamma_r: float, beta_r: float) -> tuple[float, float]:
+    at = (beta_p - beta_r) / (gamma_r - gamma_p)
+    return at, beta_p + gamma_p * at
 
 
 def _below(e: Evidence, i: int) -> bool:
@@ -66,4 +76,4 @@ def _apart(e: Evidence, i: int) -> bool:
     # lines that were seen only far from where they meet say little of it
     if e.ranges[0].low - zeros(e)[0] > REACH * e.ranges[0].span:
         return False
-    return e.tendon_like and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE * e.ranges[i].span)
+    return e.tendon_like and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE_APART * e.ranges[i].span)
