@@ -181,8 +181,10 @@ def evidence_of(run: Run) -> Evidence:
         sensors=sensors_of(run),
     )  # fmt: skip
     if not _sound(run):
+        channels = (run.tension_in_n, run.tension_out_n)
+        ranges = tuple(_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
-            **base, usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
+            **base, usable=False, loops=0, ranges=ranges, whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),

@@ -8,19 +8,30 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Keys = NDArray[np.uint64]
 NO_KEYS = np.empty(0, np.uint64)
-FINGERPRINTS, WINDOW = 32_768, 16
+FINGERPRINTS, WINDOW, LONG, FEW = 32_768, 16, 256, 64
 
 
 def keys_of(x: Array, y: Array) -> Keys:
-    """Return fingerprints of stretches of 16 samples; where little changes there is nothing to recognise."""
-    a, b = (np.ascontiguousarray(v[: FINGERPRINTS + WINDOW], np.float64) for v in (x, y))
-    if len(a) <= WINDOW:
+    """Return fingerprints of stretches of 16 samples, of 256 where sensors are slow; where little changes there is nothing to recognise."""
+    a, b = (np.ascontiguousarray(v[: FINGERPRINTS + LONG], np.float64) for v in (x, y))
+    found = _keys(a, b, WINDOW)
+    return found if len(found) >= FEW else _keys(a, b, LONG)
+
+
+def _keys(a: Array, b: Array, window: int) -> Keys:
+    if len(a) <= window:
         return NO_KEYS
     key = _mixed(a.view(np.uint64), b.view(np.uint64))
-    for step in (1, 2, 4, 8):
+    step = 1
+    while step < window:
         key = _mixed(key[:-step], key[step:])
-    changes = np.concatenate(([0], np.cumsum((np.diff(a) != 0.0) & (np.diff(b) != 0.0))))
-    lively = changes[WINDOW - 1 :] - changes[: len(changes) - WINDOW + 1] >= WINDOW // 2
+        step *= 2
+    lively = np.ones(len(key), np.bool_)
+    # slow sensors change one at a time
+    together = [(np.diff(a) != 0.0) & (np.diff(b) != 0.0)] if window == WINDOW else [np.diff(v) != 0.0 for v in (a, b)]
+    for moved in together:
+        changes = np.concatenate(([0], np.cumsum(moved)))
+        lively &= changes[window - 1 :] - changes[: len(changes) - window + 1] >= WINDOW // 2
     return np.unique(key[lively])
 
 

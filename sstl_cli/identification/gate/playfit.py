@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 ITERATIONS = 10
 HUBER = 1.5
-# first guesses of the delay, as parts of the recording
-DELAYS = (0.001, 0.0025, 0.006, 0.015, 0.04)
+# first guesses of the delay, as parts of the recording; residual over noise from which on they are tried, and what they must gain
+DELAYS, GUESSED, BETTER = (-0.04, -0.012, 0.012, 0.04), 3.0, 0.7
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
     still, rms = _descend(time_s, x, y, np.concatenate((start, [0.0, 0.0])), 4, middle)
     best, delayed_rms, delay_se = still, rms, float("nan")
     if timed:
-        best, delayed_rms = _descend(time_s, x, y, _near_delay(time_s, x, y, still, middle) if rms > 2.0 * noise_n else still, 5, middle)
+        best, delayed_rms = _delayed(time_s, x, y, still, middle, noise_n)
         delay_se = float(_errors(time_s, x, y, best, middle, 5)[4])
     drift, drift_se, drifting_rms = 0.0, float("nan"), delayed_rms
     if timed and delayed_rms > 1.5 * noise_n:
@@ -111,16 +111,16 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
     )
 
 
-def _near_delay(time_s: Array, x: Array, y: Array, still: Array, middle: float) -> Array:
-    """Return the parameters with the delay, of a few, that fits best: from zero the descent may end short of a long one."""
-    best, least = still, np.inf
-    for share in (0.0, *DELAYS, *(-d for d in DELAYS)):
-        p = still.copy()
-        p[4] = share * float(time_s[-1] - time_s[0])
-        left = float(np.mean(np.abs(y - _model(time_s, x, y, p, middle, 5)[0])))
-        if left < least:
-            best, least = p, left
-    return best
+def _delayed(time_s: Array, x: Array, y: Array, still: Array, middle: float, noise_n: float) -> tuple[Array, float]:
+    """Return the fit with a delay; where more than noise is left, from several first guesses of it."""
+    best, rms = _descend(time_s, x, y, still, 5, middle)
+    for share in DELAYS if rms > GUESSED * noise_n else ():
+        start = still.copy()
+        start[4] = share * float(time_s[-1] - time_s[0])
+        found, left = _descend(time_s, x, y, start, 5, middle)
+        if left < BETTER * rms:
+            best, rms = found, left
+    return best, rms
 
 
 def _seen(x: Array, start: float, p: Array) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -36,6 +36,8 @@ FEATURES = (
     Feature("zero of the output", 2.5, 2.0, False),
 )
 FEW = 4
+# noise below this part of the span is that of the arithmetic
+ROUNDING = 1e-9
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -51,7 +53,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def _values(e: Evidence) -> list[float]:
-    noise = [math.log(s.noise_n) if s.noise_n > 0.0 and s.step_n < s.noise_n and not s.held else math.nan for s in e.sensors]
+    noise = [
+        math.log(s.noise_n) if s.noise_n > ROUNDING * r.span and s.step_n < s.noise_n and not s.held else math.nan
+        for s, r in zip(e.sensors, e.ranges, strict=True)
+    ]
     s = e.slopes
     gain = math.log(s.gain) if s.known else math.nan
     friction = math.log(s.friction) if s.known and s.friction > 0.05 else math.nan

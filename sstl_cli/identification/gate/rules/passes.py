@@ -13,7 +13,7 @@ from sstl_cli.identification.gate.remark import Remark, Severity, names
 RULE, RANK = "passes", 50
 # friction per pass of a run over that of the other runs of its bend: 2 or 1/2 where the label is wrong, up to 1.3 in a
 # sensing loop with a pulley
-TWICE = 1.7
+TWICE, MOST = 1.7, 5.6
 # on a nearly straight tube ends and pulleys decide
 LEAST = 0.12
 # logarithm of a gain that sensors may have
@@ -29,9 +29,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     bends: dict[object, list[Evidence]] = {}
     for e in known:
         bends.setdefault((e.config_id, e.location), []).append(e)
-    pairs = [b for b in bends.values() if len({e.system for e in b}) == 2 and b[0].config_id is not None]
+    both = len({e.system for e in known}) == 2
+    pairs = [b for b in bends.values() if both and len(b) > 1 and b[0].config_id is not None]
     wrong = [e for bend in pairs for e in _wrong(bend, known)]
-    yield from _told(wrong, "failure", "beside the other system of the same bend")
+    yield from _told(wrong, "failure", "beside the other runs of the same bend")
     if not pairs and known:
         yield from _alone(known)
 
@@ -47,7 +48,7 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
         if not others:
             continue
         ratio = per[e.run_id] / float(np.median(others))
-        if ratio > TWICE if e.system == "act" else ratio < 1.0 / TWICE:
+        if TWICE < ratio < MOST if e.system == "act" else 1.0 / MOST < ratio < 1.0 / TWICE:
             doubtful.append(e)
     if len({e.system for e in doubtful}) < 2:
         return doubtful

@@ -9,14 +9,16 @@ from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "sign", 25
-# a zero that is off by this much is a zero offset, not a sign
-OFFSET_N = 2.5
+# a zero that is off by this much, or by this part of what the sensor is used for, is a zero offset and not a sign
+OFFSET_N, OFFSET_SHARE = 2.5, 0.5
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose tensions push."""
+    used = {(e.system, i): max(o.ranges[i].span for o in log if o.system == e.system) for e in log for i in (0, 1)}
+    negative = {(e.run_id, i): e.usable and _negative(e, i, used[e.system, i]) for e in log for i in (0, 1)}
     for which in ((0, 1), (0,), (1,)):
-        hit = [e for e in log if e.usable and tuple(i for i in (0, 1) if _negative(e, i)) == which]
+        hit = [e for e in log if tuple(i for i in (0, 1) if negative[e.run_id, i]) == which]
         if hit:
             lowest = min(e.ranges[i].low for e in hit for i in which)
             channel = " and ".join(WORDS[i] for i in which)
@@ -26,7 +28,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"(down to {lowest:.4g} N), but a tendon cannot push; the sign is probably flipped",
                 "; ".join(f"{CHANNELS[i]} = {{ column = ..., sign = -1 }}" for i in which),
             )  # fmt: skip
-    told = {e.run_id for e in log if e.usable and (_negative(e, 0) or _negative(e, 1))}
+    told = {name for (name, _), is_negative in negative.items() if is_negative}
     hit = [e for e in log if e.run_id not in told and e.tendon_like and _mirrored(e)]
     if hit:
         number = min(e.correlation for e in hit)
@@ -38,9 +40,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _negative(e: Evidence, i: int) -> bool:
+def _negative(e: Evidence, i: int, used_n: float) -> bool:
     r = e.ranges[i]
-    return CHANNELS[i] in e.tensions and r.middle < 0.0 and -r.low > max(OFFSET_N, 3.0 * r.high)
+    return CHANNELS[i] in e.tensions and r.middle < 0.0 and -r.low > max(min(OFFSET_N, OFFSET_SHARE * used_n), 3.0 * r.high)
 
 
 def _mirrored(e: Evidence) -> bool:

@@ -12,8 +12,10 @@ RULE, RANK = "stuck", 45
 # behind a coarse converter backlash rests as well, but not over the whole loop
 LEAST_S, LEAST_SHARE, LEAST_MOVED, WHOLE_MOVED = 0.5, 0.01, 0.2, 0.97
 FAILED_SHARE = 0.1
-# a shorter record may end before a slow sensor is renewed
-WHOLE_S, WHOLE_SAMPLES = 2.0, 200
+# a shorter record may end before a slow sensor is renewed; one that saw the tension go is long enough
+WHOLE_S, SHORT_S, WHOLE_SAMPLES = 2.0, 0.5, 200
+# no backlash reaches down to this part of the tension pulled with
+NEAR_ZERO = 0.05
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -43,13 +45,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _whole(e: Evidence, i: int) -> bool:
     s = e.sensors[i]
-    return s.still_share >= 1.0 and e.samples >= WHOLE_SAMPLES and e.duration_s >= WHOLE_S
+    other = e.ranges[1 - i]
+    least = SHORT_S if other.low < NEAR_ZERO * other.high else WHOLE_S
+    return s.still_share >= 1.0 and e.samples >= WHOLE_SAMPLES and e.duration_s >= least
 
 
 def _coarse(log: Sequence[Evidence], e: Evidence, i: int) -> bool:
     """Whether the sensor moves in other runs, by steps so coarse that backlash alone may hide in one of them."""
+    if e.ranges[1 - i].low < NEAR_ZERO * e.ranges[1 - i].high:
+        # released to nothing, and still no change
+        return False
     others = [o.sensors[i] for o in log if o.system == e.system and o.usable]
-    return bool(others) and any(s.step_n > 2.0 * s.noise_n or s.noise_n == 0.0 for s in others)
+    return bool(others) and any(s.coarse or s.noise_n == 0.0 for s in others)
 
 
 def _stuck(e: Evidence, i: int) -> str:
