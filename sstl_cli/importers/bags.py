@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,12 @@ LISTED_MESSAGES = 1_000_000
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic: its name, and its decoder or why there is none."""
+    """A topic: its name, its decoder or why there is none, and the units its schema states by field."""
 
     name: str
     decode: Callable[[bytes], Flat] | None
     why: str = ""
+    units: dict[str, str] = field(default_factory=dict)
 
 
 # topic, log time in ns, message bytes, bytes of the file read so far
@@ -51,9 +52,9 @@ def list_channels(messages: Messages, path: Path) -> list[Channel]:
         seen[topic.name] += 1
         clock = topic.name + TIME
         found.setdefault(clock, Channel(clock, None, "s"))
-        for field, value in topic.decode(data).items():
-            name = f"{topic.name}.{field.removesuffix('@ns')}"
-            unit = "s" if field.endswith("@ns") else ""
+        for key, value in topic.decode(data).items():
+            name = f"{topic.name}.{key.removesuffix('@ns')}"
+            unit = "s" if key.endswith("@ns") else topic.units.get(key, "")
             found.setdefault(name, Channel(name, None, unit, clock, text=isinstance(value, str)))
     if not found:
         why = "; ".join(f"{t}: {w}" for t, w in list(refused.items())[:4]) or "it holds no message"
@@ -84,9 +85,9 @@ def read_blocks(messages: Messages, numbers: list[str], labels: list[str], path:
             if rest == TIME:
                 value: Any = (time - origin) * 1e-9
             else:
-                field = rest[1:]
-                stamp = flat.get(field + "@ns")
-                value = (stamp - origin) * 1e-9 if stamp is not None else flat.get(field)
+                key = rest[1:]
+                stamp = flat.get(key + "@ns")
+                value = (stamp - origin) * 1e-9 if stamp is not None else flat.get(key)
             rows[name].append(value)
         if len(rows[wanted[0]]) >= MESSAGES_PER_BLOCK:
             yield _block(rows, numbers, position, path)

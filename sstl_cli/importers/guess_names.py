@@ -68,7 +68,7 @@ def said(name: str, stated: str = "") -> Said:
     """
     unit, strange = _unit(stated) if stated else ("", "")
     # the ports of a block diagram are no side of a transmission
-    plain = re.sub(r"[/.](?:Out|In)\d*$", "", name)
+    plain = re.sub(r"[/.](?:Out|In)\d*(?=\s*(?:[\[(][^\[\]()]*[\])])?$)", "", name)
     for found in _BRACKETS.finditer(name):
         inside = found[1].strip()
         known, odd = _unit(inside)

@@ -51,7 +51,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return vectors and matrix columns of all variables and struct fields (``a.b``, ``runs(2).time_s``, ``m[3]``)."""
     with guarded(path, TITLE):
-        return [Channel(n, len(v), text=isinstance(v, list)) for n, v in _vectors(path).items()]
+        found = _vectors(path)
+        return [Channel(n, len(v), _unit(n, found), text=isinstance(v, list)) for n, v in found.items()]
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
@@ -69,6 +70,12 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
             held = text_array(values) if name in labels else values
             columns[name] = _cut(held)
         yield from slices(rows, columns, path.stat().st_size, path)
+
+
+def _unit(name: str, found: dict[str, Any]) -> str:
+    """Return what a struct ``units`` of the file says of a field (empty where there is none)."""
+    said = found.get(f"units.{name.rpartition('.')[2]}")
+    return str(said[0]).strip() if isinstance(said, list) and len(said) == 1 and not name.startswith("units.") else ""
 
 
 def _cut(held: Any) -> Callable[[int, int], Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -82,7 +83,7 @@ def _topic(channel: Any, schemas: dict[int, Any]) -> Topic:
     encoding = channel.message_encoding
     try:
         if encoding == "json":
-            return Topic(channel.topic, decoder(encoding, "", {}))
+            return Topic(channel.topic, decoder(encoding, "", {}), units=_units(schema))
         if schema is None or schema.encoding not in ("ros1msg", "ros2msg"):
             found = schema.encoding if schema is not None else "no schema"
             raise ValueError(f"message encoding '{encoding}' ({found}) is not supported; json, CDR and ROS 1 are")
@@ -90,3 +91,14 @@ def _topic(channel: Any, schemas: dict[int, Any]) -> Topic:
         return Topic(channel.topic, decoder(encoding, schema.name, known))
     except ValueError as error:
         return Topic(channel.topic, None, str(error))
+
+
+def _units(schema: Any) -> dict[str, str]:
+    """Return the units that the schema of an exported log states; other schemas describe in words."""
+    if schema is None or schema.name != "sstl.log":
+        return {}
+    try:
+        fields = json.loads(schema.data)["properties"].items()
+        return {str(name): str(field.get("description", "")) for name, field in fields}
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return {}

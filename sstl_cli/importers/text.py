@@ -21,6 +21,8 @@ TITLE = "CSV, TSV or whitespace text"
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 RANK = 90
 BLOCK_BYTES = 4 << 20
+# 1.234,56, 1 234,56 or 1,234.56
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
 
 
@@ -205,9 +207,16 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
                 raise SstlError(
                     f"column '{name}' holds {printable(cells[i][:40])!r}, not a number",
                     where=where,
-                    fix="correct the value, or leave it empty for 'not measured'",
+                    fix=_how_to_mend(cells[i]),
                     code="E328",
                 )
+
+
+def _how_to_mend(cell: str) -> str:
+    """Return what to do about a cell that is no number."""
+    if _GROUPED.fullmatch(cell.strip()):
+        return "write numbers without marks between thousands"
+    return "correct the value, or leave it empty for 'not measured'"
 
 
 def _readable(cell: str, decimal: str) -> bool:

@@ -239,6 +239,12 @@ def _decimal_comma(lines: list[str], delimiter: str) -> bool:
     return any(_COMMA_NUMBER.match(c) for c in cells) and not any("." in c and _is_number(c) for c in cells)
 
 
+def _row_of_units(names: list[str], units: list[str]) -> bool:
+    """Return whether the second row states the units of a log's own columns."""
+    pairs = dict(zip(names, units, strict=False))
+    return len(names) == len(units) and pairs.get("time_s") == "s" and not pairs.get("run_id", "-") and "tension_out_n" in pairs
+
+
 def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
     """Return column names and units from the lines above the data; names that stand there twice are numbered."""
     plain = tuple(f"col{i + 1}" for i in range(width))
@@ -256,6 +262,9 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
         return plain, ("",) * width, False
     units = [""] * width
     names = fitting[-1]
+    if len(fitting) > 1 and _row_of_units(fitting[-2], names):
+        # a log as export writes it, whose output may be in any unit
+        return tuple(fitting[-2]), tuple(names), True
     if len(fitting) > 1 and all(is_unit(c.strip("[]()")) or c in ("", "-", "1") for c in names) and any(names):
         units = [c.strip("[]()") if is_unit(c.strip("[]()")) else "" for c in names] + [""] * (width - len(names))
         names = fitting[-2]

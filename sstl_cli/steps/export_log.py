@@ -14,14 +14,13 @@ import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError, UsageError, nearest
 from sstl_cli.core.files import atomic
-from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs
+from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs, units_of
 from sstl_cli.core.tables import LOG, TENDON
 
 FORMATS = ("csv", "mat", "mcap")
 # nanoseconds in 64 bits
 MAX_MCAP_S = 1.8e10
 MAX_MAT_BYTES = 2**31 - 2**20
-_UNITS = {c.name: c.unit for c in LOG.columns}
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _CSV_COLUMNS = [c.name for c in LOG.columns]
 
@@ -67,6 +66,12 @@ def run(path_in: Path, path_out: Path, fmt: str, force: bool = False) -> Export:
 export_log = run
 
 
+def _units(source: Path) -> dict[str, str]:
+    """Return the unit of every column of a log; an input or output that is no tension has its own."""
+    stated = units_of(pq.read_schema(source))
+    return {c.name: c.unit for c in LOG.columns} | {"tension_in_n": stated["unit_in"], "tension_out_n": stated["unit_out"]}
+
+
 class _Counted:
     """Runs passed on and counted."""
 
@@ -95,6 +100,10 @@ def _csv(runs: _Counted, path: Path, source: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         names = [*_CSV_COLUMNS, *([TENDON.name] if TENDON.name in pq.read_schema(source).names else [])]
         writer.writerow(names)
+        units = _units(source)
+        if (units["tension_in_n"], units["tension_out_n"]) != ("N", "N"):
+            # a row of units, which import reads; without it the numbers would come back as newtons
+            writer.writerow([safe_cell(units.get(n, "")) for n in names])
         for one in runs:
             columns: list[Any] = []
             for name in names:
@@ -131,7 +140,7 @@ def _mat(runs: _Counted, path: Path, source: Path) -> None:
     table = np.empty(len(held), dtype=[(f, object) for f in fields])
     for i, items in enumerate(held):
         table[i] = items
-    savemat(path, {"runs": table, "units": {n: _UNITS.get(n, "") for n in SIGNALS}}, long_field_names=True)
+    savemat(path, {"runs": table, "units": {n: _units(source)[n] for n in SIGNALS}}, long_field_names=True)
     with open(path, "r+b") as file:
         # the library writes the date here; the same log must give the same bytes
         file.write(b"MATLAB 5.0 MAT-file, written by sstl export".ljust(116))
@@ -146,9 +155,10 @@ def _mcap(runs: _Counted, path: Path, source: Path) -> None:
         ) from None
 
     names = [n for n in SIGNALS if n != "time_s"]
+    units = _units(source)
     schema = {
         "type": "object",
-        "properties": {n: {"type": "number", "description": _UNITS[n]} for n in SIGNALS}
+        "properties": {n: {"type": "number", "description": units[n]} for n in SIGNALS}
         | {n: {"type": "string"} for n in LABELS if n != "lead_mm"}
         | {"lead_mm": {"type": "number"}},
     }

@@ -112,6 +112,19 @@ def test_export_comes_back_bit_for_bit(fmt: str, log: Path, tmp_path: Path) -> N
     assert again.read_bytes() == out.read_bytes()
 
 
+@pytest.mark.parametrize("unit", ["deg", "div"])
+@pytest.mark.parametrize("fmt", export_log.FORMATS)
+def test_export_keeps_the_unit_of_an_output_that_is_no_tension(fmt: str, unit: str, tmp_path: Path) -> None:
+    s = signals()
+    log = tmp_path / "log.parquet"
+    write_runs(log, [Run("a", "act", s["time_s"], s["tension_in_n"], s["tension_out_n"], unit_out=unit)], Provenance("test"))
+    out = tmp_path / f"back.{fmt}"
+    export_log.run(log, out, fmt)
+    (back,) = run([out], Mapping()).runs
+    assert (back.unit_in, back.unit_out) == ("N", unit)
+    np.testing.assert_array_equal(back.tension_out_n, s["tension_out_n"])
+
+
 def test_export_escapes_formulas(log: Path, tmp_path: Path) -> None:
     export_log.run(log, tmp_path / "x.csv", "csv")
     assert "\n'=cmd" in (tmp_path / "x.csv").read_text()

@@ -24,6 +24,7 @@ MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
 # a jump of both channels: smallest one looked at (share of the span), and samples on either side it is compared with
 LEAST_JUMP, AROUND = 0.05, 40
+DRIVEN = 0.15
 AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
 
 
@@ -138,6 +139,11 @@ class Evidence:
         return self.duration_s / max(1, self.loops)
 
     @property
+    def loaded(self) -> bool:
+        """Whether the input is driven over a part of its level; what follows a constant input is another movement."""
+        return self.ranges[0].span > DRIVEN * self.ranges[0].largest
+
+    @property
     def tendon_like(self) -> bool:
         """Whether both channels are tensions that pull: a tendon cannot push, a difference of two or a rod can."""
         return self.usable and self.both_tensions and all(r.low > -0.25 * r.high for r in self.ranges)
@@ -175,8 +181,8 @@ def evidence_of(run: Run) -> Evidence:
         run_id=run.run_id, config_id=run.config_id, system=run.system, location=run.location, lead_mm=run.lead_mm,
         trajectory=run.trajectory, tendon=run.tendon, samples=len(run), tensions=tensions,
         dt_s=float(np.median(step)) if len(step) else math.nan,
-        dt_first_s=float(np.mean(step[:tenth])) if len(step) else math.nan,
-        dt_last_s=float(np.mean(step[-tenth:])) if len(step) else math.nan,
+        dt_first_s=_usual(step[:tenth]),
+        dt_last_s=_usual(step[-tenth:]),
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
     )  # fmt: skip
@@ -191,6 +197,12 @@ def evidence_of(run: Run) -> Evidence:
             position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, signs=NO_KEYS,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
+
+
+def _usual(step: Array) -> float:
+    """Return the mean of the middle half: lost samples do not count, a clock of whole milliseconds does."""
+    n = len(step)
+    return float(np.mean(np.sort(step)[n // 4 : n - n // 4])) if n else math.nan
 
 
 def _sound(run: Run) -> bool:

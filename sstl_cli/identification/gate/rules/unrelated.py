@@ -27,7 +27,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _unrelated(e: Evidence) -> bool:
     p = e.play
-    if not e.tendon_like or p is None or e.correlation < -0.4:
+    if not e.tendon_like or not e.loaded or p is None or e.correlation < -0.4:
         return False
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     # slopes that no friction has may still follow an output
