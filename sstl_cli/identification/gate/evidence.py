@@ -14,6 +14,7 @@ from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import noise_sd
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, keys_of, signs_of
 from sstl_cli.identification.gate.playfit import PlayFit, fit_play
+from sstl_cli.identification.gate.seam import seam_of
 from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
 from sstl_cli.identification.segment import segment_run
 
@@ -22,8 +23,6 @@ MIN_SAMPLES = 32
 # slopes, delays and loops of a recording show in this many points
 MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
-# a jump of both channels: smallest one looked at (share of the span), and samples on either side it is compared with
-LEAST_JUMP, AROUND = 0.05, 40
 DRIVEN = 0.15
 AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
 
@@ -188,15 +187,20 @@ def evidence_of(run: Run) -> Evidence:
     )  # fmt: skip
     if not _sound(run):
         channels = (run.tension_in_n, run.tension_out_n)
-        ranges = tuple(_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
+        a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
-            **base, usable=False, loops=0, ranges=ranges, whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
+            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
             position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, signs=NO_KEYS,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
+
+
+def _renewed(v: Array) -> Array:
+    """Return the samples at which a held channel changes; the beat of its holds is the same in every run."""
+    return v[np.flatnonzero(np.diff(v) != 0.0) + 1]
 
 
 def _usual(step: Array) -> float:
@@ -228,7 +232,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     ranges = (_range(x), _range(y))
     correlation = float(np.corrcoef(x, y)[0, 1])
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
-    seam, seam_at = _seam(clean, ranges)
+    seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span))
     half = len(run) // 2
     return {
         "loops": found.loops,
@@ -251,7 +255,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "reference_gain": _reference_gain(run),
         "keys": keys_of(*raw),
         # levels of a coarse converter are those of the motion, not of noise
-        "signs": NO_KEYS if sensors[1].coarse else signs_of(raw[1]),
+        "signs": NO_KEYS if sensors[1].coarse else signs_of(_renewed(raw[1]) if sensors[1].held else raw[1]),
     }
 
 
@@ -348,28 +352,6 @@ def _noise_ratio(first: Array, second: Array, sensor: Sensor) -> float:
     if sensor.held or sensor.step_n > 0.5 * sensor.noise_n or not (noisy(first) and noisy(second)):
         return math.nan
     return noise_sd(second) / max(noise_sd(first), 1e-300)
-
-
-def _seam(run: Run, ranges: tuple[Range, Range]) -> tuple[tuple[float, float], float]:
-    """Return the largest jump that both channels make at one sample for good (shares of their spans), and when (s).
-
-    A jump is the change of the median of four samples beyond what the two samples beside it would make it by going on.
-    """
-    jumps = []
-    for v, r in zip((run.tension_in_n, run.tension_out_n), ranges, strict=True):
-        step = np.abs(np.diff(v))
-        lasting = np.zeros(len(step))
-        at = np.argsort(step)[-256:]
-        for k in at[(at >= 4) & (at < len(v) - 5) & (step[at] > LEAST_JUMP * r.span)]:
-            if np.all(v[k - 3 : k] == v[k]):
-                # a recorder that stood still catches up
-                continue
-            usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
-            lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
-        jumps.append(lasting / max(r.span, 1e-300))
-    both = np.minimum(*jumps)
-    k = int(np.argmax(both))
-    return (float(jumps[0][k]), float(jumps[1][k])), float(run.time_s[k + 1])
 
 
 def _moved_meanwhile(run: Run, channel: int, sensor: Sensor) -> float:

@@ -130,6 +130,8 @@ def quantisation(values: Array) -> float:
     # a few stray levels (spikes, interpolated samples) must not set the step
     small = float(np.quantile(gaps, 0.1))
     near = gaps[(gaps > 0.7 * small) & (gaps < 1.4 * small)]
+    if not len(near):
+        return 0.0
     step = float(np.median(near))
     multiple = gaps / step
     if len(levels) > 0.5 * len(values):

@@ -128,7 +128,7 @@ KINDS: tuple[tuple[str, tuple[str, ...], Callable[[Log, Rng], Log], dict[str, ob
     ("two bends of seven exchanged", w.LABEL, w.relabelled(w.exchange, lead=True), {"leads": 7, "systems": ("act",)}),
     ("a run twice", ("duplicate",), w.copied(lambda r: r), {}),
     ("a part of a run once more", ("duplicate",), w.copied(w.tail), {}),
-    ("a run once more in lbf", ("duplicate",), w.copied(w.scale(1 / w.LBF, 1 / w.LBF)), {}),
+    ("a run once more in lbf", ("duplicate", "unit_between_runs"), w.copied(w.scale(1 / w.LBF, 1 / w.LBF)), {}),
     ("two rigs, other sensors", ("odd_run", "duplicate"), w.two_rigs, {"leads": 3}),
     ("output of one run at another gain", ("odd_run", "gain"), one_gain, {"leads": 3}),
     ("output early", ("lead",), lambda g, r: early(g, r, 1.0), {}),
