@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,7 +95,9 @@ def stuck(log: Log, rng: Rng) -> Log:
 
 
 BOTH = ("act", "sstl")
-KINDS: tuple[tuple[str, tuple[str, ...], Callable[[Log, Rng], Log], dict[str, object]], ...] = (
+# name, rules whose words are right, the slip, and what rig it needs
+Kind = tuple[str, tuple[str, ...], Callable[[Log, Rng], Log], dict[str, object]]
+KINDS: tuple[Kind, ...] = (
     ("counts for both", ("counts", "magnitude"), lambda g, r: counts(g, r, True), {}),
     ("counts for the output", ("counts", "gain"), lambda g, r: counts(g, r, False), {}),
     ("kN for both", ("magnitude",), lambda g, r: units(g, r, "kN", "in out"), {"sizes": (2.0, 45.0)}),
@@ -144,9 +146,9 @@ KINDS: tuple[tuple[str, tuple[str, ...], Callable[[Log, Rng], Log], dict[str, ob
 )  # fmt: skip
 
 
-def draw(seed: int) -> Iterator[Drawn]:
+def draw(seed: int, kinds: Sequence[Kind] = KINDS) -> Iterator[Drawn]:
     """Yield every slip once, of a size and on a rig drawn from the seed."""
-    for number, (name, rules, spoil, wishes) in enumerate(KINDS):
+    for number, (name, rules, spoil, wishes) in enumerate(kinds):
         rng = np.random.default_rng((seed, number, 5))
         given = dict(wishes)
         low, high = given.pop("sizes", (0.0, 1e9))  # type: ignore[misc]
