@@ -249,3 +249,32 @@ def test_sixty_thousand_samples_take_no_time():
     start = process_time()
     gate.remarks(runs)
     assert sum(map(len, runs)) == 60_000 and process_time() - start < 0.6
+
+
+def test_an_output_that_rests_in_backlash_is_no_copy():
+    """Without its few stray samples the output is constant, and a constant is no straight line of the input."""
+    runs = []
+    for seed in range(3):
+        r = loop(0.5, seed=seed, sd=0.001, run_id=f"r{seed}")
+        y = np.full(len(r), 5.0)
+        y[[200 + seed, 900]] = 5.1
+        runs.append(replace(r, tension_out_n=y))
+    assert gate.remarks(runs) == ()
+
+
+def test_a_slow_output_shares_no_noise_with_another_run():
+    """Ramps between held values turn at the same beat in every run, whatever the noise."""
+    runs = []
+    for seed in range(2):
+        r = loop(0.4 + 0.1 * seed, seed=seed, rate=500.0, run_id=f"r{seed}", config_id=f"c{seed}")
+        at = np.arange(0, len(r), 8)
+        y = np.interp(np.arange(len(r)), at, r.tension_out_n[at])
+        runs.append(replace(r, tension_out_n=y))
+    assert not [s for s in gate.remarks(runs) if s.rule == "duplicate"]
+
+
+@pytest.mark.parametrize("largest", [0.15, 500.0])
+def test_small_and_large_rigs_are_sound(largest):
+    runs = [loop(0.5 * n, system, n, config_id="a", run_id=system) for n, system in ((1, "act"), (2, "sstl"))]
+    f = largest / max(float(r.tension_in_n.max()) for r in runs)
+    assert gate.remarks([scaled(f)(r) for r in runs]) == ()

@@ -230,7 +230,9 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     few = _thinned(clean, MOST_POINTS)
     t, x, y = few.time_s - few.time_s[0], few.tension_in_n, few.tension_out_n
     ranges = (_range(x), _range(y))
-    correlation = float(np.corrcoef(x, y)[0, 1])
+    # without spikes a channel may be constant
+    moves = float(np.std(x)) > 0.0 and float(np.std(y)) > 0.0
+    correlation = float(np.corrcoef(x, y)[0, 1]) if moves else math.nan
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span))
     half = len(run) // 2
@@ -241,7 +243,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "line_share": tuple(_line_share(t, v) for v in (x, y)),
         "correlation": correlation,
         "noise_correlation": _noise_correlation(*raw),
-        "copy_rms": math.sqrt(max(0.0, 1.0 - correlation**2)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
+        "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play),
         "play": play,
         "forward_rms": residuals[0],
@@ -254,8 +256,8 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "position_span_mm": _span(run.position_in_mm),
         "reference_gain": _reference_gain(run),
         "keys": keys_of(*raw),
-        # levels of a coarse converter are those of the motion, not of noise
-        "signs": NO_KEYS if sensors[1].coarse else signs_of(_renewed(raw[1]) if sensors[1].held else raw[1]),
+        # levels of a coarse converter, and ramps between held values, are those of the motion and not of noise
+        "signs": NO_KEYS if sensors[1].coarse or not sensors[1].white else signs_of(_renewed(raw[1]) if sensors[1].held else raw[1]),
     }
 
 
@@ -333,7 +335,7 @@ def _best(
 
 def _line_share(t: Array, v: Array) -> float:
     """Return how much of a channel's variance a straight line in time explains."""
-    return float(np.corrcoef(t, v)[0, 1] ** 2)
+    return float(np.corrcoef(t, v)[0, 1] ** 2) if float(np.std(v)) > 0.0 else math.nan
 
 
 def _noise_correlation(x: Array, y: Array) -> float:

@@ -100,9 +100,9 @@ Kind = tuple[str, tuple[str, ...], Callable[[Log, Rng], Log], dict[str, object]]
 KINDS: tuple[Kind, ...] = (
     ("counts for both", ("counts", "magnitude"), lambda g, r: counts(g, r, True), {}),
     ("counts for the output", ("counts", "gain"), lambda g, r: counts(g, r, False), {}),
-    ("kN for both", ("magnitude",), lambda g, r: units(g, r, "kN", "in out"), {"sizes": (2.0, 45.0)}),
-    ("mN for both", ("magnitude",), lambda g, r: units(g, r, "mN", "in out"), {"sizes": (3.0, 500.0)}),
-    ("gf for both", ("magnitude",), lambda g, r: units(g, r, "gf", "in out"), {"sizes": (9.0, 500.0)}),
+    ("kN for both", ("magnitude", "reference"), lambda g, r: units(g, r, "kN", "in out"), {"sizes": (2.0, 45.0)}),
+    ("mN for both", ("magnitude", "reference"), lambda g, r: units(g, r, "mN", "in out"), {"sizes": (3.0, 500.0)}),
+    ("gf for both", ("magnitude", "reference"), lambda g, r: units(g, r, "gf", "in out"), {"sizes": (9.0, 500.0)}),
     ("kN for the output", ("gain", "magnitude"), lambda g, r: units(g, r, "kN", "out"), {}),
     ("mN for the input", ("gain", "magnitude"), lambda g, r: units(g, r, "mN", "in"), {}),
     ("lbf for the input", ("gain", "reference"), lambda g, r: units(g, r, "lbf", "in"), {}),
