@@ -104,7 +104,7 @@ KINDS: tuple[Kind, ...] = (
     ("mN for both", ("magnitude", "reference"), lambda g, r: units(g, r, "mN", "in out"), {"sizes": (3.0, 500.0)}),
     ("gf for both", ("magnitude", "reference"), lambda g, r: units(g, r, "gf", "in out"), {"sizes": (9.0, 500.0)}),
     ("kN for the output", ("gain", "magnitude"), lambda g, r: units(g, r, "kN", "out"), {}),
-    ("mN for the input", ("gain", "magnitude"), lambda g, r: units(g, r, "mN", "in"), {}),
+    ("mN for the input", ("gain", "magnitude", "reference"), lambda g, r: units(g, r, "mN", "in"), {}),
     ("lbf for the input", ("gain", "reference"), lambda g, r: units(g, r, "lbf", "in"), {}),
     ("lbf for the output", ("gain",), lambda g, r: units(g, r, "lbf", "out"), {}),
     ("kgf for the output", ("gain",), lambda g, r: units(g, r, "kgf", "out"), {}),
