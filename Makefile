@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint docs reproduce reproduce-seeds blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood effects-table gate-table samples clean
+.PHONY: help install test test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood effects-table gate-table samples clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -56,6 +56,10 @@ reproduce-seeds: $(STAMP) ## every table over many data sets: the spread that `m
 	nice -n 15 $(BIN)/sstl reproduce --spread --table R --spread-seeds 20 --seed 100 --out $(OUT)/seeds --force
 	nice -n 15 $(BIN)/sstl reproduce --spread --table III --spread-seeds 30 --seed 100 --out $(OUT)/seeds --force
 	cp $(OUT)/seeds/spread*.csv sstl_cli/paper/
+
+withheld: $(STAMP) ## each effect of the rig withheld from a simulator in turn, diagnosed and put back (ten minutes)
+	mkdir -p $(OUT)/withheld
+	nice -n 15 $(BIN)/sstl reproduce --table withheld --seed $(SEED) --out $(OUT)/withheld --force
 
 blind: $(OUT)/blind-quick/score.json ## withheld-effect check, quick subset (about two minutes)
 

@@ -144,7 +144,7 @@ def _diagnosis(made: Reproduction, o: Options, say: Say, advance: Advance) -> Re
     if not {"diagnosis", "withheld"} & set(o.tables):
         return made
     table = next((d.entries["rig"] for d in made.rig if d.seed == o.seed), None)
-    closed = reproduce_diagnosis.run(o.seed, "withheld" in o.tables, table, o.workers, say)
+    closed = reproduce_diagnosis.run(o.seed, "diagnosis" in o.tables, "withheld" in o.tables, table, o.workers, say)
     return replace(made, closed=tuple(closed))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from sstl_cli.control.scoring import WINDOW_STEADY
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.processes import processes
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper import block_r
@@ -70,41 +71,63 @@ class _Hardware:
     table: Mapping[Key, float]
 
 
+@dataclass(frozen=True)
+class _Question:
+    """A simulator that lacks something of a rig, and how often it may be completed."""
+
+    missing: tuple[str, ...]
+    simulator: Scenario
+    rig: _Hardware | RigBench
+    seed: int
+    rounds: int = 1
+
+
 def run(
     seed: int,
+    gap: bool = True,
     withheld: bool = False,
     table: Mapping[Key, float] | None = None,
     workers: int = 1,
     say: Callable[[str], None] = lambda _: None,
 ) -> list[Closed]:
-    """Return the gap of the paper; ``withheld`` adds each effect of the simulator in turn, then one without a name.
+    """Return the gap of the paper, and each effect of the rig withheld from a simulator in turn.
 
     Parameters
     ----------
+    gap : bool
+        The gap of the paper: the simulator has Table II's effects.
+    withheld : bool
+        Simulators that have all of the rig's effects but one, each in turn, then one without a name on the rig.
     table : mapping, optional
         Table IV of the rig for this seed, where block R is at hand.
     workers : int
-        Processes of each diagnosis.
+        Processes: of the diagnosis where there is one, else of several simulators at once.
     """
+    say("the rig for the diagnosis: recordings, and Table IV if block R is not at hand")
     rig = _hardware(RigBench(), seed, table)
-    say("the gap of the paper: what a simulator of Table II's effects lacks against the rig")
-    first = Scenario(effects=TABLE_II)
-    whole, found = completed(first, rig.recorded, workers)
-    missing = tuple(e for e in GAP if e not in TABLE_II)
-    done = [_closed(missing, first, whole, found, rig, seed)]
-    if not withheld:
-        return done
-    for effect in (e for e in GAP if e in whole.effects):
-        say(f"with {effect} withheld")
-        rest = {k: v for k, v in whole.effects.items() if k != effect}
-        lacking = whole.model_copy(update={"effects": rest})
-        again, found = completed(lacking, rig.recorded, workers)
-        done.append(_closed((effect,), lacking, again, found, rig, seed))
-    say("with an effect that has no name")
-    strange = _hardware(RigBench(unnamed=Cogging()), seed, None)
-    again, found = completed(whole, strange.recorded, workers)
-    done.append(_closed((UNNAMED,), whole, again, found, strange, seed))
+    asked = []
+    if gap:
+        asked.append(_Question(tuple(e for e in GAP if e not in TABLE_II), Scenario(effects=TABLE_II), rig, seed, ROUNDS))
+    if withheld:
+        for effect in GAP:
+            asked.append(_Question((effect,), Scenario(effects={k: v for k, v in GAP.items() if k != effect}), rig, seed))
+        asked.append(_Question((UNNAMED,), Scenario(effects=GAP), RigBench(unnamed=Cogging()), seed))
+    if workers < 2 or len(asked) < 2:
+        return [_answered(q, workers, say) for q in asked]
+    with processes(min(workers, len(asked))) as pool:
+        done = []
+        for q, job in [(q, pool.submit(_answered, q)) for q in asked]:
+            say(f"a simulator without {' and '.join(q.missing)}: diagnosed, completed, Table IV before and after")
+            done.append(job.result())
     return done
+
+
+def _answered(q: _Question, workers: int = 1, say: Callable[[str], None] = lambda _: None) -> Closed:
+    """Return what the diagnosis of one simulator finds, and how far the gap shrinks with it."""
+    say(f"a simulator without {' and '.join(q.missing)}: diagnosed, completed, Table IV before and after")
+    rig = q.rig if isinstance(q.rig, _Hardware) else _hardware(q.rig, q.seed, None)
+    again, found = completed(q.simulator, rig.recorded, workers, q.rounds)
+    return _closed(q.missing, q.simulator, again, found, rig, q.seed)
 
 
 def _hardware(bench: RigBench, seed: int, table: Mapping[Key, float] | None) -> _Hardware:
@@ -119,11 +142,13 @@ def _hardware(bench: RigBench, seed: int, table: Mapping[Key, float] | None) -> 
     return _Hardware(bench, first, later, _table(block_r.learn(seed, bench), bench, seed) if table is None else table)
 
 
-def completed(scenario: Scenario, recorded: Sequence[Run], workers: int) -> tuple[Scenario, diagnose.Diagnosis]:
+def completed(
+    scenario: Scenario, recorded: Sequence[Run], workers: int, rounds: int = ROUNDS
+) -> tuple[Scenario, diagnose.Diagnosis]:
     """Return the simulator with every effect that a diagnosis after the other names, and the first diagnosis."""
     options = diagnose.DiagnoseOptions(max_effects=MAX_EFFECTS, workers=workers)
     first: diagnose.Diagnosis | None = None
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         found = diagnose.run(recorded, replace(options, sim=scenario))
         first = first or found
         if not found.document()["verdict"]["effects"]:

@@ -16,7 +16,7 @@ from sstl_cli.paper.rig import GAP, TABLE_II, Bend, bends, trapezoid
 from sstl_cli.paper.scores import tracking_entries
 from sstl_cli.paper.spread import Spread, of_draws, stored
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps import reproduce_seeds
+from sstl_cli.steps import reproduce_diagnosis, reproduce_seeds
 from sstl_cli.steps.reproduce_diagnosis import UNNAMED, Closed
 
 K = ("IV", "sinusoid DI", "rmse_CP")
@@ -177,6 +177,21 @@ def test_what_was_fitted_is_not_counted_as_predicted():
 )
 def test_what_counts_as_a_right_diagnosis(missing, named, right):
     assert Closed(missing, "x", named, None, "", (1.0, 1.0), (1.0, 1.0), (1.0, 1.0)).right is right
+
+
+def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeypatch):
+    known = []
+    monkeypatch.setattr(reproduce_diagnosis, "_hardware", lambda bench, *_: reproduce_diagnosis._Hardware(bench, [], [], {}))
+    monkeypatch.setattr(
+        reproduce_diagnosis, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None)
+    )
+    monkeypatch.setattr(reproduce_diagnosis, "_closed", lambda missing, before, after, found, rig, seed: (missing, rig.bench))
+    done = reproduce_diagnosis.run(1, gap=False, withheld=True)
+    assert [k ^ set(GAP) for k in known] == [{e} for e in GAP] + [set()]
+    assert [m for m, _ in done] == [(e,) for e in GAP] + [(UNNAMED,)]
+    assert [bench.unnamed is not None for _, bench in done] == [False] * len(GAP) + [True]
+    known.clear()
+    assert [m for m, _ in reproduce_diagnosis.run(1)] == [("presliding", "stribeck")]
 
 
 @pytest.mark.slow
