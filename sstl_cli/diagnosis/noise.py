@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from sstl_cli.diagnosis.recorder import white_noise
-from sstl_cli.diagnosis.records import Record
+from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
@@ -161,7 +161,7 @@ def likely(
 
 def _some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
     """Return runs, shortest first, until they hold enough samples for six numbers."""
-    ordered = sorted(part, key=lambda x: (len(x[0]), x[0].run_id))
+    ordered = sorted(part, key=lambda x: content(x[0]))
     total = np.cumsum([len(r) for r, _ in ordered])
     return ordered[: int(np.searchsorted(total, ENOUGH)) + 1]
 

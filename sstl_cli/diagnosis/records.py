@@ -272,17 +272,23 @@ def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:
     return flags
 
 
+def content(r: Record) -> tuple[int, float, float]:
+    """Return what orders records whatever they are called, in any unit: length, and means of what was read."""
+    return len(r), float(np.mean(r.raw.tension_in_n)), float(np.mean(r.raw.tension_out_n))
+
+
 def representatives(problem: Problem) -> Problem:
     """Return a smaller problem with every system and trajectory, over a few configurations.
 
-    Both systems of a configuration stay together, because they share its theta.
+    Both systems of a configuration stay together, because they share its theta. Names decide nothing.
     """
-    trajectories = sorted({r.trajectory for r in problem.records})
+    ordered = sorted(problem.records, key=content)
+    trajectories = list(dict.fromkeys(r.trajectory for r in ordered))
     per_trajectory = max(1, -(-MIN_CONFIGS // len(trajectories)))
     keep: set[tuple[int, str]] = set()
     turn = 0
     for name in trajectories:
-        configs = sorted({r.config for r in problem.records if r.trajectory == name})
+        configs = list(dict.fromkeys(r.config for r in ordered if r.trajectory == name))
         for _ in range(min(per_trajectory, len(configs))):
             keep.add((configs[turn % len(configs)], name))
             turn += 1
