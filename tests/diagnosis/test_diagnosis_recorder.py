@@ -1,0 +1,48 @@
+"""Noise and faults of small signals whose answer is known by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.recorder import scan, white_noise
+
+T = np.arange(0.0, 40.0, 0.01)
+RNG = np.random.default_rng(5)
+NOISE = RNG.standard_normal(len(T))
+
+
+@pytest.mark.parametrize("movement", [np.zeros_like(T), 5.0 * T, 10.0 * np.sin(6.0 * T), 10.0 * np.abs(T % 4.0 - 2.0)])
+@pytest.mark.parametrize("sd", [0.01, 0.04])
+def test_white_noise_is_found_whatever_moves(movement, sd):
+    assert white_noise(movement + sd * NOISE) == pytest.approx(sd, rel=0.05)
+
+
+def test_white_noise_has_the_unit_of_the_signal():
+    y = np.sin(T) + 0.02 * NOISE
+    assert white_noise(1e3 * y) == pytest.approx(1e3 * white_noise(y), rel=1e-9)
+
+
+def test_a_spike_is_flagged_where_it_is():
+    y = np.sin(T) + 0.01 * NOISE
+    y[700] += 1.0
+    assert np.flatnonzero(scan(y).spike).tolist() == [700]
+
+
+def test_a_frozen_stretch_is_flagged_and_a_slow_movement_is_not():
+    y = np.sin(T) + 0.01 * NOISE
+    y[500:540] = y[500]
+    # the first of them is a reading, the others repeat it
+    assert np.flatnonzero(scan(y).frozen).tolist() == list(range(501, 540))
+
+
+def test_a_clipped_top_is_flagged_with_its_level():
+    y = np.minimum(np.sin(T) + 0.01 * NOISE, 0.8)
+    found = scan(y)
+    assert found.clip_level_n == 0.8 and np.array_equal(found.clipped, y == 0.8)
+    assert not scan(np.sin(T) + 0.01 * NOISE).clipped.any()
+
+
+def test_a_converter_has_a_step():
+    y = np.round((np.sin(T) + 0.05 * NOISE) / 0.02) * 0.02
+    assert scan(y).step_n == pytest.approx(0.02) and scan(np.sin(T) + 0.05 * NOISE).step_n == 0.0
