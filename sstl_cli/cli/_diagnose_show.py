@@ -27,6 +27,22 @@ def tables(screen: Screen, document: dict[str, Any]) -> None:
         screen.say(f"record next: {following['trajectory']}, to tell {apart}; {following['why']}")
 
 
+def plan(screen: Screen, document: dict[str, Any]) -> None:
+    """Say what a movement could tell, then how small a gap of each effect would show."""
+    screen.say(document["sentence"])
+    rows = [
+        (
+            r["effect"], f"{r['parameter']} {r['least_size']:.2g} {r['unit'].replace('1', '', r['unit'] == '1')}".strip(), f"{r['gap_n']:.2g}", "yes" if r["shows"] else "no",
+            "-" if r["told_size"] is None else f"{r['told_size']:.2g}", r["rival"] or "-",
+        )
+        for r in document["effects"]
+    ]  # fmt: skip
+    header = ("effect", "would show from", "gap N", "in range", "told from", "its rival")
+    screen.table("what this movement could tell (D^2 of 24)", header, rows, most=40)
+    for run_id, reason in document["set_aside"].items():
+        screen.note(f"set aside: run {run_id}: {reason}")
+
+
 def stages(screen: Screen, document: dict[str, Any]) -> None:
     """Say which stage of the controller makes most of the error, then the shares of every stream."""
     names = list(document["streams"][0]["share_pct"])

@@ -19,7 +19,10 @@ def register(app: typer.Typer) -> None:
 
 
 def diagnose(
-    logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) with act and/or sstl runs.")],
+    logs: Annotated[list[Path] | None, typer.Argument(help="Logs (Parquet) with act and/or sstl runs.")] = None,
+    plan: Annotated[
+        str | None, typer.Option(help="Before recording: a scenario TOML or name; says which effects its movement could tell apart.")
+    ] = None,
     sim: Annotated[
         str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")
     ] = None,
@@ -37,7 +40,11 @@ def diagnose(
     max_effects: Annotated[int, typer.Option(min=1, max=3, help="How many effects may be combined.")] = 3,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the diagnosis as JSON.")] = None,
     save_sim: Annotated[Path | None, typer.Option(help="Write the accepted simulator as a scenario TOML.")] = None,
-    next_out: Annotated[Path | None, typer.Option(help="Write the proposed recording as a scenario TOML.")] = None,
+    next_out: Annotated[
+        Path | None, typer.Option(help="Write the proposed recording: a scenario (.toml) or the tensions to drive (.csv).")
+    ] = None,
+    max_tension: Annotated[float | None, typer.Option(min=0, help="What it may ask of the input, N (default: as recorded).")] = None,
+    max_rate: Annotated[float | None, typer.Option(min=0, help="How fast it may change it, N/s (default: as recorded).")] = None,
     max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None,
     max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None,
     expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None,
@@ -59,7 +66,7 @@ def diagnose(
     from sstl_cli.cli import _gates
     from sstl_cli.cli.origin import environment, files_among, inputs
     from sstl_cli.core.config import read_toml
-    from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE
+    from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, UsageError
     from sstl_cli.core.files import require_writable, write_json, write_text
     from sstl_cli.core.parquet import schema_id_of
     from sstl_cli.core.runs import read_runs
@@ -70,6 +77,10 @@ def diagnose(
     from sstl_cli.steps import diagnose_tendons as tendons
 
     screen = Screen(as_json)
+    if plan is not None:
+        _plan(screen, plan, logs, effects, out, force)
+    if not logs:
+        raise UsageError("no log", where="LOGS", fix="give logs, or --plan SCENARIO before recording", code="E904")
     for path in (out, save_sim, next_out, junit, summary):
         if path is not None:
             require_writable(path, force)
@@ -80,6 +91,7 @@ def diagnose(
         exclude=effect_ids(exclude, "--exclude"),
         max_effects=max_effects,
         workers=workers, position=position, physics=not no_physics,
+        max_tension_n=max_tension, max_rate_n_per_s=max_rate,
         prior=step.odds(read_toml(prior), str(prior)) if prior else {},
     )
     if any(schema_id_of(path) == "sstl.command" for path in logs):
@@ -103,9 +115,13 @@ def diagnose(
     if save_sim is not None:
         write_text(save_sim, dump(result.model()), force)
     if next_out is not None and document["next_experiment"]:
+        from sstl_cli.diagnosis.following import table
         from sstl_cli.physics.scenario import Scenario
 
-        write_text(next_out, dump(Scenario.model_validate(document["next_experiment"]["scenario"])), force)
+        proposed = document["next_experiment"]
+        movement = Scenario.model_validate(proposed["scenario"])
+        as_table = next_out.suffix.lower() == ".csv"
+        write_text(next_out, table(movement, proposed["tension_factor"]) if as_table else dump(movement), force)
     screen.line(document["sentence"])
     for line in [*lines(document), *tendons.lines(document)]:
         screen.line(line)
@@ -124,6 +140,28 @@ def diagnose(
     for run_id, reason in document["analysis"]["set_aside"].items():
         screen.note(f"set aside: run {run_id}: {reason}")
     screen.finish(document, code)
+
+
+def _plan(screen: Screen, plan: str, logs: list[Path] | None, effects: str | None, out: Path | None, force: bool) -> None:
+    """Say what a movement could tell before it is recorded, and end."""
+    from sstl_cli.cli import _diagnose_show as show
+    from sstl_cli.cli.origin import files_among, inputs
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.physics.scenario import load
+    from sstl_cli.steps import diagnose_plan as step
+
+    if logs:
+        raise UsageError("a plan takes no log", where="--plan", fix="leave out the logs, or --plan", code="E904")
+    if out is not None:
+        require_writable(out, force)
+    with screen.progress("planning", 1) as advance:
+        document = step.run(load(plan), effect_ids(effects, "--effects") or None, advance)
+    document["inputs"] = inputs(files_among(plan))
+    if out is not None:
+        write_json(out, document, force)
+    show.plan(screen, document)
+    screen.finish(document)
 
 
 def _stages(screen: Screen, files: list[Path], out: Path | None, force: bool) -> None:

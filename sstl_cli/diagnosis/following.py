@@ -6,6 +6,7 @@ in squared standard deviations of this rig's noise (D^2), at the highest rate th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,14 +38,43 @@ MENU = (
 FASTEST_HZ = 500.0
 
 
+# the recorded rate of change that a rig is taken to be able to repeat: the largest, but for the noisiest samples
+REPEATABLE = 0.995
+# a movement that has to be slowed down to last longer than this is none (s)
+LONGEST_S = 1200.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the rig may be asked for: input tension (N) and its rate of change (N/s); None: what was recorded."""
+
+    tension_n: float | None = None
+    rate_n_per_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Movement:
+    """A movement of the menu within the limits of one system: instants (s) and input tension (N), shape (n,)."""
+
+    system: str
+    trajectory: Trajectory
+    time_s: Array
+    tension_n: Array
+
+
 @dataclass(frozen=True)
 class Experiment:
     """The movement that separates two candidates best, and the D^2 that it would bring; ``d2_here`` is that of this data."""
 
     separates: tuple[str, str]
-    trajectory: Trajectory
+    movements: tuple[Movement, ...]
     d2: float
     d2_here: float
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The movement of the menu."""
+        return self.movements[0].trajectory
 
     @property
     def settles(self) -> bool:
@@ -77,32 +107,81 @@ def isolability(found: Search, most: int = 12) -> tuple[list[str], Array]:
     return [f.ids[0] for f in singles], cosine
 
 
-def best_experiment(found: Search, first: Weighed, second: Weighed) -> Experiment | None:
+def best_experiment(found: Search, first: Weighed, second: Weighed, limits: Limits | None = None) -> Experiment | None:
     """Return the movement of the menu on which two fitted models differ most after refitting the second, if any can."""
     best: Experiment | None = None
     here = distance2(found.sim, first.fit, second.fit)
     for trajectory in MENU:
-        sim = planned(found, trajectory)
+        movements = within(found, trajectory, limits or Limits())
+        sim = planned(found, movements)
         if sim is None:
             continue
         d2 = distance2(sim, _moved(sim, found, first.fit), _moved(sim, found, second.fit))
         if best is None or d2 > best.d2:
-            best = Experiment((" + ".join(first.ids), " + ".join(second.ids)), trajectory, d2, here)
+            best = Experiment((" + ".join(first.ids), " + ".join(second.ids)), movements, d2, here)
     return best
 
 
-def planned(found: Search, trajectory: Trajectory) -> Simulator | None:
-    """Return the simulator of a movement that is not recorded yet, on the middle bend, with this rig's noise."""
-    sim = found.sim
-    dt = max(min(r.raw.dt_s for r in sim.problem.records), 1.0 / FASTEST_HZ)
-    time = times(trajectory, 1.0 / dt)
-    location = sim.problem.records[0].location
-    runs = []
-    for system in sim.problem.systems:
-        path = tension_path(trajectory, system, time, np.random.default_rng(0))
-        noise = found.noise.input[system].white_n * stream(0, "plan", system).standard_normal(len(time))
-        out = 0.5 * path + noise[::-1]
-        runs.append(Run(f"plan-{system}", system, time, path + noise, out, config_id="plan", location=location, trajectory=trajectory.name))
+def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movement, ...]:
+    """Return a movement of the menu for every recorded system, between its tensions and no faster than its limits.
+
+    What is too fast is slowed down; the sampling is the fastest that was recorded. Movements that would last too long are left out.
+    """
+    problem, dt = found.sim.problem, sampling_s(found)
+    movements = []
+    for system in problem.systems:
+        mine = [r for r in problem.records if r.system == system]
+        low = max(min(float(r.u.min()) for r in mine), 0.0)
+        most = max(float(r.u.max()) for r in mine)
+        high = most if limits.tension_n is None else limits.tension_n / problem.unit_n
+        fastest = max(float(np.quantile(np.abs(r.rate), REPEATABLE)) for r in mine)
+        if limits.rate_n_per_s is not None:
+            fastest = limits.rate_n_per_s / problem.unit_n
+        if high <= low or fastest <= 0.0:
+            continue
+        own = trajectory.model_copy(update={"low_n": round(low, 3), "high_n": round(high, 3), "systems": (system,)})
+        slow = _slowed(own, system, dt, fastest)
+        if slow is not None:
+            movements.append(slow)
+    return tuple(movements)
+
+
+def sampling_s(found: Search) -> float:
+    """Return the sampling period (s) of a plan: the shortest that was recorded, as far as it tells more of a line."""
+    return max(min(r.raw.dt_s for r in found.sim.problem.records), 1.0 / FASTEST_HZ)
+
+
+def _slowed(trajectory: Trajectory, system: str, dt_s: float, fastest: float) -> Movement | None:
+    """Return a movement whose tension changes by no more than ``fastest`` (N/s), None where that would take too long."""
+    for _ in range(4):
+        time = times(trajectory, 1.0 / dt_s)
+        # the same draw as in the plan that is judged: what is written is what was judged
+        path = np.asarray(tension_path(trajectory, system, time, np.random.default_rng(0)))
+        share = fastest / max(float(np.abs(np.diff(path)).max()) / dt_s, 1e-12)
+        if share >= 1.0:
+            return Movement(system, trajectory, time, path)
+        share *= 0.98
+        if trajectory.kind in ("chirp", "random"):
+            low, top = trajectory.frequency_hz or 0.02, trajectory.top_frequency_hz or 1.0
+            # a chirp keeps its slow beginning as far as it can
+            slower = {"frequency_hz": min(low, 0.5 * top * share) if trajectory.kind == "chirp" else low * share, "top_frequency_hz": top * share}
+            trajectory = trajectory.model_copy(update=slower)
+        else:
+            trajectory = trajectory.model_copy(update={"speed": trajectory.speed * share})
+        if (trajectory.duration_s or 0.0) / trajectory.speed > LONGEST_S:
+            return None
+    return None
+
+
+def planned(found: Search, movements: Sequence[Movement]) -> Simulator | None:
+    """Return the simulator of movements that are not recorded yet, on the middle bend, with this rig's noise."""
+    sim, runs = found.sim, []
+    for m in movements:
+        noise = found.noise.input[m.system].white_n * stream(0, "plan", m.system).standard_normal(len(m.time_s))
+        out, place = 0.5 * m.tension_n + noise[::-1], sim.problem.records[0].location
+        runs.append(
+            Run(f"plan-{m.system}", m.system, m.time_s, m.tension_n + noise, out, config_id="plan", location=place, trajectory=m.trajectory.name)
+        )
     try:
         return Simulator(prepare(runs, sim.problem.unit_n), sim.mechanics, sim.fixed)
     except SstlError:
@@ -117,8 +196,8 @@ def _moved(sim: Simulator, found: Search, f: Fit) -> Fit:
     return fit(sim, start, f.hypothesis, theta, f.values, 0)
 
 
-def scenario_of(found: Search, trajectory: Trajectory) -> Scenario:
-    """Return a scenario that records the trajectory on the configurations of the log, for ``sstl simulate``."""
+def scenario_of(found: Search, experiment: Experiment) -> Scenario:
+    """Return a scenario that records the movements on the configurations of the log, for ``sstl simulate``."""
     p = found.sim.problem
     locations = {r.config: r.location for r in p.records}
     configurations = tuple(
@@ -127,6 +206,20 @@ def scenario_of(found: Search, trajectory: Trajectory) -> Scenario:
     )
     return Scenario(
         configurations=configurations,
-        trajectories=(trajectory.model_copy(update={"systems": p.systems}),),
-        sampling_hz=FASTEST_HZ,
+        trajectories=tuple(m.trajectory for m in experiment.movements),
+        sampling_hz=round(1.0 / sampling_s(found), 6),
     )
+
+
+def table(scenario: Scenario, factor: float = 1.0) -> str:
+    """Return the movements of a proposed scenario as CSV, one row a sample: ``system,time_s,tension_in_n``.
+
+    ``factor`` is one N of the scenario in the unit of the recording.
+    """
+    rows = ["system,time_s,tension_in_n"]
+    for trajectory in scenario.trajectories:
+        time = times(trajectory, scenario.sampling_hz)
+        for system in trajectory.systems:
+            path = tension_path(trajectory, system, time, np.random.default_rng(0))
+            rows += [f"{system},{t:.6g},{v * factor:.6g}" for t, v in zip(time, path, strict=True)]
+    return "\n".join(rows) + "\n"

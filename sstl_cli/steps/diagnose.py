@@ -10,7 +10,7 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, downstream, faults, features, scale, scaling, search, verdict
+from sstl_cli.diagnosis import channels, downstream, faults, features, following, scale, scaling, search, verdict
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.simulator import LINE, Simulator
@@ -34,6 +34,8 @@ class DiagnoseOptions:
     position: bool = False
     prior: Mapping[str, float] = field(default_factory=dict)
     physics: bool = True
+    max_tension_n: float | None = None
+    max_rate_n_per_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,7 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
         Given(
             found.problem, found.search, found.nominal, found.recorder, found.beside, found.rows, said,
             accepted(found, said), found.scale, [asdict(r) for r in remarks],
+            following.Limits(options.max_tension_n, options.max_rate_n_per_s),
         )
     )
     result = Diagnosis(found, said, options, body)

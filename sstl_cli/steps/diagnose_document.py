@@ -45,6 +45,7 @@ class Given:
     accepted: Fit
     scale: Scale | None = None
     remarks: Sequence[dict[str, Any]] = ()
+    limits: following.Limits | None = None
 
 
 @dataclass(frozen=True)
@@ -439,13 +440,14 @@ def _next(g: Given) -> dict[str, Any] | None:
     if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2:
         return None
     first, second = ranked[:2]
-    experiment = following.best_experiment(g.search, first, second)
+    experiment = following.best_experiment(g.search, first, second, g.limits)
     if experiment is None:
         return None
     does = (
         f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} (24 settles it; here {experiment.d2_here:.3g})"
         if experiment.settles
-        else f"no movement of the menu settles it: at most D^2 = {experiment.d2:.3g} (24 would), here {experiment.d2_here:.3g}"
+        else f"no movement of the menu settles it within these tensions and rates: at most D^2 = {experiment.d2:.3g} (24 would), "
+        f"here {experiment.d2_here:.3g}"
     )
     unit_n = g.problem.unit_n
     return {
@@ -454,5 +456,6 @@ def _next(g: Given) -> dict[str, Any] | None:
         "why": does + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
         "d2": experiment.d2,
         "settles": experiment.settles,
-        "scenario": following.scenario_of(g.search, experiment.trajectory).model_dump(mode="json", by_alias=True, exclude_defaults=False),
+        "scenario": following.scenario_of(g.search, experiment).model_dump(mode="json", by_alias=True, exclude_defaults=False),
+        "tension_factor": unit_n,
     }

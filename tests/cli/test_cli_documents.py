@@ -44,6 +44,7 @@ CALLS = [
     (("compensate", "--theta", "theta.parquet", "--max-rmse", 0), ["compensate"]),
     (("diagnose", "c.parquet"), ["stages"]),
     (("diagnose", "log.parquet", "--out", "d.json", *FEW), ["diagnosis"]),
+    (("diagnose", "--plan", "sample", "--effects", "zero_offset,viscous"), ["diagnosis.plan"]),
     (("export", "theta.parquet", "-f", "json", "--out", "p.json"), ["export"]),
     (("export", "log.parquet", "-f", "csv", "--out", "log.csv"), ["export"]),
     (("import", "log.csv", "--out", "again.parquet"), ["import"]),

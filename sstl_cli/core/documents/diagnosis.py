@@ -87,6 +87,10 @@ class NextExperiment(Part):
     separates: list[str]
     trajectory: str
     why: str
+    d2: float | None = Field(default=None, description="squared distance that the movement would bring between the two")
+    settles: bool | None = Field(default=None, description="whether that is enough to tell them apart (24)")
+    scenario: dict[str, Any] | None = Field(default=None, description="the movement as a scenario, within the limits of the rig")
+    tension_factor: float | None = Field(default=None, description="one N of the scenario in the unit of the recording")
 
 
 class DiagnosisDocument(Document):
@@ -101,4 +105,19 @@ class DiagnosisDocument(Document):
     remarks: list[Any] | None = Field(default=None, description="what the check of the physics said")
     unit: str | None = Field(default=None, description="unit of the output and of all _n fields")
     sentence: str | None = Field(default=None, description="the diagnosis in one sentence")
+    inputs: dict[str, str] | None = Field(default=None, description="SHA-256 of every input file by name")
+
+
+class PlanDocument(Document):
+    """What a movement could tell before it is recorded (``sstl diagnose --plan``)."""
+
+    schema_id: Literal["sstl.diagnosis.plan/1"] = Field(alias="schema")
+    sentence: str
+    runs: int
+    samples: int
+    noise: dict[str, float] = Field(description="noise of the sensors as the scenario states it")
+    decidable_d2: float
+    effects: list[dict[str, Any]] = Field(description="smallest gap first: least_size and gap_n that show; told_size from which it is told from its rival")
+    classes: list[list[str]] = Field(description="effects that this movement cannot tell apart at any size within their ranges")
+    set_aside: dict[str, str]
     inputs: dict[str, str] | None = Field(default=None, description="SHA-256 of every input file by name")

@@ -1,0 +1,63 @@
+"""What to record next: within the rig's limits, written as it was judged, and honest where nothing settles it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, made, simulator
+
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.following import MENU, Limits, best_experiment, scenario_of, table, within
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.whitening import Noise, Sensor
+
+OFFSET = next(h for h in variants("zero_offset", ("act",)) if [f.parameter.name for f in h.free] == ["z_out_act_n"])
+FRICTION = full("const_friction", ("act",))
+
+
+def search():
+    quiet = Sensor(NOISE_N, 0.0, 0.1)
+    noise = Noise({"act": quiet}, {"act": quiet}, {"act": 1.0})
+    models = {"zero_offset": (weighed(OFFSET, 0.05),), "const_friction": (weighed(FRICTION, 0.05),)}
+    return Search(simulator(), noise, noise, made(), models, {})
+
+
+def weighed(h, value):
+    return Weighed(made(0.0, h, (value,) * len(h.free)), 0.0, 0.0)
+
+
+def steepest(m):
+    return float(np.abs(np.diff(m.tension_n)).max() / np.diff(m.time_s).max())
+
+
+@pytest.mark.parametrize("trajectory", MENU, ids=lambda t: t.name)
+@pytest.mark.parametrize("limits", [Limits(), Limits(15.0, 2.0), Limits(40.0, 30.0)])
+def test_no_movement_leaves_the_limits_of_the_rig(trajectory, limits):
+    movements = within(search(), trajectory, limits)
+    # 12 N +- 9 N, at 2 pi 9 N / 7 s at most
+    most, fastest = limits.tension_n or 21.1, limits.rate_n_per_s or 8.3
+    for m in movements:
+        assert m.tension_n.min() > 2.9 and m.tension_n.max() <= most + 1e-9
+        assert steepest(m) <= fastest * 1.001
+        assert np.allclose(np.diff(m.time_s), 0.02)
+    if limits.rate_n_per_s == 30.0:
+        assert movements and movements[0].tension_n.max() > 35.0
+
+
+def test_what_is_written_is_what_was_judged():
+    found = search()
+    experiment = best_experiment(found, *(found.best((e,)) for e in ("zero_offset", "const_friction")))
+    rows = [r.split(",") for r in table(scenario_of(found, experiment), 2.0).splitlines()]
+    assert rows[0] == ["system", "time_s", "tension_in_n"]
+    (m,) = experiment.movements
+    assert [r[0] for r in rows[1:]] == ["act"] * len(m.time_s)
+    assert np.allclose([float(r[2]) for r in rows[1:]], 2.0 * m.tension_n, rtol=1e-5, atol=1e-5)
+    assert np.allclose([float(r[1]) for r in rows[1:]], m.time_s, atol=1e-3)
+
+
+def test_two_names_for_one_model_are_settled_by_nothing():
+    found = search()
+    same = found.best(("zero_offset",))
+    experiment = best_experiment(found, same, same)
+    assert experiment.d2 < 1.0 and not experiment.settles
