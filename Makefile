@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood effects-table gate-table samples clean
+.PHONY: help install test test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -110,6 +110,13 @@ effects-table: $(STAMP) ## fast model against rig and bristle simulator, per eff
 	$(BIN)/python tools/effects_table.py
 	$(BIN)/python tools/effects_table.py --simulator bristle
 	$(BIN)/python tools/variant_table.py
+
+limit-table: $(STAMP) ## what recordings could tell, and simulated error rates (docs/limit.md; minutes, resumable)
+	nice -n 10 $(BIN)/python tools/limit_simulation.py --draws 100
+	nice -n 10 $(BIN)/python tools/limit_table.py
+
+next-table: $(STAMP) ## does recording what is proposed settle the question? (docs/limit.md; ten minutes a run, resumable)
+	nice -n 10 $(BIN)/python tools/next_table.py
 
 gate-table: $(STAMP) ## wrong and sound recordings judged by the physics gate; fills docs/gate.md
 	$(BIN)/python tools/gate_table.py --seed $(SEED) --publish

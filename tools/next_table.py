@@ -1,0 +1,149 @@
+"""Does recording what is proposed settle the question? Forty ambiguous cases, beside a random movement of the menu.
+
+    python tools/next_table.py [--cases 40] [--seconds 600] [--rows data/next_cases.json]
+
+Cases are drawn from all simulators; those whose verdict is ambiguous or unknown with a proposal are taken. The proposed movement,
+and one of the menu at random, are recorded on the same bench with the same effect, and the log with the new runs is diagnosed
+again. Settled: the truth is the first of the two that were to be told apart, and has at least 49:1 over the other. Resumable.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sstl_cli.blind.bench import PlannedRun
+from sstl_cli.blind.cases import Case, rebuild
+from sstl_cli.blind.judge import wilson
+from sstl_cli.blind.schedule import Job, jobs
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import stream
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.following import MENU, Limits, within
+from sstl_cli.diagnosis.limit import DECIDABLE
+from sstl_cli.physics.scenario import Scenario, Trajectory
+from sstl_cli.physics.trajectories import tension_path, times
+from sstl_cli.steps import diagnose
+from sstl_cli.steps.blind_make import draw_job
+
+ROOT = Path(__file__).resolve().parents[1]
+SEED, MOST = 53_000_000, 2000
+ODDS = float(np.log(49.0))
+
+
+def recorded(case: Case, movements: list[tuple[str, Trajectory]], hz: float) -> list[Run]:
+    """Return the movements as the case's own bench records them: same line, same effect, same sensors."""
+    source, effects = rebuild(case.truth)
+    source = replace(source, bench=replace(source.bench, lab=None))
+    planned = []
+    for system, trajectory in movements:
+        time_s = times(trajectory, hz)
+        path = np.maximum(tension_path(trajectory, system, time_s, np.random.default_rng(0)), 0.0)
+        planned.append(PlannedRun(f"next-{system}", 0, system, trajectory.kind, time_s, path))
+    return source.record(planned, effects)
+
+
+def settled(case: Case, more: list[Run], truth: str, other: str) -> bool:
+    """Whether the log with the new runs has the truth at 49:1 over the other candidate."""
+    found = diagnose.gather([*case.runs, *more], options(case)).search
+    if truth not in found.singles or other not in found.singles:
+        return False
+    return found.best((truth,)).evidence - found.best((other,)).evidence >= ODDS
+
+
+def options(case: Case) -> diagnose.DiagnoseOptions:
+    """Return what the diagnosis of a case is asked."""
+    return diagnose.DiagnoseOptions(sim=case.sim, exclude=case.exclude, max_effects=1)
+
+
+def asked(job: Job) -> tuple[Case, diagnose.Diagnosis] | None:
+    """Return a case of one effect that leaves a question between its truth and another effect, None for any other."""
+    if job.entry.kind != "single":
+        return None
+    case = draw_job(job)
+    try:
+        found = diagnose.run(case.runs, options(case))
+    except SstlError:
+        return None
+    proposed = found.document()["next_experiment"]
+    (truth,) = case.truth["effects"]
+    open_question = found.verdict.status in ("ambiguous", "unknown") and proposed and truth in proposed["separates"]
+    return (case, found) if open_question else None
+
+
+def row(case: Case, found: diagnose.Diagnosis) -> dict:
+    """Return the outcome of one case: what was proposed and promised, and what it and a random movement settled."""
+    proposed = found.document()["next_experiment"]
+    (truth,) = case.truth["effects"]
+    other = next(e for e in proposed["separates"] if e != truth)
+    scenario = Scenario.model_validate(proposed["scenario"])
+    ours = [(t.systems[0], t) for t in scenario.trajectories]
+    chance = MENU[int(stream(int(case.truth["seed"]), "menu").integers(len(MENU)))]
+    theirs = [(m.system, m.trajectory) for m in within(found.evidence.search, chance, Limits())]
+    return {
+        "seed": case.truth["seed"], "simulator": case.truth["simulator"], "truth": truth, "other": other,
+        "strength": case.truth["strength"], "proposed": proposed["trajectory"], "d2": proposed["d2"], "random": chance.name,
+        "settled": settled(case, recorded(case, ours, scenario.sampling_hz), truth, other),
+        "settled_random": settled(case, recorded(case, theirs, scenario.sampling_hz), truth, other),
+    }  # fmt: skip
+
+
+def rows_of(cases: int, seconds: float, path: Path) -> list[dict]:
+    """Return the rows, taking those that are missing while there is time; seeds that ask nothing are remembered."""
+    kept = json.loads(path.read_text()) if path.exists() else {"rows": [], "passed": []}
+    done, end = {r["seed"] for r in kept["rows"]} | set(kept["passed"]), time.monotonic() + seconds
+    for job in _waiting(done):
+        if len(kept["rows"]) >= cases or time.monotonic() > end:
+            break
+        found = asked(job)
+        if found is None:
+            kept["passed"].append(job.seed)
+        else:
+            kept["rows"].append(row(*found))
+            print(kept["rows"][-1], flush=True)
+        path.write_text(json.dumps(kept, indent=1) + "\n")
+    return kept["rows"]
+
+
+def _waiting(done: set[int]) -> Iterator[Job]:
+    return (j for j in jobs(MOST, SEED, "mixed", True) if j.seed not in done)
+
+
+def table(rows: list[dict]) -> str:
+    """Return the table: where the predicted distance settles it, and where no movement does."""
+    lines = ["| predicted D^2 | cases | the proposal settled | a random movement settled |", "|---|---|---|---|"]
+    for name, part in (
+        ("24 and more", [r for r in rows if r["d2"] >= DECIDABLE]),
+        ("below 24: says that nothing settles it", [r for r in rows if r["d2"] < DECIDABLE]),
+    ):
+        cells = []
+        for key in ("settled", "settled_random"):
+            k = sum(r[key] for r in part)
+            low, high = wilson(k, len(part)) if part else (0.0, 1.0)
+            cells.append(f"{k} of {len(part)} ({100 * low:.0f}-{100 * high:.0f} %)")
+        lines.append(f"| {name} | {len(part)} | {cells[0]} | {cells[1]} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Take the rows that are missing and write the table into docs/limit.md."""
+    from limit_table import put
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=40)
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--rows", type=Path, default=ROOT / "data" / "next_cases.json")
+    given = parser.parse_args()
+    rows = rows_of(given.cases, given.seconds, given.rows)
+    put("next", table(rows))
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()
