@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.autoregression import costs
 from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.diagnosis.features import BESIDE, CandidateRow
 from sstl_cli.diagnosis.fit import Fit
@@ -76,9 +75,8 @@ def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
     fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in LAG_STARTS]
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
-    without, lagged = costs([base, left], 1, [len(r.time_s) for r, _ in pairs])
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
-    return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), without - lagged)]
+    return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), log_gain(base, left, left))]
 
 
 def _tracks(run: Run) -> bool:
@@ -104,12 +102,34 @@ def position_gaps(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> li
     lines = _lines(sim, tension, records, measured)
     base = _position_residual(sim, lines, {})
     found = [_fit_position(sim, lines, e) for e in effects]
-    best = int(np.argmin([_rms(left) for left, _, _ in found]))
-    without, *cost = costs([base, *(left for left, _, _ in found)], best + 1, [len(x) for x in measured])
+    best = min((left for left, _, _ in found), key=_rms)
     return [
-        ChannelGap("position_in", "mm", e.id, values, _rms(base), _rms(left), max(noise, 1e-6), without - c)
-        for c, (left, e, values) in zip(cost, found, strict=True)
+        ChannelGap("position_in", "mm", e.id, values, _rms(base), _rms(left), max(noise, 1e-6), log_gain(base, left, best))
+        for left, e, values in found
     ]
+
+
+def log_gain(base: Array, left: Array, best: Array) -> float:
+    """Return the gain (nats) of one residual over another, of unknown scale, by as many samples as are independent.
+
+    What the best model leaves says how many: a law is never exact, and what it leaves is no noise.
+    """
+    return 0.5 * _independent(best) * float(np.log(max(_rms(base), 1e-300) / max(_rms(left), 1e-300)) * 2.0)
+
+
+def _independent(x: Array) -> float:
+    """Return how many independent samples a residual has: up to where its autocorrelation ends (Geyer 1992)."""
+    n = len(x)
+    spectrum = np.abs(np.fft.rfft(x - x.mean(), 2 * n)) ** 2
+    acf = np.fft.irfft(spectrum)[:n] / np.arange(n, 0, -1)
+    if acf[0] <= 0.0:
+        return float(n)
+    rho = acf / acf[0]
+    # pairs of lags are positive until nothing but chance is left
+    pairs = rho[: n // 2 * 2].reshape(-1, 2).sum(axis=1)
+    ends = np.flatnonzero(pairs <= 0.0)
+    total = float(pairs[: int(ends[0]) if len(ends) else len(pairs)].sum())
+    return float(n / max(2.0 * total - 1.0, 1.0))
 
 
 def _grid(r: Record) -> Array:
@@ -129,7 +149,7 @@ def _affine(x: Array, columns: Sequence[Array]) -> Array:
 class _Line:
     """One run as the position sees it: its drive, and output (N) and position (mm) of the rigid line.
 
-    ``load`` (N) and ``measured`` (mm) are on the analysis grid, ``factor`` times coarser than the rest.
+    ``load`` (N, as predicted and as read) and ``measured`` (mm) are on the analysis grid, ``factor`` times coarser.
     """
 
     theta: float
@@ -137,7 +157,7 @@ class _Line:
     out: Array
     rigid: Array
     factor: int
-    load: Array
+    load: tuple[Array, Array]
     measured: Array
 
 
@@ -148,7 +168,7 @@ def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Se
         drive = drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics)
         out = predict(drive, theta, none, r.start_n)
         rigid = predict_position(drive, theta, none, out)
-        found.append(_Line(theta, drive, out, rigid, r.factor, block_mean(out, r.factor), x))
+        found.append(_Line(theta, drive, out, rigid, r.factor, (block_mean(out, r.factor), r.y), x))
     return found
 
 
@@ -158,7 +178,7 @@ def _position_residual(sim: Simulator, lines: Sequence[_Line], extra: dict[str, 
     parts = []
     for line in lines:
         more = predict_position(line.drive, line.theta, active, line.out) - line.rigid
-        parts.append(_affine(line.measured - block_mean(more, line.factor), [line.load]))
+        parts.append(_affine(line.measured - block_mean(more, line.factor), line.load))
     return np.concatenate(parts)
 
 
@@ -171,7 +191,7 @@ def _fit_position(sim: Simulator, lines: Sequence[_Line], effect: Effect) -> tup
 
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     best = None
-    for share in (0.1, 0.5):
+    for share in (0.02, 0.1, 0.5):
         start = low + share * (high - low)
         done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), 1e-3), max_nfev=20)
         best = done if best is None or done.cost < best.cost else best

@@ -63,7 +63,10 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
                 clip_count += int(hit.sum())
                 # the clipped input falsifies the output until it is forgotten: all of the masked part counts
                 part = hit if is_out else (r.raw_weight[:n] == 0.0)
-                clipped += float(error2[part].sum())
+                # a level that a rounded reading repeats is no limit unless the tension goes beyond what rounds to it
+                rounding = 0.5 * faults.step_n * (1.0 if is_out else np.exp(0.5 * r.raw.passes))
+                beyond = part & (error2 > (rounding + noise_n) ** 2)
+                clipped += float(error2[beyond & (expected > r.raw.tension_out_n[:n]) if is_out else beyond].sum())
                 if is_out:
                     level_out = min(level_out, faults.clip_level_n)
                 else:
@@ -84,7 +87,7 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
             values["t_max_out_n"] = float(level_out)
         found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n))
     rest = max(total - faulty - clipped, 1e-12)
-    if stepped > 0.0:
+    if min(stepped, rest) > 2.0 * noise_n**2:
         # the noise was measured on rounded samples: what rounding adds to it is no noise
         noise2 = max(noise_n**2 - step_out**2 / 12.0, 0.0)
         unexplained = max(rest - samples / 2 * noise2, stepped)

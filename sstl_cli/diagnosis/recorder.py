@@ -94,10 +94,12 @@ def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
 def _frozen(signal: Array, noise: float, step: float) -> Mask:
     """Flag runs of exactly equal samples that noise above the quantisation step cannot make."""
     frozen = np.zeros(len(signal), bool)
-    if noise <= 0.0 or step > noise:
+    # rounding is part of what second differences show; without noise of the sensor a hold repeats its level for ever
+    sensor = float(np.sqrt(max(noise**2 - step**2 / 12.0, 0.0)))
+    if noise <= 0.0 or sensor < 0.5 * step:
         return frozen
-    # with noise of s steps, the chance of repeating a level is about step / (3.5 noise)
-    repeat = min(0.5, step / (3.5 * noise)) if step > 0 else 1e-6
+    # the difference of two readings has this density at 0, and a level is a step wide
+    repeat = min(0.9, step / (2.0 * np.sqrt(np.pi) * sensor)) if step > 0 else 1e-6
     need = FROZEN_RUN
     while repeat ** (need - 1) * len(signal) > 1e-3 and need < 1000:
         need += 1
