@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
+from sstl_cli.core.groups import spelled_out
+
 COMMITTED, NAMED = ("identified",), ("identified", "ambiguous")
 
 
@@ -89,7 +91,7 @@ def judge(case: str, truth: Mapping[str, Any], result: Mapping[str, Any], realis
         truth,
         verdict["status"],
         tuple(verdict["effects"]),
-        tuple(verdict["ambiguity_group"]),
+        spelled_out(verdict),
         None if verdict["confidence"] is None else float(verdict["confidence"]),
         float(result["seconds"]),
         dict(document.get("baselines", {})),

@@ -141,7 +141,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         0.5,
         0.5,
         0.0,
-        0.9,
+        0.1,
         (),
         dict(provenance or {}),
     )
@@ -191,17 +191,15 @@ def _small(found: Sequence[Example]) -> float:
 
 
 def _cover(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
-    """Return the share of the named probability that a set must reach to hold the truth (worst simulator's quantile)."""
-    needed: dict[str, list[float]] = {}
+    """Return the part of the named probability that a candidate needs to be in a set (the worst simulator's quantile)."""
+    parts: dict[str, list[float]] = {}
     for e, p in judged:
         if e.answer in (NONE, UNKNOWN):
             continue
-        ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: -p[k])
-        total = sum(p[k] for k in ranked)
-        upto = sum(p[k] for k in ranked[: ranked.index(e.answer)])
-        needed.setdefault(e.simulator, []).append(upto / max(total, 1e-300))
-    worst = max((float(np.quantile(v, COVERAGE)) for v in needed.values()), default=0.9)
-    return round(float(np.clip(worst + 1e-6, 0.5, 0.999999)), 6)
+        named = sum(q for k, q in p.items() if k not in (NONE, UNKNOWN))
+        parts.setdefault(e.simulator, []).append(p[e.answer] / max(named, 1e-300))
+    worst = min((float(np.quantile(v, 1.0 - COVERAGE)) for v in parts.values()), default=0.1)
+    return round(float(np.clip(worst - 1e-6, 1e-6, 0.5)), 6)
 
 
 def is_right(e: Example, said: Any) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sstl_cli.core.groups import spelled_out
 from sstl_cli.physics.effects import catalogue
 
 MOST_SURE = 99.0
@@ -19,7 +20,7 @@ def sentence(document: dict[str, Any]) -> str:
         return f"The cause of the gap is not known: {verdict['why']}{sure}."
     names = " and ".join(f"{_plain(e)} ({e})" for e in effects)
     if status == "ambiguous":
-        others = [e for e in verdict["ambiguity_group"] if e not in effects]
+        others = [e for e in spelled_out(verdict) if e not in effects]
         rivals = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
         return f"The gap comes most likely from {names}{rivals}{sure}."
     return f"The gap comes from {names}{sure}."
@@ -68,7 +69,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     out.append(
         "  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %"
     )
-    group = [e for e in document["verdict"]["ambiguity_group"] if e not in document["verdict"]["effects"]]
+    group = [e for e in spelled_out(document["verdict"]) if e not in document["verdict"]["effects"]]
     if document["verdict"]["effects"]:
         out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))
     out += _shown(document["verdict"], unit)

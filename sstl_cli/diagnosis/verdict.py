@@ -35,6 +35,9 @@ JOINS_NATS = 5.0
 # 49 to 1
 DECIDES_NATS = float(np.log(49.0))
 
+# effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
+FAMILIES = {"lag": ("channel_delay", "channel_lowpass"), "stick-slip": ("dwell_aging", "stick_slip", "stribeck")}
+
 CANDIDATE_TERMS = (
     *(f"behind_{m:g}" for m in MISFITS), *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "left_rms", "worst", "means", "more", "drop_one", "weak_part",
     "outside", "unstable", "strengths", "recorder", "recorder_share", "recorder_gain", "beside", "beside_gain", "beside_share", "beside_left", "beside_rank",
@@ -68,6 +71,13 @@ class Verdict:
     group: tuple[Ids, ...]
     probabilities: Mapping[Ids, float]
     why: str
+
+    @property
+    def classes(self) -> dict[str, tuple[str, ...]]:
+        """Families of which several members are in the set, by a name that lists them."""
+        inside = {ids[0] for ids in self.group if len(ids) == 1}
+        found = {family: tuple(m for m in members if m in inside) for family, members in FAMILIES.items()}
+        return {f"{family}: {' | '.join(parts)}": parts for family, parts in found.items() if len(parts) > 1}
 
 
 @cache
@@ -145,11 +155,22 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
         "beside_gain": _squash(c.gain) if c.kind == BESIDE else 0.0,
         "beside_share": c.share if c.kind == BESIDE else 0.0,
     }
+    apart = _apart(c, rows)
     for m in MISFITS:
-        behind = (c.evidence - top) / (1.0 + 2.0 * m * m * top) if out else 0.0
+        behind = (c.evidence - top) / (1.0 + 2.0 * m * m * apart) if out else 0.0
         values[f"behind_{m:g}"] = float(np.clip(behind, -REACH_NATS, 0.0)) / 10.0
         values[f"log_behind_{m:g}"] = _squash(min(behind, 0.0))
     return np.array([values[t] for t in CANDIDATE_TERMS])
+
+
+def _apart(c: CandidateRow, rows: Rows) -> float:
+    """Return the evidence (nats) of what tells a candidate from the most evident model: all but that of effects in both."""
+    lead = leading(rows)
+    if lead is None:
+        return 0.0
+    both = set(lead.ids) & set(c.ids)
+    shared = max((o.evidence for o in rows.candidates if o.kind == OUTPUT and set(o.ids) <= both), default=0.0)
+    return max(lead.evidence - max(shared, 0.0), 0.0)
 
 
 def log_terms(rows: Rows) -> Array:
@@ -231,13 +252,17 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
     if ranked and p[top] >= weights.commit:
         return Verdict(IDENTIFIED, top, _sure(p[top], weights, prior), (top,), p, _explained(rows, top))
+    family = _family(top, p)
+    if len(family) > 1 and sum(p[k] for k in family) >= weights.commit:
+        why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in family)} it is, this data does not tell"
+        return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in family), weights, prior), family, p, why)
     likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
         return Verdict(NOTHING, (), _sure(p[NONE], weights, prior), (), p, why)
     if p[UNKNOWN] >= named:
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
-    group = _set(ranked, p, named * weights.cover)
+    group = _set(ranked, p, weights.cover)
     share = sum(p[k] for k in group)
     if len(group) == 1:
         why = f"{_explained(rows, top)}, but {_runner_up(p)} is not ruled out"
@@ -246,12 +271,20 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{_explained(rows, top)}; {rivals} explain it about as well")
 
 
+def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
+    """Return the members of the family of a single effect that are candidates, the most probable first."""
+    for members in FAMILIES.values():
+        if len(top) == 1 and top[0] in members:
+            return tuple(sorted(((m,) for m in members if (m,) in p), key=lambda k: -p[k]))
+    return ()
+
+
 def _tied(rows: Rows, top: Ids) -> list[Ids]:
     """Return the models that the data do not put behind the most probable one: what is usual elsewhere does not decide here."""
     best = next((c for c in rows.candidates if c.ids == top and c.kind == OUTPUT), None)
     if best is None:
         return []
-    alike = [c for c in rows.candidates if c.kind == OUTPUT and c.ids != top and not set(top) < set(c.ids)]
+    alike = [c for c in rows.candidates if c.kind == OUTPUT and c.ids != top and len(c.ids) <= len(top)]
     return [c.ids for c in alike if c.evidence > best.evidence - DECIDES_NATS]
 
 
@@ -265,15 +298,10 @@ def _sure(p: float, w: Weights, prior: Mapping[str, float] | None) -> float | No
     return float(np.interp(p, x, y))
 
 
-def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], enough: float) -> tuple[Ids, ...]:
-    """Return the most probable candidates that together reach a probability."""
-    chosen, total = [], 0.0
-    for k in ranked:
-        chosen.append(k)
-        total += p[k]
-        if total >= enough:
-            break
-    return tuple(chosen)
+def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], least: float) -> tuple[Ids, ...]:
+    """Return the candidates whose part of the named probability is not below the learned one (Sadinle, Lei, Wasserman 2019)."""
+    named = sum(p[k] for k in ranked)
+    return tuple(k for i, k in enumerate(ranked) if i == 0 or p[k] >= least * named)
 
 
 def _explained(rows: Rows, ids: Ids) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.groups import spelled_out
 
 
 def number(value: Any) -> float:
@@ -79,3 +81,9 @@ def _typed(document: Any, key: str, kind: type, name: str) -> Any:
             f"'{key}' is not {name}", where=where, fix="make the file again with this version of sstl", code="E604"
         )
     return value
+
+
+def ambiguity_group(verdict: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the effects of an ambiguity group, classes replaced by their members; what is no text is left out."""
+    members = mapping(verdict, "members")
+    return spelled_out({"ambiguity_group": texts(verdict, "ambiguity_group"), "members": {k: texts(members, k) for k in members}})

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from sstl_cli.core.errors import printable
-from sstl_cli.reporting.documents import interval, mapping, number, rows, texts
+from sstl_cli.reporting.documents import ambiguity_group, interval, mapping, number, rows, texts
 from sstl_cli.reporting.inputs import EffectNote
 
 SYSTEMS = {"act": "the actuation tendon", "sstl": "the sensing loop"}
@@ -64,7 +64,7 @@ def sentence(document: dict[str, Any], catalogue: Catalogue | None = None) -> st
     verdict = mapping(document, "verdict")
     known = catalogue or {}
     effects = listed((title(e, known) for e in texts(verdict, "effects")), "and")
-    group = listed((title(e, known) for e in texts(verdict, "ambiguity_group")), "or")
+    group = listed((title(e, known) for e in ambiguity_group(verdict)), "or")
     status = str(verdict.get("status", ""))
     text = {
         "identified": f"The simulator misses {effects or 'an effect'}",

@@ -11,6 +11,7 @@ from sstl_cli.blind import accepted
 from sstl_cli.blind.retune import Pair, gap_n, play
 from sstl_cli.blind.strength import direction, find_scale
 from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.effects import get
@@ -109,7 +110,7 @@ def _trial(
 
 def _row(origin: str, effect_id: str | None, document: Mapping[str, Any]) -> dict[str, Any]:
     verdict = document["verdict"]
-    effects, group = list(verdict["effects"]), list(verdict["ambiguity_group"])
+    effects, group = list(verdict["effects"]), list(spelled_out(verdict))
     committed = verdict["status"] == "identified"
     return {
         "origin": origin,

@@ -123,15 +123,18 @@ def _verdict(g: Given) -> dict[str, Any]:
     said = g.verdict
     singles = [i for ids in said.group for i in ids]
     rest = {k: v for k, v in said.probabilities.items() if k in (NONE, ("?",))}
+    in_class = {part: title for title, parts in said.classes.items() for part in parts}
+    members = {title: list(parts) for title, parts in said.classes.items()}
+    members |= {name(ids): list(ids) for ids in said.group if len(ids) > 1}
     found: dict[str, Any] = {
         "status": said.status,
         "effects": _by_size(g),
         "confidence": said.confidence,
-        "ambiguity_group": list(dict.fromkeys([*said.effects, *singles])),
+        "ambiguity_group": list(dict.fromkeys(in_class.get(i, i) for i in [*said.effects, *singles])),
         "why": said.why,
         "probability_none": rest.get(NONE, 0.0),
         "probability_unknown": rest.get(("?",), 0.0),
-        "members": [list(ids) for ids in said.group] if any(len(ids) > 1 for ids in said.group) else None,
+        "members": members or None,
         "would_have_shown": None,
         "leftover": None,
     }

@@ -20,8 +20,8 @@ class Verdict(Part):
     confidence: float | None = Field(description="share of such verdicts that were right; null with a reason", ge=0, le=1)
     ambiguity_group: list[str] = Field(description="set that holds the truth in 90 of 100 cases")
     why: str
-    members: dict[str, list[str]] | list[Any] | None = Field(
-        default=None, description="parts of a class that this excitation cannot separate"
+    members: dict[str, list[str]] | None = Field(
+        default=None, description="parts of a class that this excitation cannot separate, and of combinations in the set"
     )
     would_have_shown: Any = Field(
         default=None, description="for none: per effect the smallest size and gap that would have been seen"

@@ -6,7 +6,7 @@ from typing import Any
 
 from sstl_cli.core.errors import printable
 from sstl_cli.reporting import diagnosis_tables, drawing, words
-from sstl_cli.reporting.documents import mapping, rows, texts
+from sstl_cli.reporting.documents import ambiguity_group, mapping, rows, texts
 from sstl_cli.reporting.figures import candidates, isolability, misfit, simulated, waterfall, where
 from sstl_cli.reporting.inputs import Inputs
 
@@ -82,7 +82,7 @@ def _facts(document: dict[str, Any], inputs: Inputs) -> list[dict[str, Any]]:
     """Return the four answers of the first screen; one that the document cannot give is left out."""
     verdict = mapping(document, "verdict")
     effects = texts(verdict, "effects")
-    others = [e for e in texts(verdict, "ambiguity_group") if e not in effects]
+    others = [e for e in ambiguity_group(verdict) if e not in effects]
     which = [diagnosis_tables.linked(e, inputs.catalogue) for e in effects]
     also = f"Not told apart from it: {words.listed((words.title(e, inputs.catalogue) for e in others), 'or')}." if others else ""
     named = words.listed((words.title(e, inputs.catalogue) for e in effects), "and")

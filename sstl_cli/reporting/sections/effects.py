@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.reporting.diagnosis_tables import anchor
-from sstl_cli.reporting.documents import mapping, rows, texts
+from sstl_cli.reporting.documents import ambiguity_group, mapping, rows, texts
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.sections.diagnosis import tendons
 
@@ -18,7 +18,7 @@ def context(inputs: Inputs) -> dict[str, Any]:
     for document in inputs.diagnosis:
         for _, part in tendons(document):
             verdict = mapping(part, "verdict")
-            named += [*texts(verdict, "effects"), *texts(verdict, "ambiguity_group")]
+            named += [*texts(verdict, "effects"), *ambiguity_group(verdict)]
             named += _parts(verdict.get("members"))
             for c in rows(part, "candidates"):
                 named += [str(c.get("id")), *_parts(c.get("members")), *(str(p.get("effect")) for p in rows(c, "parameters"))]
