@@ -32,6 +32,8 @@ DIAGNOSED_BENDS = WITHHELD_BENDS = 2
 ROUNDS = 2
 MAX_EFFECTS = 3
 UNNAMED = "one without a name"
+#: too few bends could be identified, or tracking left the range
+UNLEARNED = ("E802", "E402")
 
 
 @dataclass(frozen=True)
@@ -63,12 +65,12 @@ class Closed:
 
 @dataclass(frozen=True)
 class _Hardware:
-    """The rig with its recordings for the diagnosis and for the judgement, and its own Table IV."""
+    """The rig with its recordings for the diagnosis and for the judgement, and its own Table IV if one can be learned."""
 
     bench: RigBench
     recorded: list[Run]
     withheld: list[Run]
-    table: Mapping[Key, float]
+    table: Mapping[Key, float] | None
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,17 @@ def _hardware(bench: RigBench, seed: int, table: Mapping[Key, float] | None) -> 
         ]
         for count, name in ((DIAGNOSED_BENDS, "known"), (WITHHELD_BENDS, "withheld"))
     )
-    return _Hardware(bench, first, later, _table(block_r.learn(seed, bench), bench, seed) if table is None else table)
+    return _Hardware(bench, first, later, _own_table(bench, seed) if table is None else table)
+
+
+def _own_table(bench: RigBench, seed: int) -> Mapping[Key, float] | None:
+    """Return Table IV of a rig, None where too many of its bends show no lines to learn from (as a ripple can make them)."""
+    try:
+        return _table(block_r.learn(seed, bench), bench, seed)
+    except SstlError as error:
+        if error.code not in UNLEARNED:
+            raise
+        return None
 
 
 def completed(
@@ -186,10 +198,10 @@ def _judged(model: ModelBench, rig: _Hardware, seed: int) -> tuple[float, float 
     withheld = float(np.sqrt(np.mean([model.rmse(r) ** 2 for r in rig.withheld])))
     try:
         learned = block_r.learn(seed, model)
-        promised = distance(_table(learned, model, seed), rig.table)
+        promised = None if rig.table is None else distance(_table(learned, model, seed), rig.table)
         return withheld, promised, _proposed(_table(learned, rig.bench, seed, ("proposed",)))
     except SstlError as error:
-        if error.code not in ("E802", "E402"):
+        if error.code not in UNLEARNED:
             raise
         return withheld, None, None
 

@@ -194,6 +194,14 @@ def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeyp
     assert [m for m, _ in reproduce_diagnosis.run(1)] == [("presliding", "stribeck")]
 
 
+def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatch):
+    def refuse(seed, bench):
+        raise SstlError("only 93 of 150 calibration bends could be identified", code="E802")
+
+    monkeypatch.setattr(block_r, "learn", refuse)
+    assert reproduce_diagnosis._own_table(RigBench(unnamed=Cogging()), 1) is None
+
+
 @pytest.mark.slow
 def test_one_seed_of_block_r_lies_within_the_committed_spread():
     assert gate.outside([block_r.draw(block_r.run(7))], stored("R")) == []
