@@ -32,7 +32,7 @@ DIAGNOSED_BENDS = WITHHELD_BENDS = 2
 ROUNDS = 2
 MAX_EFFECTS = 3
 UNNAMED = "one without a name"
-#: too few bends could be identified, or tracking left the range
+#: too few bends could be identified, or the mapped lines cross
 UNLEARNED = ("E802", "E402")
 
 
