@@ -6,8 +6,8 @@ import base64
 import html
 import io
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -52,6 +52,7 @@ class Diagnosis:
     log: Log
     body: dict[str, Any]
     accepted: Scenario
+    _known: Callable[[], Scenario] | None = field(default=None, repr=False)
 
     @cached_property
     def document(self) -> DiagnosisDocument:
@@ -117,8 +118,11 @@ class Diagnosis:
         return copied
 
     def model(self) -> Scenario:
-        """Return the accepted simulator; ``sstl.simulate`` and ``sstl.diagnose(log, sim=...)`` take it."""
-        return self.accepted
+        """Return the accepted simulator with what it is known to leave of this log, which it is tried on once.
+
+        ``sstl.simulate`` and ``sstl.diagnose(log, sim=...)`` take it; ``accepted`` is the simulator alone.
+        """
+        return self.accepted if self._known is None else self._known()
 
     def __repr__(self) -> str:
         named = " + ".join(self.verdict.effects)
@@ -193,4 +197,4 @@ def diagnose(
     result = diagnose_tendons.run(runs, options)
     files = [Path(sim)] if sim is not None and not isinstance(sim, Scenario) and Path(sim).is_file() else []
     inputs = {**log.inputs, **(against.inputs if against is not None else {}), **inputs_of(files)}
-    return Diagnosis(log, json.loads(dumps({**result.document(), "inputs": inputs})), result.model())
+    return Diagnosis(log, json.loads(dumps({**result.document(), "inputs": inputs})), result.bare(), result.model)

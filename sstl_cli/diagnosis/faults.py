@@ -13,6 +13,8 @@ from sstl_cli.diagnosis.records import Record
 Array = NDArray[np.float64]
 # fewer spoilt samples than these are chance
 MIN_FAULTY = 5
+# of the squared error beyond the noise
+LEAST_SHARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -25,10 +27,14 @@ class RecorderEffect:
     removed_n2: float
     noise_n: float
 
+    @property
+    def nats(self) -> float:
+        """What taking the fault out gains."""
+        return 0.5 * self.removed_n2 / max(self.noise_n, 1e-12) ** 2
+
     def row(self) -> CandidateRow:
         """Return the fault as a candidate of the verdict."""
-        gain = 0.5 * self.removed_n2 / max(self.noise_n, 1e-12) ** 2
-        return CandidateRow((self.id,), RECORDER, 1, gain, gain, gain, 1.0, 0.0, 0.0, 0, 1.0, self.share)
+        return CandidateRow((self.id,), RECORDER, 1, self.nats, self.nats, self.nats, 1.0, 0.0, 0.0, 0, 1.0, self.share)
 
 
 def recorder_effects(records: tuple[Record, ...], predictions: list[Array], noise_n: float) -> list[RecorderEffect]:
@@ -93,4 +99,5 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
         unexplained = max(rest - samples / 2 * noise2, stepped)
         values = {"q_in_n": step_in, "q_out_n": step_out}
         found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n))
-    return sorted(found, key=lambda e: -e.share)
+    # what carries next to nothing of the error is no cause of it
+    return sorted((e for e in found if e.share >= LEAST_SHARE), key=lambda e: -e.share)

@@ -89,7 +89,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
     candidates = tuple(_candidate(found, w, looked.get(w.ids, base), reducible) for w in ranked)
     noise = [(found.noise.output[s], found.measured.output[s]) for s in found.noise.output]
     log = LogRow(
-        base.samples,
+        _independent(found, base.samples),
         len(sim.problem.systems),
         len(sim.problem.configs),
         base.chi2,
@@ -107,6 +107,20 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         propagates,
     )
     return Rows(log, (*candidates, *beside), base, best)
+
+
+def _independent(found: Search, samples: int) -> int:
+    """Return how many independent samples there are: a known scatter that is slow says the same for as long as it lasts."""
+    count = alone = 0.0
+    for r in found.sim.problem.records:
+        kept = float(np.sum(r.weight > 0))
+        share = 0.0
+        if r.misfit_n is not None:
+            scatter = float(np.mean(r.misfit_n**2))
+            share = scatter / max(scatter + found.noise.output[r.system].white_n ** 2 / r.factor, 1e-300)
+        count += kept
+        alone += kept / (1.0 + share * max(2.0 * r.misfit_s / (r.dt_s * r.factor) - 1.0, 0.0))
+    return max(1, round(samples * alone / max(count, 1.0)))
 
 
 def _examined(ranked: Sequence[Weighed]) -> list[Weighed]:
@@ -130,7 +144,7 @@ def _power(sim: Simulator, f: Fit) -> float:
 def _reducible(found: Search) -> float:
     """Return what the base leaves beyond the noise (squared, N^2)."""
     f = found.base
-    floor = floor_n(found.sim.problem.records, found.sim.phases(f.theta, f.effects, found.noise), found.noise)
+    floor = floor_n(found.sim.problem.records, found.sim.phases(f.theta, f.effects, found.noise), found.noise, scatter=True)
     return _power(found.sim, f) - floor**2
 
 

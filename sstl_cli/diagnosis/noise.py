@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 # windows of holds (s), longest first: the slower the noise, the longer a window must be to show it
 WINDOWS_S = (3.0, 1.0)
 LEAST_WINDOWS = 6
+# coloured noise, as a share of the white one, that is too small to be seen
+UNSEEN = 0.1
 # a model on a grid is exact to about this share of the span: less noise than that cannot be told from its own rounding
 RESOLVED = 1e-4
 CURVATURE_STEP = 0.1
@@ -71,6 +73,14 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         ratio = float(np.clip(white_in / max(white_out, 1e-12), 0.2, 5.0))
         into[system] = Sensor(white_in, ratio * held.coloured_n, held.correlation_s)
     return Noise(into, out, dict.fromkeys(out, 1.0))
+
+
+def white_only(noise: Noise) -> Noise:
+    """Return a noise without what holds show: beside an accepted model all that is slow belongs to its known scatter."""
+    into, out = (
+        {k: Sensor(s.white_n, UNSEEN * s.white_n, s.correlation_s) for k, s in side.items()} for side in (noise.input, noise.output)
+    )
+    return Noise(into, out, dict(noise.smoother), dict(noise.spread))
 
 
 def _typical(values: Sequence[float]) -> float:
@@ -217,14 +227,21 @@ def _spread(cost: Callable[[Array], float], at: Array, i: int, least: float) -> 
     return float(1.0 / np.sqrt(max(curvature, 1.0)))
 
 
-def floor_n(records: Sequence[Record], phases: Phases, noise: Noise) -> float:
-    """Return the RMS (N) that a perfect model would leave at the analysis rate: noise of both sensors where it enters."""
-    total, count, at = 0.0, 0.0, 0
+def variance(records: Sequence[Record], phases: Phases, noise: Noise) -> Array:
+    """Return the variance (N^2, shape (samples,)) that a perfect model would leave: noise of both sensors where it enters."""
+    parts, at = [], 0
     for r in records:
         gain, into, out = phases.gain[at : at + len(r)], noise.input[r.system], noise.output[r.system]
         at += len(r)
         entering = (noise.smoother[r.system] * r.error_n) ** 2 + into.coloured_n**2
-        variance = gain**2 * entering + out.coloured_n**2 + out.white_n**2 / r.factor
-        total += float(np.sum(r.weight * variance))
-        count += float(np.sum(r.weight))
-    return float(np.sqrt(total / max(count, 1.0)))
+        parts.append(gain**2 * entering + out.coloured_n**2 + out.white_n**2 / r.factor)
+    return np.concatenate(parts)
+
+
+def floor_n(records: Sequence[Record], phases: Phases, noise: Noise, scatter: bool = False) -> float:
+    """Return the RMS (N) that a perfect model would leave at the analysis rate, with what is known to scatter if asked for."""
+    weight = np.concatenate([r.weight for r in records])
+    left = variance(records, phases, noise)
+    if scatter:
+        left = left + np.concatenate([np.zeros(len(r)) if r.misfit_n is None else r.misfit_n**2 for r in records])
+    return float(np.sqrt(np.sum(weight * left) / max(float(np.sum(weight)), 1.0)))

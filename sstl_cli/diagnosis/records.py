@@ -36,7 +36,8 @@ class Record:
     output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
     input, and ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``);
     ``start_n`` is the output before the first sample, with its standard deviation. ``raw`` is the run on its own
-    grid.
+    grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
+    standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
     """
 
     run_id: str
@@ -63,6 +64,9 @@ class Record:
     error_n: Array
     error_law: Array
     slip: Array | None = None
+    known: Array | None = None
+    misfit_n: Array | None = None
+    misfit_s: float = 1.0
 
     def __len__(self) -> int:
         return len(self.y)

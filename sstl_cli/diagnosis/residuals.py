@@ -7,6 +7,7 @@ fourth moment. None of the tests knows a particular disturbance.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,17 +21,22 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 SINCE_S = np.array([0.1, 0.3, 1.0, 3.0])
 PARTS = 4
+LINE, SINGLE = "one line of the spectrum", "one sample"
 BANDS_HZ = np.array([0.1, 0.5, 2.0, 8.0])
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """One test of a residual: the excess of its statistic over chance in standard deviations, and in nats."""
+    """One test of a residual: the excess of its statistic over chance in standard deviations, and in nats.
+
+    ``dispersion`` is the statistic over its expectation, where chance alone makes 1.
+    """
 
     name: str
     z: float
     nats: float
     peak: str
+    dispersion: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -61,12 +67,16 @@ def leftover(sim: Simulator, f: Fit) -> Leftover:
     code = phases(sim, f.prediction)
     kept = z[keep]
     n = max(len(kept), 1)
+    if any(r.misfit_n is not None for r in sim.problem.records):
+        # the known scatter is that of parts of the record left out: to leave less is no sign of anything
+        z = z / min(1.0, max(float(np.sqrt(kept @ kept / n)), 1e-6))
+        kept = z[keep]
     both = keep[1:] & keep[:-1]
     power = max(float(kept @ kept) / n, 1e-100)
     along = np.where(code == 1, 1.0, -1.0) * np.where((code == 1) | (code == 3), z, 0.0) * keep
     moving = max(int(np.count_nonzero(along)), 1)
     names = _names(sim)
-    tests = [t for name, index in _partitions(sim, code).items() for t in _binned(name, z, keep, index, names[name])]
+    tests = [t for name, index in _partitions(sim, code).items() for t in _binned(name, z, keep, index, names[name], sim.dispersion)]
     tests += [_spectrum(sim, z, keep), *_lines(sim, z, keep)]
     return Leftover(
         n,
@@ -125,7 +135,7 @@ def _quartile(x: Array) -> Index:
     return np.searchsorted(np.quantile(x, [0.25, 0.5, 0.75]), x).astype(np.int64)
 
 
-def _binned(name: str, z: Array, keep: NDArray[np.bool_], index: Index, names: list[str]) -> list[Misfit]:
+def _binned(name: str, z: Array, keep: NDArray[np.bool_], index: Index, names: list[str], known: Mapping[str, float]) -> list[Misfit]:
     """Return the tests of equal means and of equal spreads over bins."""
     bins = int(index.max()) + 1
     count = np.bincount(index, keep, bins)
@@ -136,9 +146,17 @@ def _binned(name: str, z: Array, keep: NDArray[np.bool_], index: Index, names: l
         chi2 = np.where(used, total**2 / np.maximum(count * variance, 1.0), 0.0)
         dof = max(int(used.sum()), 1)
         worst = int(np.argmax(chi2))
-        excess = float(chi2.sum()) - dof
-        found.append(Misfit(f"{what} by {name}", excess / np.sqrt(2.0 * dof), 0.5 * excess, names[worst]))
+        found.append(_tested(f"{what} by {name}", float(chi2.sum()), dof, names[worst], known))
     return found
+
+
+def _tested(name: str, chi2: float, dof: int, peak: str, known: Mapping[str, float]) -> Misfit:
+    """Return a test of a statistic with so many degrees of freedom, over what it is known to exceed chance by."""
+    usual = max(known.get(name, 1.0), 1.0)
+    excess = chi2 / usual - dof
+    # a statistic that bursts make large is itself known to no better than its own size
+    chance = np.sqrt(2.0 * dof + dof**2 * (1.0 - 1.0 / usual))
+    return Misfit(name, float(excess / chance), 0.5 * excess, peak, chi2 / dof)
 
 
 def _spectrum(sim: Simulator, z: Array, keep: NDArray[np.bool_]) -> Misfit:
@@ -154,10 +172,9 @@ def _spectrum(sim: Simulator, z: Array, keep: NDArray[np.bool_]) -> Misfit:
     # exponential densities have unit variance over their mean
     chi2 = np.where(used, (power - count) ** 2 / np.maximum(count, 1.0), 0.0)
     dof = max(int(used.sum()), 1)
-    excess = float(chi2.sum()) - dof
     edges = [0.0, *BANDS_HZ, np.inf]
     worst = int(np.argmax(chi2))
-    return Misfit("power by frequency", excess / np.sqrt(2.0 * dof), 0.5 * excess, f"{edges[worst]:g}-{edges[worst + 1]:g} Hz")
+    return _tested("power by frequency", float(chi2.sum()), dof, f"{edges[worst]:g}-{edges[worst + 1]:g} Hz", sim.dispersion)
 
 
 def _lines(sim: Simulator, z: Array, keep: NDArray[np.bool_]) -> list[Misfit]:
@@ -171,10 +188,12 @@ def _lines(sim: Simulator, z: Array, keep: NDArray[np.bool_]) -> list[Misfit]:
         if len(density) and density.max() > high:
             high = float(density.max())
             where = f"{np.fft.rfftfreq(len(x), r.dt_s * r.factor)[1 + int(np.argmax(density))]:.3g} Hz in run {r.run_id}"
-    line = high - float(np.log(max(bins, 2)))
+    chance, usual = float(np.log(max(bins, 2))), sim.dispersion
+    line = high / max(usual.get(LINE, 1.0), 1.0) - chance
     top = float(np.max(np.abs(z * keep), initial=0.0))
     at = int(np.argmax(np.abs(z * keep)))
     run = sim.problem.records[int(sim.run[at])]
-    single = 0.5 * top * top - float(np.log(max(keep.sum(), 2)))
+    least = float(np.log(max(keep.sum(), 2)))
+    single = 0.5 * top * top / max(usual.get(SINGLE, 1.0), 1.0) - least
     moment = f"{run.time_s[at - int(sim.edges[int(sim.run[at])])]:.4g} s of run {run.run_id}"
-    return [Misfit("one line of the spectrum", line, line, where), Misfit("one sample", single, single, moment)]
+    return [Misfit(LINE, line, line, where, high / chance), Misfit(SINGLE, single, single, moment, 0.5 * top * top / least)]

@@ -14,6 +14,7 @@ from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator, free_parameters
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.scenario import OutputScale
 
 NEWTON = "N"
 ROUNDS = 3
@@ -49,6 +50,14 @@ def scale_of(runs: Sequence[Run]) -> Scale | None:
     for _ in range(ROUNDS):
         found = _refined(runs, found)
     return found
+
+
+def given(runs: Sequence[Run], output: OutputScale | None) -> Scale | None:
+    """Return the scale of an accepted model, None where it has none, or not for these outputs."""
+    units = {r.unit_out for r in runs}
+    if output is None or ", ".join(sorted(units)) != output.unit or not {r.system for r in runs} <= set(output.per_n):
+        return None
+    return Scale(output.unit, dict(output.per_n), dict(output.origin))
 
 
 def in_newtons(runs: Sequence[Run], scale: Scale) -> list[Run]:

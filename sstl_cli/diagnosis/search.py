@@ -101,6 +101,9 @@ def run(
     first = fit(sim, _plain(sim, max(spread, 1e-9)), NOTHING, theta, np.zeros(0), 4)
     measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
     rich = [fit(sim, _plain(sim, max(spread, 1e-9)), f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
+    if given is None and any(r.misfit_n is not None for r in sim.problem.records):
+        # what slides show beyond holds is the scatter of the accepted model, which is known
+        given = noise_of.white_only(measured)
     noise = given or _noise(sim, [first, *rich], measured)
     found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
 

@@ -14,6 +14,10 @@ def sentence(document: dict[str, Any]) -> str:
     """Return the answer to 'what causes the gap?' in one sentence."""
     verdict = document["verdict"]
     effects, status, sure = verdict["effects"], verdict["status"], _sure(verdict["confidence"])
+    left = document["gap"].get("known_misfit_n")
+    if status == "none" and left:
+        unit = document.get("unit") or "N"
+        return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {left:.2g} {unit} as it did then{sure}."
     if status == "none":
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
     if status == "unknown":

@@ -59,12 +59,13 @@ class Simulator:
     """Predicts the measured output of every record; records are concatenated in order.
 
     ``fixed`` effects are those the user's own simulator already contains; the same effect as a candidate is a change of
-    its strengths.
+    its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit).
     """
 
     problem: Problem
     mechanics: Mechanics
     fixed: Effects = field(default_factory=dict)
+    dispersion: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -74,6 +75,10 @@ class Simulator:
         self._starts = np.array([r.start_n for r in p.records])
         self._factors = np.array([r.factor for r in p.records])
         self._driven = np.array([r.slip is not None for r in p.records])
+        known = [r.known for r in p.records]
+        self._known = None if all(k is None for k in known) else np.concatenate(
+            [np.zeros(len(r.u)) if k is None else k for r, k in zip(p.records, known, strict=True)]
+        )
         self.edges = np.concatenate(([0], np.cumsum([len(r) for r in p.records])))
         self.y = np.concatenate([r.y for r in p.records])
         self.weight = np.concatenate([r.weight for r in p.records])
@@ -108,10 +113,10 @@ class Simulator:
         From its answer to the latent input, to one that is shifted, and to those by the error of the input (with ``noise``
         also that of its sensor) higher and lower: a quadrature over that error with three points (Julier and Uhlmann 2004).
         """
-        here, moved = self._fine(theta, effects), self._fine(theta, effects, SHIFT_N)
+        here, moved = self._fine(theta, effects, 0.0, False), self._fine(theta, effects, SHIFT_N, False)
         slide, gain = _phases(here, moved, self._runs.tension_n, self._runs.edges, self.edges, self._factors, self._driven)
         error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
-        high, low = (self._fine(theta, effects, sign * QUADRATURE * error) for sign in (1.0, -1.0))
+        high, low = (self._fine(theta, effects, sign * QUADRATURE * error, False) for sign in (1.0, -1.0))
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
         doubt = _means(np.abs(bent), self._runs.edges, self.edges, self._factors) / QUADRATURE
         return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
@@ -120,8 +125,12 @@ class Simulator:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
         return self._runs.each(self._fine(theta, effects))
 
-    def _fine(self, theta: Array, effects: Effects, shift_n: float | Array = 0.0) -> Array:
-        """Return the predictions at the rate of the simulation, end to end; ``shift_n`` is added to the input."""
+    def _fine(self, theta: Array, effects: Effects, shift_n: float | Array = 0.0, whole: bool = True) -> Array:
+        """Return the predictions at the rate of the simulation, end to end; ``shift_n`` is added to the input.
+
+        What the simulator is known to leave is a part of the rig like any other, which sensors read and filters pass on; it
+        counts where the ``whole`` is asked for.
+        """
         load = None
         line = effects.get("line")
         if line is not None:
@@ -138,6 +147,8 @@ class Simulator:
         if seen:
             starts = np.array([_true_start(r, seen) for r in records])
         out = predict_runs(runs, theta[self._places], active, starts, None if given is runs.tension_n else given, load)
+        if whole and self._known is not None:
+            out = out + self._known
         if seen:
             pairs = zip(self._samplings, runs.each(read), runs.each(out), strict=True)
             out = np.concatenate([sensed(seen, s, u, y) for s, u, y in pairs])

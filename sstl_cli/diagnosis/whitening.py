@@ -153,6 +153,14 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     memory = np.exp(-step[:, None] / np.array([[s.correlation_s for s in pair] for pair in sensors]))
     variance = np.array([[s.coloured_n**2 for s in pair] for pair in sensors])
     decay, fresh = np.repeat(memory, count, axis=0), np.repeat(variance * (1.0 - memory**2), count, axis=0)
+    for a, r, (_, out) in zip(begin, records, sensors, strict=True):
+        if r.misfit_n is not None:
+            slow, spread = coloured(r, out)
+            kept = np.exp(-r.dt_s * r.factor / slow)
+            before = np.concatenate((spread[:1], spread[:-1]))
+            decay[a : a + len(r), 1] = kept * spread / np.maximum(before, 1e-300)
+            fresh[a : a + len(r), 1] = spread**2 * (1.0 - kept**2)
+    variance[:, 1] = [out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)]
     decay[begin], fresh[begin] = 0.0, variance
     start = np.zeros(len(first))
     start[begin] = np.array([r.start_error_n for r in records]) ** 2 + variance[:, 1]
@@ -161,6 +169,20 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     white_n = np.repeat([max(s.white_n / np.sqrt(r.factor), 1e-9) for (_, s), r in zip(sensors, records, strict=True)], count)
     moves = np.ascontiguousarray(law[:, :12])
     return Constants(decay, fresh, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first)
+
+
+def coloured(r: Record, out: Sensor) -> tuple[Array, Array]:
+    """Return correlation time (s) and standard deviation (N) of what is added to the output, each of shape (n,).
+
+    The scatter of an accepted model adds to the sensor's noise; one filter state carries both, as slow as they are together.
+    """
+    n = len(r)
+    if r.misfit_n is None:
+        return np.full(n, out.correlation_s), np.full(n, out.coloured_n)
+    total = np.hypot(out.coloured_n, r.misfit_n)
+    share = (r.misfit_n / np.maximum(total, 1e-300)) ** 2
+    slow = np.exp(share * np.log(r.misfit_s) + (1.0 - share) * np.log(out.correlation_s))
+    return slow, total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

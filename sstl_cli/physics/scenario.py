@@ -111,6 +111,37 @@ class Tendon(Model):
     delay_s: Annotated[float, Field(ge=0, le=1e6)] = 0.0
 
 
+class MisfitSection(Model):
+    """What an accepted model left of one system and bend: a map over the rig's state, and the scatter about it.
+
+    ``mean_n`` (N) has a value for every knot of the input (N), and in it for every knot of ``other``: the distance from the
+    last reversal (N) or the position (mm); pulling first, then releasing. ``sd_n`` (N) is the scatter at the same places.
+    """
+
+    system: System
+    config_id: str
+    along: Literal["turning", "position"]
+    correlation_s: Positive
+    input_n: tuple[float, ...]
+    other: tuple[float, ...]
+    mean_n: tuple[float, ...]
+    sd_n: tuple[float, ...]
+
+    @model_validator(mode="after")
+    def _one_value_a_knot(self) -> MisfitSection:
+        if not len(self.mean_n) == len(self.sd_n) == 2 * len(self.input_n) * len(self.other):
+            raise ValueError("mean_n and sd_n need a value for every pair of knots, pulling and releasing")
+        return self
+
+
+class OutputScale(Model):
+    """Output in another unit than newtons: units a newton and origin (in the unit) of each system."""
+
+    unit: str
+    per_n: dict[str, Positive]
+    origin: dict[str, float]
+
+
 class Scenario(Model):
     """A rig, its sensors, its configurations, what is recorded, and the effects it contains."""
 
@@ -126,6 +157,11 @@ class Scenario(Model):
     effects: dict[str, dict[str, float]] = {}
     # law of an effect by its name where the simulator is `variant`; drawn from the seed where not given
     laws: dict[str, str] = {}
+    # of an accepted model: what it left of its record, and the scale of an output that is no force
+    misfits: tuple[MisfitSection, ...] = ()
+    # tests of what is left beyond map and scatter: by how much they exceed chance on the model's own record (overdispersion)
+    dispersion: dict[str, float] = {}
+    output: OutputScale | None = None
 
     @model_validator(mode="after")
     def _known_effects(self) -> Scenario:

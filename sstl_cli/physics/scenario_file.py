@@ -18,7 +18,11 @@ def dump(scenario: Scenario) -> str:
         lines += ["", *_table(f"effects.{effect_id}", values)]
     if document.get("laws"):
         lines += ["", *_table("laws", document["laws"])]
-    for key in ("configurations", "trajectories", "tendons"):
+    if document.get("dispersion"):
+        lines += ["", "[dispersion]", *(f"{_value(k)} = {_value(v)}" for k, v in document["dispersion"].items())]
+    if document.get("output"):
+        lines += ["", *_table("output", document["output"])]
+    for key in ("configurations", "trajectories", "tendons", "misfits"):
         for item in document.get(key, []):
             lines += ["", f"[[{key}]]", *(f"{k} = {_value(v)}" for k, v in item.items())]
     return "\n".join(lines) + "\n"

@@ -24,7 +24,7 @@ def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> tu
     # who records the position wants it explained
     position = any(r.position_in_mm is not None for r in runs)
     found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1, position=position))
-    return found.document(), found.model()
+    return found.document(), found.bare()
 
 
 def run(

@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, downstream, faults, features, following, scale, scaling, search, verdict
+from sstl_cli.diagnosis import (
+    channels,
+    downstream,
+    faults,
+    features,
+    following,
+    misfit,
+    scale,
+    scaling,
+    search,
+    tempering,
+    verdict,
+)
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
+from sstl_cli.diagnosis.noise import white_only
 from sstl_cli.diagnosis.records import Problem, prepare
+from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import LINE, Simulator
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.identification import gate
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
-from sstl_cli.physics.scenario import Configuration, Scenario
+from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
 from sstl_cli.steps.diagnose_document import Given, document
 
 
@@ -49,6 +64,7 @@ class Evidence:
     beside: tuple[channels.ChannelGap, ...]
     rows: features.Rows
     scale: scale.Scale | None = None
+    runs: tuple[Run, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -70,7 +86,15 @@ class Diagnosis:
         return accepted(self.evidence, self.verdict)
 
     def model(self) -> Scenario:
-        """Return the accepted simulator, effects included, as a scenario in the units of the recording."""
+        """Return the accepted simulator, effects included, with what it is known to leave; in the units of the recording."""
+        return self._known
+
+    @cached_property
+    def _known(self) -> Scenario:
+        return tried(self.evidence, known(self.evidence, self.verdict, self.options.sim or Scenario()), self.options)
+
+    def bare(self) -> Scenario:
+        """Return the accepted simulator without what it is known to leave."""
         return model(self.evidence, self.verdict, self.options.sim or Scenario())
 
 
@@ -138,30 +162,30 @@ def gather(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[flo
     SstlError
         If no run can be used.
     """
-    own = scale.scale_of(runs)
+    scenario, recorded = options.sim or Scenario(), tuple(runs)
+    own = scale.given(runs, scenario.output) or scale.scale_of(runs)
     if own is not None:
         runs = scale.in_newtons(runs, own)
     unit_n = scaling.unit_of(runs)
-    problem = prepare(scaling.scaled(runs, unit_n), unit_n)
-    scenario = options.sim or Scenario()
+    problem = misfit.applied(prepare(scaling.scaled(runs, unit_n), unit_n), scenario.misfits, unit_n)
     fixed = {
         e: scaling.values(v, {p.name: p.unit for p in get(e).parameters}, unit_n) for e, v in scenario.effects.items()
     }
-    # a scale that is nobody's fault is not compared
-    ids = [i for i in candidates(options) if own is None or i != "gain_error"]
+    # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
+    ids = [i for i in candidates(options) if own is None or scenario.output is not None or i != "gain_error"]
     fitted = [i for i in ids if get(i).fitted and get(i).channel in _shown(problem)]
     if any(r.slip is not None for r in problem.records):
         # which element slips next is known only where a tension drives the line
         fitted = [i for i in fitted if get(i).stage != TRANSITION]
-    sim = Simulator(problem, scenario.rig.mechanics(), fixed)
+    sim = Simulator(problem, scenario.rig.mechanics(), fixed, scenario.dispersion)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     theta = fit(sim, white(1.0, sim.weight, [s.start for s in sim.slices()]), search.NOTHING, first_theta(sim, nominal), np.zeros(0)).theta
-    found = search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers)
+    found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers))
     fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in found.noise.output.values()]))
     recorder = faults.recorder_effects(problem.records, sim.predict_fine(found.base.theta, {}), max(fine_n, 1e-9))
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
-    recorder = [e for e in recorder if e.id in ids]
+    recorder = [e for e in recorder if e.id in ids and e.nats > scenario.dispersion.get(e.id, 0.0) * found.base.prediction.size]
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
         beside = [*beside, *channels.position_gaps(sim, found.base, ids)]
@@ -171,7 +195,7 @@ def gather(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[flo
         [e.row() for e in recorder] + [g.row() for g in beside if g.effect not in known],
         1.0 if _propagates(problem) else 0.0,
     )
-    return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own)
+    return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own, recorded)
 
 
 def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
@@ -210,7 +234,8 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i]))
         for i, name in enumerate(found.problem.configs)
     )
-    noise = found.search.noise.output.values()
+    # of holds and second differences only: what the model leaves is no noise of a sensor
+    noise = found.search.measured.output.values()
     heard = {
         "white_n": unit_n * float(np.median([s.white_n for s in noise])),
         "coloured_n": unit_n * float(np.median([s.coloured_n for s in noise])),
@@ -219,9 +244,49 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     return base.model_copy(
         update={
             "configurations": configurations, "effects": effects, "generator": None,
+            "misfits": (), "dispersion": {},
+            "output": None if found.scale is None else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
             "noise": base.noise.model_copy(update=heard),
         }
     )
+
+
+def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
+    """Return the accepted simulator with what it leaves of the record, in N: what was known already, and what is new."""
+    chosen, sim, problem = accepted(found, said), found.search.sim, found.problem
+    noise = white_only(found.search.measured)
+    phases = sim.phases(chosen.theta, chosen.effects, noise)
+    sections, remains = misfit.learned(problem, chosen.residual + misfit.known(problem), phases, noise)
+    bare = model(found, said, base)
+    if not sections:
+        return bare
+    knowing, whiten = misfit.beyond(sim, chosen, sections, noise)
+    tests = leftover(knowing, replace(chosen, residual=remains, whiten=whiten)).tests
+    gains = tempering.by_chance(knowing, {k: v[0].fit for k, v in found.search.singles.items()}, whiten, remains)
+    usual = {**{t.name: float(t.dispersion) for t in tests}, **gains}
+    return bare.model_copy(update={"misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections), "dispersion": usual})
+
+
+def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scenario:
+    """Return an accepted simulator that knows by how much the tests of its own record exceed chance.
+
+    What exceeds chance where nothing has changed has to be larger than that to mean a change (overdispersion, McCullagh and
+    Nelder 1989, section 4.5): tests of what is left, gains of effects, faults of the recorder.
+    """
+    if not scenario.misfits:
+        return scenario
+    again = gather(found.runs, replace(options, sim=scenario, max_effects=1))
+    usual = dict(scenario.dispersion)
+    # models that add to it without being more evident are as right as it is
+    for f in [again.search.base, *(w.fit for w in again.search.ranked()[: features.EXAMINED])]:
+        for t in leftover(again.search.sim, f).tests:
+            usual[t.name] = max(usual.get(t.name, 1.0), float(t.dispersion))
+    for k, v in again.search.singles.items():
+        # gains are over what was known of them before
+        usual[k] = scenario.dispersion.get(k, 1.0) * max(1.0, 2.0 * v[0].gain / max(len(v[0].fit.free), 1))
+    samples = again.search.base.prediction.size
+    usual |= {e.id: 2.0 * e.nats / samples for e in again.recorder}
+    return scenario.model_copy(update={"dispersion": usual})
 
 
 def _add_downstream(result: Diagnosis) -> None:
@@ -232,7 +297,7 @@ def _add_downstream(result: Diagnosis) -> None:
     middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
     name = result.evidence.problem.configs[middle]
     try:
-        found = downstream.tracking(result.model(), name, float(result.evidence.search.base.theta[middle]))
+        found = downstream.tracking(result.bare(), name, float(result.evidence.search.base.theta[middle]))
     except SstlError as error:
         result.body["notes"].append(f"downstream: {error.what}")
         return

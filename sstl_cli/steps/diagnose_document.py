@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import features, following, heldout, limit, scaling, sentence, shrink, where
+from sstl_cli.diagnosis import features, following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.faults import RecorderEffect
@@ -19,6 +19,7 @@ from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED, Ids, Verdict
+from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
 
@@ -57,6 +58,7 @@ class _Errors:
     accepted: Array
     fine_n: float
     weight: Array
+    known: Array
 
     def rms(self, residual: Array) -> float:
         """Return the RMS (N) of a residual at the full rate."""
@@ -68,12 +70,15 @@ def document(g: Given) -> dict[str, Any]:
     """Return the diagnosis as laid down in the contract, tensions in the units of the recording."""
     sim = g.search.sim
     folds = heldout.make_folds(sim)
+    # the error is that of the simulator alone: what it is known to leave counts as well
+    known = misfit.known(g.problem)
     errors = _Errors(
         folds,
-        heldout.held_out_residual(sim, g.search.base, folds),
-        heldout.held_out_residual(sim, g.accepted, folds),
+        known + heldout.held_out_residual(sim, g.search.base, folds),
+        known + heldout.held_out_residual(sim, g.accepted, folds),
         _fine(g),
         sim.weight,
+        known,
     )
     code = where.phases(sim, g.accepted.prediction)
     ids, cosine = following.isolability(g.search)
@@ -170,9 +175,11 @@ def _fine(g: Given) -> float:
 
 def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     sim = g.search.sim
-    given = errors.rms(sim.y - sim.predict(g.nominal, {}))
+    given = errors.rms(sim.y + errors.known - sim.predict(g.nominal, {}))
     base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
-    floor = float(np.hypot(floor_n(g.problem.records, sim.phases(g.accepted.theta, g.accepted.effects, g.search.noise), g.search.noise), errors.fine_n))
+    noise = _sensors(g)
+    perfect = floor_n(g.problem.records, sim.phases(g.accepted.theta, g.accepted.effects, noise), noise)
+    floor = float(np.hypot(perfect, errors.fine_n))
     named = g.accepted is not g.search.base
     interval: shrink.Interval | None = shrink.shrinkage(sim, errors.base, errors.accepted, errors.fine_n) if named else None
     percent = 100.0 * (1.0 - with_effect / base) if base > 0.0 else 0.0
@@ -182,7 +189,7 @@ def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         # the spoilt samples are in both errors: before as they were read, after as explained
         base, with_effect, given = _recorded(g, fault)
         percent, interval, samples = 100.0 * (1.0 - with_effect / max(base, 1e-300)), None, "all as recorded"
-    reducible = base - floor
+    reducible = base - float(np.hypot(floor, misfit.rms_n(g.problem)))
     explained = 100.0 * (base - with_effect) / reducible if reducible > 1e-3 * base else None
     why = None
     if interval is None:
@@ -192,6 +199,7 @@ def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         "rmse_retuned_n": base,
         "rmse_with_effect_n": with_effect,
         "noise_floor_n": floor,
+        "known_misfit_n": misfit.rms_n(g.problem) if any(r.misfit_n is not None for r in g.problem.records) else None,
         "shrink_pct": percent,
         "shrink_ci95_pct": None if interval is None else [interval.low, interval.high],
         "shrink_why": why,
@@ -202,6 +210,11 @@ def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         "held_out_kind": errors.folds.kind,
         "worse_regions": shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     }
+
+
+def _sensors(g: Given) -> Noise:
+    """Return the noise of the sensors: as likely as can be, or as measured where an accepted model's scatter is beside it."""
+    return g.search.noise if all(r.misfit_n is None for r in g.problem.records) else g.search.measured
 
 
 def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
@@ -235,7 +248,7 @@ def _candidates(g: Given, errors: _Errors) -> list[dict[str, Any]]:
 
 def _row(g: Given, errors: _Errors, w: Weighed, lead: Weighed | None) -> dict[str, Any]:
     sim, f = g.search.sim, w.fit
-    held = errors.accepted if f is g.accepted else heldout.held_out_residual(sim, f, errors.folds)
+    held = errors.accepted if f is g.accepted else errors.known + heldout.held_out_residual(sim, f, errors.folds)
     intervals = shrink.parameter_intervals(sim, f)
     labels = [shrink.identifiability(f, i, x) for i, x in enumerate(intervals)]
     strengths = [s for s, x in zip(labels, f.free, strict=True) if not x.parameter.shape]

@@ -37,6 +37,10 @@ class TendonsDiagnosis:
         """Return the accepted simulator of the leading tendon."""
         return self.first.model()
 
+    def bare(self) -> Scenario:
+        """Return the accepted simulator of the leading tendon without what it is known to leave."""
+        return self.first.bare()
+
 
 def tendons_of(runs: Sequence[Run]) -> list[str]:
     """Return the names of the actuation tendons, sorted; a run without one counts as ''."""

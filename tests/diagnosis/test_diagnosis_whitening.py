@@ -24,6 +24,7 @@ class Made:
     error_law: np.ndarray = field(default_factory=lambda: error_of_means(LAW, FACTOR)[0])
     start_error_n: float = 0.02
     weight: np.ndarray = field(default_factory=lambda: np.ones(N))
+    misfit_n: np.ndarray | None = None
 
     def __len__(self) -> int:
         return N

@@ -37,6 +37,9 @@ class Gap(Part):
     rmse_retuned_n: float | None = Field(description="after re-tuning what the simulator has")
     rmse_with_effect_n: float | None = Field(description="with the named effects added")
     noise_floor_n: float | None
+    known_misfit_n: float | None = Field(
+        default=None, description="with an accepted model as simulator: what it is known to leave of such a record, null otherwise"
+    )
     shrink_pct: float | None = Field(description="fall of the held-out error from re-tuned to with effect")
     shrink_ci95_pct: Interval | None = Field(description="null, with a reason in why, where it cannot be given")
     explained_of_reducible_pct: float | None

@@ -1,0 +1,75 @@
+"""A model that leaves much of its record, as every real one does: nothing has changed, or something has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.misfit import turning
+from sstl_cli.physics.scenario import load
+from sstl_cli.physics.scenario_file import dump
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
+from tests.diagnosis.rig_logs import record
+
+OPTIONS = DiagnoseOptions(effects=("zero_offset", "gain_error", "const_friction", "viscous", "friction_drift"), max_effects=1)
+
+
+def odd(runs: list[Run], seed: int) -> list[Run]:
+    """Return runs of a rig with a shape that is in no catalogue: a ripple over its input behind a backlash of 2 N, and unrest."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for r in runs:
+        behind = np.empty(len(r))
+        at = float(r.tension_in_n[0])
+        for i, u in enumerate(r.tension_in_n):
+            at = min(max(at, u - 1.0), u + 1.0)
+            behind[i] = at
+        unrest = np.convolve(rng.standard_normal(len(r) + 24), np.full(25, 0.2), mode="valid") * 0.03
+        made.append(replace(r, tension_out_n=r.tension_out_n + 0.3 * np.sin(0.5 * behind) + unrest))
+    return made
+
+
+@pytest.fixture(scope="module")
+def monday(tmp_path_factory):
+    found = run(odd(record({}, 1), 1), OPTIONS)
+    path = tmp_path_factory.mktemp("model") / "rig.toml"
+    path.write_text(dump(found.model()))
+    return found, load(str(path))
+
+
+def test_what_the_model_leaves_is_known(monday):
+    found, model = monday
+    assert found.document()["verdict"]["status"] == "unknown"
+    again = run(odd(record({}, 1), 1), replace(OPTIONS, sim=model)).document()
+    assert again["verdict"]["status"] == "none"
+    # the error is as large as it was said to be, and known
+    assert again["gap"]["rmse_base_n"] == pytest.approx(found.document()["gap"]["rmse_with_effect_n"], rel=0.1)
+    assert again["gap"]["known_misfit_n"] == pytest.approx(again["gap"]["rmse_base_n"], rel=0.15)
+    assert "nothing has changed" in again["sentence"]
+
+
+def test_another_recording_of_the_same_rig_is_none(monday):
+    again = run(odd(record({}, 2), 2), replace(OPTIONS, sim=monday[1])).document()
+    assert again["verdict"]["status"] == "none"
+
+
+def test_a_change_below_the_known_misfit_is_named(monday):
+    runs = [replace(r, tension_out_n=r.tension_out_n + 0.5 * (r.system == "act")) for r in odd(record({}, 3), 3)]
+    found = run(runs, replace(OPTIONS, sim=monday[1])).document()
+    assert "zero_offset" in found["verdict"]["effects"]
+    size = {p["name"]: p["estimate"] for p in found["candidates"][0]["parameters"]}
+    assert size["z_out_act_n"] == pytest.approx(0.5, rel=0.2)
+
+
+def test_a_model_that_leaves_only_noise_carries_no_map():
+    found = run(record({}, 4), OPTIONS)
+    assert all(np.abs(s.mean_n).max() < 0.02 and max(s.sd_n) < 0.02 for s in found.model().misfits)
+
+
+def test_direction_and_distance_since_the_last_reversal():
+    way, since = turning(np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0]))
+    assert way.tolist() == [1, 1, 1, 1, -1, -1, 1, 1]
+    assert since.tolist() == [0, 1, 2, 3, 1, 2, 1, 2]
