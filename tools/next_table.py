@@ -2,7 +2,8 @@
 
     python tools/next_table.py [--cases 40] [--seconds 600] [--rows data/next_cases.json]
 
-Cases are drawn from all simulators; those whose verdict is ambiguous or unknown with a proposal are taken. The proposed movement,
+Cases are drawn from all simulators; those are taken whose verdict is ambiguous or unknown between the truth and another effect, at
+D^2 below 24. The proposed movement,
 and one of the menu at random, are recorded on the same bench with the same effect, and the log with the new runs is diagnosed
 again. Settled: the truth is the first of the two that were to be told apart, and has at least 49:1 over the other. Resumable.
 """
@@ -74,6 +75,8 @@ def asked(job: Job) -> tuple[Case, diagnose.Diagnosis] | None:
     proposed = found.document()["next_experiment"]
     (truth,) = case.truth["effects"]
     open_question = found.verdict.status in ("ambiguous", "unknown") and proposed and truth in proposed["separates"]
+    # what the log itself could have settled is no question for the next one
+    open_question = open_question and proposed["d2_here"] < DECIDABLE
     return (case, found) if open_question else None
 
 

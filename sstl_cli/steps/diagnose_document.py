@@ -471,6 +471,7 @@ def _next(g: Given) -> dict[str, Any] | None:
         "trajectory": experiment.trajectory.name,
         "why": does + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
         "d2": experiment.d2,
+        "d2_here": experiment.d2_here,
         "settles": experiment.settles,
         "scenario": following.scenario_of(g.search, experiment).model_dump(mode="json", by_alias=True, exclude_defaults=False),
         "tension_factor": unit_n,

@@ -91,6 +91,7 @@ class NextExperiment(Part):
     trajectory: str
     why: str
     d2: float | None = Field(default=None, description="squared distance that the movement would bring between the two")
+    d2_here: float | None = Field(default=None, description="the same in the log that was diagnosed")
     settles: bool | None = Field(default=None, description="whether that is enough to tell them apart (24)")
     scenario: dict[str, Any] | None = Field(default=None, description="the movement as a scenario, within the limits of the rig")
     tension_factor: float | None = Field(default=None, description="one N of the scenario in the unit of the recording")
