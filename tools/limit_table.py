@@ -123,7 +123,7 @@ def main() -> None:
     rows = measured(given.cases, given.seconds, given.rows)
     put("shares", f"{len(rows)} cases of one effect, three simulators, half of them recorded as labs do.\n\n{by_strength(rows)}\n\n"
         f"Smaller of the distances to base and nearest rival, case by case:\n\n{by_effect(rows)}\n\n"
-        f"At four times the noise these stay below D^2 = 6, whatever the method:\n\n{never(rows)}")  # fmt: skip
+        f"At four times the noise these stay below D^2 = 6: no likelihood of the fast model tells them apart on these recordings:\n\n{never(rows)}")  # fmt: skip
     if given.simulation.exists():
         put("simulated", simulated(given.simulation))
 
