@@ -18,8 +18,8 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
-from sstl_cli.diagnosis.recorder import white_noise
-from sstl_cli.diagnosis.records import Record, content
+from sstl_cli.diagnosis.recorder import slow_noise, white_noise
+from sstl_cli.diagnosis.records import Record, content, known
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
@@ -66,8 +66,8 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
-        white_in = _typical([max(white_noise(r.raw.tension_in_n), RESOLVED * float(np.ptp(r.u))) for r, _ in mine])
-        white_out = _typical([max(white_noise(r.y_fine), RESOLVED * float(np.ptp(r.y))) for r, _ in mine])
+        white_in = _typical([max(_white(r.raw.tension_in_n, r.raw.tension_in_n, known(r.raw, "tension_in_n")), RESOLVED * float(np.ptp(r.u))) for r, _ in mine])
+        white_out = _typical([max(_white(r.y_fine, r.raw.tension_out_n, known(r.raw, "tension_out_n")), RESOLVED * float(np.ptp(r.y))) for r, _ in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
         out[system] = Sensor(white_out, held.coloured_n, held.correlation_s)
         ratio = float(np.clip(white_in / max(white_out, 1e-12), 0.2, 5.0))
@@ -81,6 +81,11 @@ def white_only(noise: Noise) -> Noise:
         {k: Sensor(s.white_n, UNSEEN * s.white_n, s.correlation_s) for k, s in side.items()} for side in (noise.input, noise.output)
     )
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
+
+
+def _white(fine: Array, raw: Array, readings: NDArray[np.bool_]) -> float:
+    """Return the white noise (N) of a channel, of a slow sensor that of its readings."""
+    return white_noise(fine) if readings.all() else slow_noise(raw[readings])
 
 
 def _typical(values: Sequence[float]) -> float:
@@ -106,7 +111,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
         return _Held(0.25 * white_n, CORRELATIONS_S[1], len(rows))
     first = records[0]
     tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
-    costs = np.array([_window_costs(rows, white_n / np.sqrt(first.factor), c, tau, first.dt_s * first.factor) for c, tau in tries])
+    costs = np.array([_window_costs(rows, white_n / np.sqrt(float(np.median(first.readings))), c, tau, first.dt_s * first.factor) for c, tau in tries])
     spread = rows.var(axis=1)
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
@@ -234,7 +239,7 @@ def variance(records: Sequence[Record], phases: Phases, noise: Noise) -> Array:
         gain, into, out = phases.gain[at : at + len(r)], noise.input[r.system], noise.output[r.system]
         at += len(r)
         entering = (noise.smoother[r.system] * r.error_n) ** 2 + into.coloured_n**2
-        parts.append(gain**2 * entering + out.coloured_n**2 + out.white_n**2 / r.factor)
+        parts.append(gain**2 * entering + out.coloured_n**2 + out.white_n**2 / r.readings)
     return np.concatenate(parts)
 
 

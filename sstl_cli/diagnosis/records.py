@@ -12,7 +12,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.latent import Latent, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
-from sstl_cli.diagnosis.recorder import Faults, scan, white_noise
+from sstl_cli.diagnosis.recorder import Faults, scan, slow_noise, white_noise
 from sstl_cli.diagnosis.smoother import error_of_means
 from sstl_cli.identification.gate import sensors_of
 from sstl_cli.physics.transmission import play_operator
@@ -34,7 +34,8 @@ class Record:
     Simulation runs at the rate of ``u`` (latent input), ``y_smooth`` and ``rate``, shape
     (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured
     output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
-    input, and ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``);
+    input, ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``), and ``readings``, of how many
+    readings of its sensor ``y`` is the mean;
     ``start_n`` is the output before the first sample, with its standard deviation. ``raw`` is the run on its own
     grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
     standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
@@ -63,6 +64,7 @@ class Record:
     weight_fine: Array
     error_n: Array
     error_law: Array
+    readings: Array
     slip: Array | None = None
     known: Array | None = None
     misfit_n: Array | None = None
@@ -137,8 +139,8 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     time = run.time_s[finite]
     if np.any(np.diff(time) <= 0):
         return "time is not strictly increasing", None
-    run = _on_grid(*_renewed(run, finite))
-    faults_in, faults_out = scan(run.tension_in_n), scan(run.tension_out_n)
+    run = _on_grid(_renewed(run, finite), finite)
+    faults_in, faults_out = _scanned(run, "tension_in_n"), _scanned(run, "tension_out_n")
     good = ~(faults_in.bad | faults_out.bad)
     if good.sum() < MIN_SAMPLES:
         return "nearly all samples are recorder faults", None
@@ -148,26 +150,41 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     return "", (run, faults_in, faults_out)
 
 
-def _renewed(run: Run, finite: Mask) -> tuple[Run, Mask]:
-    """Return a run at the instants at which its slowest sensor is renewed, and which samples are finite.
+def _renewed(run: Run, finite: Mask) -> Run:
+    """Return a run whose slow sensors follow straight lines between the instants at which they are renewed.
 
-    A sensor that is refreshed more slowly than it is logged repeats itself: the copies are no readings.
+    A sensor that is refreshed more slowly than it is logged repeats itself: the copies are no readings. Which samples are
+    stands in ``extra`` under ``known_`` and the channel.
     """
-    slowest = max(sensors_of(run), key=lambda s: s.refresh_s if s.held else 0.0)
-    if not slowest.held:
-        return run, finite
-    values = getattr(run, slowest.column)
-    fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
-    if fresh.sum() < MIN_SAMPLES:
-        return run, finite
-    at = np.flatnonzero(fresh)
-    extra = {k: v[at] for k, v in run.extra.items()}
-    channels = {
-        name: value[at]
-        for name in ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-        if (value := getattr(run, name)) is not None
-    }
-    return replace(run, extra=extra, **channels), np.ones(len(at), bool)
+    channels, marks = {}, {}
+    for sensor in sensors_of(run):
+        values = getattr(run, sensor.column)
+        fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
+        if sensor.held and fresh.sum() >= MIN_SAMPLES:
+            channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
+            marks[f"known_{sensor.column}"] = fresh.astype(float)
+    return replace(run, extra={**run.extra, **marks}, **channels)
+
+
+def known(run: Run, column: str) -> Mask:
+    """Return which samples of a channel are readings, and no copies of the one before."""
+    marked = run.extra.get(f"known_{column}")
+    return np.ones(len(run), bool) if marked is None else marked > 0.5
+
+
+def _scanned(run: Run, column: str) -> Faults:
+    """Return the recorder faults of a channel, looked for among its readings."""
+    readings, values = known(run, column), getattr(run, column)
+    if readings.all():
+        return scan(values)
+    found = scan(values[readings])
+
+    def spread(flags: Mask) -> Mask:
+        out = np.zeros(len(values), bool)
+        out[readings] = flags
+        return out
+
+    return replace(found, spike=spread(found.spike), frozen=spread(found.frozen), clipped=spread(found.clipped))
 
 
 def _on_grid(run: Run, finite: Mask) -> Run:
@@ -188,7 +205,12 @@ def _on_grid(run: Run, finite: Mask) -> Run:
         np.abs(grid[:, None] - time[np.searchsorted(time, grid).clip(1, len(time) - 1)[:, None] + np.array([-1, 0])]),
         axis=1,
     )
-    return replace(run, time_s=grid, extra={"gap": (distance > 2.0 * dt).astype(float)}, **extra)
+    marks = {"gap": (distance > 2.0 * dt).astype(float)}
+    for name, values in run.extra.items():
+        if name.startswith("known_"):
+            at = np.rint((time[values[finite] > 0.5] - grid[0]) / dt).astype(int).clip(0, len(grid) - 1)
+            marks[name] = np.bincount(at, minlength=len(grid)).clip(0, 1).astype(float)
+    return replace(run, time_s=grid, extra=marks, **extra)
 
 
 def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
@@ -198,10 +220,11 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     n = len(run) // (thin * factor) * factor
     gap = run.extra.get("gap", np.zeros(len(run)))
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
+    fresh_in, fresh_out = known(run, "tension_in_n"), known(run, "tension_out_n")
     fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
     known_in = ~(faults_in.bad | faults_in.clipped) & (gap == 0)
-    into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, thin, n, dt)
-    out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, thin, n, dt)
+    into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, fresh_in, thin, n, dt)
+    out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, thin, n, dt)
     u = into.value
     raw_weight = good.astype(float)
     if faults_in.clipped.any():
@@ -210,11 +233,16 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         raw_weight[: len(unknown)][unknown] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
     weight = (block_mean(raw_weight, thin * factor)[: n // factor] > 0.5).astype(float)
+    # between two readings of a slow sensor there is nothing to compare
+    weight *= block_mean(fresh_out.astype(float), thin * factor)[: n // factor] > 0.0
     slip = slip_of(run, thin, n)
     if slip is not None:
         # while the motion turns, friction can have any value between its two lines
         weight[np.abs(block_mean(slip, factor)) < 1.0] = 0.0
-    y = block_mean(fine_out, factor)
+    if fresh_out.all():
+        y, readings = block_mean(fine_out, factor), np.full(n // factor, float(factor))
+    else:
+        y, readings = _of_readings(run.tension_out_n, good & fresh_out, out.value, thin, factor)
     error_law, error_n = error_of_means(into.chain, factor)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
@@ -241,13 +269,33 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
         error_n,
         error_law,
+        readings,
         slip,
     )
 
 
-def _latent(signal: Array, known: Mask, thin: int, n: int, dt_s: float) -> Latent:
-    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples)."""
-    return latent(block_mean(signal, thin)[:n], dt_s, white_noise(signal) / np.sqrt(thin), block_mean(known.astype(float), thin)[:n] > 0.5)
+def _of_readings(signal: Array, read: Mask, smooth: Array, thin: int, factor: int) -> tuple[Array, Array]:
+    """Return the means over blocks of a slow sensor, and from how many readings each is.
+
+    A reading stands for its block by what the smooth signal moves between its instant and the block.
+    """
+    n = len(smooth)
+    count = block_mean(read[: n * thin].astype(float), thin) * thin
+    total = block_mean((signal * read)[: n * thin], thin) * thin
+    readings = block_mean(count, factor) * factor
+    off = block_mean(total - count * smooth, factor) * factor / np.maximum(readings, 1.0)
+    return block_mean(smooth, factor) + off, np.maximum(readings, 1.0)
+
+
+def _latent(signal: Array, known: Mask, fresh: Mask, thin: int, n: int, dt_s: float) -> Latent:
+    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
+
+    Of a slow sensor a block holds one reading at most: its noise is that of one.
+    """
+    share = block_mean((known & fresh).astype(float), thin)[:n]
+    if fresh.all():
+        return latent(block_mean(signal, thin)[:n], dt_s, white_noise(signal) / np.sqrt(thin), share > 0.5)
+    return latent(block_mean(signal, thin)[:n], dt_s, slow_noise(signal[fresh]), share > 0.0)
 
 
 def _bridge(signal: Array, good: Mask) -> Array:

@@ -166,7 +166,7 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     start[begin] = np.array([r.start_error_n for r in records]) ** 2 + variance[:, 1]
     law = np.concatenate([r.error_law for r in records])
     law[:, 12:] *= np.repeat([noise.smoother[r.system] ** 2 for r in records], count)[:, None]
-    white_n = np.repeat([max(s.white_n / np.sqrt(r.factor), 1e-9) for (_, s), r in zip(sensors, records, strict=True)], count)
+    white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
     moves = np.ascontiguousarray(law[:, :12])
     return Constants(decay, fresh, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first)
 

@@ -20,6 +20,10 @@ class Held:
     def weight(self):
         return np.ones(len(self.y))
 
+    @property
+    def readings(self):
+        return np.full(len(self.y), float(self.factor))
+
     def __len__(self):
         return len(self.y)
 

@@ -68,3 +68,18 @@ def test_an_input_that_rests_is_an_error():
     rest = replace(made(), tension_in_n=np.full(len(T), 5.0))
     with pytest.raises(SstlError, match="hardly moves"):
         prepare([rest])
+
+
+def test_a_slow_sensor_is_compared_at_its_readings_and_the_input_keeps_its_rate():
+    rng = np.random.default_rng(7)
+    time = np.arange(4000) / 200.0
+    wave = 10.0 + 6.0 * np.sin(2.0 * np.pi * 0.5 * time)
+    fresh = np.concatenate(([True], np.diff(np.floor(time * 21.0)) > 0))
+    held = (wave + 0.02 * rng.standard_normal(4000))[np.maximum.accumulate(np.where(fresh, np.arange(4000), 0))]
+    run = Run("r", "act", time, wave + 0.02 * rng.standard_normal(4000), held, config_id="c")
+    record = prepare([run]).records[0]
+    assert record.weight.sum() == pytest.approx(fresh.sum(), rel=0.05) and np.all(record.readings[record.weight > 0] == 1.0)
+    truth = wave[: len(record.y) * record.factor].reshape(-1, record.factor).mean(axis=1)
+    off = (record.y - truth)[record.weight > 0]
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(0.02, rel=0.25)
+    assert np.abs(record.u - wave[: len(record.u)]).max() < 0.05

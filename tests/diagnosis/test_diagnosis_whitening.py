@@ -26,6 +26,10 @@ class Made:
     weight: np.ndarray = field(default_factory=lambda: np.ones(N))
     misfit_n: np.ndarray | None = None
 
+    @property
+    def readings(self):
+        return np.full(N, float(FACTOR))
+
     def __len__(self) -> int:
         return N
 
