@@ -18,7 +18,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
-from sstl_cli.diagnosis.recorder import slow_noise, white_noise
+from sstl_cli.diagnosis.recorder import Faults, slow_noise, white_noise
 from sstl_cli.diagnosis.records import Record, content, known
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
@@ -66,12 +66,12 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
-        white_in = _typical([max(_white(r.raw.tension_in_n, r.raw.tension_in_n, known(r.raw, "tension_in_n")), RESOLVED * float(np.ptp(r.u))) for r, _ in mine])
-        white_out = _typical([max(_white(r.y_fine, r.raw.tension_out_n, known(r.raw, "tension_out_n")), RESOLVED * float(np.ptp(r.y))) for r, _ in mine])
+        white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
+        white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out) for r, _ in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
-        out[system] = Sensor(white_out, held.coloured_n, held.correlation_s)
         ratio = float(np.clip(white_in / max(white_out, 1e-12), 0.2, 5.0))
-        into[system] = Sensor(white_in, ratio * held.coloured_n, held.correlation_s)
+        out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
+        into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0))
 
 
@@ -83,9 +83,19 @@ def white_only(noise: Noise) -> Noise:
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
 
 
-def _white(fine: Array, raw: Array, readings: NDArray[np.bool_]) -> float:
-    """Return the white noise (N) of a channel, of a slow sensor that of its readings."""
-    return white_noise(fine) if readings.all() else slow_noise(raw[readings])
+def _white(fine: Array, r: Record, column: str, faults: Faults) -> float:
+    """Return the white noise (N) of a channel of a record, of a slow sensor that of its readings."""
+    readings, raw = known(r.raw, column), getattr(r.raw, column)
+    white = white_noise(fine) if readings.all() else slow_noise(raw[readings])
+    return max(white, faults.rounding_n, RESOLVED * float(np.ptp(raw)))
+
+
+def _with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
+    """Return a sensor with the rounding of a coarse converter: without noise to spread it, a rest has one error throughout."""
+    rounding = float(np.median([f.rounding_n for f in faults]))
+    if float(np.median([f.noise_n for f in faults])) > rounding:
+        return sensor
+    return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, CORRELATIONS_S[-2]))
 
 
 def _typical(values: Sequence[float]) -> float:

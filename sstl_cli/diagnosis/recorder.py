@@ -18,6 +18,8 @@ SPIKE_RUN = 2
 FROZEN_RUN = 5
 CLIPPED_RUN = 5
 MAX_LEVELS = 4000
+# a limit holds a rounded signal so many times longer than the longest rest
+REST = 2.0
 FINEST = 1e-6
 
 
@@ -31,6 +33,11 @@ class Faults:
     clip_level_n: float
     step_n: float
     noise_n: float
+
+    @property
+    def rounding_n(self) -> float:
+        """RMS of what rounding to the steps of the converter leaves (N)."""
+        return self.step_n / float(np.sqrt(12.0))
 
     @property
     def bad(self) -> Mask:
@@ -53,6 +60,11 @@ def scan(signal: Array) -> Faults:
         # without noise a plateau of the movement is as flat as a clipped or a frozen one
         return Faults(none, none, none, float("inf"), 0.0, noise)
     clipped, level = _clipped(signal, max(noise, step))
+    if step > 0.0 and clipped.any():
+        # on a grid every rest repeats a level, not the highest alone
+        _, dwell = np.unique(signal, return_counts=True)
+        if dwell[-1] < REST * dwell[:-1].max():
+            clipped, level = none, float("inf")
     frozen = _frozen(signal, noise, step) & ~clipped
     spike = _spikes(signal, max(noise, 0.5 * step, 1e-6), frozen | clipped)
     return Faults(spike, frozen, clipped, level, step, noise)

@@ -223,8 +223,8 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     fresh_in, fresh_out = known(run, "tension_in_n"), known(run, "tension_out_n")
     fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
     known_in = ~(faults_in.bad | faults_in.clipped) & (gap == 0)
-    into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, fresh_in, thin, n, dt)
-    out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, thin, n, dt)
+    into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, fresh_in, faults_in.rounding_n, thin, n, dt)
+    out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
     u = into.value
     raw_weight = good.astype(float)
     if faults_in.clipped.any():
@@ -287,15 +287,15 @@ def _of_readings(signal: Array, read: Mask, smooth: Array, thin: int, factor: in
     return block_mean(smooth, factor) + off, np.maximum(readings, 1.0)
 
 
-def _latent(signal: Array, known: Mask, fresh: Mask, thin: int, n: int, dt_s: float) -> Latent:
+def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float) -> Latent:
     """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
 
     Of a slow sensor a block holds one reading at most: its noise is that of one.
     """
     share = block_mean((known & fresh).astype(float), thin)[:n]
     if fresh.all():
-        return latent(block_mean(signal, thin)[:n], dt_s, white_noise(signal) / np.sqrt(thin), share > 0.5)
-    return latent(block_mean(signal, thin)[:n], dt_s, slow_noise(signal[fresh]), share > 0.0)
+        return latent(block_mean(signal, thin)[:n], dt_s, max(white_noise(signal), rounding_n) / np.sqrt(thin), share > 0.5)
+    return latent(block_mean(signal, thin)[:n], dt_s, max(slow_noise(signal[fresh]), rounding_n), share > 0.0)
 
 
 def _bridge(signal: Array, good: Mask) -> Array:

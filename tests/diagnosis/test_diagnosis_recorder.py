@@ -46,3 +46,15 @@ def test_a_clipped_top_is_flagged_with_its_level():
 def test_a_converter_has_a_step():
     y = np.round((np.sin(T) + 0.05 * NOISE) / 0.02) * 0.02
     assert scan(y).step_n == pytest.approx(0.02) and scan(np.sin(T) + 0.05 * NOISE).step_n == 0.0
+
+
+def test_a_coarse_converter_repeats_its_highest_level_without_being_at_a_limit():
+    time = np.arange(2000) / 100.0
+    # rests at the top and at the bottom, as the output of a play has them
+    wave = np.clip(12.0 * np.sin(2.0 * np.pi * 0.2 * time), -8.0, 8.0) + 20.0
+    rounded = 0.25 * np.round((wave + 0.01 * np.random.default_rng(1).standard_normal(2000)) / 0.25)
+    found = scan(rounded)
+    assert found.step_n == pytest.approx(0.25) and not found.clipped.any() and not found.frozen.any()
+    noisy = 20.0 + 12.0 * np.sin(2.0 * np.pi * 0.2 * time) + 0.1 * np.random.default_rng(2).standard_normal(2000)
+    limited = np.minimum(0.25 * np.round(noisy / 0.25), 24.0)
+    assert scan(limited).clip_level_n == 24.0
