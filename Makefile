@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -105,6 +105,10 @@ mutation: $(STAMP) ## do the tests notice small faults? a sample of SAMPLE a par
 
 likelihood: $(STAMP) ## whitened residuals of nulls by simulator and phase; writes docs/likelihood.md
 	$(BIN)/python tools/likelihood.py
+
+real: $(STAMP) ## recordings made by others (../shared/data): own record, untouched half, effects put in; writes docs/real.md
+	mkdir -p $(OUT)/real
+	$(BIN)/python tools/real_table.py --out $(OUT)/real
 
 effects-table: $(STAMP) ## fast model against rig and bristle simulator, per effect; writes docs/effects.md, bristle.md and variant.md
 	$(BIN)/python tools/effects_table.py

@@ -144,6 +144,27 @@ def real(screen: Screen, document: dict[str, Any]) -> None:
         )
 
 
+def injected(screen: Screen, document: dict[str, Any]) -> None:
+    """Print what was put into recordings and what was said."""
+    screen.table(
+        "put into the second half of each log",
+        ("log", "model", "put in", "size", "verdict", "named", "estimate", "decidable"),
+        [
+            (
+                r["log"], "rig's" if r["with_model"] else "none", r["effect"] or "nothing", r["size"], r["status"],
+                " + ".join(r["effects"]), r["estimate"], {True: "yes", False: "no", None: ""}[r["decidable"]],
+            )
+            for r in document["rows"]
+        ],
+    )
+    for key, said in (("with_model", "with the rig's model"), ("without_model", "without it")):
+        if s := document[key]:
+            screen.line(
+                f"{said}: {s['named']} of {s['of']} named ({s['decidable_named']} of {s['decidable']} that the record can tell), {s['in_group']} in "
+                f"the ambiguity group, {s['wrong']} wrong, {s['close']} of those named within 20 %; untouched halves: {s['untouched_none']} of {s['untouched']} none"
+            )
+
+
 def _share(found: Any) -> str:
     return "-" if found is None else f"{found['k']}/{found['n']}"
 

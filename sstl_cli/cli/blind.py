@@ -241,6 +241,10 @@ def real(
         str | None, typer.Option(help="Effects to add and take out again, comma-separated (default: if none is there).")
     ] = None,
     strength: Annotated[float, typer.Option(min=0.05, max=100, help="Their gap over the residual RMS.")] = 2.0,
+    inject: Annotated[
+        str | None,
+        typer.Option(help="Put effects into the second half of each log: a TOML file (effect = size), or all at 7 % of the span."),
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the result as JSON.")] = None,
     seed: Seed = 0,
     force: Force = False,
@@ -249,14 +253,29 @@ def real(
 ) -> None:
     """Fit the accepted model to recordings, take one term out of it, and diagnose it back."""
     from sstl_cli.cli.origin import files_among, inputs
+    from sstl_cli.core.config import read_toml
     from sstl_cli.core.files import require_writable, write_json
     from sstl_cli.core.runs import read_runs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import blind_real as step
+    from sstl_cli.steps.diagnose import odds
 
     screen = Screen(as_json)
     if out is not None:
         require_writable(out, force)
+    if inject is not None:
+        from sstl_cli.steps import blind_inject
+
+        each = {path.stem: list(read_runs(path)) for path in logs}
+        asked = None if inject == "all" else odds(read_toml(Path(inject)), inject)
+        with screen.progress("putting effects in") as advance:
+            document = blind_inject.run(each, asked, advance=advance)
+        document["inputs"] = inputs([*logs, *([] if asked is None else [Path(inject)])])
+        if out is not None:
+            write_json(out, document, force)
+        _blind_show.injected(screen, document)
+        screen.finish(document)
+        return
     runs = [r for path in logs for r in read_runs(path)]
     terms = None if plant is None else list(effect_ids(plant, "--plant"))
     with screen.progress("diagnosing back") as advance:

@@ -32,11 +32,11 @@ def tempered(found: Search) -> Search:
     if all(r.misfit_n is None for r in sim.problem.records):
         return found
     known = _alike(found)
-    singles = {k: tuple(sorted((_weighed(sim, w, known) for w in v), key=lambda w: -w.evidence)) for k, v in found.singles.items()}
+    singles = {k: tuple(sorted((_weighed(sim, w, known, found.base.theta) for w in v), key=lambda w: -w.evidence)) for k, v in found.singles.items()}
     alone = replace(found, singles=singles, combined={})
     for key, w in sorted(found.combined.items(), key=lambda item: len(item[0])):
         parts = [p for p in alone.ranked() if len(p.ids) == len(w.ids) - 1 and set(p.ids) < set(w.ids)]
-        alone.combined[key] = _weighed(sim, w, known, parts)
+        alone.combined[key] = _weighed(sim, w, known, found.base.theta, parts)
     return alone
 
 
@@ -56,10 +56,10 @@ def _alike(found: Search) -> dict[str, float]:
     return {i: max(1.0, *(float(a @ b) ** 2 * usual[k] for k, b in shown.items())) for i, a in shown.items()}
 
 
-def _weighed(sim: Simulator, w: Weighed, known: Mapping[str, float], parts: list[Weighed] | None = None) -> Weighed:
+def _weighed(sim: Simulator, w: Weighed, known: Mapping[str, float], base: Array, parts: list[Weighed] | None = None) -> Weighed:
     gain = w.gain / max(overstated(sim, w.fit), *(known.get(i, 1.0) for i in w.ids))
     # weigh takes a cost to compare with; the fit itself stays as it is
-    return weigh(sim, w.fit, w.fit.cost + gain, parts or ())
+    return weigh(sim, w.fit, w.fit.cost + gain, parts or (), base)
 
 
 def by_chance(sim: Simulator, models: Mapping[str, Fit], whiten: Whitener, remains: Array) -> dict[str, float]:

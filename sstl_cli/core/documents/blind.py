@@ -91,3 +91,12 @@ class BlindRealDocument(Document):
     wrong: int
     of: int
     false_alarm: bool
+
+
+class BlindInjectDocument(Document):
+    """Known effects put into recordings of a real rig (``sstl blind real --inject``)."""
+
+    schema_id: Literal["sstl.blind.inject/1"] = Field(alias="schema")
+    rows: list[dict[str, Any]] = Field(description="what was put in and what was said; effect is null for an untouched half")
+    with_model: dict[str, Any] = Field(description="counts with the model accepted on the first half as simulator")
+    without_model: dict[str, Any] | None = Field(description="counts without it")
