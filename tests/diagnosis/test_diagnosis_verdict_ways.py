@@ -1,0 +1,267 @@
+"""Every way into every status, on evidence and weights made by hand: no learned number decides here.
+
+The weights are zero but for intercepts, so that each case states the probabilities itself; evidence and size then decide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.groups import spelled_out
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.residuals import Leftover, Misfit
+from sstl_cli.diagnosis.verdict import (
+    CANDIDATE_TERMS,
+    DECIDES_NATS,
+    JOINS_NATS,
+    LOG_TERMS,
+    NONE,
+    UNKNOWN,
+    Verdict,
+    Weights,
+    candidate_terms,
+    leading,
+    log_terms,
+    probabilities,
+    size,
+    standing,
+    verdict,
+)
+
+SAMPLES = 5000
+LOG = LogRow(SAMPLES, 2, 3, 2.0, 50.0, 40.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3, 1.0, 1.0)
+CALM = Leftover(SAMPLES, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
+LOUD = Leftover(SAMPLES, 2.0, 0.5, 3.0, 0.0, (Misfit("mean by speed", 40.0, 90.0, "fast"), Misfit("mean by run", 3.0, 2.0, "0")))
+COMMIT, QUIET, SMALL, COVER = 0.8, 0.3, 0.1, 0.2
+# a gain that makes the size of a model (the RMS of what it adds, over the noise) 1, and one below SMALL
+LARGE, TINY = SAMPLES / 2.0, 0.5 * SMALL**2 * SAMPLES / 2.0
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A candidate and the probability that the weights of the case give it."""
+
+    p: float
+    row: CandidateRow
+
+
+def seen(*ids, p, evidence=1000.0, kind=OUTPUT, share=1.0, drop=None, gain=LARGE, **more):
+    row = CandidateRow(tuple(sorted(ids)), kind, len(ids), gain, evidence, evidence if drop is None else drop, 1.0, 1.0, 0.5, 0, 1.0, share)
+    return Seen(p, replace(row, **more))
+
+
+def weights(candidates=(), none=0.1, unknown=0.1, reliability=()):
+    """Return weights under which each candidate has just its probability; of one combination ``more`` makes up the rest."""
+    effect = {c.row.ids[0]: float(np.log(c.p)) for c in candidates if len(c.row.ids) == 1}
+    pair = [float(np.log(c.p)) - sum(effect.get(i, 0.0) for i in c.row.ids) for c in candidates if len(c.row.ids) > 1]
+    own, one = dict.fromkeys(CANDIDATE_TERMS, 0.0), dict.fromkeys(LOG_TERMS, 0.0)
+    return Weights(
+        {**own, "more": sum(pair)}, {**one, "one": float(np.log(none))}, {**one, "one": float(np.log(unknown))},
+        effect, COMMIT, QUIET, SMALL, COVER, reliability,
+    )  # fmt: skip
+
+
+def said(*candidates, none=0.1, unknown=0.1, log=LOG, best=LOUD, prior=None, reliability=()):
+    rows = Rows(log, tuple(c.row for c in candidates), LOUD, best)
+    return verdict(rows, weights(candidates, none, unknown, reliability), prior)
+
+
+# what loses by evidence, and what does not
+FAR, NEAR = 1000.0 - DECIDES_NATS - 0.1, 1000.0 - DECIDES_NATS + 0.1
+
+WAYS = {
+    "probable, alone": (
+        [seen("viscous", p=0.9), seen("crosstalk", p=0.02, evidence=FAR)], 0.04, 0.04, "identified", ("viscous",), (("viscous",),), 0.9),
+    "probable, but another explains as well": (
+        [seen("viscous", p=0.9), seen("crosstalk", p=0.02, evidence=NEAR)], 0.04, 0.04, "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.92),
+    "a more evident rival ties too": (
+        [seen("viscous", p=0.9), seen("crosstalk", p=0.02, evidence=2000.0)], 0.04, 0.04, "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.92),
+    "a larger model is no tie": (
+        [seen("viscous", p=0.9), seen("viscous", "crosstalk", p=0.02, evidence=1010.0)], 0.04, 0.04, "identified", ("viscous",), (("viscous",),), 0.9),
+    "a family, none of its members sure": (
+        [seen("channel_delay", p=0.5), seen("channel_lowpass", p=0.35, evidence=FAR)], 0.1, 0.05,
+        "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",)), 0.85),
+    "a set: not sure, and no family": (
+        [seen("viscous", p=0.4), seen("crosstalk", p=0.3), seen("zero_offset", p=0.1)], 0.1, 0.1,
+        "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.7),
+    "one name, but nothing at all is not ruled out": (
+        [seen("viscous", p=0.7), seen("crosstalk", p=0.01)], 0.19, 0.1, "ambiguous", ("viscous",), (("viscous",),), 0.7),
+    "unknown by probability": (
+        [seen("viscous", p=0.2)], 0.1, 0.7, "unknown", (), (), 0.7),
+    "unknown: the probable one explains less than half": (
+        [seen("viscous", p=0.9, share=0.49)], 0.05, 0.05, "unknown", (), (), 0.05),
+    "half explained is enough": (
+        [seen("viscous", p=0.9, share=0.5)], 0.05, 0.05, "identified", ("viscous",), (("viscous",),), 0.9),
+    "none by probability": (
+        [seen("viscous", p=0.2)], 0.7, 0.1, "none", (), (), 0.7),
+    "none, although the probable one explains less than half": (
+        [seen("viscous", p=0.2, share=0.1)], 0.7, 0.1, "none", (), (), 0.7),
+    "none by size": (
+        [seen("viscous", p=0.9, gain=TINY)], 0.05, 0.05, "none", (), (), 0.9),
+    "small, but something without a name is more probable": (
+        [seen("viscous", p=0.2, gain=TINY)], 0.1, 0.7, "unknown", (), (), 0.7),
+    "no candidate at all, and quiet": ([], 0.9, 0.1, "none", (), (), 0.9),
+    "no candidate at all, and loud": ([], 0.1, 0.9, "unknown", (), (), 0.9),
+    "a pair": (
+        [seen("viscous", p=0.05, evidence=500.0), seen("crosstalk", p=0.03, evidence=400.0), seen("viscous", "crosstalk", p=0.9)], 0.01, 0.01,
+        "identified", ("crosstalk", "viscous"), (("crosstalk", "viscous"),), 0.9),
+    "a pair that a single effect ties": (
+        [seen("viscous", p=0.05, evidence=NEAR), seen("crosstalk", p=0.03, evidence=400.0), seen("viscous", "crosstalk", p=0.9)], 0.01, 0.01,
+        "ambiguous", ("crosstalk", "viscous"), (("crosstalk", "viscous"), ("viscous",)), 0.95),
+    "a fault of the recorder": (
+        [seen("acquisition_faults", p=0.9, kind=RECORDER), seen("viscous", p=0.02)], 0.04, 0.04,
+        "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
+    "a fault of the recorder that carries little may still be the cause": (
+        [seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)], 0.05, 0.05, "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
+    "a lag beside the output has no size there": (
+        [seen("tension_loop_lag", p=0.9, kind=BESIDE, gain=TINY)], 0.05, 0.05, "identified", ("tension_loop_lag",), (("tension_loop_lag",),), 0.9),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_each_way_into_a_status(way):
+    candidates, none, unknown, status, effects, group, confidence = WAYS[way]
+    found = said(*candidates, none=none, unknown=unknown)
+    total = sum(c.p for c in candidates) + none + unknown
+    assert (found.status, found.effects, found.group) == (status, effects, group)
+    assert found.confidence == pytest.approx(confidence / total)
+    assert sum(found.probabilities.values()) == pytest.approx(1.0)
+
+
+def test_just_below_the_learned_probability_nothing_is_identified():
+    above = said(seen("viscous", p=COMMIT + 0.01), none=0.1, unknown=0.1 - 0.01)
+    below = said(seen("viscous", p=COMMIT - 0.01), none=0.1, unknown=0.1 + 0.01)
+    assert (above.status, below.status) == ("identified", "ambiguous")
+
+
+def test_nothing_is_said_when_it_is_as_probable_as_quiet_or_as_all_names_together():
+    two = [seen("viscous", p=0.2), seen("crosstalk", p=0.2)]
+    # the most probable answer, but below QUIET and below all names together
+    quiet = [replace(c, p=0.24) for c in (*two, seen("zero_offset", p=0.24))]
+    assert said(*quiet, none=0.26, unknown=0.02).status == "ambiguous"
+    assert said(*two, none=0.31, unknown=0.29).status == "none"
+
+
+def test_without_propagation_nothing_is_said_whatever_the_evidence():
+    found = said(seen("viscous", p=0.97), log=replace(LOG, propagates=0.0))
+    assert (found.status, found.effects, found.confidence, found.group) == ("unknown", (), None, ())
+    assert "never leaves its hold" in found.why and "larger stroke" in found.why
+
+
+@pytest.mark.parametrize("prior, confidence", [(None, 0.9), ({}, 0.9), ({"crosstalk": 1.0}, None)])
+def test_a_prior_of_ones_own_was_tried_by_nobody(prior, confidence):
+    found = said(seen("viscous", p=0.9), none=0.05, unknown=0.05, prior=prior)
+    assert found.status == "identified" and found.confidence == (None if confidence is None else pytest.approx(confidence))
+
+
+@pytest.mark.parametrize("odds, status", [(1.0, "identified"), (0.01, "unknown")])
+def test_a_prior_against_an_effect_takes_its_name_away(odds, status):
+    assert said(seen("viscous", p=0.9), none=0.03, unknown=0.07, prior={"viscous": odds}).status == status
+
+
+def test_the_prior_of_a_pair_is_the_product_of_its_parts():
+    both = (seen("viscous", p=0.2), seen("crosstalk", p=0.2), seen("viscous", "crosstalk", p=0.2))
+    rows, w = Rows(LOG, tuple(c.row for c in both), LOUD, LOUD), weights(both)
+    plain, own = probabilities(rows, w), probabilities(rows, w, {"viscous": 2.0, "crosstalk": 3.0})
+    pair = ("crosstalk", "viscous")
+    assert own[pair] / own[NONE] == pytest.approx(6.0 * plain[pair] / plain[NONE])
+
+
+def test_confidence_is_read_from_what_was_right_elsewhere():
+    found = said(seen("viscous", p=0.9), none=0.05, unknown=0.05, reliability=((0.5, 0.2), (1.0, 0.7)))
+    assert found.confidence == pytest.approx(0.6)
+
+
+def test_a_combination_whose_part_adds_too_little_does_not_stand():
+    single, weak = seen("viscous", p=0.3, evidence=500.0), seen("viscous", "crosstalk", p=0.5, drop=JOINS_NATS)
+    strong = replace(weak, row=replace(weak.row, drop_one=JOINS_NATS + 0.1))
+    assert [c.ids for c in standing(Rows(LOG, (single.row, weak.row), LOUD, LOUD)).candidates] == [("viscous",)]
+    assert weak.row.ids not in said(single, weak).probabilities and strong.row.ids in said(single, strong).probabilities
+
+
+def test_why_tells_what_was_seen():
+    assert "gains 2500 nats" in said(seen("viscous", p=0.9)).why
+    assert "crosstalk explain this data as well" in said(seen("viscous", p=0.9), seen("crosstalk", p=0.02)).why
+    assert "mean by speed, 40 sigma" in said(seen("viscous", p=0.2), unknown=0.7).why
+    assert "mean by speed" in said(none=0.1, unknown=0.9).why
+    assert "0.071 of the noise" in said(seen("viscous", p=0.9, gain=TINY)).why
+    assert "10 % of the squared error" in said(seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)).why
+    assert "takes 95 % off" in said(seen("tension_loop_lag", p=0.9, kind=BESIDE, share=0.95)).why
+    assert "nothing at all is not ruled out" in said(seen("viscous", p=0.7), none=0.2, unknown=0.1).why
+    assert "something that has no name here is not ruled out" in said(seen("viscous", p=0.7), none=0.1, unknown=0.2).why
+    members = said(seen("channel_delay", p=0.5), seen("channel_lowpass", p=0.35, evidence=FAR)).why
+    assert "which of channel_delay, channel_lowpass it is" in members
+
+
+@pytest.mark.parametrize(
+    "group, classes",
+    [
+        ((("viscous",), ("channel_delay",)), {}),
+        ((("channel_lowpass",), ("channel_delay",)), {"lag: channel_delay | channel_lowpass": ("channel_delay", "channel_lowpass")}),
+        ((("stribeck",), ("stick_slip",), ("viscous",)), {"stick-slip: stick_slip | stribeck": ("stick_slip", "stribeck")}),
+        ((("channel_delay", "viscous"), ("channel_lowpass",)), {}),
+    ],
+)
+def test_a_class_stands_where_several_of_its_members_do(group, classes):
+    assert Verdict("ambiguous", group[0], 0.9, group, {}, "").classes == classes
+
+
+def test_a_class_and_a_pair_are_spelled_out_by_their_members():
+    title = "lag: channel_delay | channel_lowpass"
+    told = {"ambiguity_group": [title, "crosstalk+viscous", "zero_offset"], "members": {title: ["channel_delay", "channel_lowpass"], "crosstalk+viscous": ["crosstalk", "viscous"]}}
+    assert set(spelled_out(told)) == {"channel_delay", "channel_lowpass", "crosstalk", "viscous", "zero_offset"}
+    assert spelled_out({"ambiguity_group": ["viscous"], "members": None}) == ("viscous",)
+
+
+def test_size_and_lead_are_of_the_output_only():
+    a, b = seen("viscous", p=0.5, evidence=3.0).row, seen("acquisition_faults", p=0.5, evidence=9e4, kind=RECORDER).row
+    rows = Rows(LOG, (a, b), LOUD, LOUD)
+    assert leading(rows) is a and leading(replace(rows, candidates=(b,))) is None
+    assert size(a, LOG) == pytest.approx(1.0) and size(b, LOG) == size(None, LOG) == float("inf")
+    assert leading(replace(rows, candidates=(replace(a, evidence=0.0),))) is None
+
+
+def numbers(row, rows):
+    return dict(zip(CANDIDATE_TERMS, candidate_terms(row, rows), strict=True))
+
+
+def test_the_numbers_of_a_candidate():
+    lead, behind = seen("viscous", p=0.5, evidence=1000.0).row, seen("crosstalk", p=0.5, evidence=970.0, gain=980.0).row
+    rows = Rows(LOG, (lead, behind), LOUD, LOUD)
+    first, second = numbers(lead, rows), numbers(behind, rows)
+    assert first["behind_0"] == first["rank"] == 0.0 and second["rank"] == 1.0
+    assert first["ahead"] == pytest.approx(np.log10(31.0)) and second["ahead"] == 0.0
+    assert second["behind_0"] == pytest.approx(-3.0) and second["log_behind_0"] == pytest.approx(-np.log10(31.0))
+    # a law off by a tenth: 1000 nats of difference in what is predicted count 1 + 2 * 0.01 * 1000 = 21 times less
+    assert second["behind_0.1"] == pytest.approx(-3.0 / 21.0)
+    assert first["left_share"] == 0.0 and first["recorder"] == first["beside"] == first["more"] == 0.0
+
+
+def test_what_two_models_share_does_not_discount_their_difference():
+    shared = seen("viscous", p=0.5, evidence=900.0).row
+    lead = seen("viscous", "crosstalk", p=0.5, evidence=1000.0, drop=100.0).row
+    rival = seen("viscous", "zero_offset", p=0.5, evidence=970.0, drop=70.0).row
+    found = numbers(rival, Rows(LOG, (shared, lead, rival), LOUD, LOUD))
+    assert found["behind_0.1"] == pytest.approx(-3.0 / (1.0 + 0.02 * 100.0))
+    assert found["more"] == 1.0 and found["drop_one"] == pytest.approx(np.log10(71.0))
+
+
+def test_the_numbers_of_a_log_are_of_its_best_model_else_of_its_base():
+    loud = replace(LOG, base_chi2=2.0)
+    none = dict(zip(LOG_TERMS, log_terms(Rows(loud, (), LOUD, LOUD)), strict=True))
+    assert none["best"] == none["gain"] == none["lead"] == 0.0 and none["one"] == 1.0
+    assert none["left_rms"] == pytest.approx(np.log10(11.0)) and none["left_share"] == pytest.approx(2500.0 / 2501.0)
+    one = dict(zip(LOG_TERMS, log_terms(Rows(loud, (seen("viscous", p=0.5, evidence=9.0).row,), LOUD, LOUD)), strict=True))
+    assert one["best"] == one["lead"] == pytest.approx(1.0) and one["left_share"] == 0.0
+
+
+def test_nothing_and_the_unnamed_are_always_among_the_answers():
+    assert set(said().probabilities) == {NONE, UNKNOWN}
+
+
+def test_calm_or_loud_alone_decides_nothing():
+    args = {"none": 0.05, "unknown": 0.05}
+    assert said(seen("viscous", p=0.9), best=CALM, **args) == said(seen("viscous", p=0.9), best=LOUD, **args)
