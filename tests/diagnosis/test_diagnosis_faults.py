@@ -1,0 +1,109 @@
+"""What faults of the recorder carry of the squared error, on records of a hundred samples."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.faults import LEAST_SHARE, MIN_FAULTY, RecorderEffect, recorder_effects
+from sstl_cli.diagnosis.recorder import Faults
+
+N, NOISE = 100, 0.1
+NO = np.zeros(N, bool)
+FEW = np.arange(N) < MIN_FAULTY
+
+
+def faults(spike=NO, frozen=NO, clipped=NO, level=float("inf"), step=0.0):
+    return Faults(spike, frozen, clipped, level, step, NOISE)
+
+
+def record(error=0.0, into=None, out=None, u=None, weight=None):
+    """Return a record whose prediction is 5 N throughout, read with an error."""
+    y = 5.0 + np.broadcast_to(error, N)
+    known = Run("r", "act", 0.01 * np.arange(N), np.full(N, 8.0), y)
+    u = np.full(N, 8.0) if u is None else u
+    return SimpleNamespace(
+        raw=known, u=u, faults_in=into or faults(), faults_out=out or faults(), raw_weight=np.ones(N) if weight is None else weight
+    )
+
+
+def found(*records, noise=NOISE):
+    return {e.id: e for e in recorder_effects(records, [np.full(N, 5.0)] * len(records), noise)}
+
+
+def test_a_sound_record_has_no_faults():
+    assert found(record(error=3.0)) == {}
+
+
+def test_spikes_carry_their_squared_error():
+    # five samples are off by 10 N, the others by 1 N; the noise of 0.1 N is nobody's
+    error = np.where(FEW, 10.0, 1.0)
+    effect = found(record(error, out=faults(spike=FEW)))["acquisition_faults"]
+    assert effect.removed_n2 == pytest.approx(500.0)
+    assert effect.share == pytest.approx(500.0 / (500.0 + 95.0 - N * NOISE**2))
+    assert effect.parameters == pytest.approx({"spike_pct": 100.0 * 5 / 200, "frozen_pct": 0.0})
+    assert effect.nats == pytest.approx(0.5 * 500.0 / NOISE**2)
+    row = effect.row()
+    assert row.ids == ("acquisition_faults",) and row.kind == "recorder" and row.share == effect.share and row.evidence == effect.nats
+
+
+def test_fewer_are_chance():
+    few = np.arange(N) < MIN_FAULTY - 1
+    assert found(record(np.where(few, 10.0, 0.0), out=faults(spike=few))) == {}
+
+
+def test_what_carries_next_to_nothing_is_no_cause():
+    # of 95 x 1 N^2 of others five samples of 0.5 N carry 1.25 N^2
+    assert found(record(np.where(FEW, 0.5, 1.0), out=faults(frozen=FEW))) == {}
+    assert LEAST_SHARE > 1.25 / 96.25
+
+
+def test_a_spoilt_input_counts_by_how_far_it_is_from_the_latent_one():
+    u = np.where(FEW, 6.0, 8.0)
+    effect = found(record(into=faults(frozen=FEW), u=u))["acquisition_faults"]
+    assert effect.removed_n2 == pytest.approx(5 * 4.0) and effect.parameters["frozen_pct"] == pytest.approx(2.5)
+
+
+def test_a_clipped_output_carries_what_lies_beyond_its_level():
+    clipped = np.arange(N) < 40
+    # read lower than predicted where clipped: that is what a limit does
+    effect = found(record(np.where(clipped, -3.0, 0.0), out=faults(clipped=clipped, level=2.0)))["saturation"]
+    assert effect.removed_n2 == pytest.approx(40 * 9.0) and effect.parameters == {"t_max_out_n": 2.0} and effect.share == 1.0
+    # read higher than predicted: no limit does that
+    assert found(record(np.where(clipped, 3.0, 0.0), out=faults(clipped=clipped, level=8.0))) == {}
+
+
+def test_a_clipped_input_falsifies_the_output_until_it_is_forgotten():
+    clipped, masked = np.arange(N) < 10, np.arange(N) < 30
+    effect = found(record(np.where(masked, 2.0, 0.0), into=faults(clipped=clipped, level=8.0), weight=1.0 - masked))["saturation"]
+    assert effect.removed_n2 == pytest.approx(30 * 4.0) and effect.parameters == {"t_max_in_n": 8.0}
+
+
+def test_what_rounding_can_make_is_no_limit():
+    clipped = np.arange(N) < 40
+    coarse = faults(clipped=clipped, level=4.8, step=0.6)
+    # 0.35 N is below half a step and the noise together
+    assert "saturation" not in found(record(np.where(clipped, -0.35, 0.0), out=coarse))
+
+
+def test_rounding_carries_its_variance_at_most():
+    # steps of 1.2 N have a variance of 0.12 N^2
+    effect = found(record(0.5, out=faults(step=1.2)), noise=0.01)["quantisation"]
+    assert effect.removed_n2 == pytest.approx(N * 0.12) and effect.share == pytest.approx(12.0 / 25.0, rel=1e-3)
+    assert effect.parameters == {"q_in_n": 0.0, "q_out_n": 1.2}
+    # what is left after it was measured is all that it can have made
+    assert found(record(0.2, out=faults(step=1.2)), noise=0.01)["quantisation"].removed_n2 == pytest.approx(N * 0.04)
+
+
+def test_the_larger_cause_comes_first():
+    error = np.where(FEW, 10.0, 0.0)
+    clipped = np.arange(N) >= 90
+    both = record(np.where(clipped, -3.0, error), out=faults(spike=FEW, clipped=clipped, level=2.0))
+    assert [e.id for e in recorder_effects((both,), [np.full(N, 5.0)], NOISE)] == ["acquisition_faults", "saturation"]
+
+
+def test_nats_of_no_noise_stay_a_number():
+    assert np.isfinite(RecorderEffect("saturation", 1.0, {}, 1.0, 0.0).nats)

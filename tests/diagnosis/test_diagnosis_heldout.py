@@ -1,0 +1,67 @@
+"""Held-out errors: what is left out is predicted from the rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import NOTHING, made, simulator
+from made_sims import sim
+
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.heldout import MAX_FOLDS, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.simulator import Simulator
+
+U = np.arange(20.0)
+
+
+@pytest.mark.parametrize(
+    "records, kind, honest, folds",
+    [
+        ([{"trajectory": "ramp"}, {"trajectory": "chirp"}, {"trajectory": "ramp"}], "trajectory", True, [1, 0, 1]),
+        ([{"config": 1}, {"config": 0}, {"config": 1}], "configuration", True, [1, 0, 1]),
+        ([{}, {}, {}], "run", False, [0, 1, 2]),
+    ],
+)
+def test_what_differs_most_is_held_out(records, kind, honest, folds):
+    found = make_folds(sim(*[(U, r) for r in records], configs=tuple("ab")[: 1 + (kind == "configuration")]))
+    assert (found.kind, found.honest, found.count) == (kind, honest, max(folds) + 1)
+    assert np.array_equal(found.of_sample, np.repeat(folds, 20))
+
+
+def test_the_only_run_is_cut_in_four_and_that_is_said():
+    found = make_folds(sim((U, {})))
+    assert np.array_equal(found.of_sample, np.repeat([0, 1, 2, 3], 5)) and not found.honest and found.count == 4
+
+
+def test_many_trajectories_share_folds():
+    found = make_folds(sim(*[(U, {"trajectory": f"t{i:02}"}) for i in range(MAX_FOLDS + 2)]))
+    assert found.count == MAX_FOLDS and found.of_sample[-1] == 1
+
+
+def test_blocks_last_five_seconds_and_end_with_their_run():
+    # 0.1 s a sample: 50 samples a block; the second run begins its own
+    assert np.bincount(blocks(sim((np.zeros(120), {}), (np.zeros(60), {})))).tolist() == [50, 50, 20, 50, 10]
+
+
+def off(by_run) -> Fit:
+    """Return a fit whose theta is off by a number a run: its residual is so many times the slope in theta."""
+    f = made()
+    return replace(f, residual=f.jacobian[:, 0] * np.asarray(by_run)[simulator().run])
+
+
+def test_a_configuration_held_out_as_a_whole_is_given_its_own_theta():
+    f = off([0.01, -0.02, 0.01, -0.02])
+    left = held_out_residual(simulator(), f, make_folds(simulator()))
+    assert np.abs(left).max() < 1e-9 < np.abs(f.residual).max()
+
+
+def test_a_trajectory_held_out_is_predicted_by_the_theta_of_the_others():
+    known = simulator().problem
+    labelled = Simulator(replace(known, records=tuple(replace(r, trajectory="xxyy"[i]) for i, r in enumerate(known.records))), simulator().mechanics)
+    f = off([0.02, 0.0, 0.05, 0.0])
+    left = held_out_residual(labelled, f, make_folds(labelled))
+    # runs 0 and 2 are of one configuration: each is predicted as the other asks for
+    expected = f.jacobian[:, 0] * np.array([-0.03, 0.0, 0.03, 0.0])[labelled.run]
+    assert left == pytest.approx(expected, abs=1e-7) and f.hypothesis is NOTHING

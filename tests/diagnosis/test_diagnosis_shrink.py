@@ -1,0 +1,91 @@
+"""How far the gap shrinks, and intervals, on residuals whose answer is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, made, noise, simulator
+from made_sims import sim
+
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full
+from sstl_cli.diagnosis.shrink import Interval, _draws, identifiability, parameter_intervals, shrinkage, worse_regions
+
+U = np.arange(200.0)
+OUT = Hypothesis(("zero_offset",), tuple(f for f in full("zero_offset", ("act",)).free if f.parameter.name == "z_out_act_n"))
+
+
+def test_an_error_that_halves_everywhere_shrinks_by_half_for_sure():
+    made_sim = sim((U, {}), (U, {}))
+    found = shrinkage(made_sim, np.full(400, 2.0), np.full(400, 1.0))
+    assert (found.estimate, found.low, found.high) == pytest.approx((50.0, 50.0, 50.0))
+
+
+def test_noise_above_the_analysis_rate_is_in_both_errors():
+    found = shrinkage(sim((U, {}), (U, {})), np.full(400, 2.0), np.full(400, 1.0), fine_n=1.0)
+    assert found.estimate == pytest.approx(100.0 * (1.0 - np.sqrt(2.0 / 5.0)))
+
+
+def test_samples_without_weight_do_not_count():
+    made_sim = sim((U, {}), (U, {}))
+    made_sim.weight[200:] = 0.0
+    other = np.repeat([1.0, 50.0], 200)
+    assert shrinkage(made_sim, np.full(400, 2.0), other).estimate == pytest.approx(50.0)
+
+
+def test_runs_that_disagree_make_the_interval_wide():
+    found = shrinkage(sim((U, {}), (U, {}), (U, {})), np.full(600, 2.0), np.repeat([0.5, 1.0, 1.9], 200))
+    assert found.low < found.estimate < found.high and found.high - found.low > 30.0
+
+
+def test_every_block_of_a_draw_is_one_of_the_run_drawn_for_its_place():
+    run_of_block = np.array([0, 0, 0, 1, 1])
+    drawn = run_of_block[_draws(run_of_block)]
+    assert drawn.shape == (1000, 5) and {tuple(np.unique(row[:3])) for row in drawn} <= {(0,), (1,)}
+    assert (drawn[:, 0] == drawn[:, 2]).all() and (drawn[:, 3] == drawn[:, 4]).all()
+
+
+def test_the_interval_of_an_offset_is_at_least_what_the_noise_gives():
+    f = made(noise(), OUT, (0.1,))
+    (found,) = parameter_intervals(simulator(), f)
+    assert found.estimate == 0.1 and found.low < 0.1 < found.high
+    # theta moves with it: it cannot be known better than from white noise about a constant alone
+    assert 0.5 * (found.high - found.low) >= 1.96 * NOISE_N / np.sqrt(len(f.residual))
+
+
+def test_coloured_misfit_widens_the_interval():
+    slow = 0.1 * np.sin(np.arange(len(simulator().y)) / 200.0)
+    (quiet,), (loud,) = (parameter_intervals(simulator(), made(left, OUT, (0.1,))) for left in (noise(), noise() + slow))
+    assert loud.high - loud.low > 3.0 * (quiet.high - quiet.low)
+
+
+def test_what_the_data_do_not_hold_has_no_interval():
+    f = made(noise(), OUT, (0.1,))
+    blind = replace(f, jacobian=f.jacobian * np.array([1.0, 0.0]))
+    assert parameter_intervals(simulator(), blind) == [None]
+    assert identifiability(blind, 0, None) == "not_identifiable"
+
+
+@pytest.mark.parametrize(
+    "half_width, estimate, label",
+    [(0.1, 0.5, "identifiable"), (0.24, 0.25, "identifiable"), (0.3, 0.2, "weak"), (0.6, 0.7, "weak"), (2.1, 3.0, "not_identifiable")],
+)
+def test_a_strength_is_identifiable_when_its_interval_is_narrow_and_clear_of_neutral(half_width, estimate, label):
+    f = made(0.0, OUT, (estimate,))
+    width = f.free[0].width
+    interval = Interval(estimate * width, (estimate - half_width) * width, (estimate + half_width) * width)
+    assert identifiability(f, 0, interval) == label
+
+
+def test_regions_are_worse_by_more_than_a_tenth_and_by_enough_of_the_whole():
+    made_sim = sim((U, {}), (U, {"system": "sstl"}))
+    code = np.tile(np.repeat([0, 1, 2, 3], 50), 2)
+    base = np.ones(400)
+    other = base.copy()
+    other[:50] = 1.2
+    other[50:100] = 1.05
+    assert worse_regions(made_sim, base, other, code) == ["act PB"]
+    # twice a next to nothing is next to nothing
+    base[200:250], other[200:250] = 0.01, 0.02
+    assert worse_regions(made_sim, base, other, code) == ["act PB"]

@@ -1,0 +1,71 @@
+"""Shares of the squared error, counted by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_sims import sim
+
+from sstl_cli.diagnosis.where import PHASES, bands, phases, shares
+
+UP = np.arange(0.0, 10.0)
+
+
+def test_phases_follow_the_input_and_the_output_of_the_model():
+    u = np.concatenate([UP, UP[::-1]])
+    # it waits for four samples, moves, waits on the way back, moves
+    moves = np.concatenate([np.zeros(4), np.arange(1.0, 7.0), np.full(5, 6.0), np.arange(5.0, 0.0, -1.0)])
+    named = [PHASES[k] for k in phases(sim((u, {})), moves)]
+    assert named[:3] == ["PB"] * 3 and named[4:9] == ["PP"] * 5
+    assert named[11:14] == ["RB"] * 3 and named[15:] == ["RP"] * 5
+
+
+def test_a_hold_of_the_input_belongs_to_the_movement_before_it():
+    u = np.concatenate([np.full(5, 9.0), 9.0 - UP, np.full(6, 0.0)])
+    named = [PHASES[k] for k in phases(sim((u, {})), np.zeros(len(u)))]
+    assert set(named) == {"RB"}
+
+
+def test_shares_are_of_the_weighted_squared_error():
+    made = sim((UP, {"config": 0}), (UP, {"config": 1, "system": "sstl"}), configs=("a", "b"))
+    error, code = np.repeat([1.0, 3.0], 10), np.array([0] * 5 + [1] * 5 + [3] * 10)
+    made.weight[10:15] = 0.0
+    rows = shares(made, error, code)
+    # 5 x 1, 5 x 1 and 5 x 9 of 55
+    assert [(r["system"], r["phase"], r["config_id"]) for r in rows] == [("sstl", "RP", "b"), ("act", "PB", "a"), ("act", "PP", "a")]
+    assert [r["share_pct"] for r in rows] == pytest.approx([100 * 45 / 55, 100 * 5 / 55, 100 * 5 / 55])
+    assert [r["rmse_n"] for r in rows] == [3.0, 1.0, 1.0]
+
+
+def test_no_error_has_no_share():
+    rows = shares(sim((UP, {})), np.zeros(10), np.zeros(10, int))
+    assert [r["share_pct"] for r in rows] == [0.0]
+
+
+def test_bands_by_direction_time_and_tension():
+    u = np.concatenate([UP, UP[::-1]])
+    error = np.where(np.arange(20) < 10, 1.0, 0.0)
+    found = bands(sim((u, {})), error)
+    by_way = {r["name"]: r["share_pct"] for r in found["direction"]}
+    assert by_way["pull"] == pytest.approx(100.0)
+    assert [r["share_pct"] for r in found["time_in_run"]] == pytest.approx([50.0, 50.0, 0.0, 0.0])
+    assert found["tension_n"][0]["from"] == 0.0 and found["tension_n"][-1]["to"] == 9.0
+    for rows in found.values():
+        assert sum(r["share_pct"] for r in rows) == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize("hz, band", [(0.1, 1), (0.5, 2), (2.0, 3)])
+def test_an_oscillation_is_found_in_its_band(hz, band):
+    t = np.arange(0.0, 40.0, 0.1)
+    rows = bands(sim((np.sin(t), {})), np.sin(2.0 * np.pi * hz * t))["frequency_hz"]
+    assert rows[band]["share_pct"] == pytest.approx(100.0)
+
+
+def test_by_frequency_nothing_of_the_error_is_lost():
+    rng = np.random.default_rng(0)
+    for n in (40, 41):
+        error = rng.standard_normal(n)
+        rows = bands(sim((np.arange(float(n)), {})), error)["frequency_hz"]
+        assert sum(r["share_pct"] for r in rows) == pytest.approx(100.0)
+    constant = bands(sim((np.arange(40.0), {})), np.ones(40))["frequency_hz"]
+    assert constant[0]["share_pct"] == pytest.approx(100.0)
