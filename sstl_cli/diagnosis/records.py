@@ -14,7 +14,7 @@ from sstl_cli.diagnosis.latent import Latent, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.recorder import Faults, scan, slow_noise, white_noise
 from sstl_cli.diagnosis.smoother import error_of_means
-from sstl_cli.identification.gate import sensors_of
+from sstl_cli.identification.gate import Sensor, sensors_of
 from sstl_cli.physics.transmission import play_operator
 
 Array = NDArray[np.float64]
@@ -24,6 +24,10 @@ SIMULATION_HZ = 500.0
 ANALYSIS_HZ = 50.0
 MIN_SAMPLES = 100
 MIN_SPAN_SIGMA = 20.0
+# a slow sensor with fewer readings in a run says as good as nothing
+MIN_READINGS = 16
+# share of repeated samples above which they are copies, in a signal with more noise than this (N)
+COPIED, COPIED_NOISE_N = 0.1, 1e-5
 MIN_CONFIGS = 1
 
 
@@ -35,7 +39,7 @@ class Record:
     (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured
     output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
     input, ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``), and ``readings``, of how many
-    readings of its sensor ``y`` is the mean;
+    readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
     ``start_n`` is the output before the first sample, with its standard deviation. ``raw`` is the run on its own
     grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
     standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
@@ -65,6 +69,7 @@ class Record:
     error_n: Array
     error_law: Array
     readings: Array
+    share: Array
     slip: Array | None = None
     known: Array | None = None
     misfit_n: Array | None = None
@@ -160,10 +165,19 @@ def _renewed(run: Run, finite: Mask) -> Run:
     for sensor in sensors_of(run):
         values = getattr(run, sensor.column)
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
-        if sensor.held and fresh.sum() >= MIN_SAMPLES:
+        if _copies(sensor, 1.0 - float(np.mean(fresh[finite]))) and fresh.sum() >= MIN_READINGS:
             channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
             marks[f"known_{sensor.column}"] = fresh.astype(float)
     return replace(run, extra={**run.extra, **marks}, **channels)
+
+
+def _copies(sensor: Sensor, repeated: float) -> bool:
+    """Return whether samples that repeat the one before are copies: noise above the converter's step hardly ever makes one."""
+    if sensor.held:
+        return True
+    if sensor.noise_n <= max(0.5 * sensor.step_n, COPIED_NOISE_N):
+        return False
+    return repeated > max(COPIED, 3.0 * sensor.step_n / (2.0 * float(np.sqrt(np.pi)) * sensor.noise_n))
 
 
 def known(run: Run, column: str) -> Mask:
@@ -208,9 +222,23 @@ def _on_grid(run: Run, finite: Mask) -> Run:
     marks = {"gap": (distance > 2.0 * dt).astype(float)}
     for name, values in run.extra.items():
         if name.startswith("known_"):
-            at = np.rint((time[values[finite] > 0.5] - grid[0]) / dt).astype(int).clip(0, len(grid) - 1)
-            marks[name] = np.bincount(at, minlength=len(grid)).clip(0, 1).astype(float)
+            column = getattr(run, name.removeprefix("known_"))[finite]
+            marks[name] = _marked(grid, time[values[finite] > 0.5], column[values[finite] > 0.5])
     return replace(run, time_s=grid, extra=marks, **extra)
+
+
+def _marked(grid: Array, time: Array, readings: Array) -> Array:
+    """Return which samples of a grid stand for a reading beside them (1) or for none.
+
+    A reading at a turn of the signal stands for no other instant: what it would be there is further off than its noise.
+    """
+    step = grid[1] - grid[0]
+    at = np.rint((time - grid[0]) / step).astype(int).clip(0, len(grid) - 1)
+    slope = np.diff(readings) / np.diff(time)
+    turn = np.zeros(len(readings))
+    turn[1:-1] = np.abs(np.diff(slope))
+    sound = np.abs(grid[at] - time) * turn <= 2.0 * slow_noise(readings)
+    return np.bincount(at[sound], minlength=len(grid)).clip(0, 1).astype(float)
 
 
 def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
@@ -227,8 +255,9 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
     u = into.value
     raw_weight = good.astype(float)
-    if faults_in.clipped.any():
-        hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
+    hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
+    hidden |= _hiding(block_mean(gap, thin)[:n] > 0, u, into.rate * dt, faults_in.noise_n)
+    if hidden.any():
         unknown = np.repeat(_unknown_after(u, hidden, run.passes), thin)
         raw_weight[: len(unknown)][unknown] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
@@ -240,9 +269,9 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         # while the motion turns, friction can have any value between its two lines
         weight[np.abs(block_mean(slip, factor)) < 1.0] = 0.0
     if fresh_out.all():
-        y, readings = block_mean(fine_out, factor), np.full(n // factor, float(factor))
+        y, readings, share = block_mean(fine_out, factor), np.full(n // factor, float(factor)), np.full(n, 1.0 / factor)
     else:
-        y, readings = _of_readings(run.tension_out_n, good & fresh_out, out.value, thin, factor)
+        y, readings, share = _of_readings(run.tension_out_n, good & fresh_out, thin, factor, n)
     error_law, error_n = error_of_means(into.chain, factor)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
@@ -270,21 +299,18 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         error_n,
         error_law,
         readings,
+        share,
         slip,
     )
 
 
-def _of_readings(signal: Array, read: Mask, smooth: Array, thin: int, factor: int) -> tuple[Array, Array]:
-    """Return the means over blocks of a slow sensor, and from how many readings each is.
-
-    A reading stands for its block by what the smooth signal moves between its instant and the block.
-    """
-    n = len(smooth)
+def _of_readings(signal: Array, read: Mask, thin: int, factor: int, n: int) -> tuple[Array, Array, Array]:
+    """Return the mean reading of each block, of how many it is, and the share of each step of the simulation in it."""
     count = block_mean(read[: n * thin].astype(float), thin) * thin
-    total = block_mean((signal * read)[: n * thin], thin) * thin
     readings = block_mean(count, factor) * factor
-    off = block_mean(total - count * smooth, factor) * factor / np.maximum(readings, 1.0)
-    return block_mean(smooth, factor) + off, np.maximum(readings, 1.0)
+    total = block_mean((signal * read)[: n * thin], thin * factor) * thin * factor
+    share = np.where(np.repeat(readings, factor) > 0.0, count / np.maximum(np.repeat(readings, factor), 1.0), 1.0 / factor)
+    return np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(signal[: n * thin], thin * factor)), np.maximum(readings, 1.0), share
 
 
 def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float) -> Latent:
@@ -303,6 +329,21 @@ def _bridge(signal: Array, good: Mask) -> Array:
         return signal
     at = np.arange(len(signal))
     return np.interp(at, at[good], signal[good])
+
+
+def _hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> Mask:
+    """Return the gaps in which the input may have turned: a turn that nobody saw decides all that follows.
+
+    It has not where it goes on as it came, and came as far as that takes.
+    """
+    found = np.zeros(len(gap), bool)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], gap.astype(int), [0]))))
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        before, after = max(a - 1, 0), min(b, len(u) - 1)
+        moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
+        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= 0.25 * abs(moved) + 3.0 * noise_n
+        found[a:b] = not same
+    return found
 
 
 def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:

@@ -74,6 +74,7 @@ class Simulator:
         self._places = np.array([r.config for r in p.records])
         self._starts = np.array([r.start_n for r in p.records])
         self._factors = np.array([r.factor for r in p.records])
+        self._share = np.concatenate([r.share for r in p.records])
         self._driven = np.array([r.slip is not None for r in p.records])
         known = [r.known for r in p.records]
         self._known = None if all(k is None for k in known) else np.concatenate(
@@ -105,7 +106,7 @@ class Simulator:
 
     def predict(self, theta: Array, effects: Effects) -> Array:
         """Return the predicted measured output (N, shape (samples,)) for one theta per configuration."""
-        return _means(self._fine(theta, effects), self._runs.edges, self.edges, self._factors)
+        return _means(self._fine(theta, effects), self._share, self._runs.edges, self.edges, self._factors)
 
     def phases(self, theta: Array, effects: Effects, noise: Noise | None = None) -> Phases:
         """Return where the model slides, how steeply, and where it may have slid.
@@ -118,7 +119,7 @@ class Simulator:
         error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
         high, low = (self._fine(theta, effects, sign * QUADRATURE * error, False) for sign in (1.0, -1.0))
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
-        doubt = _means(np.abs(bent), self._runs.edges, self.edges, self._factors) / QUADRATURE
+        doubt = _means(np.abs(bent), self._share, self._runs.edges, self.edges, self._factors) / QUADRATURE
         return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
@@ -156,8 +157,8 @@ class Simulator:
 
 
 @njit(cache=True, nogil=True)
-def _means(fine: Array, fine_edges: Counts, edges: Counts, factors: Counts) -> Array:
-    """Return means of blocks of ``factors[i]`` samples of run i."""
+def _means(fine: Array, share: Array, fine_edges: Counts, edges: Counts, factors: Counts) -> Array:
+    """Return means of blocks of ``factors[i]`` samples of run i, each sample by its share."""
     out = np.empty(edges[-1])
     for i in range(factors.size):
         f, at = factors[i], fine_edges[i]
@@ -166,9 +167,9 @@ def _means(fine: Array, fine_edges: Counts, edges: Counts, factors: Counts) -> A
             for _ in range(f):
                 x = fine[at]
                 # a fit may ask for the absurd; it must only stay a number
-                total += CEILING_N if math.isnan(x) else min(max(x, -CEILING_N), CEILING_N)
+                total += share[at] * (CEILING_N if math.isnan(x) else min(max(x, -CEILING_N), CEILING_N))
                 at += 1
-            out[k] = total / f
+            out[k] = total
     return out
 
 

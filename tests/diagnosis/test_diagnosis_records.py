@@ -43,6 +43,15 @@ def test_a_gap_is_bridged_and_has_no_weight():
     assert r.time_s[dark].min() > 6.0 - 0.05 and r.time_s[dark].max() < 7.0 + 0.05 and dark.sum() == pytest.approx(50, abs=3)
 
 
+def test_after_a_turn_that_nobody_saw_nothing_is_compared_until_it_is_forgotten():
+    keep = (T < 8.5) | (T > 9.5)
+    run = made()
+    cut = replace(run, time_s=T[keep], tension_in_n=run.tension_in_n[keep], tension_out_n=run.tension_out_n[keep])
+    (r,) = prepare([cut]).records
+    dark = r.time_s[r.weight == 0.0]
+    assert dark.min() > 8.45 and 11.0 < dark.max() < 18.0
+
+
 def test_the_error_of_the_input_is_below_its_noise():
     (r,) = prepare([made(sd=0.02)]).records
     assert 0.0 < np.median(r.error_n) < 0.5 * 0.02
@@ -79,7 +88,7 @@ def test_a_slow_sensor_is_compared_at_its_readings_and_the_input_keeps_its_rate(
     run = Run("r", "act", time, wave + 0.02 * rng.standard_normal(4000), held, config_id="c")
     record = prepare([run]).records[0]
     assert record.weight.sum() == pytest.approx(fresh.sum(), rel=0.05) and np.all(record.readings[record.weight > 0] == 1.0)
-    truth = wave[: len(record.y) * record.factor].reshape(-1, record.factor).mean(axis=1)
+    truth = (wave[: len(record.share)] * record.share).reshape(-1, record.factor).sum(axis=1)
     off = (record.y - truth)[record.weight > 0]
     assert np.sqrt(np.mean(off**2)) == pytest.approx(0.02, rel=0.25)
     assert np.abs(record.u - wave[: len(record.u)]).max() < 0.05
