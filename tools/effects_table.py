@@ -19,10 +19,11 @@ from scipy.optimize import least_squares
 from sstl_cli.core.files import atomic
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import noise
+from sstl_cli.diagnosis.constants import COARSE_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import COARSE_ITERATIONS, NOTHING, grid
+from sstl_cli.diagnosis.search import NOTHING, grid
 from sstl_cli.diagnosis.simulator import Free, Simulator
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effects import catalogue, get

@@ -26,8 +26,8 @@ from sstl_cli.blind.schedule import Job, jobs
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.following import MENU, Limits, within
-from sstl_cli.diagnosis.limit import DECIDABLE
+from sstl_cli.diagnosis.constants import DECIDABLE, MENU
+from sstl_cli.diagnosis.following import Limits, within
 from sstl_cli.physics.scenario import Scenario, Trajectory
 from sstl_cli.physics.trajectories import tension_path, times
 from sstl_cli.steps import diagnose

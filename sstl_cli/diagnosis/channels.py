@@ -14,6 +14,17 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import (
+    LAG_SCALES,
+    LAG_STARTS,
+    MIN_SAMPLES,
+    POSITION_STARTS,
+    POSITION_STEP,
+    POSITION_TRIES,
+    SAME_SLOPE,
+    SLOWEST_LOOP,
+    TRACKS,
+)
 from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.diagnosis.features import BESIDE, CandidateRow
 from sstl_cli.diagnosis.fit import Fit
@@ -28,9 +39,6 @@ from sstl_cli.physics.transmission import activate, predict, predict_position
 from sstl_cli.physics.transmission.model import Drive, drive_of
 
 Array = NDArray[np.float64]
-TRACKS = 0.9
-# lag (s) and inverse slew rate (s/N): a slew limit has no slope until it binds
-LAG_STARTS = ((0.02, 1e-6), (0.2, 1e-6), (1e-4, 0.05), (1e-4, 0.15))
 
 
 @dataclass(frozen=True)
@@ -71,8 +79,8 @@ def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
         return np.concatenate(parts)
 
     base = residual(np.zeros(2))
-    low, high = np.zeros(2), np.array([0.5, 0.2])
-    fits = [least_squares(residual, s, bounds=(low, high), x_scale=[0.05, 0.01]) for s in LAG_STARTS]
+    low, high = np.zeros(2), np.array(SLOWEST_LOOP)
+    fits = [least_squares(residual, s, bounds=(low, high), x_scale=LAG_SCALES) for s in LAG_STARTS]
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
@@ -82,10 +90,10 @@ def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
 def _tracks(run: Run) -> bool:
     reference = np.asarray(run.tension_ref_n)
     good = np.isfinite(reference)
-    if good.sum() < 100 or np.ptp(reference[good]) < 0.5:
+    if good.sum() < MIN_SAMPLES or np.ptp(reference[good]) < 0.5:
         return False
     slope, _ = np.polyfit(reference[good], run.tension_in_n[good], 1)
-    return bool(np.corrcoef(reference[good], run.tension_in_n[good])[0, 1] > TRACKS and abs(slope - 1.0) < 0.2)
+    return bool(np.corrcoef(reference[good], run.tension_in_n[good])[0, 1] > TRACKS and abs(slope - 1.0) < SAME_SLOPE)
 
 
 def position_gaps(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> list[ChannelGap]:
@@ -191,9 +199,9 @@ def _fit_position(sim: Simulator, lines: Sequence[_Line], effect: Effect) -> tup
 
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     best = None
-    for share in (0.02, 0.1, 0.5):
+    for share in POSITION_STARTS:
         start = low + share * (high - low)
-        done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), 1e-3), max_nfev=20)
+        done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), POSITION_STEP), max_nfev=POSITION_TRIES)
         best = done if best is None or done.cost < best.cost else best
     assert best is not None
     values = {p.name: float(v) for p, v in zip(parameters, best.x, strict=True)}

@@ -15,20 +15,22 @@ from sstl_cli.control.scoring import score, windows
 from sstl_cli.control.sim_plant import plant_of
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis.constants import (
+    COS_END,
+    CYCLE_S,
+    DT_S,
+    LEAST_MISFIT_N,
+    LEAST_SAMPLES,
+    LEAST_SLOPE,
+    RANDOM_S,
+    ROUNDED,
+    SLIDING,
+    STEEP,
+    STROKE_N,
+)
 from sstl_cli.physics.scenario import Scenario
 
 Array = NDArray[np.float64]
-DT_S = 0.01
-STROKE_N = (1.0, 35.0)
-# period of the stroke: that of the sinusoid to be tracked, so that friction at speed is the task's
-CYCLE_S = 100.0
-# 2.5 % of the stroke at either end is left out
-COS_END = 0.95
-# of the steepest slopes (but for outliers), what counts as sliding
-SLIDING, STEEP = 0.85, 0.9
-LEAST_SLOPE, LEAST_SAMPLES = 0.02, 20
-# plays of several widths must leave less than this share of one play's misfit, where that is worth removing
-ROUNDED, LEAST_MISFIT_N = 0.5, 1e-3
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ def tracking(model: Scenario, config_id: str, theta_base: float) -> list[Trackin
     t_out = plant.tendon(t_in, DT_S)
     lines = _lines(t_in, t_out)
     known = Controller(lines, options.model_copy(update={"widths": _rounding(lines, t_in, t_out)}))
-    references = (sinusoid(DT_S), random(stream(0, "downstream"), DT_S, 200.0))
+    references = (sinusoid(DT_S), random(stream(0, "downstream"), DT_S, RANDOM_S))
     return [Tracking(r.name, _rmse(without, plant, r), _rmse(known, plant, r)) for r in references]
 
 

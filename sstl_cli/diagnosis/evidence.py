@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln, logsumexp
 
-from sstl_cli.diagnosis.fit import THETA_HIGH, THETA_LOW, Fit, normal_equations
+from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.simulator import Free, Simulator
 
 Array = NDArray[np.float64]
-# sizes of a response between 0.1 and 100 standard deviations
-LOG_RANGE = float(np.log(1e3))
 
 
 @dataclass(frozen=True)

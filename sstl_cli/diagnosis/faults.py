@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import LEAST_SHARE, MIN_FAULTY
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
 from sstl_cli.diagnosis.records import Record
 
 Array = NDArray[np.float64]
-# fewer spoilt samples than these are chance
-MIN_FAULTY = 5
-# of the squared error beyond the noise
-LEAST_SHARE = 0.05
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.noise import floor_n
@@ -16,8 +17,6 @@ from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
-# what the models leave is looked at for so many of the best; the others have lost by what they gain
-EXAMINED = 6
 OUTPUT, RECORDER, BESIDE = "output", "recorder", "beside"
 
 

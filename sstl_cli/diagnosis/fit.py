@@ -9,20 +9,26 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import (
+    DAMPING,
+    DAMPING_FACTOR,
+    DAMPINGS,
+    EDGE,
+    ENOUGH_NATS,
+    MAX_ITERATIONS,
+    PARAMETER_STEP,
+    SHARES,
+    START_FACTORS,
+    THETA_HIGH,
+    THETA_LOW,
+    THETA_STEP,
+)
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
 from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, whitener
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-# friction coefficient times angle of anything that a tendon still moves through (rad)
-THETA_LOW, THETA_HIGH = 1e-3, 5.0
-MAX_ITERATIONS = 14
-START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
-# a step that gains less than this (nats) is none
-ENOUGH_NATS = 0.1
-# shares of an effect's response by which its law may be off
-SHARES = (0.0, 0.01, 0.03, 0.1, 0.3)
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ class Fit:
     def at_bound(self, i: int) -> bool:
         """Whether free parameter ``i`` lies on or outside the range in which it is usually found."""
         p, v = self.free[i].parameter, self.values[i]
-        edge = 1e-3 * self.free[i].width
+        edge = EDGE * self.free[i].width
         return (v <= p.low + edge and p.low != p.neutral) or (v >= p.high - edge and p.high != p.neutral)
 
 
@@ -67,7 +73,7 @@ def jacobian(sim: Simulator, theta: Array, free: Sequence[Free], values: Array, 
 
     Runs of different configurations do not touch one another, so all thetas share one simulation.
     """
-    h = 1e-4
+    h = THETA_STEP
     own = (sim.predict(theta + h, as_effects(free, values)) - base) / h
     return np.concatenate((own[:, None], partial(sim, theta, free, values, base, range(len(free)))), axis=1)
 
@@ -76,7 +82,7 @@ def partial(sim: Simulator, theta: Array, free: Sequence[Free], values: Array, b
     """Return d prediction / d (some of the free parameters), shape (samples, len(which))."""
     columns = np.empty((len(base), len(which)))
     for i, k in enumerate(which):
-        h = 2e-3 * free[k].width
+        h = PARAMETER_STEP * free[k].width
         if values[k] + h > free[k].parameter.most:
             h = -h
         moved = values.copy()
@@ -152,13 +158,13 @@ def fit(
     prediction = known.prediction if known else sim.predict(theta, as_effects(free, values))
     r = whiten(sim.y - prediction)
     cost = 0.5 * float(r @ r)
-    damping = 1e-3
+    damping = DAMPING
     j = known.jacobian if known else jacobian(sim, theta, free, values, prediction)
     for _ in range(iterations):
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
         improved = False
-        for _ in range(6):
+        for _ in range(DAMPINGS):
             step = _bounded_step(a + np.diag(damping * scale), b, values, low, high, configs)
             new_theta = np.clip(theta + step[:configs], THETA_LOW, THETA_HIGH)
             new_values = np.clip(values + step[configs:], low, high)
@@ -168,12 +174,12 @@ def fit(
             if new_cost < cost:
                 improved = True
                 break
-            damping *= 8.0
+            damping *= DAMPING_FACTOR
         if not improved:
             break
         gain = cost - new_cost
         theta, values, prediction, r, cost = new_theta, new_values, new_prediction, new_r, new_cost
-        damping = max(damping / 8.0, 1e-8)
+        damping = max(damping / DAMPING_FACTOR, 1e-8)
         j = jacobian(sim, theta, free, values, prediction)
         if gain < ENOUGH_NATS:
             break

@@ -15,9 +15,23 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import (
+    ANGLE_DIGITS,
+    CHIRP_FROM_HZ,
+    DECIDABLE,
+    FASTEST_HZ,
+    ISOLATED,
+    LONGEST_S,
+    MENU,
+    RATE_DIGITS,
+    REPEATABLE,
+    SLOWER,
+    SLOWINGS,
+    TENSION_DIGITS,
+)
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
-from sstl_cli.diagnosis.limit import DECIDABLE, distance2
+from sstl_cli.diagnosis.limit import distance2
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
@@ -26,22 +40,6 @@ from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
 from sstl_cli.physics.trajectories import tension_path, times
 
 Array = NDArray[np.float64]
-MENU = (
-    Trajectory(kind="trapezoid", label="fast trapezoid", duration_s=8.0, drive="tension"),
-    Trajectory(kind="trapezoid", label="slow trapezoid", duration_s=80.0, drive="tension"),
-    Trajectory(kind="ramp_hold", label="ramps with holds", duration_s=60.0, hold_s=4.0),
-    Trajectory(kind="minor_loops", label="minor loops", duration_s=40.0),
-    Trajectory(kind="chirp", label="chirp", duration_s=60.0),
-    Trajectory(kind="random", label="random", duration_s=120.0),
-)
-# a plan is judged at no more than this: what is faster tells no more of a line, and lasts longer
-FASTEST_HZ = 500.0
-
-
-# the recorded rate of change that a rig is taken to be able to repeat: the largest, but for the noisiest samples
-REPEATABLE = 0.995
-# a movement that has to be slowed down to last longer than this is none (s)
-LONGEST_S = 1200.0
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ class Experiment:
         return self.d2 >= DECIDABLE
 
 
-def isolability(found: Search, most: int = 12) -> tuple[list[str], Array]:
+def isolability(found: Search, most: int = ISOLATED) -> tuple[list[str], Array]:
     """Return candidate ids and the cosine between their whitened responses, base parameters projected out."""
     singles = [w.fit for w in found.ranked() if len(w.ids) == 1][:most]
     sim, responses = found.sim, []
@@ -139,7 +137,7 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
             fastest = limits.rate_n_per_s / problem.unit_n
         if high <= low or fastest <= 0.0:
             continue
-        own = trajectory.model_copy(update={"low_n": round(low, 3), "high_n": round(high, 3), "systems": (system,)})
+        own = trajectory.model_copy(update={"low_n": round(low, TENSION_DIGITS), "high_n": round(high, TENSION_DIGITS), "systems": (system,)})
         slow = _slowed(own, system, dt, fastest)
         if slow is not None:
             movements.append(slow)
@@ -153,16 +151,16 @@ def sampling_s(found: Search) -> float:
 
 def _slowed(trajectory: Trajectory, system: str, dt_s: float, fastest: float) -> Movement | None:
     """Return a movement whose tension changes by no more than ``fastest`` (N/s), None where that would take too long."""
-    for _ in range(4):
+    for _ in range(SLOWINGS):
         time = times(trajectory, 1.0 / dt_s)
         # the same draw as in the plan that is judged: what is written is what was judged
         path = np.asarray(tension_path(trajectory, system, time, np.random.default_rng(0)))
         share = fastest / max(float(np.abs(np.diff(path)).max()) / dt_s, 1e-12)
         if share >= 1.0:
             return Movement(system, trajectory, time, path)
-        share *= 0.98
+        share *= SLOWER
         if trajectory.kind in ("chirp", "random"):
-            low, top = trajectory.frequency_hz or 0.02, trajectory.top_frequency_hz or 1.0
+            low, top = trajectory.frequency_hz or CHIRP_FROM_HZ, trajectory.top_frequency_hz or 1.0
             # a chirp keeps its slow beginning as far as it can
             slower = {"frequency_hz": min(low, 0.5 * top * share) if trajectory.kind == "chirp" else low * share, "top_frequency_hz": top * share}
             trajectory = trajectory.model_copy(update=slower)
@@ -201,13 +199,13 @@ def scenario_of(found: Search, experiment: Experiment) -> Scenario:
     p = found.sim.problem
     locations = {r.config: r.location for r in p.records}
     configurations = tuple(
-        Configuration(id=name, location=locations.get(i), theta=float(np.round(found.base.theta[i], 4)))
+        Configuration(id=name, location=locations.get(i), theta=float(np.round(found.base.theta[i], ANGLE_DIGITS)))
         for i, name in enumerate(p.configs)
     )
     return Scenario(
         configurations=configurations,
         trajectories=tuple(m.trajectory for m in experiment.movements),
-        sampling_hz=round(1.0 / sampling_s(found), 6),
+        sampling_hz=round(1.0 / sampling_s(found), RATE_DIGITS),
     )
 
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import BLOCK_S, MAX_FOLDS, RUN_PARTS
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
-MAX_FOLDS = 6
-BLOCK_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,8 @@ def make_folds(sim: Simulator) -> Folds:
         label = list(range(len(p.records)))
         kind, honest = "run", False
     else:
-        half = (np.arange(len(sim.y)) * 4 // len(sim.y)).astype(np.int64)
-        return Folds(half, 4, "part of the only run", False)
+        half = (np.arange(len(sim.y)) * RUN_PARTS // len(sim.y)).astype(np.int64)
+        return Folds(half, RUN_PARTS, "part of the only run", False)
     fold = np.array(label, np.int64) % MAX_FOLDS
     return Folds(fold[sim.run], int(fold.max()) + 1, kind, honest)
 

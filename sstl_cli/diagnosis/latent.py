@@ -14,19 +14,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import (
+    FINEST,
+    LATENT_ENOUGH_NATS,
+    LATENT_ROUNDS,
+    LEAST_SCALE,
+    NEAR,
+    SHORTEST_SMOOTHED,
+    STEP_SHARES,
+    WIDE,
+    WIDE_ROUNDS,
+)
 from sstl_cli.diagnosis.smoother import CHAIN, chain, cost, follow
 
 Array = NDArray[np.float64]
-ROUNDS = 12
-# noise below this share of the span is rounding: there is nothing to smooth
-FINEST = 1e-6
-# least start of a scale, in the variance of a reading and the share taken of the typical step
-LEAST = 1e-6
-# factors on a scale that are tried in a round: far ones while it is not yet near
-NEAR = (1.0, 0.5, 2.0)
-WIDE = (*NEAR, 0.1, 10.0)
-WIDE_ROUNDS = 4
-ENOUGH_NATS = 0.5
 
 
 @dataclass(frozen=True)
@@ -56,19 +57,19 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         False where a reading says nothing.
     """
     n = len(signal)
-    if n < 8 or white <= FINEST * float(np.ptp(signal)):
+    if n < SHORTEST_SMOOTHED or white <= FINEST * float(np.ptp(signal)):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
         return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)))
     use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)
     y = np.ascontiguousarray(signal - signal[0], np.float64)
     r = white * white
     # steps of increment and of its change: a start far below those of the readings, which are noise
-    scales = [max(share * _typical_step(y[use], order), share * LEAST * r) for order, share in ((2, 1e-2), (3, 1e-4))]
+    scales = [max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES]
     squares = np.zeros((n, 4))
     steps = [np.full(n, s) for s in scales]
     squares[:, 1], squares[:, 3] = steps
     least = np.inf
-    for k in range(ROUNDS):
+    for k in range(LATENT_ROUNDS):
         before = least
         for i in range(2):
             # variances of steps with Cauchy tails given their expected squares, as these would be with another scale: what
@@ -79,7 +80,7 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
             steps[i], scales[i], least = tries[best], WIDE[best] * scales[i], costs[best]
         law, drive = chain(y, use, r, *steps)
         mean, variance, squares = follow(law, drive)
-        if before - least < ENOUGH_NATS:
+        if before - least < LATENT_ENOUGH_NATS:
             break
     return Latent(mean[:, 0] + signal[0], mean[:, 1] / dt_s, variance, law)
 

@@ -12,14 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sstl_cli.diagnosis.constants import DECIDABLE, REFIT_ITERATIONS
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
-
-# squared distance at which a simple hypothesis is told from another at 49:1 in 95 of 100 cases
-DECIDABLE = 24.0
-ITERATIONS = 6
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ def distance2(sim: Simulator, truth: Fit, rival: Fit) -> float:
     """Return D^2 from a fitted model to a rival: the rival refitted to what the model predicts, without noise."""
     made = copy(sim)
     made.y = truth.prediction
-    near = fit(made, truth.whiten, rival.hypothesis, rival.theta, rival.values, ITERATIONS, rival)
+    near = fit(made, truth.whiten, rival.hypothesis, rival.theta, rival.values, REFIT_ITERATIONS, rival)
     return max(2.0 * near.cost - truth.whiten.log_det, 0.0)
 
 

@@ -17,6 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from sstl_cli.diagnosis.constants import (
+    BEYOND_WIDEST,
+    CLEAR,
+    INPUT_KNOTS,
+    KNOTS_FROM,
+    KNOTS_TO,
+    LEAST_MAPPED,
+    MAP_FOLDS,
+    OTHER_KNOTS,
+    QUIETEST,
+    RIDGES,
+    SCATTER_FLAT,
+    SCATTER_NEAR,
+    SCATTER_STEPS,
+    SCATTER_TRIES,
+    SPREAD,
+    WIDEST,
+)
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.noise import variance
@@ -27,18 +45,6 @@ from sstl_cli.physics.scenario import MisfitSection
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-INPUT_KNOTS, OTHER_KNOTS = 10, 6
-# a reversal counts once the input has come this share of its span
-CLEAR = 0.05
-# the record is cut in so many parts a run; each is predicted from the others
-FOLDS = 4
-# strengths of the pull to zero, in samples that agree
-RIDGES = (1.0, 10.0, 100.0, 1e3, 1e4, 1e9)
-LEAST_SAMPLES = 50
-# how far (natural logarithm) size and correlation time of the scatter may be from their first estimates
-WIDEST = 2.5
-# independent samples by which a place is drawn to the usual variance of the scatter, and the least share of it
-SPREAD, QUIETEST = 10.0, 0.05
 
 
 def turning(u: Array) -> tuple[Array, Array]:
@@ -108,13 +114,13 @@ def _scattered(section: MisfitSection, records: Sequence[Record], left: Array, p
         whiten = whitener(known, phases, noise)
         z = whiten(left)
         # a scatter slower than the record cannot be told from the map
-        return 0.5 * (float(z @ z) + whiten.log_det) + float(np.sum((np.maximum(np.abs(p - start) - WIDEST, 0.0)) ** 2)) * 1e3
+        return 0.5 * (float(z @ z) + whiten.log_det) + float(np.sum((np.maximum(np.abs(p - start) - WIDEST, 0.0)) ** 2)) * BEYOND_WIDEST
 
     if max(section.sd_n) <= 0.0:
         return section
     start = np.array([0.0, np.log(section.correlation_s)])
-    simplex = start + np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.7]])
-    found = minimize(cost, start, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": 60, "xatol": 0.02, "fatol": 0.05})
+    simplex = start + np.array([[0.0, 0.0], [SCATTER_STEPS[0], 0.0], [0.0, SCATTER_STEPS[1]]])
+    found = minimize(cost, start, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": SCATTER_TRIES, "xatol": SCATTER_NEAR, "fatol": SCATTER_FLAT})
     return at(found.x)
 
 
@@ -124,18 +130,18 @@ def _section(
     """Return the map of what is left and its scatter, and what the map leaves of parts that it was not made from."""
     states = [state(r) for r in records]
     keep = np.concatenate([r.weight > 0 for r in records])
-    if keep.sum() < LEAST_SAMPLES:
+    if keep.sum() < LEAST_MAPPED:
         return None, np.concatenate(residual)
     u, other, way = (np.concatenate([s[i] for s in states]) for i in range(3))
     e = np.concatenate(residual)
     first, second = _knots(u[keep], INPUT_KNOTS), _knots(other[keep], OTHER_KNOTS)
     design = _design(u, other, way, first, second)
-    fold = np.concatenate([np.arange(len(r)) * FOLDS // len(r) for r in records])
+    fold = np.concatenate([np.arange(len(r)) * MAP_FOLDS // len(r) for r in records])
     step = records[0].dt_s * records[0].factor
     best = (float(np.sum((e * keep) ** 2)), RIDGES[-1], e)
     for ridge in RIDGES:
         left = e.copy()
-        for k in range(FOLDS):
+        for k in range(MAP_FOLDS):
             others = keep & (fold != k)
             left[fold == k] -= design[fold == k] @ _weights(design[others], e[others], ridge)
         cost = float(np.sum((left * keep) ** 2))
@@ -166,7 +172,7 @@ def _section(
 
 
 def _knots(x: Array, count: int) -> Array:
-    low, high = np.quantile(x, (0.01, 0.99))
+    low, high = np.quantile(x, (KNOTS_FROM, KNOTS_TO))
     return np.linspace(low, high, count) if high > low else np.array([low])
 
 
@@ -194,7 +200,7 @@ def _memory(residual: Iterable[Array], records: Sequence[Record]) -> float:
     power = sum(float(x @ x) for x in pieces)
     if power <= 0.0:
         return 1.0
-    longest = max(len(x) for x in pieces) // FOLDS
+    longest = max(len(x) for x in pieces) // MAP_FOLDS
     lag = 1
     while lag < longest and sum(float(x[lag:] @ x[:-lag]) for x in pieces if len(x) > lag) > power * float(np.exp(-1.0)):
         lag += 1

@@ -10,16 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import BEFORE_TURN, BREAKAWAY_SHARE, EXPLAINED, LEAST_REVERSALS, SWING
 from sstl_cli.diagnosis.latent import block_mean
 
 Array = NDArray[np.float64]
-# the output swings this much more than the input can make it
-SWING = 2.0
-# ... and the direction of the motion explains this share of its variance
-EXPLAINED = 0.7
-LEAST_REVERSALS = 3
-# a reversal is over when the motion has come this share of its span: presliding and seals let go before
-BREAKAWAY_SHARE = 0.1
 
 
 def slip_of(run: Run, thin: int, n: int) -> Array | None:
@@ -64,6 +58,6 @@ def _sliding(x: Array) -> Array:
     turn.append(len(x) - 1)
     for a, b in zip(turn[:-1], turn[1:], strict=True):
         part = x[a : b + 1]
-        inside = (np.abs(part - part[0]) > clear) & (np.abs(part - part[-1]) > 0.2 * clear)
+        inside = (np.abs(part - part[0]) > clear) & (np.abs(part - part[-1]) > BEFORE_TURN * clear)
         slip[a : b + 1][inside] = np.sign(part[-1] - part[0])
     return slip

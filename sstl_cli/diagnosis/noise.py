@@ -18,30 +18,36 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
+from sstl_cli.diagnosis.constants import (
+    ALIKE,
+    ALIKE_FROM,
+    ALIKE_TO,
+    AT_MOST,
+    CORRELATIONS_S,
+    CURVATURE_STEP,
+    DIFFERENCE,
+    ENOUGH,
+    FLAT,
+    HELD,
+    HOLD_ROUNDS,
+    LEAST_COLOUR,
+    LEAST_WINDOWS,
+    LEVELS,
+    MEASURED,
+    RESOLVED,
+    SHORTEST_WINDOW,
+    SMOOTHER,
+    TRIES,
+    UNKNOWN_COLOUR,
+    UNSEEN,
+    WHITE,
+    WINDOWS_S,
+)
 from sstl_cli.diagnosis.recorder import Faults, slow_noise, white_noise
 from sstl_cli.diagnosis.records import Record, content, known
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
-# windows of holds (s), longest first: the slower the noise, the longer a window must be to show it
-WINDOWS_S = (3.0, 1.0)
-LEAST_WINDOWS = 6
-# coloured noise, as a share of the white one, that is too small to be seen
-UNSEEN = 0.1
-# a model on a grid is exact to about this share of the span: less noise than that cannot be told from its own rounding
-RESOLVED = 1e-4
-CURVATURE_STEP = 0.1
-# search for the most likely noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none
-DIFFERENCE, FLAT, TRIES = 0.03, 0.5, 120
-ENOUGH = 4000
-CORRELATIONS_S = (0.05, 0.1, 0.2, 0.4, 0.8)
-# coloured noise that is tried, over the white one of a reading
-LEVELS = np.geomspace(0.03, 4.0, 15)
-ROUNDS = 5
-# spreads of the log-normal priors: of the measured white and coloured noise, between two sensors, of the smoother's error
-WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.3, 0.35, 0.2
-# so many spreads away a number stops: a record of any length could buy the rest with what its model misses
-AT_MOST = 3.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +75,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
         white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out) for r, _ in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
-        ratio = float(np.clip(white_in / max(white_out, 1e-12), 0.2, 5.0))
+        ratio = float(np.clip(white_in / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0))
@@ -112,13 +118,13 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
     for window_s in WINDOWS_S:
         found: list[Array] = []
         for r, slide in zip(records, slides, strict=True):
-            length = max(8, round(window_s / (records[0].dt_s * records[0].factor)))
-            found += _pieces(r.y, (slide < 1e-3) & (r.weight > 0), length)
+            length = max(SHORTEST_WINDOW, round(window_s / (records[0].dt_s * records[0].factor)))
+            found += _pieces(r.y, (slide < HELD) & (r.weight > 0), length)
         rows = np.array([p for p in found if len(p) == len(found[0])])
         if len(rows) >= LEAST_WINDOWS:
             break
     if len(rows) < LEAST_WINDOWS:
-        return _Held(0.25 * white_n, CORRELATIONS_S[1], len(rows))
+        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], len(rows))
     first = records[0]
     tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
     costs = np.array([_window_costs(rows, white_n / np.sqrt(float(np.median(first.readings))), c, tau, first.dt_s * first.factor) for c, tau in tries])
@@ -127,7 +133,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
     limit = chi2.ppf(1.0 - 0.5 / len(rows), rows.shape[1] - 2)
     best = 0
-    for _ in range(ROUNDS):
+    for _ in range(HOLD_ROUNDS):
         best = int(np.argmin(costs[:, kept, 0].sum(axis=1)))
         now = costs[best, :, 1] <= limit
         if (now == kept).all() or now.sum() < LEAST_WINDOWS:
@@ -194,7 +200,7 @@ def _some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
 def _fitted(
     system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor
 ) -> tuple[Sensor, Sensor, float, dict[str, float]]:
-    floor = 0.02 * out.white_n + 1e-9
+    floor = LEAST_COLOUR * out.white_n + 1e-9
     centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
     near = np.array([WHITE, MEASURED, ALIKE, SMOOTHER])
 

@@ -10,17 +10,29 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import (
+    CLIPPED_MOST,
+    CLIPPED_RUN,
+    CLIPPED_SIGMA,
+    FINEST,
+    FROZEN_CHANCE,
+    FROZEN_LONGEST,
+    FROZEN_RUN,
+    LEAST_LEVELS,
+    MAX_LEVELS,
+    MOST_REPEATS,
+    REST,
+    SHORTEST_READ,
+    SHORTEST_SCANNED,
+    SPIKE_RUN,
+    SPIKE_SIGMA,
+    SPIKE_TRAVEL,
+    STEP_GAP,
+    WHOLE,
+)
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-SPIKE_SIGMA = 8.0
-SPIKE_RUN = 2
-FROZEN_RUN = 5
-CLIPPED_RUN = 5
-MAX_LEVELS = 4000
-# a limit holds a rounded signal so many times longer than the longest rest
-REST = 2.0
-FINEST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -52,7 +64,7 @@ def scan(signal: Array) -> Faults:
     """
     n = len(signal)
     none = np.zeros(n, bool)
-    if n < 16:
+    if n < SHORTEST_SCANNED:
         return Faults(none, none, none, float("inf"), 0.0, 0.0)
     step = _step(signal)
     noise = white_noise(signal)
@@ -75,7 +87,7 @@ def white_noise(signal: Array) -> float:
 
     The loudest twentieth, corners and spikes, is left out. A mean, because a median of quantised differences is a step or nothing.
     """
-    if len(signal) < 5:
+    if len(signal) < SHORTEST_READ:
         return 0.0
     third = np.abs(np.diff(signal, 3))
     quiet = third[third <= np.quantile(third, 0.95)]
@@ -85,7 +97,7 @@ def white_noise(signal: Array) -> float:
 
 def slow_noise(signal: Array) -> float:
     """Return the RMS of the white noise (N) of a sensor so slow that it moves between readings: from where it rests."""
-    if len(signal) < 5:
+    if len(signal) < SHORTEST_READ:
         return 0.0
     third = np.abs(np.diff(signal, 3))
     # of normal noise three in ten are below this share of sigma
@@ -105,7 +117,7 @@ def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
     middle = np.median(windows, axis=1)
     # a steep ramp or corner moves the median by less than the travel inside the window
     travel = np.percentile(windows, 75, axis=1) - np.percentile(windows, 25, axis=1)
-    far = np.abs(signal - middle) > SPIKE_SIGMA * noise + 1.5 * travel
+    far = np.abs(signal - middle) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * travel
     for a, b in _runs(far & ~known):
         if b - a <= SPIKE_RUN:
             spike[a:b] = True
@@ -120,9 +132,9 @@ def _frozen(signal: Array, noise: float, step: float) -> Mask:
     if noise <= 0.0 or sensor < 0.5 * step:
         return frozen
     # the difference of two readings has this density at 0, and a level is a step wide
-    repeat = min(0.9, step / (2.0 * np.sqrt(np.pi) * sensor)) if step > 0 else 1e-6
+    repeat = min(MOST_REPEATS, step / (2.0 * np.sqrt(np.pi) * sensor)) if step > 0 else 1e-6
     need = FROZEN_RUN
-    while repeat ** (need - 1) * len(signal) > 1e-3 and need < 1000:
+    while repeat ** (need - 1) * len(signal) > FROZEN_CHANCE and need < FROZEN_LONGEST:
         need += 1
     for a, b in _runs(np.concatenate(([False], np.diff(signal) == 0.0))):
         if b - a + 1 >= need:
@@ -135,9 +147,9 @@ def _clipped(signal: Array, noise: float) -> tuple[Mask, float]:
     top = float(signal.max())
     flat = signal >= top - 1e-12 * max(1.0, abs(top))
     longest = max((b - a for a, b in _runs(flat)), default=0)
-    step_levels = signal[signal > top - 6.0 * max(noise, 1e-9)]
+    step_levels = signal[signal > top - CLIPPED_SIGMA * max(noise, 1e-9)]
     crowded = flat.sum() >= 0.5 * len(step_levels) if len(step_levels) else False
-    if longest >= CLIPPED_RUN and flat.sum() >= 2 * CLIPPED_RUN and crowded and flat.mean() < 0.9:
+    if longest >= CLIPPED_RUN and flat.sum() >= 2 * CLIPPED_RUN and crowded and flat.mean() < CLIPPED_MOST:
         return flat, top
     return np.zeros(len(signal), bool), float("inf")
 
@@ -145,10 +157,10 @@ def _clipped(signal: Array, noise: float) -> tuple[Mask, float]:
 def _step(signal: Array) -> float:
     """Return the quantisation step (N), or 0 where levels are not discrete."""
     levels = np.unique(signal)
-    if len(levels) < 3 or len(levels) > MAX_LEVELS or len(levels) > 0.5 * len(signal):
+    if len(levels) < LEAST_LEVELS or len(levels) > MAX_LEVELS or len(levels) > 0.5 * len(signal):
         return 0.0
     gaps = np.diff(levels)
-    step = float(np.median(gaps[gaps <= 1.5 * np.min(gaps)]))
+    step = float(np.median(gaps[gaps <= STEP_GAP * np.min(gaps)]))
     whole = gaps / step
     # a real converter: every gap a whole number of steps
-    return step if np.all(np.abs(whole - np.round(whole)) < 0.05 * np.maximum(whole, 1.0)) else 0.0
+    return step if np.all(np.abs(whole - np.round(whole)) < WHOLE * np.maximum(whole, 1.0)) else 0.0

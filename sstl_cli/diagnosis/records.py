@@ -10,6 +10,23 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import (
+    ANALYSIS_HZ,
+    AS_BEFORE,
+    AS_BEFORE_SIGMA,
+    CHANCE_COPIES,
+    CLIPPED_ABOVE,
+    COPIED,
+    COPIED_NOISE_N,
+    EVEN,
+    FORGOTTEN,
+    MIN_CONFIGS,
+    MIN_READINGS,
+    MIN_SAMPLES,
+    MIN_SPAN_N,
+    MIN_SPAN_SIGMA,
+    SIMULATION_HZ,
+)
 from sstl_cli.diagnosis.latent import Latent, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.recorder import Faults, scan, slow_noise, white_noise
@@ -19,16 +36,6 @@ from sstl_cli.physics.transmission import play_operator
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-SIMULATION_HZ = 500.0
-ANALYSIS_HZ = 50.0
-MIN_SAMPLES = 100
-MIN_SPAN_SIGMA = 20.0
-# a slow sensor with fewer readings in a run says as good as nothing
-MIN_READINGS = 16
-# share of repeated samples above which they are copies, in a signal with more noise than this (N)
-COPIED, COPIED_NOISE_N = 0.1, 1e-5
-MIN_CONFIGS = 1
 
 
 @dataclass(frozen=True)
@@ -150,7 +157,7 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     if good.sum() < MIN_SAMPLES:
         return "nearly all samples are recorder faults", None
     span = np.ptp(run.tension_in_n[~faults_in.bad])
-    if span < max(MIN_SPAN_SIGMA * faults_in.noise_n, 0.2):
+    if span < max(MIN_SPAN_SIGMA * faults_in.noise_n, MIN_SPAN_N):
         return "the input hardly moves", None
     return "", (run, faults_in, faults_out)
 
@@ -177,7 +184,7 @@ def _copies(sensor: Sensor, repeated: float) -> bool:
         return True
     if sensor.noise_n <= max(0.5 * sensor.step_n, COPIED_NOISE_N):
         return False
-    return repeated > max(COPIED, 3.0 * sensor.step_n / (2.0 * float(np.sqrt(np.pi)) * sensor.noise_n))
+    return repeated > max(COPIED, CHANCE_COPIES * sensor.step_n / (2.0 * float(np.sqrt(np.pi)) * sensor.noise_n))
 
 
 def known(run: Run, column: str) -> Mask:
@@ -206,7 +213,7 @@ def _on_grid(run: Run, finite: Mask) -> Run:
     time = run.time_s[finite]
     dt = float(np.median(np.diff(time)))
     gaps = np.diff(time)
-    if finite.all() and np.all(np.abs(gaps - dt) < 0.01 * dt):
+    if finite.all() and np.all(np.abs(gaps - dt) < EVEN * dt):
         return run
     grid = np.arange(time[0], time[-1] + 0.5 * dt, dt)
     extra = {
@@ -341,7 +348,7 @@ def _hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> Mask:
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         before, after = max(a - 1, 0), min(b, len(u) - 1)
         moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
-        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= 0.25 * abs(moved) + 3.0 * noise_n
+        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AS_BEFORE_SIGMA * noise_n
         found[a:b] = not same
     return found
 
@@ -356,10 +363,10 @@ def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:
         if len(tail) == 0:
             continue
         gp, gr = np.exp(-theta), np.exp(theta)
-        spread = play_operator(tail, gp, 0.0, gr, 0.0, 4.0 * u[end]) - play_operator(
+        spread = play_operator(tail, gp, 0.0, gr, 0.0, CLIPPED_ABOVE * u[end]) - play_operator(
             tail, gp, 0.0, gr, 0.0, gp * u[end]
         )
-        differs = np.abs(spread) > 1e-3 * max(u[end], 1.0)
+        differs = np.abs(spread) > FORGOTTEN * max(u[end], 1.0)
         last = int(np.argmin(differs)) if not differs.all() else len(tail)
         flags[end + 1 : end + 1 + last] = True
     return flags

@@ -13,16 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import BANDS_HZ, LEAST_CELL, PARTS, SINCE_S
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.where import PHASES, phases
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-SINCE_S = np.array([0.1, 0.3, 1.0, 3.0])
-PARTS = 4
 LINE, SINGLE = "one line of the spectrum", "one sample"
-BANDS_HZ = np.array([0.1, 0.5, 2.0, 8.0])
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ def _binned(name: str, z: Array, keep: NDArray[np.bool_], index: Index, names: l
     """Return the tests of equal means and of equal spreads over bins."""
     bins = int(index.max()) + 1
     count = np.bincount(index, keep, bins)
-    used = count > 5
+    used = count > LEAST_CELL
     found = []
     for what, x, variance in (("mean", z, 1.0), ("spread", (z * z - 1.0) * keep, 2.0)):
         total = np.bincount(index, x * keep, bins)

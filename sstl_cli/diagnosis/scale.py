@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import SCALE_ROUNDS
 from sstl_cli.diagnosis.fit import first_theta, fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.records import prepare
@@ -17,7 +18,6 @@ from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.scenario import OutputScale
 
 NEWTON = "N"
-ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def scale_of(runs: Sequence[Run]) -> Scale | None:
         per_n[system] = float(np.median([np.ptp(np.nan_to_num(r.tension_out_n)) / max(np.ptp(np.nan_to_num(r.tension_in_n)), 1e-9) for r in own])) or 1.0
         origin[system] = 0.0
     found = Scale(", ".join(units), per_n, origin)
-    for _ in range(ROUNDS):
+    for _ in range(SCALE_ROUNDS):
         found = _refined(runs, found)
     return found
 

@@ -12,6 +12,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import noise as noise_of
+from sstl_cli.diagnosis.constants import (
+    ADDS,
+    ALIVE_NATS,
+    BASE_ITERATIONS,
+    COARSE_ITERATIONS,
+    COMBINED,
+    DECADES,
+    FACTORS,
+    FITTED,
+    LEADERS,
+    LEAST_STRENGTH,
+    OFF_NEUTRAL,
+    PAIRS,
+    PARTNERS,
+    PROMISING,
+    RICH_FITS,
+    RICH_RIDGE,
+    SCREENED,
+    SHAPE_GRID,
+    SHORT_ITERATIONS,
+    STRENGTHS,
+    VARIANTS,
+)
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, partial, settle
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
@@ -25,16 +48,6 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 R = TypeVar("R")
 NOTHING = Hypothesis((), ())
-# starts of a fit: shapes on a grid over their range, strengths of the line weak and strong (its answer is not linear)
-SHAPE_GRID = (0.15, 0.5, 0.85)
-STRENGTHS = (0.01, 0.08)
-COARSE_ITERATIONS, SHORT_ITERATIONS = 5, 2
-# with less than this share of the best gain a model is not followed to its optimum: it has lost
-PROMISING = 0.3
-# how many models are joined into the richest, refitted beside a leader, and led from
-RICH_FITS, PARTNERS, PAIRS, LEADERS, VARIANTS = 4, 3, 6, 4, 3
-# nats: what adds less is no partner; what is closer to the best is followed to its optimum in any case
-ADDS, ALIVE_NATS = 3.0, 40.0
 
 
 @dataclass(frozen=True)
@@ -78,12 +91,12 @@ def run(
     base = fit(small, plain, NOTHING, theta0[chosen], np.zeros(0))
     spread = float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0)))
     plain = _plain(small, max(spread, 1e-9))
-    base = fit(small, plain, NOTHING, base.theta, np.zeros(0), 4)
+    base = fit(small, plain, NOTHING, base.theta, np.zeros(0), BASE_ITERATIONS)
     starts = [h for i in ids for h in _starting(i, sim.problem.systems)]
 
     def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
         gain, start = screen(small, base, h)
-        advance(0.2 / max(len(starts), 1))
+        advance(SCREENED / max(len(starts), 1))
         return gain, h, start
 
     promises = sorted(_each(promise, starts, workers), key=lambda p: -p[0])
@@ -92,13 +105,13 @@ def run(
         gain, h, start = promises[place]
         near = place < RICH_FITS or gain > PROMISING * promises[0][0]
         done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS)
-        advance(0.3 / max(len(starts), 1))
+        advance(FITTED / max(len(starts), 1))
         return done
 
     rough = sorted(_each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
     theta = np.full(len(theta0), float(np.mean(base.theta)))
     theta[chosen] = base.theta
-    first = fit(sim, _plain(sim, max(spread, 1e-9)), NOTHING, theta, np.zeros(0), 4)
+    first = fit(sim, _plain(sim, max(spread, 1e-9)), NOTHING, theta, np.zeros(0), BASE_ITERATIONS)
     measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
     rich = [fit(sim, _plain(sim, max(spread, 1e-9)), f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
     if given is None and any(r.misfit_n is not None for r in sim.problem.records):
@@ -118,7 +131,7 @@ def run(
     def alone(group: Sequence[Fit]) -> tuple[Weighed, ...]:
         gain = found.base.cost - min(f.cost for f in group)
         done = _weighed(found, group, gain > lead - max(ALIVE_NATS, (1.0 - PROMISING) * lead))
-        advance(0.3 * len(group) / max(len(starts), 1))
+        advance(FITTED * len(group) / max(len(starts), 1))
         return done
 
     groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
@@ -127,7 +140,7 @@ def run(
     for size in range(2, max_effects + 1):
         if not _combine(found, size, workers):
             break
-        advance(0.2 / max(max_effects - 1, 1))
+        advance(COMBINED / max(max_effects - 1, 1))
     return found
 
 
@@ -158,13 +171,13 @@ def grid(free: Sequence[Free]) -> list[Array]:
         if p.name == "load_mm_per_n":
             axes.append([p.neutral])
         elif p.shape:
-            log = p.low > 0 and p.high / p.low > 20
+            log = p.low > 0 and p.high / p.low > DECADES
             axes.append([float(p.low * (p.high / p.low) ** g) if log else p.low + g * (p.high - p.low) for g in SHAPE_GRID])
         elif p.low > 0.0:
             # a factor may be anything: a wrong unit is far from a calibration
-            axes.append([p.neutral, 0.3 * p.neutral, 3.0 * p.neutral])
+            axes.append([k * p.neutral for k in FACTORS])
         elif p.low < p.neutral < p.high:
-            axes.append([p.neutral + (0.01 * f.width if any(x.parameter.shape for x in free) else 0.0)])
+            axes.append([p.neutral + (OFF_NEUTRAL * f.width if any(x.parameter.shape for x in free) else 0.0)])
         else:
             reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
             axes.append([p.neutral + o * reach for o in offsets])
@@ -215,7 +228,7 @@ def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> Noise:
     columns = columns[:, np.any(columns != 0.0, axis=0)]
     j, r = whiten(columns), whiten(best.residual)
     gram = j.T @ j
-    step = np.linalg.lstsq(gram + 1e-4 * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0]
+    step = np.linalg.lstsq(gram + RICH_RIDGE * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0]
     left = best.residual - columns @ step
     return noise_of.likely(sim.problem.records, phases, left, columns, measured)
 
@@ -382,7 +395,7 @@ def _begin(f: Fit, step: Array) -> Array:
     values = []
     for x, value, s in zip(f.free, f.values, step, strict=True):
         p = x.parameter
-        least = 1e-3 * x.width * (1.0 if p.high > p.neutral else -1.0)
+        least = LEAST_STRENGTH * x.width * (1.0 if p.high > p.neutral else -1.0)
         moved = p.neutral + (float(s) if abs(s) > abs(least) else least)
         values.append(float(value) if p.shape else float(np.clip(moved, p.least, p.most)))
     return np.array(values)

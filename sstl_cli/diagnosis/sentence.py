@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.core.groups import spelled_out
+from sstl_cli.diagnosis.constants import LISTED, MOST_SURE, PLACES
 from sstl_cli.physics.effects import catalogue
-
-MOST_SURE = 99.0
 
 
 def sentence(document: dict[str, Any]) -> str:
@@ -35,7 +34,7 @@ def _sure(confidence: float | None) -> str:
     return "" if confidence is None else f" (right in {min(100.0 * confidence, MOST_SURE):.0f} of 100 such cases)"
 
 
-def _listed(ids: list[str], most: int = 4) -> str:
+def _listed(ids: list[str], most: int = LISTED) -> str:
     return ", ".join(ids[:most]) + (f" and {len(ids) - most} more" if len(ids) > most else "")
 
 
@@ -68,7 +67,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     for row in document["where"]:
         key = f"{row['system']} {row['phase']}"
         places[key] = places.get(key, 0.0) + row["share_pct"]
-    top = sorted(places.items(), key=lambda item: -item[1])[:3]
+    top = sorted(places.items(), key=lambda item: -item[1])[:PLACES]
     rest = 100.0 - sum(v for _, v in top)
     out.append(
         "  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %"
@@ -88,7 +87,7 @@ def lines(document: dict[str, Any]) -> list[str]:
 
 def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
     """Return what would have been seen (nothing found), or what is left (cause unknown)."""
-    small = sorted(verdict.get("would_have_shown") or [], key=lambda s: s["gap_n"])[:4]
+    small = sorted(verdict.get("would_have_shown") or [], key=lambda s: s["gap_n"])[:LISTED]
     out = [f"  would have shown: {s['effect']} from {s['size']:.2g} {s['unit']} on, a gap of {s['gap_n']:.2g} {unit}" for s in small]
     left = (verdict.get("leftover") or [])[:2]
     return out + [f"  left over: {t['test']}, {t['sigma']:.0f} sigma" + (f", at {t['where']}" if t["where"] else "") for t in left]

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis.constants import DRAWS, WORSE, WORSE_OF_ALL
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
-DRAWS = 1000
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,6 @@ def worse_regions(sim: Simulator, base: Array, other: Array, code: NDArray[np.in
     key = of_run[sim.run] * 4 + code
     a = np.bincount(key, sim.weight * base**2, 4 * len(systems))
     b = np.bincount(key, sim.weight * other**2, 4 * len(systems))
-    floor = 0.02 * a.sum()
+    floor = WORSE_OF_ALL * a.sum()
     names = ("PB", "PP", "RB", "RP")
-    return [f"{systems[k // 4]} {names[k % 4]}" for k in range(len(a)) if b[k] > 1.21 * a[k] and b[k] - a[k] > floor]
+    return [f"{systems[k // 4]} {names[k % 4]}" for k in range(len(a)) if b[k] > WORSE * a[k] and b[k] - a[k] > floor]

@@ -17,12 +17,12 @@ from sstl_cli.control.controller import Controller, Options, Theta
 from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop, track
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS, MIN_LINE, MIN_STREAM
 from sstl_cli.identification import segment_run
 from sstl_cli.physics.filters import first_order
 
 Array = NDArray[np.float64]
 STAGES = ("mapping", "bias", "backlash handling", "loop lag", "plant")
-MIN_SAMPLES = 200
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ def stage_shares(stream: Stream) -> StageShares:
     SstlError
         If the stream has too few samples, or shows too little propagation to tell belief from truth.
     """
-    if len(stream.time_s) < MIN_SAMPLES:
-        raise SstlError(f"fewer than {MIN_SAMPLES} samples", where=f"run {stream.run_id!r}", code="E930")
+    if len(stream.time_s) < MIN_STREAM:
+        raise SstlError(f"fewer than {MIN_STREAM} samples", where=f"run {stream.run_id!r}", code="E930")
     dt = float(np.median(np.diff(stream.time_s)))
     believed, true = _believed(stream), _true(stream)
     tau = _loop_lag(stream, dt)
@@ -100,7 +100,7 @@ def _believed(stream: Stream) -> Theta:
     lines = []
     for phase in ("PP", "RP"):
         chosen = stream.phase == phase
-        if chosen.sum() < 20 or np.ptp(stream.command_n[chosen]) < 1e-6:
+        if chosen.sum() < MIN_LINE or np.ptp(stream.command_n[chosen]) < 1e-6:
             raise SstlError(f"no {phase} samples in the command stream", where=f"run {stream.run_id!r}", code="E931")
         lines += [float(v) for v in np.polyfit(stream.command_n[chosen], stream.reference_n[chosen], 1)]
     return Theta(*lines)
@@ -118,12 +118,12 @@ def _true(stream: Stream) -> Theta:
 
 def _loop_lag(stream: Stream, dt: float) -> float:
     """Return the time constant (s) with which the input follows its command, from a grid refined twice."""
-    low, high = 0.0, 2.0
+    low, high = 0.0, LAG_LONGEST_S
     best = 0.0
-    for _ in range(3):
-        grid = np.linspace(low, high, 21)
+    for _ in range(LAG_ROUNDS):
+        grid = np.linspace(low, high, LAG_POINTS)
         errors = [float(np.mean((first_order(stream.command_n, dt, t) - stream.input_n) ** 2)) for t in grid]
         best = float(grid[int(np.argmin(errors))])
-        width = (high - low) / 20
+        width = (high - low) / (LAG_POINTS - 1)
         low, high = max(best - width, 0.0), best + width
     return best

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import STRETCHES
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.search import Search
@@ -22,8 +23,6 @@ from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Whitener
 
 Array = NDArray[np.float64]
-# stretches of a record, each far longer than the scatter remembers and several in every record
-STRETCHES = 8
 
 
 def tempered(found: Search) -> Search:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, JOINS_NATS, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 
 Array = NDArray[np.float64]
@@ -24,16 +25,7 @@ Ids = tuple[str, ...]
 NONE: Ids = ()
 UNKNOWN: Ids = ("?",)
 IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown", "none"
-# a law that is off by this share of its response leaves that share squared of what it explains: differences of evidence count
-# less the larger the gap (model discrepancy, Kennedy and O'Hagan 2001); the learned weights choose among the shares
-MISFITS = (0.0, 0.03, 0.1)
 REACH_NATS = 60.0
-# who explains less than this of the squared error beyond the noise is no cause of the gap
-HALF = 0.5
-# evidence that a further effect has to add (odds of 150 to 1, as for a hundred and more combinations to choose from)
-JOINS_NATS = 5.0
-# 49 to 1
-DECIDES_NATS = float(np.log(49.0))
 
 # effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
 FAMILIES = {"lag": ("channel_delay", "channel_lowpass"), "stick-slip": ("dwell_aging", "stick_slip", "stribeck")}

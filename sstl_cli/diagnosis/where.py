@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import FAST_PCT, RESTS, STILL_N, TABLE_HZ, TABLE_SINCE_S
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
 PHASES = ("PB", "PP", "RB", "RP")
-STILL_N = 1e-6
 
 
 def phases(sim: Simulator, prediction: Array) -> NDArray[np.int64]:
@@ -20,7 +20,7 @@ def phases(sim: Simulator, prediction: Array) -> NDArray[np.int64]:
     for r, s in zip(sim.problem.records, sim.slices(), strict=True):
         u = r.u.reshape(-1, r.factor).mean(axis=1)
         du = np.gradient(u)
-        moving = np.abs(du) > 1e-3 * max(np.percentile(np.abs(du), 95), 1e-12)
+        moving = np.abs(du) > RESTS * max(np.percentile(np.abs(du), FAST_PCT), 1e-12)
         # a hold belongs to the movement before it
         last = np.maximum.accumulate(np.where(moving, np.arange(len(u)), -1))
         first = int(np.argmax(moving)) if moving.any() else 0
@@ -72,7 +72,7 @@ def bands(sim: Simulator, error: Array) -> dict[str, list[dict[str, Any]]]:
         "tension_n": _by(np.concatenate(u), squared, quantiles=True),
         "rate_n_s": _by(np.abs(speed), squared, quantiles=True),
         "direction": _named({"release": speed < 0, "pull": speed >= 0}, squared),
-        "time_since_reversal_s": _by(np.concatenate(since), squared, edges=[0, 0.2, 0.5, 1, 2, 5, np.inf]),
+        "time_since_reversal_s": _by(np.concatenate(since), squared, edges=list(TABLE_SINCE_S)),
         "time_in_run": _by(np.concatenate(time), squared, edges=[0, 0.25, 0.5, 0.75, 1.0]),
         "frequency_hz": _frequencies(sim, error),
     }
@@ -97,7 +97,7 @@ def _named(groups: dict[str, NDArray[np.bool_]], squared: Array) -> list[dict[st
 
 def _frequencies(sim: Simulator, error: Array) -> list[dict[str, Any]]:
     """Return shares by frequency band; by Parseval's theorem they sum to the whole squared error."""
-    edges = np.array([0.0, 0.05, 0.2, 1.0, 5.0, np.inf])
+    edges = np.array(TABLE_HZ)
     power = np.zeros(len(edges) - 1)
     for r, s in zip(sim.problem.records, sim.slices(), strict=True):
         x = error[s] * sim.weight[s]

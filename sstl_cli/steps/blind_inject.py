@@ -7,7 +7,7 @@ from typing import Any
 
 from sstl_cli.blind.inject import Injection, half, injections, put_in
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.limit import DECIDABLE
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import diagnose_tendons

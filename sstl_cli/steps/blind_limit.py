@@ -11,7 +11,7 @@ from sstl_cli.blind import beside, distance
 from sstl_cli.blind.cases import rebuild
 from sstl_cli.blind.distance import Apart
 from sstl_cli.core.errors import SstlError
-from sstl_cli.diagnosis.limit import DECIDABLE
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
 

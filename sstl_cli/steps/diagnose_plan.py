@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.diagnosis import scaling
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.following import isolability
 from sstl_cli.diagnosis.hypotheses import full
-from sstl_cli.diagnosis.limit import DECIDABLE, Shown, distance2, least_shown
+from sstl_cli.diagnosis.limit import Shown, distance2, least_shown
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.search import NOTHING, Search, grid
 from sstl_cli.diagnosis.simulator import Simulator

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.faults import LEAST_SHARE, MIN_FAULTY, RecorderEffect, recorder_effects
+from sstl_cli.diagnosis.constants import LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.faults import RecorderEffect, recorder_effects
 from sstl_cli.diagnosis.recorder import Faults
 
 N, NOISE = 100, 0.1

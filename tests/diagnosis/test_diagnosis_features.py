@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from made_fits import made, simulator
 
-from sstl_cli.diagnosis.features import EXAMINED, _examined, _independent, _means, _share, instability
+from sstl_cli.diagnosis.constants import EXAMINED
+from sstl_cli.diagnosis.features import _examined, _independent, _means, _share, instability
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 

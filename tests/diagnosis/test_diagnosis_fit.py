@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from made_fits import NOTHING, THETA, made, noise, simulator
 
+from sstl_cli.diagnosis.constants import THETA_HIGH
 from sstl_cli.diagnosis.evidence import standard_errors
-from sstl_cli.diagnosis.fit import THETA_HIGH, fit, normal_equations
+from sstl_cli.diagnosis.fit import fit, normal_equations
 from sstl_cli.diagnosis.hypotheses import full
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from made_fits import NOISE_N, made, simulator
 
+from sstl_cli.diagnosis.constants import MENU
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.following import MENU, Limits, best_experiment, scenario_of, table, within
+from sstl_cli.diagnosis.following import Limits, best_experiment, scenario_of, table, within
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.whitening import Noise, Sensor

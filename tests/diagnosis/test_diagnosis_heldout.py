@@ -9,8 +9,9 @@ import pytest
 from made_fits import NOTHING, made, simulator
 from made_sims import sim
 
+from sstl_cli.diagnosis.constants import MAX_FOLDS
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.heldout import MAX_FOLDS, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.heldout import blocks, held_out_residual, make_folds
 from sstl_cli.diagnosis.simulator import Simulator
 
 U = np.arange(20.0)

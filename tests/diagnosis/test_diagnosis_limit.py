@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from made_fits import NOISE_N, THETA, made, simulator
 
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.hypotheses import variants
-from sstl_cli.diagnosis.limit import DECIDABLE, distance2, least_shown
+from sstl_cli.diagnosis.limit import distance2, least_shown
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from sstl_cli.cli import diagnose
 from sstl_cli.core.documents import get
 from sstl_cli.core.errors import SstlError
-from sstl_cli.diagnosis.limit import DECIDABLE
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
 from sstl_cli.steps import diagnose_plan
 

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.groups import spelled_out
+from sstl_cli.diagnosis.constants import DECIDES_NATS, JOINS_NATS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
-    DECIDES_NATS,
-    JOINS_NATS,
     LOG_TERMS,
     NONE,
     UNKNOWN,

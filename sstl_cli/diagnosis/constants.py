@@ -1,0 +1,260 @@
+"""Every number of the diagnosis that somebody chose, with its reason; what is learned stands in ``weights.json``.
+
+A number belongs here unless it is mathematics (a variance of 1/12, a quantile of the normal), a guard against division by
+zero, an index, or stands in a compiled function, whose cache follows its own file only. A test counts what is here and what
+is left in the modules, section by section: neither may grow unnoticed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sstl_cli.physics.scenario import Trajectory
+
+# === said: a finding or none, a name or none
+
+# laws that are off by this share of their response leave that share squared of what they explain: differences of evidence
+# count less the larger the gap (model discrepancy, Kennedy and O'Hagan 2001); the learned weights choose among the shares
+MISFITS = (0.0, 0.03, 0.1)
+# who explains less than this of the squared error beyond the noise is no cause of the gap
+HALF = 0.5
+# evidence that a further effect has to add (odds of 150 to 1, as for a hundred and more combinations to choose from)
+JOINS_NATS = 5.0
+# 49 to 1: one wrong name in fifty
+DECIDES_NATS = float(np.log(49.0))
+# squared distance at which a simple hypothesis is told from another at 49:1 in 95 of 100 cases
+DECIDABLE = 24.0
+# percent: no library is large enough to promise more
+MOST_SURE = 99.0
+# fewer spoilt samples than these are chance
+MIN_FAULTY = 5
+# a fault of the recorder that carries less of the squared error beyond the noise is no cause of it
+LEAST_SHARE = 0.05
+# a region is worse if its squared error grew by a fifth (its error by a tenth), and by this share of the whole
+WORSE, WORSE_OF_ALL = 1.21, 0.02
+# correlation and relative slope by which an input tension follows its reference, not something else
+TRACKS, SAME_SLOPE = 0.9, 0.2
+# runs driven by motion: the output swings this much more than the input can make it ...
+SWING = 2.0
+# ... and the direction of the motion explains this share of its variance, over so many reversals (fewer are one stroke)
+EXPLAINED, LEAST_REVERSALS = 0.7, 3
+# a reversal is over when the motion has come this share of its span (presliding and seals let go before); the next one begins
+# this share of that before the turning point
+BREAKAWAY_SHARE, BEFORE_TURN = 0.1, 0.2
+
+# === read: what counts as a reading, a fault of the recorder, a run that can be judged
+
+# the line has no dynamics above: what is faster costs time and tells nothing
+SIMULATION_HZ, ANALYSIS_HZ = 500.0, 50.0
+# two seconds at the analysis rate: fewer say nothing of a loop
+MIN_SAMPLES = 100
+# the input has to move by so many times its noise, and by so many N
+MIN_SPAN_SIGMA, MIN_SPAN_N = 20.0, 0.2
+# a slow sensor with fewer readings in a run says as good as nothing
+MIN_READINGS = 16
+# share of repeated samples above which they are copies, in a signal with more noise than this (N); rounding repeats some, which
+# count so many times
+COPIED, COPIED_NOISE_N, CHANCE_COPIES = 0.1, 1e-5, 3.0
+# an input goes on over a gap as it came if it is off by less than this share of the way and so many standard deviations
+AS_BEFORE, AS_BEFORE_SIGMA = 0.25, 3.0
+# configurations that representative runs hold of each trajectory
+MIN_CONFIGS = 1
+# steps of time that differ by less are the same: clocks are written with few digits
+EVEN = 0.01
+# two outputs so far apart at a limit of the input (its level times this) ...
+CLIPPED_ABOVE = 4.0
+# ... have forgotten it when they differ by less than this share
+FORGOTTEN = 1e-3
+# a spike is so many standard deviations off its neighbours, beside what a steep ramp moves in seven samples
+SPIKE_SIGMA, SPIKE_TRAVEL = 8.0, 1.5
+# longer ones are no spikes: something moved
+SPIKE_RUN = 2
+# equal samples in a row, at least; chance makes fewer than this many of such runs in a record; none needs to be longer
+FROZEN_RUN, FROZEN_CHANCE, FROZEN_LONGEST = 5, 1e-3, 1000
+# no converter repeats its level more often than this, whatever its step
+MOST_REPEATS = 0.9
+# a highest level that is repeated so often in a row, and twice as often in all, is no top of a movement
+CLIPPED_RUN = 5
+# standard deviations below the highest level in which a limit holds most samples, and the share of a run that cannot all be one
+CLIPPED_SIGMA, CLIPPED_MOST = 6.0, 0.9
+# a converter with more levels, or fewer, has no step that matters
+MAX_LEVELS, LEAST_LEVELS = 4000, 3
+# gaps of levels up to this times the smallest are one step, and all are whole steps to this share
+STEP_GAP, WHOLE = 1.5, 0.05
+# a limit holds a rounded signal so many times longer than the longest rest
+REST = 2.0
+# noise below this share of the span is rounding: there is nothing to smooth, and plateaus of the movement are flat
+FINEST = 1e-6
+# shorter signals have no noise that could be told, no faults, and nothing to smooth
+SHORTEST_SCANNED, SHORTEST_READ, SHORTEST_SMOOTHED = 16, 5, 8
+# the ranges of the catalogue are for 5-30 N (EFFECTS: 2 m, 0.45 mm steel tendon): tops outside are brought to this
+TARGET_N = 20.0
+LOW_N, HIGH_N = 3.0, 60.0
+# percentile of the input that is its top: spikes are above
+TOP_PCT = 99.0
+# a controller's stream has to last so many samples, and so many in each propagation
+MIN_STREAM, MIN_LINE = 200, 20
+
+# === believed: priors, and how far they may be left
+
+# sizes of a response between 0.1 and 100 standard deviations are alike in every decade
+LOG_RANGE = float(np.log(1e3))
+# shares of an effect's response by which its law may be off
+SHARES = (0.0, 0.01, 0.03, 0.1, 0.3)
+# friction coefficient times angle of anything that a tendon still moves through (rad)
+THETA_LOW, THETA_HIGH = 1e-3, 5.0
+# slowest loop (s) and inverse slew rate (s/N) of anything that is called one
+SLOWEST_LOOP = (0.5, 0.2)
+# a parameter this share of its range from a limit is at it
+EDGE = 1e-3
+# spreads of the log-normal priors: of the measured white and coloured noise, between two sensors, of the smoother's error
+WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.3, 0.35, 0.2
+# so many spreads away a number stops: a record of any length could buy the rest with what its model misses
+AT_MOST = 3.0
+# coloured noise, as a share of the white one, that is too small to be seen
+UNSEEN = 0.1
+# ... that is taken where there are too few holds, and the least that a search starts from
+UNKNOWN_COLOUR, LEAST_COLOUR = 0.25, 0.02
+# two sensors of a rig are alike within these ratios
+ALIKE_FROM, ALIKE_TO = 0.2, 5.0
+# a model on a grid is exact to about this share of the span: less noise than that cannot be told from its own rounding
+RESOLVED = 1e-4
+# a step with less sliding than this share is a hold
+HELD = 1e-3
+# windows of holds (s), longest first: the slower the noise, the longer a window must be to show it; so many, so long (samples)
+WINDOWS_S = (3.0, 1.0)
+LEAST_WINDOWS, SHORTEST_WINDOW = 6, 8
+# correlation times (s) that sensors have
+CORRELATIONS_S = (0.05, 0.1, 0.2, 0.4, 0.8)
+# coloured noise that is tried, over the white one of a reading
+LEVELS = np.geomspace(0.03, 4.0, 15)
+# starts of the latent input's steps, as shares of what the readings show (they are noise for the most part)
+STEP_SHARES = ((2, 1e-2), (3, 1e-4))
+# a known misfit: knots of the map, over the input and over what came before
+INPUT_KNOTS, OTHER_KNOTS = 10, 6
+# ... they span all but this share at either end
+KNOTS_FROM, KNOTS_TO = 0.01, 0.99
+# a reversal counts once the input has come this share of its span
+CLEAR = 0.05
+# strengths of the pull to zero, in samples that agree
+RIDGES = (1.0, 10.0, 100.0, 1e3, 1e4, 1e9)
+# fewer samples make no map
+LEAST_MAPPED = 50
+# how far (natural logarithm) size and correlation time of the scatter may be from their first estimates, and the price beyond
+WIDEST, BEYOND_WIDEST = 2.5, 1e3
+# independent samples by which a place is drawn to the usual variance of the scatter, and the least share of it
+SPREAD, QUIETEST = 10.0, 0.05
+# parts of a run for cross-validation of the map, of the only run for held-out errors, and stretches for tempering: each is
+# far longer than what is remembered, and several are in every record
+MAP_FOLDS, RUN_PARTS, STRETCHES = 4, 4, 8
+# trajectories and configurations share so many folds; what differs from block to block is drawn in blocks of so many seconds
+MAX_FOLDS, BLOCK_S = 6, 5.0
+
+# === sought: starts, steps and budgets of the searches; more of them costs time
+
+# nats: a step that gains less is none
+ENOUGH_NATS = 0.1
+# iterations of a fit from a start, and of one from a neighbour
+MAX_ITERATIONS, REFIT_ITERATIONS = 14, 6
+# theta is tried at these times what is said of it: a fit that starts in an endless hold stays there
+START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
+# differences that show a slope: in theta, in a parameter (share of its range)
+THETA_STEP, PARAMETER_STEP = 1e-4, 2e-3
+# Levenberg-Marquardt: first damping, its factor, how often it is raised
+DAMPING, DAMPING_FACTOR, DAMPINGS = 1e-3, 8.0, 6
+# starts of a fit: shapes on a grid over their range (logarithmic where they span more than this), strengths of the line weak
+# and strong (its answer is not linear), a factor (a wrong unit is far from a calibration), a strength beside a shape
+SHAPE_GRID, DECADES = (0.15, 0.5, 0.85), 20
+STRENGTHS = (0.01, 0.08)
+FACTORS = (1.0, 0.3, 3.0)
+OFF_NEUTRAL, LEAST_STRENGTH = 0.01, 1e-3
+# iterations of the base before its noise is known, of promising and of other candidates
+BASE_ITERATIONS, COARSE_ITERATIONS, SHORT_ITERATIONS = 4, 5, 2
+# with less than this share of the best gain a model is not followed to its optimum: it has lost
+PROMISING = 0.3
+# how many models are joined into the richest, refitted beside a leader, and led from
+RICH_FITS, PARTNERS, PAIRS, LEADERS, VARIANTS = 4, 3, 6, 4, 3
+# nats: what adds less is no partner; what is closer to the best is followed to its optimum in any case
+ADDS, ALIVE_NATS = 3.0, 40.0
+# pull to zero of the flexible model that noise is read beside, as a share of its information
+RICH_RIDGE = 1e-4
+# shares of the time that screening, coarse fits and combinations take, for the progress that is shown
+SCREENED, FITTED, COMBINED = 0.2, 0.3, 0.2
+# what the models leave is looked at for so many of the best; the others have lost by what they gain
+EXAMINED = 6
+# of the latent input: rounds, factors on a scale that are tried in a round (far ones while it is not yet near), nats that end it
+LATENT_ROUNDS = 12
+NEAR = (1.0, 0.5, 2.0)
+WIDE = (*NEAR, 0.1, 10.0)
+WIDE_ROUNDS = 4
+LATENT_ENOUGH_NATS = 0.5
+# least start of a scale, in the variance of a reading and the share taken of the typical step
+LEAST_SCALE = 1e-6
+# of the noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none, tries, curvature
+DIFFERENCE, FLAT, TRIES, CURVATURE_STEP = 0.03, 0.5, 120, 0.1
+# samples that hold six numbers; rounds of leaving disturbed holds out
+ENOUGH, HOLD_ROUNDS = 4000, 5
+# lag (s) and inverse slew rate (s/N): a slew limit has no slope until it binds
+LAG_STARTS = ((0.02, 1e-6), (0.2, 1e-6), (1e-4, 0.05), (1e-4, 0.15))
+LAG_SCALES = (0.05, 0.01)
+# effects of the position: starts (share of the range), difference, evaluations
+POSITION_STARTS, POSITION_STEP, POSITION_TRIES = (0.02, 0.1, 0.5), 1e-3, 20
+# rounds in which a free scale of the output settles
+SCALE_ROUNDS = 3
+# of the scatter: first steps (natural logarithm of size and time), evaluations, tolerances
+SCATTER_STEPS, SCATTER_TRIES, SCATTER_NEAR, SCATTER_FLAT = (0.5, 0.7), 60, 0.02, 0.05
+# draws of a bootstrap: its 2.5 % are the 25th of them
+DRAWS = 1000
+# grid of the loop's lag: longest (s), points, refinements
+LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS = 2.0, 21, 3
+
+# === shown: bands of tables and tests, and what is listed
+
+# edges of bands (s, Hz) that are tested
+SINCE_S = np.array([0.1, 0.3, 1.0, 3.0])
+BANDS_HZ = np.array([0.1, 0.5, 2.0, 8.0])
+# parts of a run whose means are compared
+PARTS = 4
+# edges of bands (s, Hz) of the table where the error lies
+TABLE_SINCE_S = (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, np.inf)
+TABLE_HZ = (0.0, 0.05, 0.2, 1.0, 5.0, np.inf)
+# a cell with fewer samples is no mean
+LEAST_CELL = 5
+# an input slower than this share of its fast steps (percentile) rests; an output that moves less (N) is held
+RESTS, FAST_PCT = 1e-3, 95
+STILL_N = 1e-6
+# effects, places and sizes that a sentence lists, candidates of the table of cosines
+LISTED, PLACES, ISOLATED = 4, 3, 12
+
+# === moved: movements that are proposed, and the task of the controller
+
+# one movement for each thing that a line can show: speed, holds, small loops, frequency, all of them
+MENU = (
+    Trajectory(kind="trapezoid", label="fast trapezoid", duration_s=8.0, drive="tension"),
+    Trajectory(kind="trapezoid", label="slow trapezoid", duration_s=80.0, drive="tension"),
+    Trajectory(kind="ramp_hold", label="ramps with holds", duration_s=60.0, hold_s=4.0),
+    Trajectory(kind="minor_loops", label="minor loops", duration_s=40.0),
+    Trajectory(kind="chirp", label="chirp", duration_s=60.0),
+    Trajectory(kind="random", label="random", duration_s=120.0),
+)
+# a plan is judged at no more than this: what is faster tells no more of a line, and lasts longer
+FASTEST_HZ = 500.0
+# the recorded rate of change that a rig is taken to be able to repeat: the largest, but for the noisiest samples
+REPEATABLE = 0.995
+# a movement that has to be slowed down to last longer than this is none (s); so many tries, each a little slower than asked for
+LONGEST_S = 1200.0
+SLOWINGS, SLOWER = 4, 0.98
+# where a chirp begins if it does not say (Hz)
+CHIRP_FROM_HZ = 0.02
+# digits of tensions (N), angles (rad) and rates (Hz) in a plan
+TENSION_DIGITS, ANGLE_DIGITS, RATE_DIGITS = 3, 4, 6
+# sampling and stroke of the controller's task; its period is that of the sinusoid to be tracked, so that friction at speed is
+# the task's; how long a random reference lasts (s)
+DT_S, STROKE_N, CYCLE_S, RANDOM_S = 0.01, (1.0, 35.0), 100.0, 200.0
+# 2.5 % of the stroke at either end is left out
+COS_END = 0.95
+# of the steepest slopes (but for outliers), what counts as sliding; a line below that slope, or with fewer samples, is none
+SLIDING, STEEP = 0.85, 0.9
+LEAST_SLOPE, LEAST_SAMPLES = 0.02, 20
+# plays of several widths must leave less than this share of one play's misfit, where that is worth removing
+ROUNDED, LEAST_MISFIT_N = 0.5, 1e-3
