@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sstl_cli.api.mapping import Mapping, train
     from sstl_cli.core.errors import SstlError
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = ["Diagnosis", "Log", "Mapping", "SstlError", "diagnose", "read", "simulate", "train"]
 

@@ -2,68 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import features, following, heldout, limit, misfit, scaling, sentence, shrink, where
-from sstl_cli.diagnosis.channels import ChannelGap
-from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.faults import RecorderEffect
-from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.noise import floor_n
-from sstl_cli.diagnosis.records import Problem
-from sstl_cli.diagnosis.scale import Scale
-from sstl_cli.diagnosis.search import Search
-from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED, Ids, Verdict
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
-from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
+from sstl_cli.steps import diagnose_drawn as drawn
+from sstl_cli.steps import diagnose_rows as rows
+from sstl_cli.steps.diagnose_given import Errors, Given, name
 
 Array = NDArray[np.float64]
 SCHEMA = "sstl.diagnosis/1"
-# rivals whose distance from the winner is worked out
-RIVALS = 5
 # tests of the residual that are told where the cause is not known
 TOLD = 4
-DRAWN = 600
-
-
-@dataclass(frozen=True)
-class Given:
-    """Everything that a document is made from."""
-
-    problem: Problem
-    search: Search
-    nominal: Array
-    recorder: Sequence[RecorderEffect]
-    beside: Sequence[ChannelGap]
-    rows: features.Rows
-    verdict: Verdict
-    accepted: Fit
-    scale: Scale | None = None
-    remarks: Sequence[dict[str, Any]] = ()
-    limits: following.Limits | None = None
-
-
-@dataclass(frozen=True)
-class _Errors:
-    """Held-out residuals of base and accepted model (N), and the white noise above the analysis rate (N)."""
-
-    folds: heldout.Folds
-    base: Array
-    accepted: Array
-    fine_n: float
-    weight: Array
-    known: Array
-
-    def rms(self, residual: Array) -> float:
-        """Return the RMS (N) of a residual at the full rate."""
-        squared = np.sum(self.weight * residual**2) / max(float(self.weight.sum()), 1.0)
-        return float(np.sqrt(squared + self.fine_n**2))
 
 
 def document(g: Given) -> dict[str, Any]:
@@ -72,7 +30,7 @@ def document(g: Given) -> dict[str, Any]:
     folds = heldout.make_folds(sim)
     # the error is that of the simulator alone: what it is known to leave counts as well
     known = misfit.known(g.problem)
-    errors = _Errors(
+    errors = Errors(
         folds,
         known + heldout.held_out_residual(sim, g.search.base, folds),
         known + heldout.held_out_residual(sim, g.accepted, folds),
@@ -88,7 +46,7 @@ def document(g: Given) -> dict[str, Any]:
         "gap": _gap(g, errors, code),
         "where": where.shares(sim, errors.base, code),
         "where_bands": where.bands(sim, errors.base),
-        "candidates": _candidates(g, errors),
+        "candidates": rows.candidates(g, errors),
         "next_experiment": _next(g),
         "unit": "N" if g.scale is None else g.scale.unit,
         "remarks": list(g.remarks),
@@ -103,10 +61,10 @@ def document(g: Given) -> dict[str, Any]:
         "baselines": _baselines(g, errors),
         "notes": _notes(g, folds),
         "isolability": {"ids": ids, "cosine": cosine},
-        "loops": _loops(g),
-        "residuals": _residuals(g),
+        "loops": drawn.loops(g),
+        "residuals": drawn.residuals(g),
     }
-    _beside(g, body)
+    rows.add_beside(g, body)
     body = scaling.restore(body, g.problem.unit_n)
     if g.scale is not None:
         body["gap"] = scaling.restore(body["gap"], g.scale.typical)
@@ -117,11 +75,6 @@ def document(g: Given) -> dict[str, Any]:
         body["notes"].append(f"fitted in units of {g.problem.unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
     body["sentence"] = sentence.sentence(body)
     return body
-
-
-def name(ids: Ids) -> str:
-    """Return the name of a model in documents: its effects joined by a plus."""
-    return "+".join(ids)
 
 
 def _verdict(g: Given) -> dict[str, Any]:
@@ -173,7 +126,7 @@ def _fine(g: Given) -> float:
     return float(np.sqrt(np.mean([w**2 * (1.0 - 1.0 / f) for w, f in coarse])))
 
 
-def _gap(g: Given, errors: _Errors, code: NDArray[np.int64]) -> dict[str, Any]:
+def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     sim = g.search.sim
     given = errors.rms(sim.y + errors.known - sim.predict(g.nominal, {}))
     base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
@@ -235,120 +188,6 @@ def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
     return float(np.sqrt(total / count)), float(np.sqrt(left / count)), float(np.sqrt(power(g.nominal)[0] / count))
 
 
-def _candidates(g: Given, errors: _Errors) -> list[dict[str, Any]]:
-    ranked = g.search.ranked()
-    p = g.verdict.probabilities
-    shown = [w for w in ranked if len(w.ids) == 1 or w.ids in (g.verdict.effects, *g.verdict.group) or tuple(sorted(w.ids)) in (g.verdict.effects, *g.verdict.group)]
-    lead = next((w for w in ranked if w.fit is g.accepted), ranked[0] if ranked else None)
-    near = sorted(shown, key=lambda w: -p.get(tuple(sorted(w.ids)), 0.0))[: RIVALS + 1]
-    rows = [_row(g, errors, w, lead if w in near else None) for w in shown]
-    rows += [_recorder_row(g, r) for r in g.recorder]
-    return sorted(rows, key=lambda row: -float(row["probability"]))
-
-
-def _row(g: Given, errors: _Errors, w: Weighed, lead: Weighed | None) -> dict[str, Any]:
-    sim, f = g.search.sim, w.fit
-    held = errors.accepted if f is g.accepted else errors.known + heldout.held_out_residual(sim, f, errors.folds)
-    intervals = shrink.parameter_intervals(sim, f)
-    labels = [shrink.identifiability(f, i, x) for i, x in enumerate(intervals)]
-    strengths = [s for s, x in zip(labels, f.free, strict=True) if not x.parameter.shape]
-    base = errors.rms(errors.base)
-    best = next((s for s in ("identifiable", "weak") if s in strengths), "not_identifiable")
-    instrument = all(get(i).stage == INSTRUMENT for i in w.ids)
-    return {
-        "id": name(w.ids),
-        "probability": g.verdict.probabilities.get(tuple(sorted(w.ids)), 0.0),
-        "rmse_held_out_n": errors.rms(held),
-        "shrink_pct": 100.0 * (1.0 - errors.rms(held) / base) if base > 0.0 else 0.0,
-        "evidence_nats": w.evidence,
-        "gain_nats": w.gain,
-        "discrepancy": f.discrepancy,
-        "d2": None if lead is None or lead is w else limit.distance2(sim, lead.fit, f),
-        "change": _change(g, f),
-        "sensor": [x.parameter.name for x in f.hypothesis.strengths] if instrument else None,
-        "parameters": [
-            {
-                "name": x.parameter.name,
-                "effect": x.effect.id,
-                "unit": x.parameter.unit,
-                "estimate": float(v),
-                "ci95": None if ci is None else [ci.low, ci.high],
-                "why": "the data do not hold it" if ci is None else None,
-                "at_bound": f.at_bound(i),
-                "identifiability": labels[i],
-            }
-            for i, (x, v, ci) in enumerate(zip(f.free, f.values, intervals, strict=True))
-        ],
-        "identifiability": best,
-    }
-
-
-def _change(g: Given, f: Fit) -> dict[str, float] | None:
-    """Return by how much the parameters of effects that the simulator contains differ from what it says, if any do."""
-    there = g.search.sim.fixed
-    moved = {
-        x.parameter.name: scaling.parameter(float(v) - x.parameter.neutral, x.parameter.unit, g.problem.unit_n)
-        for x, v in zip(f.free, f.values, strict=True)
-        if x.effect.id in there and not x.parameter.shape
-    }
-    return moved or None
-
-
-def _recorder_row(g: Given, r: RecorderEffect) -> dict[str, Any]:
-    parameters = [
-        {
-            "name": k, "effect": r.id, "unit": get(r.id).parameter(k).unit, "estimate": v, "ci95": None,
-            "why": "counted in this record, not estimated", "at_bound": False, "identifiability": "identifiable",
-        }
-        for k, v in r.parameters.items()
-    ]
-    return {
-        "id": r.id, "probability": g.verdict.probabilities.get((r.id,), 0.0), "rmse_held_out_n": None,
-        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))), "d2": None, "sensor": None,
-        "parameters": parameters, "identifiability": "identifiable",
-    }
-
-
-def _beside(g: Given, body: dict[str, Any]) -> None:
-    """Add what the channels beside the output show."""
-    if not g.beside:
-        return
-    best = max(g.beside, key=lambda x: x.gain)
-    body["beside"] = {
-        "channel": best.channel, "unit": best.unit, "effects": [best.effect], "rmse_base": best.rmse_base,
-        "rmse_with_effect": best.rmse_with, "shrink_pct": 100.0 * (1.0 - best.rmse_with / max(best.rmse_base, 1e-300)),
-        "parameters": best.values,
-    }
-    for gap in g.beside:
-        if any(row["id"] == gap.effect for row in body["candidates"]):
-            continue
-        body["candidates"].append(
-            {
-                "id": gap.effect, "probability": g.verdict.probabilities.get((gap.effect,), 0.0),
-                "rmse_held_out_n": gap.rmse_with if gap.unit == "N" else None,
-                "shrink_pct": 100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)), "d2": None, "sensor": gap.channel,
-                "parameters": [
-                    {
-                        "name": k, "effect": gap.effect, "unit": get(gap.effect).parameter(k).unit, "estimate": v, "ci95": None,
-                        "why": "no interval is worked out for the channels beside", "at_bound": False,
-                        "identifiability": "identifiable",
-                    }
-                    for k, v in gap.values.items()
-                ],
-                "identifiability": "identifiable",
-            }
-        )
-        if (gap.effect,) == g.verdict.effects:
-            body["gap"].update(
-                samples=f"channel {gap.channel} ({gap.unit})", held_out=False, shrink_ci95_pct=None,
-                shrink_why="no interval is worked out for the channels beside",
-                shrink_pct=100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)), explained_of_reducible_pct=None,
-            )
-            if gap.unit == "N":
-                body["gap"].update(rmse_base_n=gap.rmse_base, rmse_retuned_n=gap.rmse_base, rmse_with_effect_n=gap.rmse_with, noise_floor_n=gap.noise)
-    body["candidates"].sort(key=lambda row: -float(row["probability"]))
-
-
 def _noise(g: Given) -> dict[str, Any]:
     """Return the noise of each sensor as estimated, with 95 % intervals."""
     found = {}
@@ -369,7 +208,7 @@ def _log_interval(value: float, spread: float | None) -> list[float] | None:
     return None if spread is None else [float(value * np.exp(-1.96 * spread)), float(value * np.exp(1.96 * spread))]
 
 
-def _baselines(g: Given, errors: _Errors) -> dict[str, Any]:
+def _baselines(g: Given, errors: Errors) -> dict[str, Any]:
     """Return what simpler rules would have answered, for comparison in the blind check."""
     singles = [v[0] for v in g.search.singles.values()]
     if not singles:
@@ -407,46 +246,6 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         if x.effect.id != "line" and g.accepted.at_bound(k) and not x.parameter.shape
     ]
     return notes
-
-
-def _loops(g: Given) -> list[dict[str, Any]]:
-    """Return a few measured loops with the simulated ones before and after, thinned for drawing."""
-    loops = []
-    sim = g.search.sim
-    seen: set[str] = set()
-    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
-        if r.system in seen:
-            continue
-        seen.add(r.system)
-        step = max(1, len(r) // DRAWN)
-        u = r.u.reshape(-1, r.factor).mean(axis=1)
-        loops.append(
-            {
-                "run_id": r.run_id, "system": r.system, "tension_in_n": u[::step], "measured_n": r.y[::step],
-                "base_n": g.search.base.prediction[s][::step], "with_effect_n": g.accepted.prediction[s][::step],
-            }
-        )
-    return loops
-
-
-def _residuals(g: Given) -> list[dict[str, Any]]:
-    """Return measured minus simulated of one run a system, before and after, thinned for drawing."""
-    found = []
-    sim = g.search.sim
-    seen: set[str] = set()
-    for r, s in zip(sim.problem.records, sim.slices(), strict=True):
-        if r.system in seen:
-            continue
-        seen.add(r.system)
-        step = max(1, len(r) // DRAWN)
-        u = r.u.reshape(-1, r.factor).mean(axis=1)
-        found.append(
-            {
-                "run_id": r.run_id, "system": r.system, "time_s": r.time_s[::step], "tension_in_n": u[::step],
-                "base_n": g.search.base.residual[s][::step], "effect_n": g.accepted.residual[s][::step],
-            }
-        )
-    return found
 
 
 def _next(g: Given) -> dict[str, Any] | None:

@@ -62,6 +62,12 @@ def test_licence_and_citation_agree_with_the_project() -> None:
     assert PROJECT["authors"][0]["name"] in citation
 
 
+def test_the_changelog_begins_with_this_version_and_docs_cite_it() -> None:
+    newest = re.search(r"^## (.+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert newest is not None and newest[1] == sstl_cli.__version__
+    assert f"version = {{{sstl_cli.__version__}}}" in (ROOT / "docs" / "cite.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.skipif(shutil.which("make") is None, reason="no make here")
 @pytest.mark.parametrize(
     ("there", "taken"),

@@ -1,0 +1,60 @@
+"""What the document of a diagnosis is made from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis import features, following, heldout
+from sstl_cli.diagnosis.channels import ChannelGap
+from sstl_cli.diagnosis.faults import RecorderEffect
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.records import Problem
+from sstl_cli.diagnosis.scale import Scale
+from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.verdict import Ids, Verdict
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Given:
+    """Everything that a document is made from."""
+
+    problem: Problem
+    search: Search
+    nominal: Array
+    recorder: Sequence[RecorderEffect]
+    beside: Sequence[ChannelGap]
+    rows: features.Rows
+    verdict: Verdict
+    accepted: Fit
+    scale: Scale | None = None
+    remarks: Sequence[dict[str, Any]] = ()
+    limits: following.Limits | None = None
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Held-out residuals of base and accepted model (N), and the white noise above the analysis rate (N)."""
+
+    folds: heldout.Folds
+    base: Array
+    accepted: Array
+    fine_n: float
+    weight: Array
+    known: Array
+
+    def rms(self, residual: Array) -> float:
+        """Return the RMS (N) of a residual at the full rate."""
+        squared = np.sum(self.weight * residual**2) / max(float(self.weight.sum()), 1.0)
+        return float(np.sqrt(squared + self.fine_n**2))
+
+
+def name(ids: Ids) -> str:
+    """Return the name of a model in documents: its effects joined by a plus."""
+    return "+".join(ids)
