@@ -154,6 +154,7 @@ def diagnose(
     max_effects: int = 3,
     position: bool = False,
     workers: int = 2,
+    max_seconds: float | None = None,
 ) -> Diagnosis:
     """Return where the gap between a log and a simulator lies, and which effect causes it.
 
@@ -173,6 +174,8 @@ def diagnose(
         Diagnose the recorded position too.
     workers : int
         Threads; the answer does not depend on it.
+    max_seconds : float, optional
+        Begin nothing after this that can be left out; the notes of the document say what was.
 
     Raises
     ------
@@ -188,7 +191,7 @@ def diagnose(
     """
     base = load(str(sim)) if sim is not None and not isinstance(sim, Scenario) else sim
     chosen = tuple(effects) if effects is not None else None
-    options = DiagnoseOptions(base, chosen, tuple(exclude), max_effects, workers, position)
+    options = DiagnoseOptions(base, chosen, tuple(exclude), max_effects, workers, position, odd_runs=True, max_seconds=max_seconds)
     runs = list(log.runs)
     if against is not None:
         from sstl_cli.steps.against import rebase

@@ -62,7 +62,7 @@ def run(screen: Screen, asked: Asked) -> None:
     for path in (asked.out, asked.scores):
         if path is not None:
             require_writable(path, asked.force)
-    plan = _plan(asked)
+    plan = _plan(screen, asked)
     for name, reason in plan.impossible.items():
         screen.note(f"left out method '{name}': {reason}")
     read = (asked.theta, asked.model, asked.plant, asked.recorded, asked.biases[2], *asked.references, asked.plant_sim)
@@ -92,10 +92,11 @@ def run(screen: Screen, asked: Asked) -> None:
     screen.finish(document, EXIT_SET_ASIDE if plan.aside else EXIT_DONE, gate)
 
 
-def _plan(asked: Asked) -> Plan:
+def _plan(screen: Screen, asked: Asked) -> Plan:
     """Read the configurations and their plants, and say what of it is possible."""
     from sstl_cli.control.plant import TensionLoop
     from sstl_cli.core.parquet import open_table
+    from sstl_cli.core.provenance import by_another
     from sstl_cli.core.tables import THETA
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import compensate as step
@@ -104,6 +105,8 @@ def _plan(asked: Asked) -> Plan:
     cases, aside = shared.load_cases(asked.theta, asked.model, asked.biases, asked.config_id)
     truth = cases if asked.plant is None else step.cases_of(open_table(asked.plant, THETA).table())[0]
     scenario = load(asked.plant_sim) if asked.plant_sim is not None else None
+    for text in by_another(scenario and scenario.package_version, "the plant"):
+        screen.note(f"note: {text}")
     loop = TensionLoop(asked.loop_tau_s) if asked.loop_tau_s is not None else None
     plant_of = setup.plants(truth, scenario, loop)
     return setup.plan(cases, aside, asked.methods, asked.insist, plant_of, str(asked.theta))

@@ -53,6 +53,9 @@ def diagnose(
     position: Annotated[
         bool, typer.Option("--position", help="Diagnose the recorded position too (the simulator claims a rigid tendon).")
     ] = False,
+    max_seconds: Annotated[
+        float | None, typer.Option(min=0, help="Begin nothing after this that can be left out (pairs, triples, odd runs, ...); notes say what was.")
+    ] = None,
     workers: Annotated[int, typer.Option(min=1, max=64, help="Threads; the answer does not depend on it.")] = 2,
     no_physics: NoPhysics = False,
     force: Force = False,
@@ -60,6 +63,7 @@ def diagnose(
     config: Config = None,
 ) -> None:
     """Say where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
+    import time
     from dataclasses import replace
 
     from sstl_cli.cli import _diagnose_show as show
@@ -76,7 +80,7 @@ def diagnose(
     from sstl_cli.steps import diagnose as step
     from sstl_cli.steps import diagnose_tendons as tendons
 
-    screen = Screen(as_json)
+    since, screen = time.monotonic(), Screen(as_json)
     if plan is not None:
         _plan(screen, plan, logs, effects, out, force)
     if not logs:
@@ -93,6 +97,7 @@ def diagnose(
         workers=workers, position=position, physics=not no_physics,
         max_tension_n=max_tension, max_rate_n_per_s=max_rate,
         prior=step.odds(read_toml(prior), str(prior)) if prior else {},
+        odd_runs=True, max_seconds=max_seconds,
     )
     if any(schema_id_of(path) == "sstl.command" for path in logs):
         _stages(screen, logs, out, force)
@@ -103,9 +108,9 @@ def diagnose(
         runs = rebase(runs, list(read_runs(against)))
     with screen.progress("diagnosing", 60) as advance:
         if before is not None:
-            earlier = tendons.run(list(read_runs(before)), replace(options, prior={}))
+            earlier = tendons.run(list(read_runs(before)), replace(options, prior={}, odd_runs=False), since=since)
             options = replace(options, sim=earlier.model())
-        result = tendons.run(runs, options, advance)
+        result = tendons.run(runs, options, advance, since)
     document = result.document()
     document["inputs"] = inputs([*logs, *files_among(against, sim, before, prior)])
     if taken := environment():

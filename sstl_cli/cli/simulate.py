@@ -40,6 +40,7 @@ def simulate(
     """Simulate the recordings that a scenario describes and write them as a log."""
     from sstl_cli.cli.origin import files_among, provenance
     from sstl_cli.core.files import require_writable
+    from sstl_cli.core.provenance import by_another
     from sstl_cli.core.runs import write_runs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import simulate as step
@@ -47,6 +48,8 @@ def simulate(
     screen = Screen(as_json)
     require_writable(out, force)
     loaded = step.adjusted(load(scenario), simulator, noise_n)
+    for text in by_another(loaded.package_version, "the scenario"):
+        screen.note(f"note: {text}")
     with usage("--effect"):
         effects = step.effects_of(effect or [])
     total = len(step.plan(loaded, seed))

@@ -41,6 +41,7 @@ def watch(
     """Follow growing logs: one line (with --json one JSON line) a loop, and alarms at a stated false-alarm rate."""
     from sstl_cli.cli._watch_sources import source_of
     from sstl_cli.core.errors import UsageError
+    from sstl_cli.core.provenance import by_another
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.importers.mapping import Mapping, read_mapping
     from sstl_cli.mapping.weights import load_model
@@ -54,6 +55,8 @@ def watch(
     sources = [source_of(text, columns) for text in logs]
     options = WatchOptions(learn, false_alarms, name_after, SegmentOptions(seed=seed))
     scenario = load(sim) if sim else None
+    for text in by_another(scenario and scenario.package_version, "the simulator"):
+        screen.note(f"note: {text}")
     watcher = Watcher(options, load_model(model) if model is not None else None, scenario)
     session = _Session(screen, watcher, sources, scenario, diagnose, name_after)
     screen.note(

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from sstl_cli import __version__
+from sstl_cli.core.errors import printable
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,21 @@ class Provenance:
             **asdict(self),
         }
         return {"sstl": json.dumps(body, sort_keys=True)}
+
+
+def by_another(version: object, what: str) -> list[str]:
+    """Return a note where ``what`` was made by another version of sstl than this; none where it does not say by which.
+
+    Examples
+    --------
+    >>> by_another("0.0.1", "the simulator")  # doctest: +ELLIPSIS
+    ['the simulator was made by sstl 0.0.1, this is ...: make it again where its numbers matter']
+    >>> by_another(None, "the simulator")
+    []
+    """
+    if version is None or version == __version__:
+        return []
+    return [f"{what} was made by sstl {printable(str(version))}, this is {__version__}: make it again where its numbers matter"]
 
 
 def sha256(path: Path | str) -> str:

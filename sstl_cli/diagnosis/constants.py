@@ -207,6 +207,9 @@ SCATTER_STEPS, SCATTER_TRIES, SCATTER_NEAR, SCATTER_FLAT = (0.5, 0.7), 60, 0.02,
 DRAWS = 1000
 # grid of the loop's lag: longest (s), points, refinements
 LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS = 2.0, 21, 3
+# of two runs the other one alone would decide: neither is odd; and runs that are left out in a diagnosis of their own, each of
+# which costs as much as the whole
+FEWEST_RUNS, CONFIRMED_RUNS = 3, 3
 
 # === shown: bands of tables and tests, and what is listed
 

@@ -48,6 +48,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 R = TypeVar("R")
 NOTHING = Hypothesis((), ())
+SIZES = ("singles", "pairs", "triples")
 
 
 @dataclass(frozen=True)
@@ -79,11 +80,13 @@ def run(
     advance: Callable[[float], None] = lambda _: None,
     workers: int = 1,
     given: Noise | None = None,
+    passed: Callable[[str], bool] = lambda _: False,
 ) -> Search:
     """Fit the base, every candidate, and combinations of up to ``max_effects`` effects.
 
     First unwhitened and on representative runs, because a whitened fit from a poor start gets stuck; then with the noise
-    that the richest model leaves, each model by its own phases. ``given`` is noise known beforehand.
+    that the richest model leaves, each model by its own phases. ``given`` is noise known beforehand;
+    ``passed`` says whether combinations have to be left out (see core.deadline).
     """
     small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
@@ -137,7 +140,9 @@ def run(
     groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
     for done in _each(alone, groups, workers):
         found.singles[done[0].ids[0]] = done
-    for size in range(2, max_effects + 1):
+    for size in range(2, min(max_effects, len(found.singles)) + 1):
+        if passed(SIZES[size - 1]):
+            continue
         if not _combine(found, size, workers):
             break
         advance(COMBINED / max(max_effects - 1, 1))

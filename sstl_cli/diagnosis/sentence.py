@@ -76,6 +76,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     if document["verdict"]["effects"]:
         out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))
     out += _shown(document["verdict"], unit)
+    out += [f"  without run {r['run_id']}: {_said(r)}" for r in document["verdict"].get("odd_runs") or []]
     for tracked in (document.get("downstream") or {}).get("tracking", []):
         out.append(
             f"  a controller that knows it tracks the {tracked['reference']} reference to {_n(tracked['rmse_with_n'])} "
@@ -83,6 +84,12 @@ def lines(document: dict[str, Any]) -> list[str]:
         )
     out += [f"  note: {text}" for text in document.get("notes", [])]
     return out
+
+
+def _said(odd: dict[str, Any]) -> str:
+    """Return a verdict in a few words: the effects, or that there are none."""
+    effects = " + ".join(odd["effects"])
+    return {"none": "nothing is missing", "unknown": "the cause is not known", "ambiguous": f"{effects}, not told apart"}.get(odd["status"], effects)
 
 
 def _shown(verdict: dict[str, Any], unit: str) -> list[str]:

@@ -162,6 +162,7 @@ class Scenario(Model):
     # tests of what is left beyond map and scatter: by how much they exceed chance on the model's own record (overdispersion)
     dispersion: dict[str, float] = {}
     output: OutputScale | None = None
+    package_version: str | None = Field(None, description="version of sstl that accepted it")
 
     @model_validator(mode="after")
     def _known_effects(self) -> Scenario:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
+from sstl_cli import __version__
+from sstl_cli.core.deadline import Deadline
 from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.core.provenance import by_another
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import (
     channels,
@@ -18,12 +21,14 @@ from sstl_cli.diagnosis import (
     features,
     following,
     misfit,
+    odd,
     scale,
     scaling,
     search,
     tempering,
     verdict,
 )
+from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, FEWEST_RUNS
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.noise import white_only
 from sstl_cli.diagnosis.records import Problem, prepare
@@ -36,10 +41,17 @@ from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
 from sstl_cli.steps.diagnose_document import Given, document
 
+# stages that a limit on time may leave out
+ODD, DOWNSTREAM = "odd runs", "downstream"
+
 
 @dataclass(frozen=True)
 class DiagnoseOptions:
-    """What to compare: a simulator, the candidates, how many effects may be combined, and the user's own odds."""
+    """What to compare: a simulator, the candidates, how many effects may be combined, and the user's own odds.
+
+    ``odd_runs`` asks for the runs without which the verdict differs; after ``max_seconds`` no further stage begins that can be
+    left out.
+    """
 
     sim: Scenario | None = None
     effects: tuple[str, ...] | None = None
@@ -51,6 +63,8 @@ class DiagnoseOptions:
     physics: bool = True
     max_tension_n: float | None = None
     max_rate_n_per_s: float | None = None
+    odd_runs: bool = False
+    max_seconds: float | None = None
 
 
 @dataclass(frozen=True)
@@ -115,8 +129,15 @@ def candidates(options: DiagnoseOptions) -> list[str]:
     return [i for i in ids if i not in excluded]
 
 
-def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None) -> Diagnosis:
+def run(
+    runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
+) -> Diagnosis:
     """Return the diagnosis of recorded runs.
+
+    Parameters
+    ----------
+    since : float, optional
+        When the clock of ``max_seconds`` began (``time.monotonic``; default: now).
 
     Raises
     ------
@@ -125,18 +146,22 @@ def run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float]
     """
     remarks = gate.remarks(runs) if options.physics else ()
     runs, failed = _passed(runs, remarks)
-    found = gather(runs, options, advance)
+    deadline = Deadline(options.max_seconds, since)
+    found = gather(runs, options, advance, deadline.passed)
     found.problem.set_aside.update(failed)
     said = verdict.verdict(found.rows, verdict.learned(), options.prior or None)
     body = document(
         Given(
             found.problem, found.search, found.nominal, found.recorder, found.beside, found.rows, said,
             accepted(found, said), found.scale, [asdict(r) for r in remarks],
-            following.Limits(options.max_tension_n, options.max_rate_n_per_s),
+            following.Limits(options.max_tension_n, options.max_rate_n_per_s), deadline.passed,
         )
     )
     result = Diagnosis(found, said, options, body)
-    _add_downstream(result)
+    _add_downstream(result, deadline)
+    if options.odd_runs:
+        body["verdict"]["odd_runs"] = odd_runs(result, deadline)
+    body["notes"] += [*by_another(options.sim and options.sim.package_version, "the simulator"), *deadline.notes]
     return result
 
 
@@ -154,8 +179,13 @@ def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[R
     return kept, failed
 
 
-def gather(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None) -> Evidence:
-    """Return everything that a verdict on recorded runs is made from.
+def gather(
+    runs: Sequence[Run],
+    options: DiagnoseOptions,
+    advance: Callable[[float], None] = lambda _: None,
+    passed: Callable[[str], bool] = lambda _: False,
+) -> Evidence:
+    """Return everything that a verdict on recorded runs is made from; what has ``passed`` (see core.deadline) is left out.
 
     Raises
     ------
@@ -180,22 +210,56 @@ def gather(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[flo
     sim = Simulator(problem, scenario.rig.mechanics(), fixed, scenario.dispersion)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     theta = fit(sim, white(1.0, sim.weight, [s.start for s in sim.slices()]), search.NOTHING, first_theta(sim, nominal), np.zeros(0)).theta
-    found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers))
-    fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in found.noise.output.values()]))
-    recorder = faults.recorder_effects(problem.records, sim.predict_fine(found.base.theta, {}), max(fine_n, 1e-9))
+    found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed))
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
-    recorder = [e for e in recorder if e.id in ids and e.nats > scenario.dispersion.get(e.id, 0.0) * found.base.prediction.size]
+    recorder = _faults(found, ids)
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
         beside = [*beside, *channels.position_gaps(sim, found.base, ids)]
-    known = set(found.singles)
-    rows = features.rows(
-        found,
-        [e.row() for e in recorder] + [g.row() for g in beside if g.effect not in known],
-        1.0 if _propagates(problem) else 0.0,
-    )
+    rows = features.rows(found, _beside(found, recorder, beside), 1.0 if _propagates(problem) else 0.0)
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own, recorded)
+
+
+def _faults(found: search.Search, ids: Sequence[str], lacking: int | None = None) -> list[faults.RecorderEffect]:
+    """Return the faults of the recorder that are candidates and larger than known; without the run ``lacking``."""
+    sim = found.sim
+    fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in found.noise.output.values()]))
+    runs = [i for i in range(len(sim.problem.records)) if i != lacking]
+    predictions = sim.predict_fine(found.base.theta, {})
+    seen = faults.recorder_effects(tuple(sim.problem.records[i] for i in runs), [predictions[i] for i in runs], max(fine_n, 1e-9))
+    return [e for e in seen if e.id in ids and e.nats > sim.dispersion.get(e.id, 0.0) * found.base.prediction.size]
+
+
+def _beside(found: search.Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
+    """Return the candidates that are not fitted to the output."""
+    return [e.row() for e in recorder] + [g.row() for g in gaps if g.effect not in found.singles]
+
+
+def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | None:
+    """Return the runs without which the verdict differs, and what it is then; None where that was not looked at.
+
+    Runs whose absence would make a difference to first order are left out of a diagnosis of their own.
+    """
+    found, said, options = result.evidence, result.verdict, result.options
+    if len(found.problem.records) < FEWEST_RUNS or deadline.passed(ODD):
+        return None
+    ids = [i for i in candidates(options) if i not in (options.sim or Scenario()).effects]
+    decide = partial(verdict.verdict, weights=verdict.learned(), prior=options.prior or None)
+    rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, i), found.beside))
+    suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
+    confirmed: list[dict[str, Any]] = []
+    for suspect in suspects[: CONFIRMED_RUNS]:
+        if deadline.passed(ODD):
+            return confirmed or None
+        try:
+            then = decide(gather([r for r in found.runs if r.run_id != suspect.run_id], options).rows)
+        except SstlError:
+            # the others alone cannot be diagnosed
+            continue
+        if odd.differs(said, then):
+            confirmed.append({"run_id": suspect.run_id, "status": then.status, "effects": list(then.effects)})
+    return confirmed
 
 
 def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
@@ -244,7 +308,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     return base.model_copy(
         update={
             "configurations": configurations, "effects": effects, "generator": None,
-            "misfits": (), "dispersion": {},
+            "misfits": (), "dispersion": {}, "package_version": __version__,
             "output": None if found.scale is None else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
             "noise": base.noise.model_copy(update=heard),
         }
@@ -289,10 +353,10 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
     return scenario.model_copy(update={"dispersion": usual})
 
 
-def _add_downstream(result: Diagnosis) -> None:
+def _add_downstream(result: Diagnosis, deadline: Deadline) -> None:
     """Add what the named effect is worth to a controller, on the configuration nearest the middle."""
     fitted = result.accepted
-    if result.evidence.problem.unit_n != 1.0 or fitted is result.evidence.search.base:
+    if result.evidence.problem.unit_n != 1.0 or fitted is result.evidence.search.base or deadline.passed(DOWNSTREAM):
         return
     middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
     name = result.evidence.problem.configs[middle]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli import __version__
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.noise import floor_n
@@ -42,6 +43,7 @@ def document(g: Given) -> dict[str, Any]:
     ids, cosine = following.isolability(g.search)
     body: dict[str, Any] = {
         "schema": SCHEMA,
+        "package_version": __version__,
         "verdict": _verdict(g),
         "gap": _gap(g, errors, code),
         "where": where.shares(sim, errors.base, code),
@@ -95,8 +97,9 @@ def _verdict(g: Given) -> dict[str, Any]:
         "members": members or None,
         "would_have_shown": None,
         "leftover": None,
+        "odd_runs": None,
     }
-    if said.status == NOTHING:
+    if said.status == NOTHING and not g.passed("what would have shown"):
         found["would_have_shown"] = [asdict(s) for s in limit.least_shown(g.search)]
     if said.status == UNDECIDED:
         worst = sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD]
@@ -252,7 +255,7 @@ def _next(g: Given) -> dict[str, Any] | None:
     """Propose the movement that separates the two most probable models of the output, if any of the menu can."""
     p = g.verdict.probabilities
     ranked = sorted((w for w in g.search.ranked() if len(w.ids) == 1), key=lambda w: -p.get(w.ids, 0.0))
-    if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2:
+    if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2 or g.passed("next experiment"):
         return None
     first, second = ranked[:2]
     experiment = following.best_experiment(g.search, first, second, g.limits)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +36,8 @@ class Given:
     scale: Scale | None = None
     remarks: Sequence[dict[str, Any]] = ()
     limits: following.Limits | None = None
+    # whether a stage that can be left out has to be
+    passed: Callable[[str], bool] = lambda _: False
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -48,7 +49,7 @@ def tendons_of(runs: Sequence[Run]) -> list[str]:
 
 
 def run(
-    runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None
+    runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
 ) -> Diagnosis | TendonsDiagnosis:
     """Return the diagnosis of recorded runs, per tendon where there are several.
 
@@ -62,14 +63,16 @@ def run(
     """
     names = tendons_of(runs)
     if len(names) < 2:
-        return diagnose.run(runs, options, advance)
+        return diagnose.run(runs, options, advance, since)
     shared = [r for r in runs if r.system == "sstl"]
+    # one limit on time for all tendons
+    since = time.monotonic() if since is None else since
     found: dict[str, Diagnosis] = {}
     failed: dict[str, SstlError] = {}
     for name in names:
         own = [with_neighbours(r, runs) for r in runs if r.system == "act" and (r.tendon or "") == name]
         try:
-            found[name] = diagnose.run([*own, *shared], options, lambda share: advance(share / len(names)))
+            found[name] = diagnose.run([*own, *shared], options, lambda share: advance(share / len(names)), since)
             _leave_to_the_user(found[name].document())
         except SstlError as error:
             failed[name] = error

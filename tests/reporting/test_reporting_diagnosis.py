@@ -103,13 +103,13 @@ def test_what_newer_documents_add_is_shown():
     document["remarks"] = ["out exceeds in by 4 %"]
     document["verdict"] |= {
         "leftover": {"where": "sstl RB", "frequency_hz": 12.5, "run": made.HOSTILE},
-        "odd_runs": [{"run_id": "run-7", "without_it": "none"}],
+        "odd_runs": [{"run_id": "run-7", "status": "identified", "effects": ["zero_offset", "viscous"]}],
         "would_have_shown": {"viscous": {"size": 0.02, "gap_n": 0.11}},
     }
     document["candidates"][0] |= {"sensor": "out_sstl", "d2": 31.5, "change": {"z_out_act_n": 0.32}}
     html = shown(document)
     text = words_of(html)
-    for part in ("out exceeds in by 4 %", "frequency hz 12.5", "run-7", "out_sstl", "31.5", "z_out_act_n 0.32", "0.61 V", "gap / V", "0.11"):
+    for part in ("out exceeds in by 4 %", "frequency hz 12.5", "run-7 identified zero_offset, viscous", "out_sstl", "31.5", "z_out_act_n 0.32", "0.61 V", "gap / V", "0.11"):
         assert part in text, part
     assert made.HOSTILE not in html
 

@@ -9,13 +9,22 @@ from pydantic import Field
 from sstl_cli.core.documents.base import Document, Part
 
 Interval = tuple[float | None, float | None]
+Status = Literal["identified", "ambiguous", "unknown", "none"]
 Identifiability = Literal["identifiable", "weak", "not_identifiable"]
+
+
+class OddRun(Part):
+    """A run without which the verdict differs, and what it is then."""
+
+    run_id: str
+    status: Status
+    effects: list[str]
 
 
 class Verdict(Part):
     """What was found: the effects of the winning model, and how sure that is."""
 
-    status: Literal["identified", "ambiguous", "unknown", "none"]
+    status: Status
     effects: list[str] = Field(description="effects of the winning model, largest first")
     confidence: float | None = Field(description="share of such verdicts that were right; null with a reason", ge=0, le=1)
     ambiguity_group: list[str] = Field(description="set that holds the truth in 90 of 100 cases")
@@ -27,7 +36,9 @@ class Verdict(Part):
         default=None, description="for none: per effect the smallest size and gap that would have been seen"
     )
     leftover: Any = Field(default=None, description="for unknown: where, when, at which frequency, in which run")
-    odd_runs: Any = Field(default=None, description="runs without which the verdict differs, and what it would be")
+    odd_runs: list[OddRun] | None = Field(
+        default=None, description="runs without which the verdict differs, and what it would be; null where that was not tried"
+    )
 
 
 class Gap(Part):
@@ -101,6 +112,7 @@ class DiagnosisDocument(Document):
     """Where the gap between logs and simulator lies, which effect causes it, and how far it shrinks."""
 
     schema_id: Literal["sstl.diagnosis/1"] = Field(alias="schema")
+    package_version: str | None = Field(default=None, description="version of sstl that made it")
     verdict: Verdict
     gap: Gap
     where: list[Place] = Field(description="shares sum to 100")

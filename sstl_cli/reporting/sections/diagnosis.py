@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.core.errors import printable
+from sstl_cli.core.provenance import by_another
 from sstl_cli.reporting import diagnosis_tables, drawing, words
 from sstl_cli.reporting.documents import ambiguity_group, mapping, rows, texts
 from sstl_cli.reporting.figures import candidates, isolability, misfit, simulated, waterfall, where
@@ -34,7 +35,7 @@ def tendons(document: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     found = rows(document, "tendons")
     if not found:
         return [("", document)]
-    shared = {k: document[k] for k in ("unit", "schema", "file") if k in document}
+    shared = {k: document[k] for k in ("unit", "schema", "package_version", "file") if k in document}
     leading = document.get("tendon")
     parts = [
         (str(t.get("tendon") or "without a name"), {**(document if t.get("tendon") == leading else shared), **t})
@@ -67,7 +68,7 @@ def _block(file: str, tendon: str, document: dict[str, Any], place: int, inputs:
         "sentence": words.sentence(document, inputs.catalogue),
         "why": str(verdict.get("why") or ""),
         "facts": _facts(document, inputs),
-        "remarks": [printable(r) for r in [*texts(document, "remarks"), *texts(document, "notes")]],
+        "remarks": [printable(r) for r in [*texts(document, "remarks"), *texts(document, "notes")]] + by_another(document.get("package_version"), "this diagnosis"),
         # many configurations need the whole width to stay readable
         "wide_map": len({r.get("config_id") for r in rows(document, "where")}) > 8,
         "pictures": pictures,

@@ -1,0 +1,89 @@
+"""What this version saved still loads, and what another version saved says so in one line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from rig_logs import record
+from typer.testing import CliRunner
+
+from sstl_cli import __version__
+from sstl_cli.cli.app import _register, app
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
+from sstl_cli.core.provenance import by_another
+from sstl_cli.physics.scenario import load
+from sstl_cli.physics.scenario_file import dump
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
+
+SAVED = Path(__file__).parent / "saved"
+OLDER = "0.0.9"
+
+
+@pytest.fixture
+def older(tmp_path):
+    """The saved model and verdict as another version would have written them."""
+    for name in ("rig.toml", "diagnosis.json"):
+        text = (SAVED / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace(made_by(text), OLDER), encoding="utf-8")
+    return tmp_path
+
+
+def made_by(text: str) -> str:
+    """Return the version that a saved file names."""
+    return text.split("package_version", 1)[1].split('"')[1 if "package_version = " in text else 2]
+
+
+def sstl(*words: str) -> tuple[str, str]:
+    _register()
+    done = CliRunner().invoke(app, [str(w) for w in words])
+    assert done.exit_code == 0, done.output
+    return done.stdout, done.stderr
+
+
+def test_a_saved_model_loads_whole(tmp_path):
+    scenario = load(str(SAVED / "rig.toml"))
+    assert set(scenario.effects) == {"pulley_friction"} and scenario.misfits and scenario.dispersion
+    assert scenario.package_version and scenario.theta_of("a") == pytest.approx(0.46, abs=0.01)
+    (tmp_path / "again.toml").write_text(dump(scenario), encoding="utf-8")
+    assert load(str(tmp_path / "again.toml")) == scenario
+
+
+def test_a_saved_verdict_loads_and_makes_a_page(tmp_path):
+    document = DiagnosisDocument.model_validate(json.loads((SAVED / "diagnosis.json").read_text(encoding="utf-8")))
+    assert document.verdict.effects == ["pulley_friction"] and document.package_version
+    sstl("report", SAVED / "diagnosis.json", "--out", tmp_path / "page.html")
+    assert "pulley_friction" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_what_is_written_now_names_this_version_and_has_no_note():
+    found = run(record({}, 5)[:4], DiagnoseOptions(effects=("zero_offset",), max_effects=1))
+    assert found.document()["package_version"] == __version__ == found.model().package_version
+    again = run(record({}, 6)[:4], DiagnoseOptions(sim=found.model(), effects=("zero_offset",), max_effects=1)).document()
+    assert not [n for n in again["notes"] if "was made by" in n]
+
+
+def test_a_model_of_another_version_is_noted_in_the_diagnosis(older):
+    options = DiagnoseOptions(sim=load(str(older / "rig.toml")), effects=("zero_offset",), max_effects=1)
+    (note,) = [n for n in run(record({}, 5)[:4], options).document()["notes"] if "was made by" in n]
+    assert note.startswith(f"the simulator was made by sstl {OLDER}, this is {__version__}")
+
+
+def test_a_model_of_another_version_is_noted_where_it_is_simulated(older):
+    (older / "still.toml").write_text(
+        (older / "rig.toml").read_text(encoding="utf-8") + '\n[[trajectories]]\nkind = "trapezoid"\nduration_s = 4.0\n', encoding="utf-8"
+    )
+    _, err = sstl("simulate", "--scenario", older / "still.toml", "--out", older / "log.parquet")
+    assert f"the scenario was made by sstl {OLDER}" in err
+
+
+def test_a_verdict_of_another_version_is_noted_on_the_page_and_on_the_screen(older):
+    _, err = sstl("report", older / "diagnosis.json", "--out", older / "page.html")
+    assert f"note: diagnosis.json was made by sstl {OLDER}" in err
+    assert f"this diagnosis was made by sstl {OLDER}" in (older / "page.html").read_text(encoding="utf-8")
+
+
+def test_who_does_not_say_gets_no_note():
+    assert by_another(None, "it") == by_another(__version__, "it") == []
+    assert "\x1b" not in by_another("\x1b[31m", "it")[0]
