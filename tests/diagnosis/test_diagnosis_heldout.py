@@ -11,10 +11,12 @@ from made_sims import sim
 
 from sstl_cli.diagnosis.constants import MAX_FOLDS
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.heldout import blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.heldout import Folds, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.simulator import Simulator
 
 U = np.arange(20.0)
+OUT = Hypothesis(("zero_offset",), tuple(f for f in full("zero_offset", ("act",)).free if f.parameter.name == "z_out_act_n"))
 
 
 @pytest.mark.parametrize(
@@ -66,3 +68,28 @@ def test_a_trajectory_held_out_is_predicted_by_the_theta_of_the_others():
     # runs 0 and 2 are of one configuration: each is predicted as the other asks for
     expected = f.jacobian[:, 0] * np.array([-0.03, 0.0, 0.03, 0.0])[labelled.run]
     assert left == pytest.approx(expected, abs=1e-7) and f.hypothesis is NOTHING
+
+
+def test_what_is_held_out_takes_no_part_in_its_own_prediction():
+    known = simulator().problem
+    labelled = Simulator(replace(known, records=tuple(replace(r, trajectory="xyz"[i % 3], config=0) for i, r in enumerate(known.records)), configs=("a",)), simulator().mechanics)
+    f = off([0.0, 0.0, 0.3, 0.0])
+    f = replace(f, theta=f.theta[:1])
+    left = held_out_residual(labelled, f, make_folds(labelled))
+    third = labelled.run == 2
+    # the others ask for no change: all of it is left; they are drawn away by what the third asks for
+    assert left[third] == pytest.approx(f.residual[third], abs=1e-6)
+    assert np.abs(left[labelled.run == 1]).max() > 0.01
+
+
+def test_parameters_follow_the_training_part_too():
+    f = made(0.0, OUT, (0.1,))
+    by_run = np.array([0.3, 0.3, 0.5, 0.5])[simulator().run]
+    f = replace(f, residual=f.jacobian[:, 1] * by_run)
+    by_half = Folds((simulator().run // 2).astype(np.int64), 2, "run", False)
+    left = held_out_residual(simulator(), f, by_half)
+    # each half is predicted with the offset of the other: 0.2 N too little or too much
+    assert left == pytest.approx(f.jacobian[:, 1] * np.array([-0.2, -0.2, 0.2, 0.2])[simulator().run], abs=1e-6)
+    configuration = held_out_residual(simulator(), f, make_folds(simulator()))
+    # with theta of its own a configuration still takes the offset of the other, which is the mean of the same two
+    assert np.abs(configuration).max() < np.abs(f.residual).max()
