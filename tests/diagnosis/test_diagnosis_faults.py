@@ -99,6 +99,41 @@ def test_rounding_carries_its_variance_at_most():
     assert found(record(0.2, out=faults(step=1.2)), noise=0.01)["quantisation"].removed_n2 == pytest.approx(N * 0.04)
 
 
+def test_the_noise_was_measured_on_rounded_samples():
+    # 0.4 N contain the 0.12 N^2 of rounding to 1.2 N: 0.04 N^2 are noise, 0.96 N^2 of an error of 1 N are to be explained
+    effect = found(record(1.0, out=faults(step=1.2)), noise=0.4)["quantisation"]
+    assert effect.removed_n2 == pytest.approx(12.0) and effect.share == pytest.approx(12.0 / 96.0)
+    # less than that is no noise at all
+    assert found(record(1.0, out=faults(step=1.2)), noise=0.3)["quantisation"].share == pytest.approx(12.0 / 100.0)
+
+
+def test_a_rounded_input_counts_by_half_and_as_steeply_as_the_line_can_be():
+    effect = found(record(0.5, into=faults(step=1.2)), noise=0.01)["quantisation"]
+    assert effect.removed_n2 == pytest.approx(N * 0.12 / 4.0 * np.exp(0.5) ** 2)
+    assert effect.parameters == {"q_in_n": 1.2, "q_out_n": 0.0}
+
+
+def test_what_was_counted_of_one_record_is_not_counted_of_the_rest():
+    clipped = np.arange(N) >= 50
+    both = found(record(np.where(FEW, 10.0, np.where(clipped, -3.0, 0.0)), out=faults(spike=FEW, clipped=clipped, level=2.0, step=1.2)), noise=0.01)
+    assert "quantisation" not in both and both["saturation"].removed_n2 == pytest.approx(50 * 9.0)
+
+
+def test_records_add_up_and_predictions_may_be_coarser():
+    spoilt = record(np.where(FEW, 10.0, 0.0), out=faults(spike=FEW))
+    (effect,) = recorder_effects((spoilt, record()), [np.full(N, 5.0), np.full(N // 2, 5.0)], NOISE)
+    assert effect.removed_n2 == pytest.approx(500.0) and effect.parameters["spike_pct"] == pytest.approx(100.0 * 5 / 400)
+
+
+def test_rounding_at_the_edge_of_the_noise_is_no_limit_of_the_input():
+    clipped = np.arange(N) < 40
+    # half a step of the input, as steep as a line can be, and the noise
+    edge = 0.3 * np.exp(0.5) + NOISE
+    for off, counted in ((edge - 0.01, False), (edge + 0.01, True)):
+        made = record(np.where(clipped, off, 0.0), into=faults(clipped=clipped, level=8.0, step=0.6), weight=1.0 - clipped)
+        assert ("saturation" in found(made)) is counted
+
+
 def test_the_larger_cause_comes_first():
     error = np.where(FEW, 10.0, 0.0)
     clipped = np.arange(N) >= 90

@@ -54,6 +54,30 @@ def test_bands_by_direction_time_and_tension():
         assert sum(r["share_pct"] for r in rows) == pytest.approx(100.0)
 
 
+def test_bands_by_quarter_and_by_time_since_the_last_turn():
+    u = np.concatenate([UP, UP[::-1]])
+    found = bands(sim((u, {})), np.sqrt(np.repeat([1.0, 2.0, 3.0, 4.0], 5)))
+    assert [r["share_pct"] for r in found["time_in_run"]] == pytest.approx([10.0, 20.0, 30.0, 40.0])
+    # a second up and a second down at 0.1 s: two samples below 0.2 s, three below 0.5 s, five below 1 s after each turn
+    even = bands(sim((u, {})), np.ones(20))["time_since_reversal_s"]
+    assert [r["share_pct"] for r in even] == pytest.approx([20.0, 30.0, 50.0, 0.0, 0.0, 0.0])
+    assert [r["from"] for r in even] == [0.0, 0.2, 0.5, 1.0, 2.0, 5.0]
+
+
+def test_bands_by_speed_are_quartiles_whatever_the_direction():
+    # the rate of u = t^2 at 0.1 s a sample grows from 0.1 on; the last quarter of the samples carries all
+    t = np.arange(0.0, 4.0, 0.1)
+    rows = bands(sim((-(t**2), {})), np.where(np.arange(40) >= 31, 1.0, 0.0))["rate_n_s"]
+    assert [r["share_pct"] for r in rows] == pytest.approx([0.0, 0.0, 0.0, 100.0])
+    assert rows[0]["from"] >= 0.0 and rows[-1]["to"] == pytest.approx(7.7)
+
+
+def test_averaged_inputs_have_the_phases_of_their_means():
+    fine = np.repeat(np.concatenate([UP, UP[::-1]]), 4) + np.tile([-0.3, 0.3, -0.1, 0.1], 20)
+    coarse = phases(sim((fine, {"factor": 4})), np.zeros(20))
+    assert np.array_equal(coarse, phases(sim((np.concatenate([UP, UP[::-1]]), {})), np.zeros(20)))
+
+
 @pytest.mark.parametrize("hz, band", [(0.1, 1), (0.5, 2), (2.0, 3)])
 def test_an_oscillation_is_found_in_its_band(hz, band):
     t = np.arange(0.0, 40.0, 0.1)
