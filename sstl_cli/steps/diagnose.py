@@ -28,7 +28,7 @@ from sstl_cli.diagnosis import (
     tempering,
     verdict,
 )
-from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, FEWEST_RUNS
+from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.noise import white_only
 from sstl_cli.diagnosis.records import Problem, prepare
@@ -342,7 +342,7 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
     again = gather(found.runs, replace(options, sim=scenario, max_effects=1))
     usual = dict(scenario.dispersion)
     # models that add to it without being more evident are as right as it is
-    for f in [again.search.base, *(w.fit for w in again.search.ranked()[: features.EXAMINED])]:
+    for f in [again.search.base, *(w.fit for w in again.search.ranked()[: EXAMINED])]:
         for t in leftover(again.search.sim, f).tests:
             usual[t.name] = max(usual.get(t.name, 1.0), float(t.dispersion))
     for k, v in again.search.singles.items():
