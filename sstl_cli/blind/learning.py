@@ -14,16 +14,15 @@ from sklearn.isotonic import IsotonicRegression
 from sstl_cli.diagnosis.features import OUTPUT, Rows
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
+    IDENTIFIED,
     LOG_TERMS,
     NONE,
     UNKNOWN,
     Ids,
     Weights,
     candidate_terms,
-    leading,
     log_terms,
     probabilities,
-    size,
     standing,
     verdict,
 )
@@ -34,8 +33,9 @@ Array = NDArray[np.float64]
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE = 0.015, 0.02, 0.92
 LEAST_STRENGTH = 0.1
-# nulls whose best model is larger than what is called small
-CHANCE = 0.05
+COMMITS = np.linspace(0.5, 0.98, 25)
+# half of D^2 = 24: naming at 49 to 1 in 95 of 100 cases
+DECIDABLE_NATS = 12.0
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,10 @@ def without_answer(e: Example) -> Example | None:
     kept = tuple(c for c in e.rows.candidates if not set(c.ids) & set(e.answer))
     if not any(c.kind == OUTPUT for c in kept):
         return None
+    own = next(c.evidence for c in e.rows.candidates if c.ids == e.answer)
+    if own - max(c.evidence for c in kept) < DECIDABLE_NATS:
+        # what is left explains the log as well: nobody could say that something is missing
+        return None
     return replace(e, name=f"{e.name}-without", kind="excluded", rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
 
 
@@ -116,16 +120,19 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         own, none, unknown, effect = w[:c], w[c : c + log], w[c + log : c + 2 * log], w[c + 2 * log :]
         total, gradient = 0.0, np.zeros(len(w))
         for d in designs:
-            score = np.concatenate((d.terms @ own + d.effects @ effect, [none @ d.log, unknown @ d.log]))
-            score -= score.max()
-            p = np.exp(score)
-            p /= p.sum()
-            total -= float(np.log(max(p[d.answer], 1e-300)))
-            p[d.answer] -= 1.0
-            gradient[:c] += d.terms.T @ p[:-2]
-            gradient[c + 2 * log :] += d.effects.T @ p[:-2]
-            gradient[c : c + log] += p[-2] * d.log
-            gradient[c + log : c + 2 * log] += p[-1] * d.log
+            count = len(d.terms)
+            kind = 0 if d.answer < count else d.answer - count + 1
+            p = _softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
+            total -= float(np.log(max(p[kind], 1e-300)))
+            p[kind] -= 1.0
+            gradient[c : c + log] += p[1] * d.log
+            gradient[c + log : c + 2 * log] += p[2] * d.log
+            if kind == 0:
+                q = _softmax(d.terms @ own + d.effects @ effect)
+                total -= float(np.log(max(q[d.answer], 1e-300)))
+                q[d.answer] -= 1.0
+                gradient[:c] += d.terms.T @ q
+                gradient[c + 2 * log :] += d.effects.T @ q
         return total + 0.5 * float(np.sum((w / spread) ** 2)), gradient + w / spread**2
 
     w = minimize(cost, np.zeros(len(spread)), jac=True, method="L-BFGS-B", options={"maxiter": 500}).x
@@ -140,11 +147,15 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         named(names, w[c + 2 * log :]),
         0.5,
         0.5,
-        0.0,
         0.1,
         (),
         dict(provenance or {}),
     )
+
+
+def _softmax(scores: Array) -> Array:
+    weight = np.exp(scores - scores.max())
+    return np.asarray(weight / weight.sum())
 
 
 def left_out(found: Sequence[Example]) -> dict[str, Weights]:
@@ -155,39 +166,27 @@ def left_out(found: Sequence[Example]) -> dict[str, Weights]:
 def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
     """Return weights with thresholds and reliability from predictions of simulators that were left out."""
     judged = [(e, probabilities(e.rows, others[e.simulator])) for e in found]
-    tops = []
-    for e, p in judged:
-        top = max((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: p[k], default=NONE)
-        tops.append((p.get(top, 0.0), top == e.answer or (set(top) < set(e.answer) and e.answer not in (NONE, UNKNOWN))))
-    commit, quiet, cover = _threshold(tops, len(judged)), _quiet(judged), _cover(judged)
-    small = _small(found)
-    bare = {s: replace(w, commit=commit, quiet=quiet, small=small, cover=cover, reliability=()) for s, w in others.items()}
-    said = [(e, verdict(e.rows, bare[e.simulator])) for e in found]
-    return replace(weights, commit=commit, quiet=quiet, small=small, cover=cover, reliability=_reliability(said))
+    quiet, cover = _quiet(judged), _cover(judged)
+    bare = {s: replace(w, quiet=quiet, cover=cover, reliability=()) for s, w in others.items()}
+    commit = _threshold(found, bare)
+    said = [(e, verdict(e.rows, replace(bare[e.simulator], commit=commit))) for e in found]
+    return replace(weights, commit=commit, quiet=quiet, cover=cover, reliability=_reliability(said))
 
 
-def _threshold(tops: Sequence[tuple[float, bool]], cases: int) -> float:
+def _threshold(found: Sequence[Example], weights: Mapping[str, Weights]) -> float:
     """Return the smallest probability from which on at most ``WRONG_COMMITS`` of all cases are committed to wrongly."""
-    wrong, commit = 0, 0.5
-    for p, right in sorted(tops, reverse=True):
-        wrong += not right
-        if wrong > WRONG_COMMITS * cases:
-            commit = p
-            break
-    return round(float(np.clip(commit + 1e-6, 0.5, 0.9999)), 6)
+    for commit in COMMITS:
+        said = ((e, verdict(e.rows, replace(weights[e.simulator], commit=float(commit)))) for e in found)
+        wrong = sum(v.status == IDENTIFIED and not set(v.effects) <= set(e.answer) for e, v in said)
+        if wrong <= WRONG_COMMITS * len(found):
+            return round(float(commit), 6)
+    return float(COMMITS[-1])
 
 
 def _quiet(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
     """Return the probability of ``none`` from which on nothing is named: all but ``FALSE_ALARMS`` of the nulls have it."""
     nulls = [p[NONE] for e, p in judged if e.answer == NONE]
     return round(float(np.clip(np.quantile(nulls, FALSE_ALARMS), 0.02, 0.5)), 6) if nulls else 0.5
-
-
-def _small(found: Sequence[Example]) -> float:
-    """Return the size (over the noise) that the best model reaches in all but ``CHANCE`` of the nulls."""
-    sizes = [size(leading(standing(e.rows)), e.rows.log) for e in found if e.answer == NONE]
-    fitted = [s for s in sizes if np.isfinite(s)]
-    return round(float(np.quantile([*fitted, *[0.0] * (len(sizes) - len(fitted))], 1.0 - CHANCE)), 6) if sizes else 0.0
 
 
 def _cover(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
@@ -228,7 +227,6 @@ def to_document(w: Weights) -> dict[str, Any]:
         "provenance": dict(w.provenance),
         "commit": w.commit,
         "quiet": w.quiet,
-        "small": w.small,
         "cover": w.cover,
         "reliability": [list(r) for r in w.reliability],
         "candidate": dict(w.candidate),

@@ -22,6 +22,8 @@ HALF = 0.5
 JOINS_NATS = 5.0
 # 49 to 1: one wrong name in fifty
 DECIDES_NATS = float(np.log(49.0))
+# evidence beyond this is beyond doubt: more of it makes nobody surer that something is there
+DOUBT_NATS = 25.0
 # squared distance at which a simple hypothesis is told from another at 49:1 in 95 of 100 cases
 DECIDABLE = 24.0
 # percent: no library is large enough to promise more

@@ -1,8 +1,9 @@
 """The verdict: one pure function from what was found to what is said.
 
-A conditional multinomial model (McFadden 1974) gives every candidate, ``none`` and ``unknown`` a probability: the exponential
-of a weighted sum of its numbers over the sum of all. The weights are learned on simulators of several kinds
-(``weights.json`` says how); what is said at which probability is learned as well.
+A nested multinomial model (McFadden 1978): the log's numbers give the probabilities that nothing is missing, that something
+without a name is, and that a candidate is; among the candidates each has the exponential of a weighted sum of its numbers
+over the sum of all. The weights are learned on simulators of several kinds (``weights.json`` says how); what is said at which
+probability is learned as well.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, JOINS_NATS, MISFITS
-from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, MISFITS
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
 
 Array = NDArray[np.float64]
 Ids = tuple[str, ...]
@@ -34,7 +35,10 @@ CANDIDATE_TERMS = (
     *(f"behind_{m:g}" for m in MISFITS), *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "left_rms", "worst", "means", "more", "drop_one", "weak_part",
     "outside", "unstable", "strengths", "recorder", "recorder_share", "recorder_gain", "beside", "beside_gain", "beside_share", "beside_left", "beside_rank",
 )  # fmt: skip
-LOG_TERMS = ("one", "best", "gain", "left_share", "left_rms", "worst", "means", "coloured", "noise_ratio", "lead", "outside")
+LOG_TERMS = (
+    "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
+    "outside", "recorder", "beside", "beside_left", "coloured", "noise_ratio",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,6 @@ class Weights:
     effect: Mapping[str, float]
     commit: float
     quiet: float
-    small: float
     cover: float
     reliability: tuple[tuple[float, float], ...]
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -82,7 +85,7 @@ def learned() -> Weights:
 def from_document(d: Mapping[str, Any]) -> Weights:
     """Return weights from their document."""
     pairs = tuple((float(a), float(b)) for a, b in d["reliability"])
-    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["quiet"], d["small"], d["cover"], pairs, d["provenance"])
+    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["quiet"], d["cover"], pairs, d["provenance"])
 
 
 def _squash(x: float) -> float:
@@ -100,13 +103,6 @@ def leading(rows: Rows) -> CandidateRow | None:
     """Return the most evident model of the output, None where the base is as evident."""
     fitted = [c for c in rows.candidates if c.kind == OUTPUT and c.evidence > 0.0]
     return max(fitted, key=lambda c: c.evidence, default=None)
-
-
-def size(c: CandidateRow | None, log: LogRow) -> float:
-    """Return the RMS of what a model of the output adds, over the noise; infinite for what is not fitted to the output."""
-    if c is None or c.kind != OUTPUT:
-        return float("inf")
-    return float(np.sqrt(2.0 * max(c.gain, 0.0) / max(log.samples, 1)))
 
 
 def best_of(rows: Rows) -> float:
@@ -166,26 +162,34 @@ def _apart(c: CandidateRow, rows: Rows) -> float:
 
 
 def log_terms(rows: Rows) -> Array:
-    """Return the numbers of the log, in the order of ``LOG_TERMS``, for ``none`` and ``unknown`` alike."""
+    """Return the numbers of the log, in the order of ``LOG_TERMS``: is anything there, and does the leading model explain it."""
     log, lead = rows.log, leading(rows)
-    chi2, worst, means = log.base_chi2, log.base_worst_z, log.base_mean_z
     best = gain = 0.0
+    chi2, worst, means, share = log.base_chi2, log.base_worst_z, log.base_mean_z, 1.0
     if lead is not None:
-        best, gain, chi2, worst, means = lead.evidence, lead.gain, lead.chi2, lead.worst_z, lead.mean_z
-    ordered = sorted((c.evidence for c in rows.candidates if c.kind == OUTPUT), reverse=True)
+        best, gain, chi2, worst, means, share = lead.evidence, lead.gain, lead.chi2, lead.worst_z, lead.mean_z, lead.share
+    recorder = max((c for c in rows.candidates if c.kind == RECORDER), key=lambda c: c.share, default=None)
+    beside = max((c for c in rows.candidates if c.kind == BESIDE), key=lambda c: c.evidence, default=None)
     left = max(chi2 - 1.0, 0.0) * log.samples / 2.0
     values = {
         "one": 1.0,
+        # evidence is a logarithm of odds over the base; what is beyond doubt is no surer with more of it
+        "nats": float(np.clip(best, 0.0, DOUBT_NATS)) / 2.5,
         "best": _squash(best),
-        "gain": _squash(max(gain, 0.0)),
+        "base_rms": _squash(10.0 * np.sqrt(max(log.base_chi2 - 1.0, 0.0))),
+        "base_worst": _squash(max(log.base_worst_z, 0.0)),
+        "base_means": _squash(max(log.base_mean_z, 0.0)),
         "left_share": left / (left + max(gain, 1.0)),
         "left_rms": _squash(10.0 * np.sqrt(max(chi2 - 1.0, 0.0))),
         "worst": _squash(max(worst, 0.0)),
         "means": _squash(max(means, 0.0)),
+        "little": 1.0 - share,
+        "outside": float(lead is not None and lead.outside > 0),
+        "recorder": 0.0 if recorder is None else recorder.share * _squash(max(recorder.gain, 0.0)),
+        "beside": 0.0 if beside is None else float(np.clip(beside.evidence, 0.0, DOUBT_NATS)) / 2.5,
+        "beside_left": 0.0 if beside is None or beside.evidence < 0.0 else _squash(max(beside.chi2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
-        "lead": _squash(ordered[0] - ordered[1] if len(ordered) > 1 else best),
-        "outside": float(lead is not None and lead.outside > 0),
     }
     return np.array([values[t] for t in LOG_TERMS])
 
@@ -200,17 +204,22 @@ def probabilities(rows: Rows, w: Weights, prior: Mapping[str, float] | None = No
     """
     rows = standing(rows)
     own = np.array([w.candidate[t] for t in CANDIDATE_TERMS])
-    scores: dict[Ids, float] = {}
-    for c in rows.candidates:
-        intercept = sum(w.effect.get(i, 0.0) + float(np.log((prior or {}).get(i, 1.0))) for i in c.ids)
-        scores[c.ids] = float(own @ candidate_terms(c, rows)) + intercept
     log = log_terms(rows)
-    scores[NONE] = float(np.array([w.none[t] for t in LOG_TERMS]) @ log)
-    scores[UNKNOWN] = float(np.array([w.unknown[t] for t in LOG_TERMS]) @ log)
-    top = max(scores.values())
-    weight = {k: float(np.exp(v - top)) for k, v in scores.items()}
-    total = sum(weight.values())
-    return {k: v / total for k, v in weight.items()}
+    named = {
+        c.ids: float(own @ candidate_terms(c, rows)) + sum(w.effect.get(i, 0.0) + float(np.log((prior or {}).get(i, 1.0))) for i in c.ids)
+        for c in rows.candidates
+    }
+    is_named, is_none, is_unknown = _shares([0.0 if named else -np.inf, *(float(np.array([x[t] for t in LOG_TERMS]) @ log) for x in (w.none, w.unknown))])
+    within = _shares(list(named.values()))
+    return {**{k: is_named * p for k, p in zip(named, within, strict=True)}, NONE: is_none, UNKNOWN: is_unknown}
+
+
+def _shares(scores: Sequence[float]) -> list[float]:
+    """Return the exponentials of scores over their sum."""
+    if not scores:
+        return []
+    weight = np.exp(np.array(scores) - max(scores))
+    return [float(v) for v in weight / weight.sum()]
 
 
 def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = None) -> Verdict:
@@ -233,9 +242,6 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     first = next((c for c in rows.candidates if c.ids == top), None)
     if first is not None and first.kind == OUTPUT and first.share < HALF and p[NONE] < max(p[UNKNOWN], named):
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
-    if size(first, rows.log) < weights.small and p[UNKNOWN] < max(p[NONE], named):
-        why = f"what the best candidate adds is {size(first, rows.log):.2g} of the noise, as large as it gets where nothing is missing"
-        return Verdict(NOTHING, (), _sure(max(p[NONE], named), weights, prior), (), p, why)
     tied = _tied(standing(rows), top)
     if ranked and p[top] >= weights.commit and tied:
         group = (top, *sorted(tied, key=lambda k: (-p[k], k)))

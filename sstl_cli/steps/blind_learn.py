@@ -70,7 +70,7 @@ def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights
     """Return how the weights of the other simulators do on each simulator, and on all."""
     said: dict[str, list[tuple[Example, Verdict]]] = {}
     for e in found:
-        own = replace(others[e.simulator], commit=weights.commit, quiet=weights.quiet, small=weights.small, cover=weights.cover, reliability=weights.reliability)
+        own = replace(others[e.simulator], commit=weights.commit, quiet=weights.quiet, cover=weights.cover, reliability=weights.reliability)
         said.setdefault(e.simulator, []).append((e, verdict(e.rows, own)))
     rows = [_row(s, said[s]) for s in sorted(said)]
     rows.append(_row("all", [pair for s in sorted(said) for pair in said[s]]))
