@@ -79,9 +79,9 @@ blind-full: $(STAMP) ## withheld-effect check, published run (hours); the seed i
 
 library: $(STAMP) ## draw and search the cases that the verdict is learned from (hours; goes on where it stopped)
 	mkdir -p $(OUT)
-	test -f $(OUT)/library.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library.parquet --cases 600 --quick --seed 31000000
+	test -f $(OUT)/library.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library.parquet --cases 600 --quick --seed 44000000
 
-LIBRARY := data/library.parquet
+LIBRARY := data/library-1.parquet data/library-2.parquet
 learn: $(STAMP) ## learn the verdict's weights again from LIBRARY, say how they do on simulators left out
 	$(BIN)/sstl blind learn $(LIBRARY) --out sstl_cli/diagnosis/weights.json --force
 

@@ -48,6 +48,7 @@ class Example:
     strength: float
     rows: Rows
     answer: Ids
+    copy: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class _Design:
     effects: Array
     log: Array
     answer: int
+    weight: float
 
 
 def examples(cases: Iterable[tuple[str, Mapping[str, Any], Rows]]) -> list[Example]:
@@ -98,21 +100,23 @@ def without_answer(e: Example) -> Example | None:
     if own - max(c.evidence for c in kept) < DECIDABLE_NATS:
         # what is left explains the log as well: nobody could say that something is missing
         return None
-    return replace(e, name=f"{e.name}-without", kind="excluded", rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
+    return replace(e, name=f"{e.name}-without", kind="excluded", rows=replace(e.rows, candidates=kept), answer=UNKNOWN, copy=True)
 
 
-def _design(e: Example) -> _Design:
+def _design(e: Example, weight: float) -> _Design:
     names = sorted(catalogue())
     terms = np.array([candidate_terms(c, e.rows) for c in e.rows.candidates])
     effects = np.array([[float(n in c.ids) for n in names] for c in e.rows.candidates])
     ids = [c.ids for c in e.rows.candidates]
     answer = len(ids) if e.answer == NONE else len(ids) + 1 if e.answer == UNKNOWN else ids.index(e.answer)
-    return _Design(terms, effects, log_terms(e.rows), answer)
+    return _Design(terms, effects, log_terms(e.rows), answer, weight)
 
 
 def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None) -> Weights:
     """Return the most likely weights; thresholds are left open (see :func:`calibrated`)."""
-    designs = [_design(e) for e in found]
+    # copies teach what unknown looks like, not how often it is (King and Zeng 2001)
+    drawn, unknown = sum(e.answer == UNKNOWN and not e.copy for e in found), sum(e.answer == UNKNOWN for e in found)
+    designs = [_design(e, drawn / unknown if e.answer == UNKNOWN else 1.0) for e in found]
     c, log, names = len(CANDIDATE_TERMS), len(LOG_TERMS), sorted(catalogue())
     spread = np.concatenate((np.full(c + 2 * log, PRIOR_TERM), np.full(len(names), PRIOR_EFFECT)))
 
@@ -123,10 +127,10 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
             count = len(d.terms)
             kind = 0 if d.answer < count else d.answer - count + 1
             p = _softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
-            total -= float(np.log(max(p[kind], 1e-300)))
+            total -= d.weight * float(np.log(max(p[kind], 1e-300)))
             p[kind] -= 1.0
-            gradient[c : c + log] += p[1] * d.log
-            gradient[c + log : c + 2 * log] += p[2] * d.log
+            gradient[c : c + log] += d.weight * p[1] * d.log
+            gradient[c + log : c + 2 * log] += d.weight * p[2] * d.log
             if kind == 0:
                 q = _softmax(d.terms @ own + d.effects @ effect)
                 total -= float(np.log(max(q[d.answer], 1e-300)))
@@ -164,7 +168,11 @@ def left_out(found: Sequence[Example]) -> dict[str, Weights]:
 
 
 def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
-    """Return weights with thresholds and reliability from predictions of simulators that were left out."""
+    """Return weights with thresholds and reliability from predictions of simulators that were left out.
+
+    Copies do not count: how often a cause has no name is what was drawn.
+    """
+    found = [e for e in found if not e.copy]
     judged = [(e, probabilities(e.rows, others[e.simulator])) for e in found]
     quiet, cover = _quiet(judged), _cover(judged)
     bare = {s: replace(w, quiet=quiet, cover=cover, reliability=()) for s, w in others.items()}

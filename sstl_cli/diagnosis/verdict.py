@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
@@ -205,11 +206,12 @@ def probabilities(rows: Rows, w: Weights, prior: Mapping[str, float] | None = No
     rows = standing(rows)
     own = np.array([w.candidate[t] for t in CANDIDATE_TERMS])
     log = log_terms(rows)
-    named = {
-        c.ids: float(own @ candidate_terms(c, rows)) + sum(w.effect.get(i, 0.0) + float(np.log((prior or {}).get(i, 1.0))) for i in c.ids)
-        for c in rows.candidates
-    }
-    is_named, is_none, is_unknown = _shares([0.0 if named else -np.inf, *(float(np.array([x[t] for t in LOG_TERMS]) @ log) for x in (w.none, w.unknown))])
+    odds = {c.ids: sum(float(np.log((prior or {}).get(i, 1.0))) for i in c.ids) for c in rows.candidates}
+    plain = {c.ids: float(own @ candidate_terms(c, rows)) + sum(w.effect.get(i, 0.0) for i in c.ids) for c in rows.candidates}
+    named = {k: v + odds[k] for k, v in plain.items()}
+    # odds against what is seen speak for what has no name, and for nothing
+    all_named = float(logsumexp(list(named.values())) - logsumexp(list(plain.values()))) if named else -np.inf
+    is_named, is_none, is_unknown = _shares([all_named, *(float(np.array([x[t] for t in LOG_TERMS]) @ log) for x in (w.none, w.unknown))])
     within = _shares(list(named.values()))
     return {**{k: is_named * p for k, p in zip(named, within, strict=True)}, NONE: is_none, UNKNOWN: is_unknown}
 

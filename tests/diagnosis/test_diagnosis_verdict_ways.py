@@ -1,6 +1,6 @@
 """Every way into every status, on evidence and weights made by hand: no learned number decides here.
 
-The weights are zero but for intercepts, so that each case states the probabilities itself; evidence and size then decide.
+The weights are zero but for intercepts, so that each case states the probabilities itself; evidence then decides.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from sstl_cli.diagnosis.verdict import (
     leading,
     log_terms,
     probabilities,
-    size,
     standing,
     verdict,
 )
@@ -34,9 +33,8 @@ SAMPLES = 5000
 LOG = LogRow(SAMPLES, 2, 3, 2.0, 50.0, 40.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3, 1.0, 1.0)
 CALM = Leftover(SAMPLES, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
 LOUD = Leftover(SAMPLES, 2.0, 0.5, 3.0, 0.0, (Misfit("mean by speed", 40.0, 90.0, "fast"), Misfit("mean by run", 3.0, 2.0, "0")))
-COMMIT, QUIET, SMALL, COVER = 0.8, 0.3, 0.1, 0.2
-# a gain that makes the size of a model (the RMS of what it adds, over the noise) 1, and one below SMALL
-LARGE, TINY = SAMPLES / 2.0, 0.5 * SMALL**2 * SAMPLES / 2.0
+COMMIT, QUIET, COVER = 0.8, 0.3, 0.2
+LARGE = SAMPLES / 2.0
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,11 @@ def weights(candidates=(), none=0.1, unknown=0.1, reliability=()):
     effect = {c.row.ids[0]: float(np.log(c.p)) for c in candidates if len(c.row.ids) == 1}
     pair = [float(np.log(c.p)) - sum(effect.get(i, 0.0) for i in c.row.ids) for c in candidates if len(c.row.ids) > 1]
     own, one = dict.fromkeys(CANDIDATE_TERMS, 0.0), dict.fromkeys(LOG_TERMS, 0.0)
+    # none and unknown stand beside all that is named together
+    named = sum(c.p for c in candidates) or 1.0
     return Weights(
-        {**own, "more": sum(pair)}, {**one, "one": float(np.log(none))}, {**one, "one": float(np.log(unknown))},
-        effect, COMMIT, QUIET, SMALL, COVER, reliability,
+        {**own, "more": sum(pair)}, {**one, "one": float(np.log(none / named))}, {**one, "one": float(np.log(unknown / named))},
+        effect, COMMIT, QUIET, COVER, reliability,
     )  # fmt: skip
 
 
@@ -98,10 +98,6 @@ WAYS = {
         [seen("viscous", p=0.2)], 0.7, 0.1, "none", (), (), 0.7),
     "none, although the probable one explains less than half": (
         [seen("viscous", p=0.2, share=0.1)], 0.7, 0.1, "none", (), (), 0.7),
-    "none by size": (
-        [seen("viscous", p=0.9, gain=TINY)], 0.05, 0.05, "none", (), (), 0.9),
-    "small, but something without a name is more probable": (
-        [seen("viscous", p=0.2, gain=TINY)], 0.1, 0.7, "unknown", (), (), 0.7),
     "no candidate at all, and quiet": ([], 0.9, 0.1, "none", (), (), 0.9),
     "no candidate at all, and loud": ([], 0.1, 0.9, "unknown", (), (), 0.9),
     "a pair": (
@@ -115,8 +111,8 @@ WAYS = {
         "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
     "a fault of the recorder that carries little may still be the cause": (
         [seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)], 0.05, 0.05, "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
-    "a lag beside the output has no size there": (
-        [seen("tension_loop_lag", p=0.9, kind=BESIDE, gain=TINY)], 0.05, 0.05, "identified", ("tension_loop_lag",), (("tension_loop_lag",),), 0.9),
+    "a lag beside the output": (
+        [seen("tension_loop_lag", p=0.9, kind=BESIDE)], 0.05, 0.05, "identified", ("tension_loop_lag",), (("tension_loop_lag",),), 0.9),
 }  # fmt: skip
 
 
@@ -186,7 +182,6 @@ def test_why_tells_what_was_seen():
     assert "crosstalk explain this data as well" in said(seen("viscous", p=0.9), seen("crosstalk", p=0.02)).why
     assert "mean by speed, 40 sigma" in said(seen("viscous", p=0.2), unknown=0.7).why
     assert "mean by speed" in said(none=0.1, unknown=0.9).why
-    assert "0.071 of the noise" in said(seen("viscous", p=0.9, gain=TINY)).why
     assert "10 % of the squared error" in said(seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)).why
     assert "takes 95 % off" in said(seen("tension_loop_lag", p=0.9, kind=BESIDE, share=0.95)).why
     assert "nothing at all is not ruled out" in said(seen("viscous", p=0.7), none=0.2, unknown=0.1).why
@@ -215,11 +210,10 @@ def test_a_class_and_a_pair_are_spelled_out_by_their_members():
     assert spelled_out({"ambiguity_group": ["viscous"], "members": None}) == ("viscous",)
 
 
-def test_size_and_lead_are_of_the_output_only():
+def test_the_lead_is_of_the_output_only():
     a, b = seen("viscous", p=0.5, evidence=3.0).row, seen("acquisition_faults", p=0.5, evidence=9e4, kind=RECORDER).row
     rows = Rows(LOG, (a, b), LOUD, LOUD)
     assert leading(rows) is a and leading(replace(rows, candidates=(b,))) is None
-    assert size(a, LOG) == pytest.approx(1.0) and size(b, LOG) == size(None, LOG) == float("inf")
     assert leading(replace(rows, candidates=(replace(a, evidence=0.0),))) is None
 
 
@@ -277,10 +271,11 @@ def test_what_two_models_share_does_not_discount_their_difference():
 def test_the_numbers_of_a_log_are_of_its_best_model_else_of_its_base():
     loud = replace(LOG, base_chi2=2.0)
     none = dict(zip(LOG_TERMS, log_terms(Rows(loud, (), LOUD, LOUD)), strict=True))
-    assert none["best"] == none["gain"] == none["lead"] == 0.0 and none["one"] == 1.0
+    assert none["best"] == none["nats"] == none["little"] == 0.0 and none["one"] == 1.0
     assert none["left_rms"] == pytest.approx(np.log10(11.0)) and none["left_share"] == pytest.approx(2500.0 / 2501.0)
     one = dict(zip(LOG_TERMS, log_terms(Rows(loud, (seen("viscous", p=0.5, evidence=9.0).row,), LOUD, LOUD)), strict=True))
-    assert one["best"] == one["lead"] == pytest.approx(1.0) and one["left_share"] == 0.0
+    assert one["best"] == pytest.approx(1.0) and one["nats"] == pytest.approx(9.0 / 2.5) and one["left_share"] == 0.0
+    assert one["base_rms"] == none["base_rms"] == pytest.approx(np.log10(11.0))
 
 
 def test_nothing_and_the_unnamed_are_always_among_the_answers():
