@@ -15,13 +15,13 @@ SCHEMA = "sstl.blind.score/1"
 BINS = 10
 # name, value at most or at least, how it is said
 TARGETS = (
-    ("false_alarm", "max", 0.05),
+    ("false_alarm", "max", 0.02),
     ("isolation", "min", 0.95),
-    ("isolation_weak", "min", 0.80),
-    ("wrong_commits", "max", 0.05),
+    ("isolation_weak", "min", 0.95),
+    ("wrong_commits", "max", 0.02),
     ("unknown_recall", "min", 0.90),
     ("both_of_a_pair", "min", 0.80),
-    ("ece", "max", 0.05),
+    ("ece", "max", 0.03),
     ("coverage", "within", 0.90),
 )
 WITHIN = 0.05
