@@ -63,7 +63,7 @@ CALLS = [
     (("watch", "nope-*.csv", "--once"), ["watch"]),
 ]
 # minutes, or the part of other tests
-ELSEWHERE = {"blind.run", "blind.score", "blind.limit", "blind.library", "blind.learn", "blind.real"}
+ELSEWHERE = {"blind.run", "blind.score", "blind.limit", "blind.library", "blind.learn", "blind.real", "blind.inject"}
 
 
 @pytest.fixture(scope="module")
