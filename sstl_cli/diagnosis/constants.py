@@ -211,7 +211,7 @@ DRAWS = 1000
 LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS = 2.0, 21, 3
 # of two runs the other one alone would decide: neither is odd; and runs that are left out in a diagnosis of their own, each of
 # which costs as much as the whole
-FEWEST_RUNS, CONFIRMED_RUNS = 3, 3
+FEWEST_RUNS, CONFIRMED_RUNS = 3, 1
 
 # === shown: bands of tables and tests, and what is listed
 

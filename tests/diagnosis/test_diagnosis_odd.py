@@ -135,7 +135,7 @@ def test_no_run_is_odd_where_all_are_alike_and_nothing_is_diagnosed_again(runs, 
     assert diagnose.run(runs, OPTIONS).document()["verdict"]["odd_runs"] == [] and len(calls) == 1
 
 
-def test_at_most_three_runs_are_confirmed_and_the_confirmation_asks_for_no_more(runs, monkeypatch):
+def test_few_runs_are_confirmed_and_the_confirmation_asks_for_no_more(runs, monkeypatch):
     calls = []
     real = diagnose.gather
     monkeypatch.setattr(diagnose, "gather", lambda *a: calls.append(a) or real(*a))

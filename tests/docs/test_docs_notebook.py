@@ -14,6 +14,7 @@ FOLDER = DATA if DATA.is_dir() else None
 
 
 @pytest.mark.skipif(FOLDER is None, reason="the folder ../shared/data/pneu-cylinder is absent")
+@pytest.mark.slow
 def test_the_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("SSTL_NOTEBOOK_DATA", str(FOLDER))
