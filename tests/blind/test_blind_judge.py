@@ -189,7 +189,7 @@ def test_targets_without_cases_are_neither_met_nor_missed():
     empty = dict.fromkeys(
         ("isolation", "isolation_weak", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
     )
-    scores = {**empty, "false_alarm": share([False] * 19 + [True]), "ece": 0.2}
+    scores = {**empty, "false_alarm": share([False] * 49 + [True]), "ece": 0.2}
     met = {t["id"]: t["met"] for t in targets(scores)}
     assert met["false_alarm"] is True and met["ece"] is False
     assert met["isolation"] is None and met["coverage"] is None
