@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.diagnosis.features import OUTPUT, Rows
@@ -19,6 +20,7 @@ from sstl_cli.diagnosis.verdict import (
     NONE,
     UNKNOWN,
     Ids,
+    Verdict,
     Weights,
     candidate_terms,
     log_terms,
@@ -126,13 +128,13 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         for d in designs:
             count = len(d.terms)
             kind = 0 if d.answer < count else d.answer - count + 1
-            p = _softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
+            p = softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
             total -= d.weight * float(np.log(max(p[kind], 1e-300)))
             p[kind] -= 1.0
             gradient[c : c + log] += d.weight * p[1] * d.log
             gradient[c + log : c + 2 * log] += d.weight * p[2] * d.log
             if kind == 0:
-                q = _softmax(d.terms @ own + d.effects @ effect)
+                q = softmax(d.terms @ own + d.effects @ effect)
                 total -= float(np.log(max(q[d.answer], 1e-300)))
                 q[d.answer] -= 1.0
                 gradient[:c] += d.terms.T @ q
@@ -155,11 +157,6 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         (),
         dict(provenance or {}),
     )
-
-
-def _softmax(scores: Array) -> Array:
-    weight = np.exp(scores - scores.max())
-    return np.asarray(weight / weight.sum())
 
 
 def left_out(found: Sequence[Example]) -> dict[str, Weights]:
@@ -185,8 +182,7 @@ def _threshold(found: Sequence[Example], weights: Mapping[str, Weights]) -> floa
     """Return the smallest probability from which on at most ``WRONG_COMMITS`` of all cases are committed to wrongly."""
     for commit in COMMITS:
         said = ((e, verdict(e.rows, replace(weights[e.simulator], commit=float(commit)))) for e in found)
-        wrong = sum(v.status == IDENTIFIED and not set(v.effects) <= set(e.answer) for e, v in said)
-        if wrong <= WRONG_COMMITS * len(found):
+        if sum(is_wrong(e, v) for e, v in said) <= WRONG_COMMITS * len(found):
             return round(float(commit), 6)
     return float(COMMITS[-1])
 
@@ -215,6 +211,11 @@ def is_right(e: Example, said: Any) -> bool:
         covered = {i for ids in said.group for i in ids}
         return e.answer not in (NONE, UNKNOWN) and set(e.answer) <= covered
     return e.answer == (NONE if said.status == "none" else UNKNOWN)
+
+
+def is_wrong(e: Example, said: Verdict) -> bool:
+    """Whether a verdict commits to a name that is not the cause."""
+    return said.status == IDENTIFIED and not set(said.effects) <= set(e.answer)
 
 
 def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, float], ...]:

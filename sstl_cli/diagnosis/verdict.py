@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
@@ -211,17 +211,11 @@ def probabilities(rows: Rows, w: Weights, prior: Mapping[str, float] | None = No
     named = {k: v + odds[k] for k, v in plain.items()}
     # odds against what is seen speak for what has no name, and for nothing
     all_named = float(logsumexp(list(named.values())) - logsumexp(list(plain.values()))) if named else -np.inf
-    is_named, is_none, is_unknown = _shares([all_named, *(float(np.array([x[t] for t in LOG_TERMS]) @ log) for x in (w.none, w.unknown))])
-    within = _shares(list(named.values()))
+    is_named, is_none, is_unknown = (
+        float(p) for p in softmax([all_named, *(float(np.array([x[t] for t in LOG_TERMS]) @ log) for x in (w.none, w.unknown))])
+    )
+    within = [float(p) for p in softmax(list(named.values()))] if named else []
     return {**{k: is_named * p for k, p in zip(named, within, strict=True)}, NONE: is_none, UNKNOWN: is_unknown}
-
-
-def _shares(scores: Sequence[float]) -> list[float]:
-    """Return the exponentials of scores over their sum."""
-    if not scores:
-        return []
-    weight = np.exp(np.array(scores) - max(scores))
-    return [float(v) for v in weight / weight.sum()]
 
 
 def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = None) -> Verdict:

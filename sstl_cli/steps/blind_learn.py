@@ -89,7 +89,7 @@ def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> dict[str, Any]:
         "both_of_a_pair": share(_exact(e, v) for e, v in known if len(e.answer) > 1),
         "covered": share(learning.is_right(e, v) for e, v in named),
         "false_alarm": share(v.status != "none" for e, v in said if e.answer == NONE),
-        "wrong_commits": share(_wrong(e, v) for e, v in said),
+        "wrong_commits": share(learning.is_wrong(e, v) for e, v in said),
         "unknown_recall": share(v.status == "unknown" for e, v in said if e.answer == UNKNOWN),
         "right": share(learning.is_right(e, v) for e, v in said),
     }
@@ -97,7 +97,3 @@ def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> dict[str, Any]:
 
 def _exact(e: Example, v: Verdict) -> bool:
     return v.status == "identified" and set(v.effects) == set(e.answer)
-
-
-def _wrong(e: Example, v: Verdict) -> bool:
-    return v.status == "identified" and not set(v.effects) <= set(e.answer)
