@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import subprocess
@@ -10,8 +9,9 @@ import sys
 import time
 from pathlib import Path
 
-import psutil
 import pytest
+
+from tests.batch.batch_processes import group
 
 CAUGHT = """
 import os, signal, sys
@@ -59,16 +59,6 @@ def _start(folder: Path, text: str) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def _left(leader: int) -> list[int]:
-    """Return the live processes of a session."""
-    found = []
-    for process in psutil.process_iter(["status"]):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            if os.getsid(process.pid) == leader and process.info["status"] != psutil.STATUS_ZOMBIE:
-                found.append(process.pid)
-    return found
-
-
 def test_ctrl_c_in_code_from_a_string_keeps_the_exit_code(tmp_path: Path) -> None:
     tried = _start(tmp_path, CAUGHT)
     _, told = tried.communicate(timeout=60)
@@ -85,6 +75,6 @@ def test_ctrl_c_throws_away_what_processes_are_at(tmp_path: Path, whole_group: b
     assert (tried.returncode, told) == (7, "")
     # the jobs would have gone on for 100 s
     assert time.monotonic() - begun < 50
-    while _left(tried.pid):
+    while group(tried.pid):
         assert time.monotonic() - begun < 60
         time.sleep(0.05)
