@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln, logsumexp
+from scipy.special import gammaln
 
 from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
@@ -85,8 +85,3 @@ def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = (
     out = (f.theta <= THETA_LOW) | (f.theta >= THETA_HIGH)
     stopped = bool(np.any(out if beside is None else out & (beside > THETA_LOW) & (beside < THETA_HIGH)))
     return Weighed(f, gain, min(gain - charge, 0.0) if stopped else gain - charge)
-
-
-def together(weighed: Sequence[Weighed]) -> float:
-    """Return the evidence (nats) of an effect by any of its hypotheses, all alike beforehand."""
-    return float(logsumexp([w.evidence for w in weighed]) - np.log(len(weighed)))

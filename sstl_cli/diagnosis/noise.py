@@ -52,11 +52,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class _Held:
-    """Coloured noise seen in holds: standard deviation (N), correlation time (s), number of windows."""
+    """Coloured noise seen in holds: standard deviation (N) and correlation time (s)."""
 
     coloured_n: float
     correlation_s: float
-    windows: int
 
 
 def measured(records: Sequence[Record], slide: Array) -> Noise:
@@ -114,20 +113,18 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
     The most likely one of windows without their straight line (restricted likelihood), from the quieter half of them at
     first, then from all that it can have made: holds that something else disturbs do not count.
     """
+    first = records[0]
+    step_s, white = first.dt_s * first.factor, white_n / float(np.sqrt(np.median(first.readings)))
     rows = np.zeros((0, 0))
     for window_s in WINDOWS_S:
-        found: list[Array] = []
-        for r, slide in zip(records, slides, strict=True):
-            length = max(SHORTEST_WINDOW, round(window_s / (records[0].dt_s * records[0].factor)))
-            found += _pieces(r.y, (slide < HELD) & (r.weight > 0), length)
-        rows = np.array([p for p in found if len(p) == len(found[0])])
+        length = max(SHORTEST_WINDOW, round(window_s / step_s))
+        rows = np.array([p for r, slide in zip(records, slides, strict=True) for p in _pieces(r.y, (slide < HELD) & (r.weight > 0), length)])
         if len(rows) >= LEAST_WINDOWS:
             break
     if len(rows) < LEAST_WINDOWS:
-        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], len(rows))
-    first = records[0]
+        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1])
     tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
-    costs = np.array([_window_costs(rows, white_n / np.sqrt(float(np.median(first.readings))), c, tau, first.dt_s * first.factor) for c, tau in tries])
+    costs = np.array([_window_costs(rows, white, c, tau, step_s) for c, tau in tries])
     spread = rows.var(axis=1)
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
@@ -139,7 +136,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
         if (now == kept).all() or now.sum() < LEAST_WINDOWS:
             break
         kept = now
-    return _Held(float(tries[best][0]), tries[best][1], int(kept.sum()))
+    return _Held(float(tries[best][0]), tries[best][1])
 
 
 def _window_costs(rows: Array, white_n: float, coloured_n: float, correlation_s: float, step_s: float) -> Array:

@@ -79,14 +79,12 @@ def run(
     max_effects: int,
     advance: Callable[[float], None] = lambda _: None,
     workers: int = 1,
-    given: Noise | None = None,
     passed: Callable[[str], bool] = lambda _: False,
 ) -> Search:
     """Fit the base, every candidate, and combinations of up to ``max_effects`` effects.
 
     First unwhitened and on representative runs, because a whitened fit from a poor start gets stuck; then with the noise
-    that the richest model leaves, each model by its own phases. ``given`` is noise known beforehand;
-    ``passed`` says whether combinations have to be left out (see core.deadline).
+    that the richest model leaves, each model by its own phases. ``passed`` says whether combinations have to be left out (see core.deadline).
     """
     small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
@@ -114,13 +112,15 @@ def run(
     rough = sorted(_each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
     theta = np.full(len(theta0), float(np.mean(base.theta)))
     theta[chosen] = base.theta
-    first = fit(sim, _plain(sim, max(spread, 1e-9)), NOTHING, theta, np.zeros(0), BASE_ITERATIONS)
+    plain_all = _plain(sim, max(spread, 1e-9))
+    first = fit(sim, plain_all, NOTHING, theta, np.zeros(0), BASE_ITERATIONS)
     measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
-    rich = [fit(sim, _plain(sim, max(spread, 1e-9)), f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
-    if given is None and any(r.misfit_n is not None for r in sim.problem.records):
+    if any(r.misfit_n is not None for r in sim.problem.records):
         # what slides show beyond holds is the scatter of the accepted model, which is known
-        given = noise_of.white_only(measured)
-    noise = given or _noise(sim, [first, *rich], measured)
+        noise = noise_of.white_only(measured)
+    else:
+        rich = [fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
+        noise = _noise(sim, [first, *rich], measured)
     found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
 
     def begun(f: Fit) -> Fit:

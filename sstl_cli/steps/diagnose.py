@@ -265,7 +265,7 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
 def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
     """Return the fit of the named effects, or the re-tuned base where none of the output is named."""
     named = tuple(sorted(said.effects))
-    if named and (len(named) > 1 or named[0] in found.search.singles) and _fitted(found.search, named):
+    if named and _fitted(found.search, named):
         return found.search.best(named).fit
     return found.search.base
 
