@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
@@ -124,7 +123,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
     if len(rows) < LEAST_WINDOWS:
         return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1])
     tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
-    costs = np.array([_window_costs(rows, white, c, tau, step_s) for c, tau in tries])
+    costs = np.concatenate([_window_costs(rows, white, white_n * LEVELS, tau, step_s) for tau in CORRELATIONS_S])
     spread = rows.var(axis=1)
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
@@ -139,17 +138,27 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
     return _Held(float(tries[best][0]), tries[best][1])
 
 
-def _window_costs(rows: Array, white_n: float, coloured_n: float, correlation_s: float, step_s: float) -> Array:
-    """Return minus the restricted log likelihood (nats) and the sum of whitened squares of each window, shape (m, 2)."""
+def _window_costs(rows: Array, white_n: float, coloured_n: Array, correlation_s: float, step_s: float) -> Array:
+    """Return minus the restricted log likelihood (nats) and the sum of whitened squares of each window.
+
+    Freed of its straight line, a window is turned into the axes of the coloured noise, which are those of every level of it.
+
+    Parameters
+    ----------
+    coloured_n : ndarray, shape (levels,)
+
+    Returns
+    -------
+    ndarray, shape (levels, windows, 2)
+    """
     length = rows.shape[1]
     lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length))) * step_s
-    lower = np.linalg.cholesky(coloured_n**2 * np.exp(-lag / correlation_s) + white_n**2 * np.eye(length))
     line = np.stack((np.ones(length), np.linspace(-1.0, 1.0, length)), axis=1)
-    z, basis = solve_triangular(lower, rows.T, lower=True), solve_triangular(lower, line, lower=True)
-    q, own = np.linalg.qr(basis)
-    square = (z**2).sum(axis=0) - ((q.T @ z) ** 2).sum(axis=0)
-    log_det = float(np.sum(np.log(np.diag(lower))) + np.sum(np.log(np.abs(np.diag(own)))))
-    return np.stack((0.5 * square + log_det, square), axis=1)
+    free = np.linalg.qr(line, mode="complete")[0][:, 2:]
+    power, axes = np.linalg.eigh(free.T @ np.exp(-lag / correlation_s) @ free)
+    variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + white_n**2
+    square = (1.0 / variance) @ ((rows @ (free @ axes)) ** 2).T
+    return np.stack((0.5 * (square + np.log(variance).sum(axis=1, keepdims=True)), square), axis=2)
 
 
 def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:

@@ -32,6 +32,7 @@ def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
     inner = line.T @ inverse @ line
     project = inverse - inverse @ line @ np.linalg.solve(inner, line.T @ inverse)
     square = np.einsum("ij,jk,ik->i", rows, project, rows)
-    log_det = 0.5 * (np.linalg.slogdet(sigma)[1] + np.linalg.slogdet(inner)[1])
-    cost = _window_costs(rows, 0.3, 0.5, 0.2, 0.01)
+    log_det = 0.5 * (np.linalg.slogdet(sigma)[1] + np.linalg.slogdet(inner)[1] - np.linalg.slogdet(line.T @ line)[1])
+    other, cost = _window_costs(rows, 0.3, np.array([0.1, 0.5]), 0.2, 0.01)
     assert cost[:, 1] == pytest.approx(square) and cost[:, 0] == pytest.approx(0.5 * square + log_det)
+    assert (other[:, 1] > cost[:, 1]).all()

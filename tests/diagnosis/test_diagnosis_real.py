@@ -36,17 +36,20 @@ def test_broken_band_sensor_is_told_from_its_healthy_twin(tmp_path: Path) -> Non
     assert faulty["gap"]["rmse_base_n"] > 4.0 * healthy["gap"]["rmse_base_n"]
 
 
-def test_load_dependent_friction_is_told_from_constant_friction(tmp_path: Path) -> None:
+def test_constant_friction_is_told_from_load_dependent_friction(tmp_path: Path) -> None:
     files = sorted((DATA / "pneu-cylinder").glob("*.csv"))
     runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)
-    for cylinder in ("NAPN", "KDN"):
+    # half-widths from 1 to 7 bar (README of the data): NAPN 3.3 to 11.6 N, KDN 5.6 to 6.7 N. The model's slopes hold friction in
+    # proportion to the load already, so that what is missing is where a line through them meets no load: 2.3 and 5.5 N.
+    for cylinder, at_no_load in (("NAPN", 2.3), ("KDN", 5.5)):
         mine = [r for r in runs if r.config_id == cylinder]
         found = run(mine, DiagnoseOptions(effects=("const_friction", "load_dependent_friction"), max_effects=1, workers=2)).document()
         assert any("driven by the recorded motion" in note for note in found["notes"])
-        evidence = {c["id"]: c["evidence_nats"] for c in found["candidates"]}
-        loads = evidence["load_dependent_friction"] > evidence["const_friction"]
+        best = max(found["candidates"], key=lambda c: c["evidence_nats"])
+        width = next(p["estimate"] for p in best["parameters"] if p["name"] == "w_l_n")
+        assert best["id"] == "const_friction" and abs(width - at_no_load) < 1.0
         # friction that depends on the place along the stroke is left in both: no name is certain
-        assert loads == (cylinder == "NAPN") and found["verdict"]["status"] != "none"
+        assert found["verdict"]["status"] == "unknown"
 
 
 def test_answers_come_in_the_units_of_the_recording(tmp_path: Path) -> None:
