@@ -64,8 +64,7 @@ def _loop_d2(truth: Truth, values: dict[str, float]) -> float:
     for r in records:
         reference = np.asarray(r.raw.tension_ref_n)
         lagged = first_order(reference, r.raw.dt_s, values["tau_s"], values["inverse_slew_s_per_n"]) if values else reference
-        thin = max(1, round(r.dt_s / r.raw.dt_s))
-        parts.append(block_mean(block_mean(r.raw.tension_in_n - lagged, thin)[: len(r) * r.factor], r.factor))
+        parts.append(block_mean(block_mean(r.raw.tension_in_n - lagged, r.thin)[: len(r) * r.factor], r.factor))
     still = np.zeros(sum(len(p) for p in parts))
     # nothing slides between two readings of one tension: the noise of the input sensor stands alone
     alone = Noise(noise.input, noise.input, noise.smoother)

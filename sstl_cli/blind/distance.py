@@ -81,13 +81,12 @@ class Truth:
             # as much as the few readings of a slow sensor tell, spread over all that it repeats
             white_out *= float(np.sqrt(max(1.0 / self.sim.problem.records[0].raw.dt_s / lab.refresh_hz, 1.0)))
         for r in self.sim.problem.records:
-            thin = max(1, round(r.dt_s / r.raw.dt_s))
             # every sample errs by itself: nothing of one carries over to the next
             law = np.zeros((len(r) * r.factor, CHAIN))
-            law[:, VARIANCE] = 0.0 if known else white_in**2 / thin
+            law[:, VARIANCE] = 0.0 if known else white_in**2 / r.thin
             moves, error = error_of_means(law, r.factor)
-            records.append(replace(r, error_n=error, error_law=moves, start_error_n=white_out / float(np.sqrt(thin * r.factor))))
-        thin = max(1, round(records[0].dt_s / records[0].raw.dt_s))
+            records.append(replace(r, error_n=error, error_law=moves, start_error_n=white_out / float(np.sqrt(r.thin * r.factor))))
+        thin = records[0].thin
         out = Sensor(white_out / float(np.sqrt(thin)), n.coloured_n, n.correlation_s)
         into = Sensor(white_in / float(np.sqrt(thin)), 0.0 if known else n.coloured_n, n.correlation_s)
         return records, Noise(dict.fromkeys(systems, into), dict.fromkeys(systems, out), dict.fromkeys(systems, 1.0))

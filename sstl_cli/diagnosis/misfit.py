@@ -72,8 +72,7 @@ def state(r: Record) -> tuple[Array, Array, Array]:
     if r.slip is None or r.raw.position_in_mm is None:
         way, since = turning(u)
         return u, since, way
-    thin = max(1, round(r.dt_s / r.raw.dt_s))
-    place = block_mean(block_mean(r.raw.position_in_mm, thin)[: len(r.u)], r.factor)
+    place = block_mean(block_mean(r.raw.position_in_mm, r.thin)[: len(r.u)], r.factor)
     return u, place, np.where(block_mean(r.slip, r.factor) < 0.0, -1.0, 1.0)
 
 

@@ -10,7 +10,7 @@ Thompson 1971), and the spreads stay near what was measured by log-normal priors
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,10 +73,21 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
         white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out) for r, _ in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
-        ratio = float(np.clip(white_in / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
+        # of the output it is that of means over a step, of the input that of readings
+        alike = white_in / float(np.sqrt(np.median([r.averaged("tension_out_n") for r, _ in mine])))
+        ratio = float(np.clip(alike / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0))
+
+
+def of_readings(records: Sequence[Record], noise: Noise) -> Noise:
+    """Return a noise whose white part of the output is that of one reading, not of the mean over a step of the simulation."""
+    found = dict(noise.output)
+    for system, s in found.items():
+        averaged = float(np.median([r.averaged("tension_out_n") for r in records if r.system == system]))
+        found[system] = replace(s, white_n=s.white_n * float(np.sqrt(averaged)))
+    return replace(noise, output=found)
 
 
 def white_only(noise: Noise) -> Noise:

@@ -85,6 +85,15 @@ class Record:
     def __len__(self) -> int:
         return len(self.y)
 
+    @property
+    def thin(self) -> int:
+        """Samples of the recording in one step of the simulation."""
+        return max(1, round(self.dt_s / self.raw.dt_s))
+
+    def averaged(self, column: str) -> int:
+        """Return of how many readings of a channel one step of the simulation holds the mean."""
+        return self.thin if known(self.raw, column).all() else 1
+
 
 @dataclass(frozen=True)
 class Problem:

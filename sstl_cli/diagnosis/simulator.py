@@ -210,7 +210,7 @@ def _error_n(r: Record, noise: Noise | None) -> Array:
 def neighbour_of(r: Record) -> Array | None:
     """Return the tension (N, shape (n * factor,)) of the tendons recorded beside, None where that is not known."""
     beside = r.raw.extra.get("neighbour_n")
-    return None if beside is None else block_mean(beside, max(1, round(r.dt_s / r.raw.dt_s)))[: len(r.u)]
+    return None if beside is None else block_mean(beside, r.thin)[: len(r.u)]
 
 
 def _true_start(r: Record, hooked: Hooked) -> float:

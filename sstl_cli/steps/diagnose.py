@@ -30,7 +30,7 @@ from sstl_cli.diagnosis import (
 )
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
-from sstl_cli.diagnosis.noise import white_only
+from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import LINE, Simulator
@@ -299,7 +299,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         for i, name in enumerate(found.problem.configs)
     )
     # of holds and second differences only: what the model leaves is no noise of a sensor
-    noise = found.search.measured.output.values()
+    noise = of_readings(found.problem.records, found.search.measured).output.values()
     heard = {
         "white_n": unit_n * float(np.median([s.white_n for s in noise])),
         "coloured_n": unit_n * float(np.median([s.coloured_n for s in noise])),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli import __version__
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.faults import RecorderEffect
-from sstl_cli.diagnosis.noise import floor_n
+from sstl_cli.diagnosis.noise import floor_n, of_readings
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effects import get
@@ -194,9 +194,10 @@ def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
 def _noise(g: Given) -> dict[str, Any]:
     """Return the noise of each sensor as estimated, with 95 % intervals."""
     found = {}
-    for system in sorted(g.search.noise.output):
-        sensors = (("input", g.search.noise.input[system]), ("output", g.search.noise.output[system]))
-        spread = g.search.noise.spread.get(system, {})
+    noise = of_readings(g.problem.records, g.search.noise)
+    for system in sorted(noise.output):
+        sensors = (("input", noise.input[system]), ("output", noise.output[system]))
+        spread = noise.spread.get(system, {})
         found[system] = {
             side: {
                 key: {"estimate": v, "ci95": _log_interval(v, spread.get(f"{side}.{key}"))}

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from rig_logs import SHORT, record
 
-from sstl_cli.diagnosis.noise import _held, _window_costs
+from sstl_cli.diagnosis.noise import _held, _window_costs, measured, of_readings
+from sstl_cli.diagnosis.records import prepare
 from tests.diagnosis.made_windows import Held, coloured
 
 
@@ -36,3 +38,11 @@ def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
     other, cost = _window_costs(rows, 0.3, np.array([0.1, 0.5]), 0.2, 0.01)
     assert cost[:, 1] == pytest.approx(square) and cost[:, 0] == pytest.approx(0.5 * square + log_det)
     assert (other[:, 1] > cost[:, 1]).all()
+
+
+@pytest.mark.parametrize("hz", [100.0, 1000.0])
+def test_stated_noise_is_that_of_one_reading_at_any_rate(hz):
+    records = prepare(record({}, hz=hz, moves=SHORT[1:2], configs=1), 1.0).records
+    found = of_readings(records, measured(records, np.ones(sum(len(r) for r in records))))
+    for sensor in (*found.input.values(), *found.output.values()):
+        assert sensor.white_n == pytest.approx(0.02, rel=0.1)
