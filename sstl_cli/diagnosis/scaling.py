@@ -10,6 +10,9 @@ import numpy as np
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import HIGH_N, LOW_N, TARGET_N, TOP_PCT
+from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.scenario import Scenario
 
 POWERS = {"N": 1, "N s/mm": 1, "1/N": -1, "mm/N": -1, "1/kN": -1, "s/N": -1}
 
@@ -44,9 +47,23 @@ def parameter(value: float, unit: str, unit_n: float) -> float:
     return value * unit_n ** POWERS.get(unit, 0)
 
 
-def values(effect: Mapping[str, float], units: Mapping[str, str], unit_n: float) -> dict[str, float]:
-    """Return an effect's parameters, given in the units of the recording, in those of the scaled fit."""
-    return {name: value / unit_n ** POWERS.get(units[name], 0) for name, value in effect.items()}
+def effects(simulator: Scenario, unit_n: float) -> dict[str, dict[str, float]]:
+    """Return the effects of a simulator, given in the units of the recording, in those of the scaled fit."""
+    units = {e: {p.name: p.unit for p in get(e).parameters} for e in simulator.effects}
+    return {e: {k: x / unit_n ** POWERS.get(units[e][k], 0) for k, x in v.items()} for e, v in simulator.effects.items()}
+
+
+def mechanics(simulator: Scenario, unit_n: float) -> Mechanics:
+    """Return the mechanics of a simulator, given in the units of the recording, in those of the scaled fit."""
+    own = simulator.rig.mechanics()
+    return replace(own, ea_n=own.ea_n / unit_n, load_n_per_mm=own.load_n_per_mm / unit_n)
+
+
+def in_proportion(unit_n: float) -> Scenario:
+    """Return the simulator of a rig that nothing is known of: the usual one, as much stiffer as its tensions are larger."""
+    usual = Scenario()
+    stiffer = {"ea_n": usual.rig.ea_n * unit_n, "load_n_per_mm": usual.rig.load_n_per_mm * unit_n}
+    return usual.model_copy(update={"rig": usual.rig.model_copy(update=stiffer)})
 
 
 def restore(document: Any, unit_n: float) -> Any:

@@ -22,7 +22,7 @@ class RigSection(Model):
     """Tube and tendon: lengths in mm, stiffness in N and N/mm."""
 
     length_mm: Annotated[float, Field(ge=10, le=20_000)] = 2000.0
-    ea_n: Annotated[float, Field(ge=100, le=1e6)] = 8000.0
+    ea_n: Annotated[float, Field(gt=0, le=1e12)] = 8000.0
     load_n_per_mm: Annotated[float, Field(gt=0, le=1e12)] = 8.0
     arc_fraction: Annotated[float, Field(gt=0, le=1)] = 0.25
     bend_centres: dict[str, Annotated[float, Field(ge=0, le=1)]] = {"NP": 0.2, "CP": 0.5, "ND": 0.8}

@@ -105,11 +105,16 @@ class Diagnosis:
 
     @cached_property
     def _known(self) -> Scenario:
-        return tried(self.evidence, known(self.evidence, self.verdict, self.options.sim or Scenario()), self.options)
+        return tried(self.evidence, known(self.evidence, self.verdict, self._given), self.options)
 
     def bare(self) -> Scenario:
         """Return the accepted simulator without what it is known to leave."""
-        return model(self.evidence, self.verdict, self.options.sim or Scenario())
+        return model(self.evidence, self.verdict, self._given)
+
+    @property
+    def _given(self) -> Scenario:
+        """The simulator that was given, or the one that was assumed."""
+        return self.options.sim or scaling.in_proportion(self.evidence.problem.unit_n)
 
 
 def odds(table: Mapping[str, Any], where: str) -> dict[str, float]:
@@ -192,22 +197,20 @@ def gather(
     SstlError
         If no run can be used.
     """
-    scenario, recorded = options.sim or Scenario(), tuple(runs)
-    own = scale.given(runs, scenario.output) or scale.scale_of(runs)
+    recorded, output = tuple(runs), options.sim.output if options.sim else None
+    own = scale.given(runs, output) or scale.scale_of(runs)
     if own is not None:
         runs = scale.in_newtons(runs, own)
     unit_n = scaling.unit_of(runs)
+    scenario = options.sim or scaling.in_proportion(unit_n)
     problem = misfit.applied(prepare(scaling.scaled(runs, unit_n), unit_n), scenario.misfits, unit_n)
-    fixed = {
-        e: scaling.values(v, {p.name: p.unit for p in get(e).parameters}, unit_n) for e, v in scenario.effects.items()
-    }
     # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
-    ids = [i for i in candidates(options) if own is None or scenario.output is not None or i != "gain_error"]
+    ids = [i for i in candidates(options) if own is None or output is not None or i != "gain_error"]
     fitted = [i for i in ids if get(i).fitted and get(i).channel in _shown(problem)]
     if any(r.slip is not None for r in problem.records):
         # which element slips next is known only where a tension drives the line
         fitted = [i for i in fitted if get(i).stage != TRANSITION]
-    sim = Simulator(problem, scenario.rig.mechanics(), fixed, scenario.dispersion)
+    sim = Simulator(problem, scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n), scenario.dispersion)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     theta = fit(sim, white(1.0, sim.weight, [s.start for s in sim.slices()]), search.NOTHING, first_theta(sim, nominal), np.zeros(0)).theta
     found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed))

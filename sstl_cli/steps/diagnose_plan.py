@@ -94,8 +94,8 @@ def _planned(scenario: Scenario) -> tuple[Search, float]:
     runs = list(simulate.run(scenario.model_copy(update={"simulator": "transmission"}), {}, 0))
     unit_n = scaling.unit_of(runs)
     problem = prepare(scaling.scaled(runs, unit_n), unit_n)
-    fixed = {e: scaling.values(v, {p.name: p.unit for p in get(e).parameters}, unit_n) for e, v in scenario.effects.items() if get(e).fitted}
-    sim = Simulator(problem, scenario.rig.mechanics(), fixed)
+    fixed = {e: v for e, v in scaling.effects(scenario, unit_n).items() if get(e).fitted}
+    sim = Simulator(problem, scaling.mechanics(scenario, unit_n), fixed)
     theta = np.array([scenario.theta_of(c) for c in problem.configs])
     heard = scenario.noise
     out = Sensor(max(heard.white_n / unit_n, 1e-6) / float(np.sqrt(problem.records[0].thin)), heard.coloured_n / unit_n, heard.correlation_s)
