@@ -418,7 +418,8 @@ def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:
 
 
 def test_a_missed_gate_is_4(monkeypatch, capsys) -> None:
-    assert run_here(monkeypatch, "diagnose", SAMPLE, "--expect", "none", "--max-effects", "1") == 4
+    few = ("--effects", "pulley_friction", "--max-effects", "1")
+    assert run_here(monkeypatch, "diagnose", SAMPLE, "--expect", "none", *few) == 4
     assert "gate missed: --expect: expected none" in capsys.readouterr().err
 
 
