@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from sstl_cli.cli._batch_worker import call_program
 from sstl_cli.core.runs import read_runs
 
 ROOT = Path(__file__).parents[2]
@@ -38,23 +37,20 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
         if run.system == "act" and "trapezoid" in run.run_id:
             columns = (run.time_s * 1000, run.tension_in_n / LBF, run.tension_out_n / LBF)
             np.savetxt(folder / f"bend_{str(run.config_id)[-3:]}.txt", np.column_stack(columns), fmt="%.9g")
-    for command in COMMANDS:
-        words = shlex.split(command, comments=True)
-        assert words[0] == "sstl", command
-        stated = re.search(r"# exit (\d)", command)
-        done = subprocess.run(
-            [sys.executable, "-m", "sstl_cli", *words[1:]],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "COLUMNS": "80"},
-        )
-        assert done.returncode == int(stated[1] if stated else 0), f"{command}\n{done.stdout[-800:]}\n{done.stderr}"
-        assert "Traceback" not in done.stderr
-        (folder / "screens").mkdir(exist_ok=True)
-        (folder / "screens" / f"{words[1]} {Path(words[2]).stem}.txt").write_text(done.stdout)
-        if command == "sstl diagnose log.parquet --out diagnosis.json":
-            (folder / "screen.txt").write_text(done.stdout)
+    (folder / "screens").mkdir()
+    with pytest.MonkeyPatch.context() as patch, contextlib.chdir(folder):
+        patch.setenv("COLUMNS", "80")
+        for command in COMMANDS:
+            words = shlex.split(command, comments=True)
+            assert words[0] == "sstl", command
+            stated = re.search(r"# exit (\d)", command)
+            # two dozen starts of the program would take as long as its work
+            code, out, err = call_program(words[1:], {})
+            assert code == int(stated[1] if stated else 0), f"{command}\n{out[-800:]}\n{err}"
+            assert "Traceback" not in err
+            Path("screens", f"{words[1]} {Path(words[2]).stem}.txt").write_text(out)
+            if command == "sstl diagnose log.parquet --out diagnosis.json":
+                Path("screen.txt").write_text(out)
     return folder
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import os
 import re
 import shlex
 import shutil
@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sstl_cli.cli._batch_worker import call_program
 from sstl_cli.core.runs import read_runs
 
 ROOT = Path(__file__).parents[2]
@@ -30,9 +31,9 @@ def run(folder: Path, command: str) -> subprocess.CompletedProcess[str]:
     for word in shlex.split(command)[1:]:
         # what a shell would do
         words += sorted(p.name for p in folder.glob(word)) if "*" in word else [word]
-    return subprocess.run(
-        [sys.executable, "-m", "sstl_cli", *words], cwd=folder, capture_output=True, text=True, env={**os.environ, "COLUMNS": "80"}
-    )
+    with pytest.MonkeyPatch.context() as patch, contextlib.chdir(folder):
+        patch.setenv("COLUMNS", "80")
+        return subprocess.CompletedProcess(words, *call_program(words, {}))
 
 
 @pytest.fixture(scope="module")
