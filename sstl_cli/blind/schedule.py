@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,7 +41,9 @@ class Job:
     as_labs: bool = False
 
 
-def jobs(cases: int, seed: int, simulator: str, quick: bool = False, recordings: str = MIXED) -> list[Job]:
+def jobs(
+    cases: int, seed: int, simulator: str, quick: bool = False, recordings: str = MIXED, strengths: Sequence[float] = STRENGTHS
+) -> list[Job]:
     """Return the cases of a set; case k belongs to seed + k.
 
     ``mixed`` deals the simulators in turn within each kind, so that every kind comes from all of them. ``recordings`` are
@@ -48,7 +51,7 @@ def jobs(cases: int, seed: int, simulator: str, quick: bool = False, recordings:
     """
     dealt: Counter[str] = Counter()
     found = []
-    for k, entry in enumerate(schedule(cases, seed)):
+    for k, entry in enumerate(schedule(cases, seed, strengths)):
         turn = dealt[entry.kind] + KINDS.index(entry.kind)
         name = NAMES[turn % len(NAMES)] if simulator == MIXED else simulator
         as_labs = recordings == LAB or (recordings == MIXED and turn % 2 == 1)
@@ -57,8 +60,9 @@ def jobs(cases: int, seed: int, simulator: str, quick: bool = False, recordings:
     return found
 
 
-def schedule(cases: int, seed: int) -> list[Entry]:
+def schedule(cases: int, seed: int, strengths: Sequence[float] = STRENGTHS) -> list[Entry]:
     """Return the cases of a set in shuffled order; every effect comes once before any comes twice."""
+    levels = len(strengths)
     rng = stream(seed, "schedule")
     counts = _counts(cases)
     entries: list[Entry] = []
@@ -66,22 +70,22 @@ def schedule(cases: int, seed: int) -> list[Entry]:
     everything = [e for e in catalogue() if get(e).channel != "neighbour"]
     audible = [e for e in everything if get(e).channel == "out"]
     turns = {
-        "single": _turns(everything, rng),
-        "excluded": _turns(audible, rng),
-        "nominal": _turns(audible, rng),
-        "poor": _turns([e for e in audible if get(e).fitted], rng),
-        "unlisted": _turns([DISTURBANCE], rng),
+        "single": _turns(everything, rng, levels),
+        "excluded": _turns(audible, rng, levels),
+        "nominal": _turns(audible, rng, levels),
+        "poor": _turns([e for e in audible if get(e).fitted], rng, levels),
+        "unlisted": _turns([DISTURBANCE], rng, levels),
     }
     for kind in KINDS:
         for i in range(counts[kind]):
             if kind == "none" or (kind == "nominal" and i % 2 == 0):
                 entries.append(Entry(kind))
             elif kind == "pair":
-                entries.append(Entry(kind, two_effects(audible, rng), STRENGTHS[(i + 2) % 3]))
+                entries.append(Entry(kind, two_effects(audible, rng), strengths[(i + 2) % levels]))
             else:
                 names, offsets = turns[kind]
                 at = i % len(names)
-                entries.append(Entry(kind, (names[at],), STRENGTHS[(i // len(names) + offsets[at]) % 3]))
+                entries.append(Entry(kind, (names[at],), strengths[(i // len(names) + offsets[at]) % levels]))
     return [entries[i] for i in rng.permutation(len(entries))]
 
 
@@ -94,10 +98,10 @@ def _counts(cases: int) -> dict[str, int]:
     return counts
 
 
-def _turns(names: list[str], rng: np.random.Generator) -> tuple[list[str], list[int]]:
+def _turns(names: list[str], rng: np.random.Generator, levels: int) -> tuple[list[str], list[int]]:
     """Return the names in a random order, each with the strength it starts from."""
     order = [names[i] for i in rng.permutation(len(names))]
-    return order, [int(k) for k in (np.arange(len(order)) + int(rng.integers(3))) % 3]
+    return order, [int(k) for k in (np.arange(len(order)) + int(rng.integers(levels))) % levels]
 
 
 def two_effects(audible: list[str], rng: np.random.Generator) -> tuple[str, ...]:

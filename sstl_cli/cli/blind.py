@@ -192,6 +192,9 @@ def library(
     cases: Annotated[int, typer.Option(min=1, max=100_000, help="Cases to draw and search.")],
     simulator: Simulator = "mixed",
     recordings: Recordings = "mixed",
+    strength: Annotated[
+        list[float] | None, typer.Option(min=0.05, max=100, help="Gap over the noise; again for more (default: 0.4, 1.2 and 4).")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False,
     workers: Workers = 2,
     seed: Seed = 0,
@@ -200,11 +203,12 @@ def library(
     config: Config = None,
 ) -> None:
     """Draw cases and keep the evidence that a verdict is made from; an interrupted run goes on where it stopped."""
+    from sstl_cli.blind.strength import STRENGTHS
     from sstl_cli.steps import blind_library as step
 
     screen = Screen(as_json)
     with screen.progress("drawing and searching cases", cases) as advance:
-        made = step.run(file, cases, seed, simulator, quick, workers, force, advance, recordings=recordings)
+        made = step.run(file, cases, seed, simulator, quick, workers, force, advance, recordings=recordings, strengths=strength or STRENGTHS)
     if made["failed"]:
         screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
     screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {file}")

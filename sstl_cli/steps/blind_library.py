@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import as_completed
 from contextlib import closing
 from dataclasses import asdict
@@ -14,6 +14,7 @@ import pyarrow as pa
 
 from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
 from sstl_cli.blind.schedule import MIXED, Job, jobs
+from sstl_cli.blind.strength import STRENGTHS
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import read_json, require_writable, write_json
 from sstl_cli.core.parquet import open_table
@@ -39,6 +40,7 @@ def run(
     advance: Callable[[float], None] = lambda _: None,
     gatherer: Gatherer | None = None,
     recordings: str = MIXED,
+    strengths: Sequence[float] = STRENGTHS,
 ) -> dict[str, Any]:
     """Write a library; an interrupted run goes on where it stopped, from the parts in ``OUT.parts``.
 
@@ -54,8 +56,9 @@ def run(
     """
     require_writable(out, force)
     parts = out.with_name(f"{out.name}.parts")
-    waiting = jobs(cases, seed, simulator, quick, recordings)
-    _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, "quick": quick, "recordings": recordings})
+    waiting = jobs(cases, seed, simulator, quick, recordings, strengths)
+    how = {"quick": quick, "recordings": recordings, "strengths": list(strengths)}
+    _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, **how})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
     with closing(_worked(left, parts, workers, gatherer or gather)) as done:
@@ -69,8 +72,7 @@ def run(
         "failed": failed,
         "simulators": sorted({j.simulator for j in waiting}),
         "seeds": [[seed, seed + cases - 1]],
-        "quick": quick,
-        "recordings": recordings,
+        **how,
     }
     write_library(out, table, Provenance(COMMAND, seed, {}, facts), force)
     shutil.rmtree(parts)

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from sstl_cli import __version__
 from sstl_cli.core.deadline import Deadline
@@ -134,6 +135,8 @@ def candidates(options: DiagnoseOptions) -> list[str]:
     return [i for i in ids if i not in excluded]
 
 
+# the matrices are small, and threads of a linear algebra wait for those of the workers: two diagnoses side by side took 1.5 times as long
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def run(
     runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
 ) -> Diagnosis:
