@@ -25,6 +25,7 @@ from sstl_cli.core.workers import stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
+_INTERRUPTED = "interrupted; nothing half-written was left behind"
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 # the order of the work, and what fits beside the name in the list of commands
 _COMMANDS = {
@@ -84,7 +85,7 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            raise SstlError("interrupted; nothing half-written was left behind", code="E001") from None
+            raise SstlError(_INTERRUPTED, code="E001") from None
 
 
 app = typer.Typer(
@@ -140,7 +141,7 @@ def program() -> None:
         main()
     except KeyboardInterrupt:
         # it came where the command's own handling did not reach: before it began, or while it tidied up
-        _end(SstlError("interrupted; nothing half-written was left behind", code="E001"))
+        _end(SstlError(_INTERRUPTED, code="E001"))
     finally:
         # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
         for kind in (signal.SIGINT, signal.SIGTERM):
@@ -172,7 +173,7 @@ def _main() -> NoReturn:
     except TyperException as error:
         _usage(error)
     except KeyboardInterrupt:
-        _end(SstlError("interrupted; nothing half-written was left behind", code="E001"))
+        _end(SstlError(_INTERRUPTED, code="E001"))
     except BrokenPipeError:
         # the reader of our output went away (for example `| head`): not an error of ours
         drop_output()
@@ -180,6 +181,9 @@ def _main() -> NoReturn:
     except MemoryError:
         _end(SstlError("out of memory", fix="split the log with 'sstl import' or use a machine with more", code="E002"))
     except Exception as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            # it came inside compiled code, which returned all the same: Python makes a SystemError of that
+            _end(SstlError(_INTERRUPTED, code="E001"))
         if os.environ.get("SSTL_DEBUG"):
             raise
         if isinstance(error, OSError) and (error.filename or error.errno in _NO_SPACE):

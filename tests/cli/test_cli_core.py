@@ -307,7 +307,11 @@ def test_debug_shows_the_internal_error(monkeypatch) -> None:
         program.main()
 
 
-@pytest.mark.parametrize(("error", "code"), [(MemoryError(), "E002"), (KeyboardInterrupt(), "E001")])
+IN_COMPILED_CODE = SystemError("returned a result with an exception set")
+IN_COMPILED_CODE.__cause__ = KeyboardInterrupt()
+
+
+@pytest.mark.parametrize(("error", "code"), [(MemoryError(), "E002"), (KeyboardInterrupt(), "E001"), (IN_COMPILED_CODE, "E001")])
 def test_memory_and_interruption_have_their_own_line(error, code, monkeypatch, capsys) -> None:
     from sstl_cli.physics import effects
 
