@@ -182,7 +182,7 @@ ADDS, ALIVE_NATS = 3.0, 40.0
 RICH_RIDGE = 1e-4
 # shares of the time that screening, coarse fits and combinations take, for the progress that is shown
 SCREENED, FITTED, COMBINED = 0.2, 0.3, 0.2
-# what the models leave is looked at for so many of the best; the others have lost by what they gain
+# what the models leave is looked at for so many of the best of each size; the others have lost by what they gain
 EXAMINED = 6
 # of the latent input: rounds, factors on a scale that are tried in a round (far ones while it is not yet near), nats that end it
 LATENT_ROUNDS = 12

@@ -123,8 +123,11 @@ def _independent(found: Search, samples: int) -> int:
 
 
 def _examined(ranked: Sequence[Weighed]) -> list[Weighed]:
-    """Return the leading models, and the best ones that do without a leading effect."""
-    chosen = list(ranked[:EXAMINED])
+    """Return the leading models of each size and their parts, and the best ones that do without a leading effect."""
+    chosen = [w for size in sorted({len(w.ids) for w in ranked}) for w in [x for x in ranked if len(x.ids) == size][:EXAMINED]]
+    # what a part leaves says whether the rest is needed: crowded out by its own combinations it would seem to explain nothing
+    parts = {i for w in ranked[:EXAMINED] for i in w.ids}
+    chosen += [w for w in ranked if len(w.ids) == 1 and w.ids[0] in parts and all(w is not c for c in chosen)]
     for leader in {i for w in ranked[:2] for i in w.ids}:
         without = [w for w in ranked if leader not in w.ids]
         chosen += [w for w in without[:1] if all(w is not c for c in chosen)]

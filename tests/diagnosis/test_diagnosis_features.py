@@ -72,11 +72,15 @@ def test_samples_without_weight_are_none():
     assert _independent(search(record(weight=np.zeros(100))), 0) == 1
 
 
-def test_the_best_and_the_best_without_a_leading_effect_are_examined():
+def test_the_best_of_each_size_their_parts_and_the_best_without_a_leading_effect_are_examined():
     leaders = [SimpleNamespace(ids=("a", f"{i}")) for i in range(EXAMINED)]
-    other, last = SimpleNamespace(ids=("b",)), SimpleNamespace(ids=("c",))
-    found = _examined([*leaders, other, last])
-    assert found[:EXAMINED] == leaders and other in found and last not in found and len(found) == EXAMINED + 1
+    more = SimpleNamespace(ids=("a", "more"))
+    singles = [SimpleNamespace(ids=(name,)) for name in (*"uvwxyz", "a", "last")]
+    other = SimpleNamespace(ids=("b", "c"))
+    found = _examined([*leaders, more, other, *singles])
+    # combinations do not crowd out the single effect that they all contain, nor the six best singles
+    assert found[:EXAMINED] == singles[:EXAMINED] and found[EXAMINED : 2 * EXAMINED] == leaders
+    assert found[2 * EXAMINED :] == [singles[6], other]
 
 
 def test_the_tests_of_means_are_picked_by_their_name():
