@@ -135,7 +135,8 @@ class Log:
             for r in self.runs[:SHOWN]
         ]  # fmt: skip
         more = f"<p>and {len(self) - SHOWN} more</p>" if len(self) > SHOWN else ""
-        return pd.DataFrame(rows).to_html(index=False, float_format="%.4g", na_rep="–", border=0) + more
+        table: str = pd.DataFrame(rows).to_html(index=False, float_format="%.4g", na_rep="–", border=0)
+        return table + more
 
 
 def read(*paths: str | PathLike[str]) -> Log:

@@ -154,7 +154,7 @@ def _trajectory(kind: str, seconds: float, rng: Rng) -> Trajectory:
     """Return a movement of a kind with random speed; ranges come later, by system."""
     cycles = max(1, round(seconds * float(rng.uniform(0.04, 0.15))))
     return Trajectory(
-        kind=kind,  # type: ignore[arg-type]
+        kind=kind,
         duration_s=seconds,
         cycles=cycles if kind == "trapezoid" else None,
         frequency_hz={

@@ -44,7 +44,7 @@ def _gain(r: Run, size: float, top: float) -> Array:
 
 
 def _drift(r: Run, size: float, top: float) -> Array:
-    t = r.time_s - r.time_s[0]
+    t: Array = r.time_s - r.time_s[0]
     return r.tension_out_n + size * t / max(float(t[-1]), 1e-9)
 
 

@@ -42,7 +42,8 @@ class Judged:
 
     @property
     def band(self) -> float | None:
-        return self.truth["band"]
+        band: float | None = self.truth["band"]
+        return band
 
     @property
     def named(self) -> frozenset[str]:

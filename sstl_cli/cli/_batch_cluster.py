@@ -94,7 +94,8 @@ def _backend(client: Any) -> Any:
     class Backend(DaskDistributedBackend):  # type: ignore[misc]
         def effective_n_jobs(self, n_jobs: int) -> int:
             # with one, joblib would run the jobs here instead of on the one worker there is
-            return max(2, super().effective_n_jobs(n_jobs))
+            workers: int = super().effective_n_jobs(n_jobs)
+            return max(2, workers)
 
         def submit(self, func: Any, callback: Any = None) -> Any:
             future = super().submit(func, callback)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -122,7 +122,7 @@ def _beside(mapping: Path | None, name: str) -> Path:
     return mapping.parent / name if mapping is not None else Path(name)
 
 
-def _show(screen: Screen, document: dict, clocks: list[str]) -> None:
+def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
     rows = [[r["file"], r["format"], r["runs"], r["samples"]] for r in document["recordings"]]
     screen.say(f"Imported {many(document['runs'], 'run')} from {many(len(rows), 'file')} -> {document['out']}")
     screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)

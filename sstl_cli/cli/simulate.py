@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import typer
@@ -41,7 +42,7 @@ def simulate(
     from sstl_cli.cli.origin import files_among, provenance
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.provenance import by_another
-    from sstl_cli.core.runs import write_runs
+    from sstl_cli.core.runs import Run, write_runs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import simulate as step
 
@@ -56,7 +57,7 @@ def simulate(
     made = provenance(seed, files_among(scenario))
     with screen.progress("simulating", total) as advance:
 
-        def counted():  # type: ignore[no-untyped-def]
+        def counted() -> Iterator[Run]:
             for run in step.run(loaded, effects, seed):
                 yield run
                 advance(1)

@@ -120,7 +120,8 @@ def _direction(p: Array, s: Array, t_ref: float) -> bool:
     elif before < 0.0:
         s[S_EXTREME] = min(s[S_EXTREME], t_ref)
     # the first direction is no reversal
-    return before != 0.0 and s[S_DIRECTION] != before
+    turned: bool = before != 0.0 and s[S_DIRECTION] != before
+    return turned
 
 
 @njit(cache=True)
@@ -178,7 +179,7 @@ def _follow(p: Array, s: Array, t_ref: float, t_in: float) -> int:
 def _solve(p: Array, s: Array, t_ref: float, plays: int) -> float:
     """Return the input tension at which the plays give the reference: Newton's rule inside a bracket."""
     lower, upper = 0.0, p[P_T_MAX]
-    t = min(max(s[S_WISH], lower), upper)
+    t: float = min(max(s[S_WISH], lower), upper)
     for _ in range(SOLVE_STEPS):
         y = 0.0
         slope = 0.0
@@ -213,7 +214,7 @@ def _solve(p: Array, s: Array, t_ref: float, plays: int) -> float:
 def _issue(p: Array, s: Array) -> float:
     """Return the command for the wished tension: loop-lag lead, range, and bounds on its change."""
     gain = p[P_LOOP_GAIN]
-    command = s[S_WISH]
+    command: float = s[S_WISH]
     if gain < 1.0 and p[P_COMPENSATE] != 0.0:
         # the modelled loop state, not the measured one: dividing by a small gain would amplify noise
         behind = s[S_AIM] - s[S_MODEL]
@@ -246,8 +247,9 @@ def _safe(p: Array, s: Array) -> float:
         # where the tendon stands is no longer known: begin again with the next sound sample
         s[S_STARTED] = 0.0
     s[S_RETURNING] = s[S_AWAKE]
-    s[S_MODEL] += p[P_LOOP_GAIN] * (s[S_CMD] - s[S_MODEL])
-    return s[S_CMD]
+    command: float = s[S_CMD]
+    s[S_MODEL] += p[P_LOOP_GAIN] * (command - s[S_MODEL])
+    return command
 
 
 @njit(cache=True)

@@ -32,11 +32,11 @@ from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.physics.effect import Effect
+from sstl_cli.physics.effect import Drive, Effect
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import first_order
 from sstl_cli.physics.transmission import activate, predict, predict_position
-from sstl_cli.physics.transmission.model import Drive, drive_of
+from sstl_cli.physics.transmission.model import drive_of
 
 Array = NDArray[np.float64]
 

@@ -104,7 +104,8 @@ def first_theta(sim: Simulator, nominal: Array) -> Array:
         r2 = sim.weight * (sim.y - sim.predict(theta, {})) ** 2
         errors.append(np.bincount(sim.config, r2, len(nominal)))
     best = np.argmin(np.array(errors), axis=0)
-    return np.array(tries)[best, np.arange(len(nominal))]
+    first: Array = np.array(tries)[best, np.arange(len(nominal))]
+    return first
 
 
 def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:

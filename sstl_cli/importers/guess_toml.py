@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,10 +119,11 @@ def _others(p: Proposal) -> list[str]:
     """Return lines for the reference and the proximal displacement where they are sure, else comments."""
     used = {s.name for s in (*p.roles.first, *p.roles.second)} | {p.time.channel}
     lines = []
-    for target, dimension, fits in (
+    wanted: tuple[tuple[str, str, Callable[[Said], bool]], ...] = (
         ("position_in_mm", "length", lambda s: s.quantity == "position" and not s.reference and s.side != "out"),
         ("tension_ref_n", "force", lambda s: s.reference and (s.quantity == "force" or s.dimension == "force")),
-    ):
+    )
+    for target, dimension, fits in wanted:
         found = [s for s in p.names if s.name not in used and fits(s)]
         for s in found:
             name = json.dumps(s.name, ensure_ascii=False)

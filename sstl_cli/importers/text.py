@@ -87,7 +87,7 @@ def _blocks(
                 table = _parse(body, found, parse, convert, path, offset)
                 block = {n: _numbers(table.column(n)) for n in numbers}
                 block |= {n: _strings(table.column(n)) for n in labels if n not in numbers}
-                yield Block(block, position)  # type: ignore[arg-type]
+                yield Block(block, position)
 
 
 def _pieces(file: IO[bytes], found: TextLayout, path: Path) -> Iterator[tuple[bytes, int, bool]]:

@@ -40,7 +40,8 @@ class Score:
 
     @property
     def mean(self) -> Array:
-        return self.rmse.mean(axis=0)
+        mean: Array = self.rmse.mean(axis=0)
+        return mean
 
     @property
     def spread(self) -> Array:

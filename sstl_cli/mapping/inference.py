@@ -57,7 +57,8 @@ class MappingModel:
         SstlError
             E505 for an unknown tendon or variant, or an input of another shape.
         """
-        return self.members(gamma_sstl, tendon, variant).mean(axis=0)
+        mean: Array = self.members(gamma_sstl, tendon, variant).mean(axis=0)
+        return mean
 
     def members(self, gamma_sstl: Array, tendon: str | None = None, variant: str | None = None) -> Array:
         """Return the prediction of every seed, shape (seeds, n, 2); parameters as in ``predict``."""
@@ -136,7 +137,8 @@ def forward(x: Array, scaling: Weights, weights: Weights, alpha: float | None) -
 def distance(x: Array, centre: Array, precision: Array) -> Array:
     """Return the Mahalanobis distance of each row to the centre."""
     d = x - centre
-    return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", d, precision, d), 0.0))
+    far: Array = np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", d, precision, d), 0.0))
+    return far
 
 
 def _inputs(gamma_sstl: Array) -> Array:

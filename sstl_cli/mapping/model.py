@@ -64,19 +64,19 @@ def train(
     seen = pairs.take(np.flatnonzero(training_rows))
     header = Header(
         package_version=__version__,
-        default=min(scores, key=lambda n: scores[n]),  # type: ignore[arg-type]
+        default=min(scores, key=lambda n: scores[n]),
         variants=tuple(
-            VariantHeader(name=v.name, alpha=v.alpha, weight_inv=v.weight_inv, rmse_validation=scores[v.name])  # type: ignore[arg-type]
+            VariantHeader(name=v.name, alpha=v.alpha, weight_inv=v.weight_inv, rmse_validation=scores[v.name])
             for v in variants
         ),
         seed=seed, seeds=splits.seeds, split_seed=split_seed, per_seed_split=splits.per_seed, left_out=splits.left_out,
         test_share=test_share, configs=splits.configs, roles=splits.roles, data_sha256=pairs.sha256(), pairs=len(pairs),
-        tendons=pairs.tendons, strategy=kept.strategy,  # type: ignore[arg-type]
+        tendons=pairs.tendons, strategy=kept.strategy,
         strategy_rmse={a.strategy: a.score for a in attempts},
         beta_act=_biases(seen.beta_act),
         beta_by_tendon={t: _biases(seen.beta_act[np.array(seen.tendon) == t]) for t in pairs.tendons},
         epochs=options.epochs, learning_rate=options.learning_rate, weight_decay=options.weight_decay,
-        **_range(seen.sstl),  # type: ignore[arg-type]
+        **_range(seen.sstl),
     )
     return Trained(MappingModel(header, kept.groups), kept.curves)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -68,12 +69,13 @@ class _Tanh(torch.autograd.Function):
         return z
 
     @staticmethod
-    def backward(ctx: Any, gradient: Tensor) -> Tensor:  # type: ignore[override]
+    def backward(ctx: Any, gradient: Tensor) -> Tensor:
         (t,) = ctx.saved_tensors
-        return torch.ops.aten.tanh_backward(gradient, t)
+        found: Tensor = torch.ops.aten.tanh_backward(gradient, t)
+        return found
 
 
-_tanh = _Tanh.apply
+_tanh: Callable[[Tensor], Tensor] = _Tanh.apply
 
 
 def _close(p: Parameters, k: int, inner: Tensor, h: Tensor, alpha: Tensor) -> Tensor:

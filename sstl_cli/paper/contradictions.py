@@ -44,7 +44,8 @@ def regression(numbers: Mapping[Key, float]) -> dict[Key, str]:
 
 def rms_inverse(offset: float = OFFSET_N, amplitude: float = AMPLITUDE_N) -> float:
     """Return rms(1/T) (1/N) over a cycle of T = o + a sin: sqrt(o) / (o^2 - a^2)^(3/4)."""
-    return math.sqrt(offset) / (offset**2 - amplitude**2) ** 0.75
+    found: float = math.sqrt(offset) / (offset**2 - amplitude**2) ** 0.75
+    return found
 
 
 def mape(numbers: Mapping[Key, float]) -> dict[Key, str]:

@@ -117,7 +117,7 @@ def _coordinate(carrier: str, scene: Scene) -> Array:
         return scene.tension_in_n
     if carrier == "run":
         return np.full(scene.time_s.size, float(scene.order))
-    elapsed = scene.time_s - scene.time_s[0]
+    elapsed: Array = scene.time_s - scene.time_s[0]
     if carrier == "since_reversal_s":
         way = np.sign(np.diff(scene.tension_in_n, prepend=scene.tension_in_n[0]))
         moving = np.flatnonzero(way)
@@ -126,7 +126,7 @@ def _coordinate(carrier: str, scene: Scene) -> Array:
         last[turned] = turned
         return np.asarray(elapsed - elapsed[np.maximum.accumulate(last)])
     # runs follow one another: each sees its own part of a wander
-    return elapsed + 1.3 * scene.order * elapsed[-1]
+    return elapsed + 1.3 * scene.order * float(elapsed[-1])
 
 
 def in_line(disturbance: Disturbance, amplitude: float, scene: Scene, simulate: Simulate) -> tuple[Array, Array, Array]:

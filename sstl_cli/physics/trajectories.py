@@ -61,7 +61,7 @@ def tension_path(trajectory: Trajectory, system: str, time_s: Array, rng: np.ran
     if kind == "chirp":
         f0, f1 = trajectory.frequency_hz or 0.02, trajectory.top_frequency_hz or 1.0
         total = time_s[-1] + time_s[1]
-        angle = 2 * np.pi * f0 * total / np.log(f1 / f0) * ((f1 / f0) ** phase - 1)
+        angle: Array = 2 * np.pi * f0 * total / np.log(f1 / f0) * ((f1 / f0) ** phase - 1)
         return mid - half * np.cos(angle)
     levels = _ramp_hold_levels() if kind == "ramp_hold" else _minor_loop_levels(rng)
     hold = trajectory.hold_s if trajectory.hold_s is not None else (2.0 if kind == "ramp_hold" else 0.0)
@@ -78,7 +78,8 @@ def _multisine(trajectory: Trajectory, time_s: Array, rng: np.random.Generator) 
     frequencies = rng.uniform(f0, f1, 8)
     angles, amplitudes = rng.uniform(0, 2 * np.pi, 8), rng.uniform(0.4, 1.0, 8)
     wave = np.sum(amplitudes[:, None] * np.sin(2 * np.pi * frequencies[:, None] * time_s + angles[:, None]), axis=0)
-    return (wave - wave.min()) / (wave.max() - wave.min())
+    share: Array = (wave - wave.min()) / (wave.max() - wave.min())
+    return share
 
 
 def _ramp_hold_levels() -> Array:
@@ -97,7 +98,8 @@ def _through(levels: Array, phase: Array, hold: float) -> Array:
     hold = min(hold, 0.6 / len(levels))
     travel = np.abs(np.diff(levels))
     ramp = travel / travel.sum() * (1.0 - hold * (len(levels) - 1))
-    at, values = [0.0], [levels[0]]
+    at: list[float] = [0.0]
+    values: list[float] = [levels[0]]
     for length, level in zip(ramp, levels[1:], strict=True):
         at += [at[-1] + length, at[-1] + length + hold]
         values += [level, level]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.files import read_json
@@ -178,11 +179,12 @@ def _groups(path: Path, schema: Any, keys: list[str]) -> Iterator[tuple[tuple[st
         yield current, pa.concat_tables(pending)
 
 
-def _codes(table: pa.Table) -> np.ndarray:
+def _codes(table: pa.Table) -> NDArray[np.int8]:
     place = {name: i for i, name in enumerate(PHASE_CODES)}
     encoded = table.column("phase").combine_chunks().dictionary_encode()
     known = np.array([place.get(v, -1) for v in encoded.dictionary.to_pylist()] or [-1], dtype=np.int8)
-    return known[encoded.indices.fill_null(0).to_numpy(zero_copy_only=False)]
+    codes: NDArray[np.int8] = known[encoded.indices.fill_null(0).to_numpy(zero_copy_only=False)]
+    return codes
 
 
 def _model(path: Path, inputs: Inputs) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ContextDecorator
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
@@ -40,10 +41,13 @@ from sstl_cli.identification import gate
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
-from sstl_cli.steps.diagnose_document import Given, document
+from sstl_cli.steps.diagnose_document import document
+from sstl_cli.steps.diagnose_given import Given
 
 # stages that a limit on time may leave out
 ODD, DOWNSTREAM = "odd runs", "downstream"
+# the matrices are small, and threads of a linear algebra wait for those of the workers: two diagnoses side by side took 1.5 times as long
+ONE_THREAD: ContextDecorator = threadpool_limits.wrap(limits=1, user_api="blas")
 
 
 @dataclass(frozen=True)
@@ -135,8 +139,7 @@ def candidates(options: DiagnoseOptions) -> list[str]:
     return [i for i in ids if i not in excluded]
 
 
-# the matrices are small, and threads of a linear algebra wait for those of the workers: two diagnoses side by side took 1.5 times as long
-@threadpool_limits.wrap(limits=1, user_api="blas")
+@ONE_THREAD
 def run(
     runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
 ) -> Diagnosis:

@@ -64,7 +64,8 @@ class Bench(NamedTuple):
 def slipped(chain: Chain, contact: Contact, i: int) -> float:
     """Slip of node i in the trial step (mm) that renews its contacts: what only bends the bristles does not."""
     bent = abs(contact.trial[i] - contact.zeta[i]) * contact.delta[i]
-    return max(abs(chain.u[i] - chain.u_old[i]) - bent, 0.0)
+    slip: float = max(abs(chain.u[i] - chain.u_old[i]) - bent, 0.0)
+    return slip
 
 
 @njit(cache=True)

@@ -55,7 +55,8 @@ def wander(time: FloatArray, kicks: FloatArray, correlation: float) -> FloatArra
 
 def _noise(time: FloatArray, noise: NoiseSpec, rng: np.random.Generator) -> FloatArray:
     white, kicks = rng.standard_normal((2, time.size))
-    return noise.white_n * white + noise.coloured_n * wander(time, kicks, noise.correlation_s)
+    found: FloatArray = noise.white_n * white + noise.coloured_n * wander(time, kicks, noise.correlation_s)
+    return found
 
 
 def _instants(time: FloatArray, sd: float, rng: np.random.Generator) -> FloatArray:
@@ -65,7 +66,8 @@ def _instants(time: FloatArray, sd: float, rng: np.random.Generator) -> FloatArr
         return time
     gaps = np.diff(time)
     off[0] = off[-1] = 0.0
-    return time + off * np.minimum(np.append(gaps, gaps[-1]), np.insert(gaps, 0, gaps[0]))
+    room: FloatArray = np.minimum(np.append(gaps, gaps[-1]), np.insert(gaps, 0, gaps[0]))
+    return time + off * room
 
 
 def _stretches(size: int, share: float, mean: float, rng: np.random.Generator) -> list[slice]:

@@ -92,7 +92,8 @@ def trial_slip(chain: Chain, i: int) -> float:
     """Length (mm) that node i slipped in the trial step, the elastic part of its motion taken off."""
     if chain.mode[i] == 0:
         return 0.0
-    return abs(chain.u[i] - chain.u_old[i] - (chain.force[i] - chain.force_old[i]) / chain.stick_stiffness[i])
+    slip: float = abs(chain.u[i] - chain.u_old[i] - (chain.force[i] - chain.force_old[i]) / chain.stick_stiffness[i])
+    return slip
 
 
 @njit(cache=True)

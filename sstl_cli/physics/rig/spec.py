@@ -190,7 +190,7 @@ def bend_weights(spec: RigSpec, system: str, location: str | None) -> FloatArray
     centre = min(max(spec.bend_centres[key], half), 1.0 - half)
     edges = np.linspace(0.0, 1.0, spec.nodes + 1)
     covered = np.clip(np.minimum(edges[1:], centre + half) - np.maximum(edges[:-1], centre - half), 0.0, None)
-    one_pass = covered / covered.sum()
+    one_pass: FloatArray = covered / covered.sum()
     if system == "act":
         return one_pass
     return np.concatenate([one_pass, [0.0], one_pass[::-1]])

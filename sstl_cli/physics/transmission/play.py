@@ -57,7 +57,7 @@ def _look_up(table: Array, tension: float, step: float, row: int, part: float) -
     if j < 0:
         j = 0
     u = x - j
-    value = table[row, j] + u * (table[row, j + 1] - table[row, j])
+    value: float = table[row, j] + u * (table[row, j + 1] - table[row, j])
     if part > 0.0:
         upper = table[row + 1, j] + u * (table[row + 1, j + 1] - table[row + 1, j])
         value += part * (upper - value)

@@ -37,7 +37,7 @@ def lean_factor(law: Rub, tension: float, sign: float) -> float:
         return 1.0
     if law.lean_code == 0:
         return 1.0 + 2.0 * law.lean if sign > 0.0 else 1.0
-    grown = min((max(tension, LEAST_N) / REFERENCE_N) ** law.lean_shape, 2.0)
+    grown: float = min((max(tension, LEAST_N) / REFERENCE_N) ** law.lean_shape, 2.0)
     return 1.0 + sign * law.lean * grown
 
 

@@ -24,7 +24,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             largest = max(e.ranges[i].largest for e in hit for i in which)
             channel = " and ".join(WORDS[i] for i in which)
             yield Remark(
-                tuple(e.run_id for e in hit), RULE, severity, largest, "N",  # type: ignore[arg-type]
+                tuple(e.run_id for e in hit), RULE, severity, largest, "N",
                 f"{names([e.run_id for e in hit])}: {channel} hold whole numbers up to {largest:.0f}, "
                 "probably counts of the converter and not newtons",
                 stated(which[0], "counts", ", gain = (newtons per count), offset = (counts at no load)"),

@@ -35,7 +35,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 e = max(hit, key=lambda h: h.sensors[i].still_s)
                 s = e.sensors[i]
                 yield Remark(
-                    tuple(h.run_id for h in hit), RULE, severity, s.still_s, "s",  # type: ignore[arg-type]
+                    tuple(h.run_id for h in hit), RULE, severity, s.still_s, "s",
                     f"{names([h.run_id for h in hit])}: the {WORDS[i]} repeats one value for {s.still_s:.3g} s from "
                     f"{s.still_at_s:.4g} s on while the other channel moves by {e.stuck_while_n[i]:.3g} N; the sensor is "
                     "probably stuck",
