@@ -80,8 +80,9 @@ blind-full: $(STAMP) ## withheld-effect check, published run (hours); the seed i
 library: $(STAMP) ## draw and search the cases that the verdict is learned from (hours; goes on where it stopped)
 	mkdir -p $(OUT)
 	test -f $(OUT)/library.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library.parquet --cases 600 --quick --seed 44000000
+	test -f $(OUT)/library-large.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library-large.parquet --cases 200 --quick --seed 44100000 --strength 12 --strength 40
 
-LIBRARY := data/library-1.parquet data/library-2.parquet
+LIBRARY := $(sort $(wildcard data/library-*.parquet))
 learn: $(STAMP) ## learn the verdict's weights again from LIBRARY, say how they do on simulators left out
 	$(BIN)/sstl blind learn $(LIBRARY) --out sstl_cli/diagnosis/weights.json --force
 

@@ -15,6 +15,7 @@ from sklearn.isotonic import IsotonicRegression
 from sstl_cli.diagnosis.features import OUTPUT, Rows
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
+    FAMILIES,
     IDENTIFIED,
     LOG_TERMS,
     NONE,
@@ -33,7 +34,7 @@ from sstl_cli.physics.effects import catalogue
 Array = NDArray[np.float64]
 # standard deviation of the weights beforehand: terms are of order one; effects differ less than what is seen of them
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
-WRONG_COMMITS, FALSE_ALARMS, COVERAGE = 0.015, 0.02, 0.92
+WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 LEAST_STRENGTH = 0.1
 COMMITS = np.linspace(0.5, 0.98, 25)
 # half of D^2 = 24: naming at 49 to 1 in 95 of 100 cases
@@ -50,7 +51,6 @@ class Example:
     strength: float
     rows: Rows
     answer: Ids
-    copy: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,6 @@ class _Design:
     effects: Array
     log: Array
     answer: int
-    weight: float
 
 
 def examples(cases: Iterable[tuple[str, Mapping[str, Any], Rows]]) -> list[Example]:
@@ -92,7 +91,10 @@ def right_answer(truth: Mapping[str, Any]) -> Ids:
 
 
 def without_answer(e: Example) -> Example | None:
-    """Return the example as it is where its effect is no candidate: then the answer is that nobody knows."""
+    """Return the example as it is where its effect is no candidate: then the answer is that nobody knows.
+
+    None where what is left explains the log about as well. Of a case that was drawn without its effect nobody can say that.
+    """
     if e.answer in (NONE, UNKNOWN) or e.strength < 0.6:
         return None
     kept = tuple(c for c in e.rows.candidates if not set(c.ids) & set(e.answer))
@@ -102,23 +104,21 @@ def without_answer(e: Example) -> Example | None:
     if own - max(c.evidence for c in kept) < DECIDABLE_NATS:
         # what is left explains the log as well: nobody could say that something is missing
         return None
-    return replace(e, name=f"{e.name}-without", kind="excluded", rows=replace(e.rows, candidates=kept), answer=UNKNOWN, copy=True)
+    return replace(e, name=f"{e.name}-without", kind="excluded", rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
 
 
-def _design(e: Example, weight: float) -> _Design:
+def _design(e: Example) -> _Design:
     names = sorted(catalogue())
     terms = np.array([candidate_terms(c, e.rows) for c in e.rows.candidates])
     effects = np.array([[float(n in c.ids) for n in names] for c in e.rows.candidates])
     ids = [c.ids for c in e.rows.candidates]
     answer = len(ids) if e.answer == NONE else len(ids) + 1 if e.answer == UNKNOWN else ids.index(e.answer)
-    return _Design(terms, effects, log_terms(e.rows), answer, weight)
+    return _Design(terms, effects, log_terms(e.rows), answer)
 
 
 def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None) -> Weights:
     """Return the most likely weights; thresholds are left open (see :func:`calibrated`)."""
-    # copies teach what unknown looks like, not how often it is (King and Zeng 2001)
-    drawn, unknown = sum(e.answer == UNKNOWN and not e.copy for e in found), sum(e.answer == UNKNOWN for e in found)
-    designs = [_design(e, drawn / unknown if e.answer == UNKNOWN else 1.0) for e in found]
+    designs = [_design(e) for e in found]
     c, log, names = len(CANDIDATE_TERMS), len(LOG_TERMS), sorted(catalogue())
     spread = np.concatenate((np.full(c + 2 * log, PRIOR_TERM), np.full(len(names), PRIOR_EFFECT)))
 
@@ -129,10 +129,10 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
             count = len(d.terms)
             kind = 0 if d.answer < count else d.answer - count + 1
             p = softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
-            total -= d.weight * float(np.log(max(p[kind], 1e-300)))
+            total -= float(np.log(max(p[kind], 1e-300)))
             p[kind] -= 1.0
-            gradient[c : c + log] += d.weight * p[1] * d.log
-            gradient[c + log : c + 2 * log] += d.weight * p[2] * d.log
+            gradient[c : c + log] += p[1] * d.log
+            gradient[c + log : c + 2 * log] += p[2] * d.log
             if kind == 0:
                 q = softmax(d.terms @ own + d.effects @ effect)
                 total -= float(np.log(max(q[d.answer], 1e-300)))
@@ -152,6 +152,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         named(LOG_TERMS, w[c + log : c + 2 * log]),
         named(names, w[c + 2 * log :]),
         0.5,
+        dict.fromkeys(FAMILIES, 0.5),
         0.5,
         0.1,
         (),
@@ -165,17 +166,27 @@ def left_out(found: Sequence[Example]) -> dict[str, Weights]:
 
 
 def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
-    """Return weights with thresholds and reliability from predictions of simulators that were left out.
-
-    Copies do not count: how often a cause has no name is what was drawn.
-    """
-    found = [e for e in found if not e.copy]
+    """Return weights with thresholds and reliability from predictions of simulators that were left out."""
     judged = [(e, probabilities(e.rows, others[e.simulator])) for e in found]
     quiet, cover = _quiet(judged), _cover(judged)
     bare = {s: replace(w, quiet=quiet, cover=cover, reliability=()) for s, w in others.items()}
+    member = {title: _member(set(members), found, bare) for title, members in FAMILIES.items()}
+    bare = {s: replace(w, member=member) for s, w in bare.items()}
     commit = _threshold(found, bare)
     said = [(e, verdict(e.rows, replace(bare[e.simulator], commit=commit))) for e in found]
-    return replace(weights, commit=commit, quiet=quiet, cover=cover, reliability=_reliability(said))
+    return replace(weights, commit=commit, member=member, quiet=quiet, cover=cover, reliability=_reliability(said))
+
+
+def _member(family: set[str], found: Sequence[Example], weights: Mapping[str, Weights]) -> float:
+    """Return the part of its family that a member needs: at most ``WRONG_MEMBERS`` of those named are another one of it."""
+    inside = [e for e in found if e.answer and set(e.answer) <= family]
+    for member in COMMITS:
+        every = dict.fromkeys(FAMILIES, float(member))
+        said = [(e, verdict(e.rows, replace(weights[e.simulator], commit=float(COMMITS[0]), member=every))) for e in inside]
+        named = [(e, v) for e, v in said if v.status == IDENTIFIED and set(v.effects) <= family]
+        if sum(is_wrong(e, v) for e, v in named) <= WRONG_MEMBERS * len(named):
+            return round(float(member), 6)
+    return float(COMMITS[-1])
 
 
 def _threshold(found: Sequence[Example], weights: Mapping[str, Weights]) -> float:
@@ -235,6 +246,7 @@ def to_document(w: Weights) -> dict[str, Any]:
         "schema": "sstl.weights/1",
         "provenance": dict(w.provenance),
         "commit": w.commit,
+        "member": dict(w.member),
         "quiet": w.quiet,
         "cover": w.cover,
         "reliability": [list(r) for r in w.reliability],

@@ -34,7 +34,7 @@ FAMILIES = {"lag": ("channel_delay", "channel_lowpass"), "stick-slip": ("dwell_a
 
 CANDIDATE_TERMS = (
     *(f"behind_{m:g}" for m in MISFITS), *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "left_rms", "worst", "means", "more", "drop_one", "weak_part",
-    "outside", "unstable", "strengths", "recorder", "recorder_share", "recorder_gain", "beside", "beside_gain", "beside_share", "beside_left", "beside_rank",
+    "outside", "unstable", "strengths", "recorder", "recorder_share", "recorder_gain", "recorder_out", "beside", "beside_gain", "beside_share", "beside_left", "beside_rank", "beside_out",
 )  # fmt: skip
 LOG_TERMS = (
     "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
@@ -51,6 +51,7 @@ class Weights:
     unknown: Mapping[str, float]
     effect: Mapping[str, float]
     commit: float
+    member: Mapping[str, float]
     quiet: float
     cover: float
     reliability: tuple[tuple[float, float], ...]
@@ -86,7 +87,7 @@ def learned() -> Weights:
 def from_document(d: Mapping[str, Any]) -> Weights:
     """Return weights from their document."""
     pairs = tuple((float(a), float(b)) for a, b in d["reliability"])
-    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["quiet"], d["cover"], pairs, d["provenance"])
+    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["member"], d["quiet"], d["cover"], pairs, d["provenance"])
 
 
 def _squash(x: float) -> float:
@@ -140,8 +141,11 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
         "recorder": float(c.kind == RECORDER),
         "recorder_share": _squash(10.0 * c.share) if c.kind == RECORDER else 0.0,
         "recorder_gain": _squash(max(c.gain, 0.0)) if c.kind == RECORDER else 0.0,
+        # what the output asks for is left wherever a cause is named that the output does not show
+        "recorder_out": _squash(top) if c.kind == RECORDER else 0.0,
+        "beside_out": _squash(top) if c.kind == BESIDE else 0.0,
         "beside": float(c.kind == BESIDE),
-        "beside_gain": _squash(c.gain) if c.kind == BESIDE else 0.0,
+        "beside_gain": _squash(max(c.evidence, 0.0)) if c.kind == BESIDE else 0.0,
         "beside_share": c.share if c.kind == BESIDE else 0.0,
     }
     apart = _apart(c, rows)
@@ -188,7 +192,8 @@ def log_terms(rows: Rows) -> Array:
         "outside": float(lead is not None and lead.outside > 0),
         "recorder": 0.0 if recorder is None else recorder.share * _squash(max(recorder.gain, 0.0)),
         "beside": 0.0 if beside is None else float(np.clip(beside.evidence, 0.0, DOUBT_NATS)) / 2.5,
-        "beside_left": 0.0 if beside is None or beside.evidence < 0.0 else _squash(max(beside.chi2 - 1.0, 0.0)),
+        # what a law leaves of the channel beside counts as far as the law is needed there at all
+        "beside_left": 0.0 if beside is None else max(beside.share, 0.0) * _squash(max(beside.chi2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
     }
@@ -244,9 +249,10 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
         rivals = ", ".join(" + ".join(k) for k in group[1:])
         said = f"{_explained(rows, top)}; {rivals} explain this data as well"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
-    if ranked and p[top] >= weights.commit:
+    title, family = _family(top, p)
+    # of a family one member has to carry its part of what all of them have
+    if ranked and p[top] >= weights.commit and p[top] >= weights.member.get(title, 0.0) * sum(p[k] for k in family):
         return Verdict(IDENTIFIED, top, _sure(p[top], weights, prior), (top,), p, _explained(rows, top))
-    family = _family(top, p)
     if len(family) > 1 and sum(p[k] for k in family) >= weights.commit:
         why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in family)} it is, this data does not tell"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in family), weights, prior), family, p, why)
@@ -265,12 +271,12 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{_explained(rows, top)}; {rivals} explain it about as well")
 
 
-def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
-    """Return the members of the family of a single effect that are candidates, the most probable first."""
-    for members in FAMILIES.values():
+def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[str, tuple[Ids, ...]]:
+    """Return the family of a single effect: its name and its members that are candidates, the most probable first."""
+    for title, members in FAMILIES.items():
         if len(top) == 1 and top[0] in members:
-            return tuple(sorted(((m,) for m in members if (m,) in p), key=lambda k: -p[k]))
-    return ()
+            return title, tuple(sorted(((m,) for m in members if (m,) in p), key=lambda k: -p[k]))
+    return "", ()
 
 
 def _tied(rows: Rows, top: Ids) -> list[Ids]:

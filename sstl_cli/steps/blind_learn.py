@@ -19,8 +19,7 @@ from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, Weights, verdict
 
 SCHEMA = "sstl.blind.learn/1"
-# one in so many cases comes a second time without its effect among the candidates
-WITHOUT = 6
+EXCLUDED = "excluded"
 FEWEST = 50
 SAID_NAMES = ("identified", "ambiguous")
 
@@ -42,11 +41,11 @@ def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None
             fix=f"give at least {FEWEST} cases of two simulators (sstl blind library --simulator mixed)",
             code="E955",
         )
-    taught = found + copies(found)
+    taught = told(found)
     provenance = {
         "cases": sum(int(f["cases"]) for f in facts),
         "examples": len(found),
-        "without_answer": len(taught) - len(found),
+        "without_answer": sum(e.kind == EXCLUDED for e in taught),
         "simulators": simulators,
         "seeds": sorted(s for f in facts for s in f["seeds"]),
         "inputs": inputs_of(list(paths)),
@@ -56,21 +55,25 @@ def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None
     advance(len(simulators))
     weights = learning.calibrated(taught, learning.learn(taught, provenance), others)
     advance(1)
-    return learning.to_document(weights), report(found, weights, others)
+    return learning.to_document(weights), report(taught, weights, others)
 
 
-def copies(found: Sequence[Example]) -> list[Example]:
-    """Return a sixth as many cases again, as they are where their effect is no candidate."""
-    possible = [c for e in found if (c := learning.without_answer(e)) is not None]
+def told(found: Sequence[Example]) -> list[Example]:
+    """Return the examples with others instead of those drawn without their effect: as many of which that could be told.
+
+    Of an effect that is no candidate and that another explains as well nobody could say that it is missing.
+    """
+    kept = [e for e in found if e.kind != EXCLUDED]
+    possible = [c for e in kept if (c := learning.without_answer(e)) is not None]
     order = stream(0, "without").permutation(len(possible))
-    return [possible[i] for i in order[: len(found) // WITHOUT]]
+    return kept + [possible[i] for i in order[: len(found) - len(kept)]]
 
 
 def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights]) -> dict[str, Any]:
     """Return how the weights of the other simulators do on each simulator, and on all."""
     said: dict[str, list[tuple[Example, Verdict]]] = {}
     for e in found:
-        own = replace(others[e.simulator], commit=weights.commit, quiet=weights.quiet, cover=weights.cover, reliability=weights.reliability)
+        own = replace(others[e.simulator], commit=weights.commit, member=weights.member, quiet=weights.quiet, cover=weights.cover, reliability=weights.reliability)
         said.setdefault(e.simulator, []).append((e, verdict(e.rows, own)))
     rows = [_row(s, said[s]) for s in sorted(said)]
     rows.append(_row("all", [pair for s in sorted(said) for pair in said[s]]))

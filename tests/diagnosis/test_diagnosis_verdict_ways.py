@@ -33,7 +33,7 @@ SAMPLES = 5000
 LOG = LogRow(SAMPLES, 2, 3, 2.0, 50.0, 40.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3, 1.0, 1.0)
 CALM = Leftover(SAMPLES, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
 LOUD = Leftover(SAMPLES, 2.0, 0.5, 3.0, 0.0, (Misfit("mean by speed", 40.0, 90.0, "fast"), Misfit("mean by run", 3.0, 2.0, "0")))
-COMMIT, QUIET, COVER = 0.8, 0.3, 0.2
+COMMIT, MEMBER, QUIET, COVER = 0.8, 0.95, 0.3, 0.2
 LARGE = SAMPLES / 2.0
 
 
@@ -59,7 +59,7 @@ def weights(candidates=(), none=0.1, unknown=0.1, reliability=()):
     named = sum(c.p for c in candidates) or 1.0
     return Weights(
         {**own, "more": sum(pair)}, {**one, "one": float(np.log(none / named))}, {**one, "one": float(np.log(unknown / named))},
-        effect, COMMIT, QUIET, COVER, reliability,
+        effect, COMMIT, {"lag": MEMBER}, QUIET, COVER, reliability,
     )  # fmt: skip
 
 
@@ -83,6 +83,12 @@ WAYS = {
     "a family, none of its members sure": (
         [seen("channel_delay", p=0.5), seen("channel_lowpass", p=0.35, evidence=FAR)], 0.1, 0.05,
         "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",)), 0.85),
+    "a family, one member probable, but not of all that the family has": (
+        [seen("channel_delay", p=0.85), seen("channel_lowpass", p=0.05, evidence=FAR)], 0.05, 0.05,
+        "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",)), 0.9),
+    "a family, one member with all that the family has": (
+        [seen("channel_delay", p=0.85), seen("channel_lowpass", p=0.01, evidence=FAR)], 0.07, 0.07,
+        "identified", ("channel_delay",), (("channel_delay",),), 0.85),
     "a set: not sure, and no family": (
         [seen("viscous", p=0.4), seen("crosstalk", p=0.3), seen("zero_offset", p=0.1)], 0.1, 0.1,
         "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.7),
@@ -244,7 +250,7 @@ def test_what_a_fault_of_the_recorder_leaves_is_what_the_base_leaves():
 
 
 def test_what_lies_beside_is_ranked_among_its_own():
-    first = seen("tension_loop_lag", p=0.5, kind=BESIDE, share=0.4, gain=99.0, chi2=10.0).row
+    first = seen("tension_loop_lag", p=0.5, kind=BESIDE, share=0.4, evidence=99.0, chi2=10.0).row
     second = seen("load_spring", p=0.5, kind=BESIDE, evidence=9.0).row
     rows = Rows(LOG, (first, second, seen("viscous", p=0.1, evidence=5000.0).row), LOUD, LOUD)
     found = numbers(first, rows)
