@@ -11,6 +11,8 @@ from kill_writers import run
 from trust_program import SSTL, inside, sstl, write_csv, write_log
 
 
+# `make kill` does it two hundred times
+@pytest.mark.slow
 def test_kill_at_random_moments(tmp_path: Path) -> None:
     told = run(6, seed=3, folder=tmp_path, commands=("import", "segment", "batch"), rerun_every=2)
     assert sum(hits for _, hits, _ in told.values()) >= 3, "too few kills fell into a run to say anything"
