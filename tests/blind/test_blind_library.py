@@ -150,12 +150,12 @@ def test_an_interrupted_library_goes_on_and_ends_with_the_same_bytes(tmp_path):
         blind_library.run(out, 6, 10, "mixed", True, gatherer=gathered([]))
 
 
-@pytest.mark.slow
 def test_strengths_are_those_asked_for():
     found = {j.entry.strength for j in jobs(90, 5, "rig", strengths=(12.0, 40.0))}
     assert found == {0.0, 12.0, 40.0}
 
 
+@pytest.mark.slow
 def test_a_drawn_case_is_searched_and_kept(tmp_path):
     job = Job(Entry("single", ("zero_offset",), 4.0), 77, "variant", True)
     case = blind_library.gather(job)
