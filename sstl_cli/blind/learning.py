@@ -24,10 +24,10 @@ from sstl_cli.diagnosis.verdict import (
     Verdict,
     Weights,
     candidate_terms,
+    decided,
     log_terms,
     probabilities,
     standing,
-    verdict,
 )
 from sstl_cli.physics.effects import catalogue
 
@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 LEAST_STRENGTH = 0.1
+# kind of the cases whose effect is no candidate
+EXCLUDED = "excluded"
 COMMITS = np.linspace(0.5, 0.98, 25)
 # half of D^2 = 24: naming at 49 to 1 in 95 of 100 cases
 DECIDABLE_NATS = 12.0
@@ -51,6 +53,10 @@ class Example:
     strength: float
     rows: Rows
     answer: Ids
+
+
+# examples with the probabilities that simulators which were left out gave them
+Judged = Sequence[tuple[Example, Mapping[Ids, float]]]
 
 
 @dataclass(frozen=True)
@@ -104,7 +110,7 @@ def without_answer(e: Example) -> Example | None:
     if own - max(c.evidence for c in kept) < DECIDABLE_NATS:
         # what is left explains the log as well: nobody could say that something is missing
         return None
-    return replace(e, name=f"{e.name}-without", kind="excluded", rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
+    return replace(e, name=f"{e.name}-without", kind=EXCLUDED, rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
 
 
 def _design(e: Example) -> _Design:
@@ -168,43 +174,40 @@ def left_out(found: Sequence[Example]) -> dict[str, Weights]:
 def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
     """Return weights with thresholds and reliability from predictions of simulators that were left out."""
     judged = [(e, probabilities(e.rows, others[e.simulator])) for e in found]
-    quiet, cover = _quiet(judged), _cover(judged)
-    bare = {s: replace(w, quiet=quiet, cover=cover, reliability=()) for s, w in others.items()}
-    member = {title: _member(set(members), found, bare) for title, members in FAMILIES.items()}
-    bare = {s: replace(w, member=member) for s, w in bare.items()}
-    commit = _threshold(found, bare)
-    said = [(e, verdict(e.rows, replace(bare[e.simulator], commit=commit))) for e in found]
-    return replace(weights, commit=commit, member=member, quiet=quiet, cover=cover, reliability=_reliability(said))
+    bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability=())
+    bare = replace(bare, member={title: _member(set(members), judged, bare) for title, members in FAMILIES.items()})
+    bare = replace(bare, commit=_threshold(judged, bare))
+    return replace(bare, reliability=_reliability([(e, decided(e.rows, p, bare)) for e, p in judged]))
 
 
-def _member(family: set[str], found: Sequence[Example], weights: Mapping[str, Weights]) -> float:
+def _member(family: set[str], judged: Judged, weights: Weights) -> float:
     """Return the part of its family that a member needs: at most ``WRONG_MEMBERS`` of those named are another one of it."""
-    inside = [e for e in found if e.answer and set(e.answer) <= family]
+    inside = [(e, p) for e, p in judged if e.answer and set(e.answer) <= family]
     for member in COMMITS:
-        every = dict.fromkeys(FAMILIES, float(member))
-        said = [(e, verdict(e.rows, replace(weights[e.simulator], commit=float(COMMITS[0]), member=every))) for e in inside]
+        tried = replace(weights, commit=float(COMMITS[0]), member=dict.fromkeys(FAMILIES, float(member)))
+        said = [(e, decided(e.rows, p, tried)) for e, p in inside]
         named = [(e, v) for e, v in said if v.status == IDENTIFIED and set(v.effects) <= family]
         if sum(is_wrong(e, v) for e, v in named) <= WRONG_MEMBERS * len(named):
             return round(float(member), 6)
     return float(COMMITS[-1])
 
 
-def _threshold(found: Sequence[Example], weights: Mapping[str, Weights]) -> float:
+def _threshold(judged: Judged, weights: Weights) -> float:
     """Return the smallest probability from which on at most ``WRONG_COMMITS`` of all cases are committed to wrongly."""
     for commit in COMMITS:
-        said = ((e, verdict(e.rows, replace(weights[e.simulator], commit=float(commit)))) for e in found)
-        if sum(is_wrong(e, v) for e, v in said) <= WRONG_COMMITS * len(found):
+        tried = replace(weights, commit=float(commit))
+        if sum(is_wrong(e, decided(e.rows, p, tried)) for e, p in judged) <= WRONG_COMMITS * len(judged):
             return round(float(commit), 6)
     return float(COMMITS[-1])
 
 
-def _quiet(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
+def _quiet(judged: Judged) -> float:
     """Return the probability of ``none`` from which on nothing is named: all but ``FALSE_ALARMS`` of the nulls have it."""
     nulls = [p[NONE] for e, p in judged if e.answer == NONE]
     return round(float(np.clip(np.quantile(nulls, FALSE_ALARMS), 0.02, 0.5)), 6) if nulls else 0.5
 
 
-def _cover(judged: Sequence[tuple[Example, Mapping[Ids, float]]]) -> float:
+def _cover(judged: Judged) -> float:
     """Return the part of the named probability that a candidate needs to be in a set (the worst simulator's quantile)."""
     parts: dict[str, list[float]] = {}
     for e, p in judged:

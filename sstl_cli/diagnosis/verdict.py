@@ -233,7 +233,11 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     prior : mapping of effect id to float, optional
         The user's own odds of effects; then no confidence can be given.
     """
-    p = probabilities(rows, weights, prior)
+    return decided(rows, probabilities(rows, weights, prior), weights, prior)
+
+
+def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping[str, float] | None = None) -> Verdict:
+    """Return what is to be said of a log at given probabilities, by the thresholds alone of the weights."""
     if rows.log.propagates < 1.0:
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)

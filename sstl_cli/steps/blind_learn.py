@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from sstl_cli.blind import learning
 from sstl_cli.blind.judge import share
-from sstl_cli.blind.learning import Example
+from sstl_cli.blind.learning import EXCLUDED, Example
 from sstl_cli.blind.library import facts_of, read_library
 from sstl_cli.blind.strength import STRENGTHS, band
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.core.rng import stream
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, Weights, verdict
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, Weights, decided, probabilities
 
 SCHEMA = "sstl.blind.learn/1"
-EXCLUDED = "excluded"
 FEWEST = 50
 SAID_NAMES = ("identified", "ambiguous")
 
@@ -73,8 +71,7 @@ def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights
     """Return how the weights of the other simulators do on each simulator, and on all."""
     said: dict[str, list[tuple[Example, Verdict]]] = {}
     for e in found:
-        own = replace(others[e.simulator], commit=weights.commit, member=weights.member, quiet=weights.quiet, cover=weights.cover, reliability=weights.reliability)
-        said.setdefault(e.simulator, []).append((e, verdict(e.rows, own)))
+        said.setdefault(e.simulator, []).append((e, decided(e.rows, probabilities(e.rows, others[e.simulator]), weights)))
     rows = [_row(s, said[s]) for s in sorted(said)]
     rows.append(_row("all", [pair for s in sorted(said) for pair in said[s]]))
     return {"schema": SCHEMA, "commit": weights.commit, "cover": weights.cover, "left_out": rows}
