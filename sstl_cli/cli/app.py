@@ -25,7 +25,6 @@ from sstl_cli.core.workers import stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
-_INTERRUPTED = "interrupted; nothing half-written was left behind"
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 # the order of the work, and what fits beside the name in the list of commands
 _COMMANDS = {
@@ -85,7 +84,7 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            raise SstlError(_INTERRUPTED, code="E001") from None
+            raise _interrupted() from None
 
 
 app = typer.Typer(
@@ -141,7 +140,7 @@ def program() -> None:
         main()
     except KeyboardInterrupt:
         # it came where the command's own handling did not reach: before it began, or while it tidied up
-        _end(SstlError(_INTERRUPTED, code="E001"))
+        _end(_interrupted())
     finally:
         # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
         for kind in (signal.SIGINT, signal.SIGTERM):
@@ -173,7 +172,7 @@ def _main() -> NoReturn:
     except TyperException as error:
         _usage(error)
     except KeyboardInterrupt:
-        _end(SstlError(_INTERRUPTED, code="E001"))
+        _end(_interrupted())
     except BrokenPipeError:
         # the reader of our output went away (for example `| head`): not an error of ours
         drop_output()
@@ -183,7 +182,7 @@ def _main() -> NoReturn:
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
             # it came inside compiled code, which returned all the same: Python makes a SystemError of that
-            _end(SstlError(_INTERRUPTED, code="E001"))
+            _end(_interrupted())
         if os.environ.get("SSTL_DEBUG"):
             raise
         if isinstance(error, OSError) and (error.filename or error.errno in _NO_SPACE):
@@ -193,6 +192,10 @@ def _main() -> NoReturn:
             _end(SstlError(what, where=where, fix="check space and rights", code="E005"))
         text = f"{type(error).__name__}: {error}"[:300]
         _end(SstlError(f"internal error, {text}", fix="set SSTL_DEBUG=1 for details and report it", code="E003"))
+
+
+def _interrupted() -> SstlError:
+    return SstlError("interrupted; nothing half-written was left behind", code="E001")
 
 
 def _end(error: SstlError) -> NoReturn:

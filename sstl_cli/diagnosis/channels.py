@@ -142,9 +142,7 @@ def _independent(x: Array) -> float:
 
 def _grid(r: Record) -> Array:
     position = np.asarray(r.raw.position_in_mm)
-    n = len(r) * r.factor
-    thin = max(1, len(position) // n)
-    return block_mean(position, thin)[:n]
+    return block_mean(position, r.thin)[: len(r) * r.factor]
 
 
 def _affine(x: Array, columns: Sequence[Array]) -> Array:

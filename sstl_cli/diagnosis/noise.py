@@ -74,7 +74,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out) for r, _ in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
         # of the output it is that of means over a step, of the input that of readings
-        alike = white_in / float(np.sqrt(np.median([r.averaged("tension_out_n") for r, _ in mine])))
+        alike = white_in / _averaged([r for r, _ in mine])
         ratio = float(np.clip(alike / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
@@ -85,9 +85,13 @@ def of_readings(records: Sequence[Record], noise: Noise) -> Noise:
     """Return a noise whose white part of the output is that of one reading, not of the mean over a step of the simulation."""
     found = dict(noise.output)
     for system, s in found.items():
-        averaged = float(np.median([r.averaged("tension_out_n") for r in records if r.system == system]))
-        found[system] = replace(s, white_n=s.white_n * float(np.sqrt(averaged)))
+        found[system] = replace(s, white_n=s.white_n * _averaged([r for r in records if r.system == system]))
     return replace(noise, output=found)
+
+
+def _averaged(records: Sequence[Record]) -> float:
+    """Return by what factor the white noise of an output falls in the mean over a step of the simulation."""
+    return float(np.sqrt(np.median([r.averaged("tension_out_n") for r in records])))
 
 
 def white_only(noise: Noise) -> Noise:
