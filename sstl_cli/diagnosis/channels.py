@@ -7,7 +7,7 @@ recorded reference; the position only on request, because a simulator need not c
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effect import Drive, Effect
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import first_order
-from sstl_cli.physics.transmission import activate, predict, predict_position
+from sstl_cli.physics.transmission import activate, predict_position
 from sstl_cli.physics.transmission.model import drive_of
 
 Array = NDArray[np.float64]
@@ -172,7 +172,8 @@ def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Se
     for x, r in zip(measured, records, strict=True):
         theta = float(tension.theta[r.config])
         drive = drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics)
-        out = predict(drive, theta, none, r.start_n)
+        alone = Simulator(replace(sim.problem, records=(replace(r, known=None),)), sim.mechanics)
+        out = alone.predict_fine(tension.theta, {})[0]
         rigid = predict_position(drive, theta, none, out)
         found.append(_Line(theta, drive, out, rigid, r.factor, (block_mean(out, r.factor), r.y), x))
     return found

@@ -30,6 +30,8 @@ DECIDABLE = 24.0
 MOST_SURE = 99.0
 # fewer spoilt samples than these are chance
 MIN_FAULTY = 5
+# a converter's step up to this share of the noise is no fault: the noise smooths it over
+FINE_STEP = 0.5
 # a fault of the recorder that carries less of the squared error beyond the noise is no cause of it
 LEAST_SHARE = 0.05
 # a region is worse if its squared error grew by a fifth (its error by a tenth), and by this share of the whole
@@ -57,12 +59,17 @@ MIN_READINGS = 16
 # share of repeated samples above which they are copies, in a signal with more noise than this (N); rounding repeats some, which
 # count so many times
 COPIED, COPIED_NOISE_N, CHANCE_COPIES = 0.1, 1e-5, 3.0
+# so many renewals in a row that change nothing are chance; more are a sensor that stands still
+MOST_ALIKE = 3
 # an input goes on over a gap as it came if it is off by less than this share of the way and so many standard deviations
 AS_BEFORE, AS_BEFORE_SIGMA = 0.25, 3.0
 # configurations that representative runs hold of each trajectory
 MIN_CONFIGS = 1
 # steps of time that differ by less are the same: clocks are written with few digits
 EVEN = 0.01
+# a clock is near a steady one where its jitter is below this share of a step (any clock is below 0.29) and so many of its
+# readings have a step of their own; the first readings that show the step
+STEADY, PLACED, FIRST_PLACED = 0.2, 0.95, 64
 # two outputs so far apart at a limit of the input (its level times this) ...
 CLIPPED_ABOVE = 4.0
 # ... have forgotten it when they differ by less than this share

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.constants import FINE_STEP, LEAST_SHARE, MIN_FAULTY
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
+from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
 
 Array = NDArray[np.float64]
@@ -76,7 +77,7 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
                     level_in = min(level_in, faults.clip_level_n)
         step_in, step_out = max(step_in, r.faults_in.step_n), max(step_out, r.faults_out.step_n)
         slope = np.exp(0.5 * r.raw.passes)
-        stepped += n * (r.faults_out.step_n**2 + (slope * r.faults_in.step_n) ** 2 / 4.0) / 12.0
+        stepped += n * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
     excess = max(total - samples / 2 * noise_n**2, 1e-12)
     found = []
     if spikes + frozen >= MIN_FAULTY and faulty > 0.0:
@@ -98,3 +99,9 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
         found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n))
     # what carries next to nothing of the error is no cause of it
     return sorted((e for e in found if e.share >= LEAST_SHARE), key=lambda e: -e.share)
+
+
+def _coarse(f: Faults) -> float:
+    """Return the square of a converter's step (N^2) beyond that which the noise smooths over (Widrow and Kollar 2008)."""
+    noise2 = max(f.noise_n**2 - f.rounding_n**2, 0.0)
+    return max(f.step_n**2 - FINE_STEP**2 * noise2, 0.0)

@@ -105,7 +105,7 @@ def white_only(noise: Noise) -> Noise:
 def _white(fine: Array, r: Record, column: str, faults: Faults) -> float:
     """Return the white noise (N) of a channel of a record, of a slow sensor that of its readings."""
     readings, raw = known(r.raw, column), getattr(r.raw, column)
-    white = white_noise(fine) if readings.all() else slow_noise(raw[readings])
+    white = white_noise(fine) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
     return max(white, faults.rounding_n, RESOLVED * float(np.ptp(raw)))
 
 

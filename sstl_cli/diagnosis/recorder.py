@@ -95,13 +95,26 @@ def white_noise(signal: Array) -> float:
     return float(quiet.mean()) / 0.717 / float(np.sqrt(20.0))
 
 
-def slow_noise(signal: Array) -> float:
-    """Return the RMS of the white noise (N) of a sensor so slow that it moves between readings: from where it rests."""
-    if len(signal) < SHORTEST_READ:
+def slow_noise(signal: Array, time: Array) -> float:
+    """Return the RMS of the white noise (N) of a sensor so slow that it moves between readings: from where it rests.
+
+    Its readings are not equally spaced: it is renewed on a clock of its own. What a parabola through three readings misses
+    the fourth by is weighed by their instants.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Instants of the readings, in any unit.
+    """
+    n = len(signal)
+    if n < SHORTEST_READ:
         return 0.0
-    third = np.abs(np.diff(signal, 3))
+    near = np.stack([time[i : n - 3 + i] for i in range(4)])
+    apart = near[:, None] - near[None, :] + np.eye(4)[:, :, None]
+    share = 1.0 / np.prod(apart, axis=1)
+    missed = np.abs(sum(share[i] * signal[i : n - 3 + i] for i in range(4))) / np.sqrt(np.sum(share**2, axis=0))
     # of normal noise three in ten are below this share of sigma
-    return float(np.quantile(third, 0.3)) / 0.385 / float(np.sqrt(20.0))
+    return float(np.quantile(missed, 0.3)) / 0.385
 
 
 def _runs(flag: Mask) -> list[tuple[int, int]]:

@@ -10,21 +10,20 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.clock import blurred, hiding, on_grid
 from sstl_cli.diagnosis.constants import (
     ANALYSIS_HZ,
-    AS_BEFORE,
-    AS_BEFORE_SIGMA,
     CHANCE_COPIES,
     CLIPPED_ABOVE,
     COPIED,
     COPIED_NOISE_N,
-    EVEN,
     FORGOTTEN,
     MIN_CONFIGS,
     MIN_READINGS,
     MIN_SAMPLES,
     MIN_SPAN_N,
     MIN_SPAN_SIGMA,
+    MOST_ALIKE,
     SIMULATION_HZ,
 )
 from sstl_cli.diagnosis.latent import Latent, block_mean, latent
@@ -39,6 +38,15 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
+class Start:
+    """Where a model begins anew: place on the grid of the simulation, the output there (N) and its standard deviation (N)."""
+
+    at: int
+    output_n: float
+    error_n: float
+
+
+@dataclass(frozen=True)
 class Record:
     """One run made ready; tensions in N.
 
@@ -47,8 +55,8 @@ class Record:
     output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
     input, ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``), and ``readings``, of how many
     readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
-    ``start_n`` is the output before the first sample, with its standard deviation. ``raw`` is the run on its own
-    grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
+    ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
+    anew, because the input may have turned unseen. ``raw`` is the run on its own grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
     standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
     """
 
@@ -81,6 +89,7 @@ class Record:
     known: Array | None = None
     misfit_n: Array | None = None
     misfit_s: float = 1.0
+    again: tuple[Start, ...] = ()
 
     def __len__(self) -> int:
         return len(self.y)
@@ -115,6 +124,11 @@ class Problem:
     @property
     def samples(self) -> int:
         return sum(len(r) for r in self.records)
+
+
+def starts_of(r: Record) -> tuple[Start, ...]:
+    """Return where a model of a record begins, first and anew."""
+    return (Start(0, r.start_n, r.start_error_n), *r.again)
 
 
 def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
@@ -160,7 +174,7 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     time = run.time_s[finite]
     if np.any(np.diff(time) <= 0):
         return "time is not strictly increasing", None
-    run = _on_grid(_renewed(run, finite), finite)
+    run = on_grid(_renewed(run, finite), finite)
     faults_in, faults_out = _scanned(run, "tension_in_n"), _scanned(run, "tension_out_n")
     good = ~(faults_in.bad | faults_out.bad)
     if good.sum() < MIN_SAMPLES:
@@ -182,9 +196,32 @@ def _renewed(run: Run, finite: Mask) -> Run:
         values = getattr(run, sensor.column)
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
         if _copies(sensor, 1.0 - float(np.mean(fresh[finite]))) and fresh.sum() >= MIN_READINGS:
+            if sensor.held:
+                fresh |= finite & _alike(fresh, sensor.refresh_s / sensor.period_s)
             channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
             marks[f"known_{sensor.column}"] = fresh.astype(float)
     return replace(run, extra={**run.extra, **marks}, **channels)
+
+
+def _alike(fresh: Mask, period: float) -> Mask:
+    """Return the readings that happen to be equal to the one before: where a renewal was due and nothing changed.
+
+    Left out, they would leave only readings that differ, and more noise than there is. Longer rests are no chance.
+
+    Parameters
+    ----------
+    fresh : ndarray of bool, shape (n,)
+        Samples that differ from the one before.
+    period : float
+        Samples between two renewals.
+    """
+    at = np.flatnonzero(fresh)
+    due = np.rint(np.diff(at) / period).astype(int)
+    missed = (due > 1) & (due <= MOST_ALIKE)
+    found = np.zeros(len(fresh), bool)
+    for a, b, parts in zip(at[:-1][missed], at[1:][missed], due[missed], strict=True):
+        found[np.rint(np.linspace(a, b, parts + 1)[1:-1]).astype(int)] = True
+    return found
 
 
 def _copies(sensor: Sensor, repeated: float) -> bool:
@@ -217,46 +254,6 @@ def _scanned(run: Run, column: str) -> Faults:
     return replace(found, spike=spread(found.spike), frozen=spread(found.frozen), clipped=spread(found.clipped))
 
 
-def _on_grid(run: Run, finite: Mask) -> Run:
-    """Return the run on an equally spaced grid (as recorded where it already is)."""
-    time = run.time_s[finite]
-    dt = float(np.median(np.diff(time)))
-    gaps = np.diff(time)
-    if finite.all() and np.all(np.abs(gaps - dt) < EVEN * dt):
-        return run
-    grid = np.arange(time[0], time[-1] + 0.5 * dt, dt)
-    extra = {
-        name: np.interp(grid, time, value[finite])
-        for name in ("tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-        if (value := getattr(run, name)) is not None
-    }
-    # long gaps are bridged by a line that nobody measured: no weight there
-    distance = np.min(
-        np.abs(grid[:, None] - time[np.searchsorted(time, grid).clip(1, len(time) - 1)[:, None] + np.array([-1, 0])]),
-        axis=1,
-    )
-    marks = {"gap": (distance > 2.0 * dt).astype(float)}
-    for name, values in run.extra.items():
-        if name.startswith("known_"):
-            column = getattr(run, name.removeprefix("known_"))[finite]
-            marks[name] = _marked(grid, time[values[finite] > 0.5], column[values[finite] > 0.5])
-    return replace(run, time_s=grid, extra=marks, **extra)
-
-
-def _marked(grid: Array, time: Array, readings: Array) -> Array:
-    """Return which samples of a grid stand for a reading beside them (1) or for none.
-
-    A reading at a turn of the signal stands for no other instant: what it would be there is further off than its noise.
-    """
-    step = grid[1] - grid[0]
-    at = np.rint((time - grid[0]) / step).astype(int).clip(0, len(grid) - 1)
-    slope = np.diff(readings) / np.diff(time)
-    turn = np.zeros(len(readings))
-    turn[1:-1] = np.abs(np.diff(slope))
-    sound = np.abs(grid[at] - time) * turn <= 2.0 * slow_noise(readings)
-    return np.bincount(at[sound], minlength=len(grid)).clip(0, 1).astype(float)
-
-
 def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
     thin = max(1, round(1.0 / (run.dt_s * SIMULATION_HZ)))
     dt = run.dt_s * thin
@@ -272,11 +269,17 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     u = into.value
     raw_weight = good.astype(float)
     hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
-    hidden |= _hiding(block_mean(gap, thin)[:n] > 0, u, into.rate * dt, faults_in.noise_n)
+    lost = block_mean(gap, thin)[:n] > 0
+    turned = hiding(lost, u, into.rate * dt, faults_in.noise_n)
     if hidden.any():
         unknown = np.repeat(_unknown_after(u, hidden, run.passes), thin)
         raw_weight[: len(unknown)][unknown] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
+    again = _starts(turned, factor, n, out)
+    for (_, end), start in zip(turned, again, strict=False):
+        # the rest of a step that the gap began
+        raw_weight[end * thin : start.at * thin] = 0.0
+    raw_weight[: n * thin][np.repeat(blurred(run, out.rate, thin) > faults_out.noise_n, thin)] = 0.0
     weight = (block_mean(raw_weight, thin * factor)[: n // factor] > 0.5).astype(float)
     # between two readings of a slow sensor there is nothing to compare
     weight *= block_mean(fresh_out.astype(float), thin * factor)[: n // factor] > 0.0
@@ -289,6 +292,9 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     else:
         y, readings, share = _of_readings(run.tension_out_n, good & fresh_out, thin, factor, n)
     error_law, error_n = error_of_means(into.chain, factor)
+    blur = blurred(run, into.rate, thin).reshape(-1, factor).max(axis=1)
+    error_law[:, -1] += blur**2
+    error_n = np.hypot(error_n, blur)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
         run.run_id,
@@ -317,7 +323,14 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         readings,
         share,
         slip,
+        again=again,
     )
+
+
+def _starts(turned: Sequence[tuple[int, int]], factor: int, n: int, out: Latent) -> tuple[Start, ...]:
+    """Return where a model begins anew behind gaps of the grid of the simulation: at the next whole step of the analysis."""
+    at = [-(-end // factor) * factor for _, end in turned]
+    return tuple(Start(k, float(out.value[k]), float(np.sqrt(out.variance[k]))) for k in at if k < n)
 
 
 def _of_readings(signal: Array, read: Mask, thin: int, factor: int, n: int) -> tuple[Array, Array, Array]:
@@ -337,7 +350,7 @@ def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: in
     share = block_mean((known & fresh).astype(float), thin)[:n]
     if fresh.all():
         return latent(block_mean(signal, thin)[:n], dt_s, max(white_noise(signal), rounding_n) / np.sqrt(thin), share > 0.5)
-    return latent(block_mean(signal, thin)[:n], dt_s, max(slow_noise(signal[fresh]), rounding_n), share > 0.0)
+    return latent(block_mean(signal, thin)[:n], dt_s, max(slow_noise(signal[fresh], np.flatnonzero(fresh).astype(float)), rounding_n), share > 0.0)
 
 
 def _bridge(signal: Array, good: Mask) -> Array:
@@ -345,21 +358,6 @@ def _bridge(signal: Array, good: Mask) -> Array:
         return signal
     at = np.arange(len(signal))
     return np.interp(at, at[good], signal[good])
-
-
-def _hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> Mask:
-    """Return the gaps in which the input may have turned: a turn that nobody saw decides all that follows.
-
-    It has not where it goes on as it came, and came as far as that takes.
-    """
-    found = np.zeros(len(gap), bool)
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], gap.astype(int), [0]))))
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
-        before, after = max(a - 1, 0), min(b, len(u) - 1)
-        moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
-        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AS_BEFORE_SIGMA * noise_n
-        found[a:b] = not same
-    return found
 
 
 def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:

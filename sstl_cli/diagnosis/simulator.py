@@ -11,13 +11,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.latent import block_mean
-from sstl_cli.diagnosis.records import Problem, Record
+from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.whitening import Noise, Phases
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.transmission.active import activate
 from sstl_cli.physics.transmission.batch import laid, predict_runs
-from sstl_cli.physics.transmission.model import Hooked, drive_of, sensed, unsensed
+from sstl_cli.physics.transmission.model import Hooked, drive_of, knots, sensed, unsensed
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -69,10 +69,12 @@ class Simulator:
 
     def __post_init__(self) -> None:
         p = self.problem
-        self._runs = laid([self._drive(r, r.u, r.rate) for r in p.records])
+        # where the input may have turned unseen, a run of the model ends and another begins; its clocks go on
+        self._runs = laid([piece for r in p.records for piece in _pieces(r, self._drive(r, r.u, r.rate))])
+        self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u)) for r in p.records]
-        self._places = np.array([r.config for r in p.records])
-        self._starts = np.array([r.start_n for r in p.records])
+        self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
+        self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
         self._factors = np.array([r.factor for r in p.records])
         self._share = np.concatenate([r.share for r in p.records])
         self._driven = np.array([r.slip is not None for r in p.records])
@@ -88,6 +90,10 @@ class Simulator:
 
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
         return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip, neighbour_n=neighbour_of(r))
+
+    def _each(self, signal: Array) -> list[Array]:
+        """Return a signal over all samples of the simulation, record by record."""
+        return [signal[a:b] for a, b in zip(self._fine_edges[:-1], self._fine_edges[1:], strict=True)]
 
     def changed(self, effect_id: str, values: Mapping[str, float]) -> dict[str, float]:
         """Return the values of an effect; where the user's simulator contains it, they change what is there."""
@@ -106,7 +112,7 @@ class Simulator:
 
     def predict(self, theta: Array, effects: Effects) -> Array:
         """Return the predicted measured output (N, shape (samples,)) for one theta per configuration."""
-        return _means(self._fine(theta, effects), self._share, self._runs.edges, self.edges, self._factors)
+        return _means(self._fine(theta, effects), self._share, self._fine_edges, self.edges, self._factors)
 
     def phases(self, theta: Array, effects: Effects, noise: Noise | None = None) -> Phases:
         """Return where the model slides, how steeply, and where it may have slid.
@@ -115,16 +121,16 @@ class Simulator:
         also that of its sensor) higher and lower: a quadrature over that error with three points (Julier and Uhlmann 2004).
         """
         here, moved = self._fine(theta, effects, 0.0, False), self._fine(theta, effects, SHIFT_N, False)
-        slide, gain = _phases(here, moved, self._runs.tension_n, self._runs.edges, self.edges, self._factors, self._driven)
+        slide, gain = _phases(here, moved, self._runs.tension_n, self._fine_edges, self.edges, self._factors, self._driven)
         error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
         high, low = (self._fine(theta, effects, sign * QUADRATURE * error, False) for sign in (1.0, -1.0))
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
-        doubt = _means(np.abs(bent), self._share, self._runs.edges, self.edges, self._factors) / QUADRATURE
+        doubt = _means(np.abs(bent), self._share, self._fine_edges, self.edges, self._factors) / QUADRATURE
         return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
-        return self._runs.each(self._fine(theta, effects))
+        return self._each(self._fine(theta, effects))
 
     def _fine(self, theta: Array, effects: Effects, shift_n: float | Array = 0.0, whole: bool = True) -> Array:
         """Return the predictions at the rate of the simulation, end to end; ``shift_n`` is added to the input.
@@ -142,16 +148,16 @@ class Simulator:
         read = runs.tension_n + shift_n if np.any(shift_n) else runs.tension_n
         given = read
         if undo := active.of_hook("input_inverse"):
-            rows = zip(self._samplings, runs.each(read), records, strict=True)
+            rows = zip(self._samplings, self._each(read), records, strict=True)
             given = np.concatenate([unsensed(undo, s, u, r.y_smooth) for s, u, r in rows])
         seen, starts = active.of_hook("output"), self._starts
         if seen:
-            starts = np.array([_true_start(r, seen) for r in records])
+            starts = np.array([_true_start(r, s, seen) for r in records for s in starts_of(r)])
         out = predict_runs(runs, theta[self._places], active, starts, None if given is runs.tension_n else given, load)
         if whole and self._known is not None:
             out = out + self._known
         if seen:
-            pairs = zip(self._samplings, runs.each(read), runs.each(out), strict=True)
+            pairs = zip(self._samplings, self._each(read), self._each(out), strict=True)
             out = np.concatenate([sensed(seen, s, u, y) for s, u, y in pairs])
         return out
 
@@ -213,10 +219,25 @@ def neighbour_of(r: Record) -> Array | None:
     return None if beside is None else block_mean(beside, r.thin)[: len(r.u)]
 
 
-def _true_start(r: Record, hooked: Hooked) -> float:
-    """Return the true output before the first sample: the measured one less what the sensor adds."""
-    seen = sensed(hooked, Sampling(r.system, r.dt_s, 2), r.u[:2], np.array((r.start_n, r.start_n)))
-    return 2.0 * r.start_n - float(seen[0])
+def _pieces(r: Record, drive: Drive) -> list[Drive]:
+    """Return the drive of a record cut where a model of it begins anew."""
+    if not r.again:
+        return [drive]
+    edges = [*(s.at for s in starts_of(r)), len(r.u)]
+    return [_part(drive, slice(a, b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _part(drive: Drive, part: slice) -> Drive:
+    """Return a part of a drive, on the clock and the path of the whole."""
+    cut = {f: getattr(drive, f)[part] for f in ("time_s", "tension_n", "rate_n_s", "path_n", "slip", "neighbour_n") if getattr(drive, f) is not None}
+    return replace(drive, knots=knots(cut["tension_n"], drive.dt_s), **cut)
+
+
+def _true_start(r: Record, start: Start, hooked: Hooked) -> float:
+    """Return the true output where a model begins: the measured one less what the sensor adds."""
+    n = len(r.u) if start.at else 2
+    seen = sensed(hooked, Sampling(r.system, r.dt_s, n), r.u[:n], np.full(n, start.output_n))
+    return 2.0 * start.output_n - float(seen[start.at])
 
 
 def free_parameters(ids: Sequence[str], systems: Sequence[str]) -> list[Free]:

@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.records import Record
+from sstl_cli.diagnosis.records import Record, starts_of
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -145,7 +145,10 @@ def whitener(
 def constants(records: Sequence[Record], noise: Noise) -> Constants:
     """Return what the noise of records is whatever the model does."""
     count = [len(r) for r in records]
-    begin = np.concatenate(([0], np.cumsum(count)[:-1]))
+    edges = np.concatenate(([0], np.cumsum(count)[:-1]))
+    started = [(a + s.at // r.factor, i, s) for i, (a, r) in enumerate(zip(edges, records, strict=True)) for s in starts_of(r)]
+    begin = np.array([at for at, _, _ in started])
+    whose = np.array([i for _, i, _ in started])
     first = np.zeros(sum(count), np.bool_)
     first[begin] = True
     sensors = [(noise.input[r.system], noise.output[r.system]) for r in records]
@@ -153,7 +156,7 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     memory = np.exp(-step[:, None] / np.array([[s.correlation_s for s in pair] for pair in sensors]))
     variance = np.array([[s.coloured_n**2 for s in pair] for pair in sensors])
     decay, fresh = np.repeat(memory, count, axis=0), np.repeat(variance * (1.0 - memory**2), count, axis=0)
-    for a, r, (_, out) in zip(begin, records, sensors, strict=True):
+    for a, r, (_, out) in zip(edges, records, sensors, strict=True):
         if r.misfit_n is not None:
             slow, spread = coloured(r, out)
             kept = np.exp(-r.dt_s * r.factor / slow)
@@ -161,9 +164,9 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
             decay[a : a + len(r), 1] = kept * spread / np.maximum(before, 1e-300)
             fresh[a : a + len(r), 1] = spread**2 * (1.0 - kept**2)
     variance[:, 1] = [out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)]
-    decay[begin], fresh[begin] = 0.0, variance
+    decay[begin], fresh[begin] = 0.0, variance[whose]
     start = np.zeros(len(first))
-    start[begin] = np.array([r.start_error_n for r in records]) ** 2 + variance[:, 1]
+    start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + variance[whose, 1]
     law = np.concatenate([r.error_law for r in records])
     law[:, 12:] *= np.repeat([noise.smoother[r.system] ** 2 for r in records], count)[:, None]
     white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])

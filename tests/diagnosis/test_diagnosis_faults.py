@@ -143,3 +143,11 @@ def test_the_larger_cause_comes_first():
 
 def test_nats_of_no_noise_stay_a_number():
     assert np.isfinite(RecorderEffect("saturation", 1.0, {}, 1.0, 0.0).nats)
+
+
+@pytest.mark.parametrize(("step", "is_fault"), [(0.05, False), (0.14, True)])
+def test_steps_that_the_noise_smooths_over_are_no_fault(step, is_fault):
+    rng = np.random.default_rng(3)
+    sensor = Faults(NO, NO, NO, float("inf"), step, float(np.hypot(NOISE, step / np.sqrt(12.0))))
+    error = np.round(NOISE * rng.standard_normal(N) / step) * step
+    assert ("quantisation" in found(record(error, out=sensor), noise=sensor.noise_n)) is is_fault

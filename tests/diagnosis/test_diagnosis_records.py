@@ -43,13 +43,15 @@ def test_a_gap_is_bridged_and_has_no_weight():
     assert r.time_s[dark].min() > 6.0 - 0.05 and r.time_s[dark].max() < 7.0 + 0.05 and dark.sum() == pytest.approx(50, abs=3)
 
 
-def test_after_a_turn_that_nobody_saw_nothing_is_compared_until_it_is_forgotten():
+def test_after_a_turn_that_nobody_saw_the_model_begins_anew_where_the_output_is_read_again():
     keep = (T < 8.5) | (T > 9.5)
     run = made()
     cut = replace(run, time_s=T[keep], tension_in_n=run.tension_in_n[keep], tension_out_n=run.tension_out_n[keep])
     (r,) = prepare([cut]).records
     dark = r.time_s[r.weight == 0.0]
-    assert dark.min() > 8.45 and 11.0 < dark.max() < 18.0
+    assert dark.min() > 8.45 and dark.max() < 9.55
+    (start,) = r.again
+    assert start.at * r.dt_s == pytest.approx(9.5, abs=0.03) and start.output_n == pytest.approx(np.interp(9.5, T, run.tension_out_n), abs=0.1)
 
 
 def test_the_error_of_the_input_is_below_its_noise():

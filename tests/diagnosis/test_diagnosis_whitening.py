@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_chain import posterior
 
+from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.smoother import chain, error_of_means
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
 
@@ -22,7 +23,9 @@ class Made:
     factor: int = FACTOR
     dt_s: float = DT
     error_law: np.ndarray = field(default_factory=lambda: error_of_means(LAW, FACTOR)[0])
+    start_n: float = 1.0
     start_error_n: float = 0.02
+    again: tuple[Start, ...] = ()
     weight: np.ndarray = field(default_factory=lambda: np.ones(N))
     misfit_n: np.ndarray | None = None
 

@@ -1,0 +1,166 @@
+"""Recorded runs on an equally spaced grid: readings with their own instants, and the stretches that nobody recorded.
+
+A clock that is stamped but not steady puts each reading a little before or after its place on the grid. The reading is moved
+there along the slope of the signal behind it, so that it keeps its own noise; between two readings nothing is made up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, PLACED, STEADY
+from sstl_cli.diagnosis.latent import latent
+from sstl_cli.diagnosis.recorder import slow_noise, white_noise
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Places = NDArray[np.int64]
+CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+
+
+def on_grid(run: Run, finite: Mask) -> Run:
+    """Return the run on an equally spaced grid (as recorded where it already is); ``extra["gap"]`` marks what was bridged.
+
+    Parameters
+    ----------
+    finite : ndarray of bool, shape (n,)
+        Samples that count.
+    """
+    time = run.time_s[finite]
+    dt = float(np.median(np.diff(time)))
+    if finite.all() and np.all(np.abs(np.diff(time) - dt) < EVEN * dt):
+        return run
+    placed = _places(time, dt)
+    if placed is None:
+        return _between(run, finite, time, dt)
+    at, dt, begin = placed
+    grid = begin + np.arange(at[-1] + 1) * dt
+    kept = np.concatenate(([True], np.diff(at) > 0))
+    at, index = at[kept], np.flatnonzero(finite)[kept]
+    early = time[kept] - grid[at]
+    extra: dict[str, Any] = {}
+    for name in CHANNELS:
+        value = getattr(run, name)
+        if value is not None:
+            readings = run.extra[f"known_{name}"][index] > 0.5 if f"known_{name}" in run.extra else np.ones(len(at), bool)
+            extra[name] = _moved(value[index], at, len(grid), readings, early, dt)
+    marks: dict[str, Array] = {"gap": _bridged(grid, time), "early_s": np.bincount(at, early, len(grid)).astype(float)}
+    for name, values in run.extra.items():
+        if name.startswith("known_"):
+            marks[name] = np.bincount(at[values[index] > 0.5], minlength=len(grid)).clip(0, 1).astype(float)
+    return replace(run, time_s=grid, extra=marks, **extra)
+
+
+def _places(time: Array, dt: float) -> tuple[Places, float, float] | None:
+    """Return the place of each reading on a steady grid, its step and its first instant (s); None where the clock is far from one."""
+    slope, start, n = dt, 0.0, 0
+    while n < len(time):
+        # a step that is a little wrong is a whole sample wrong at the end: twice as far with each step made better
+        n = min(max(2 * n, FIRST_PLACED), len(time))
+        at = np.rint((time[:n] - time[0] - start) / slope)
+        if at[-1] - at[0] < 1.0:
+            return None
+        slope, start = np.polyfit(at, time[:n] - time[0], 1)
+    early = time - time[0] - start - at * slope
+    if np.std(early) > STEADY * slope or np.mean(np.diff(at) > 0.0) < PLACED:
+        return None
+    begin = time[0] + start + at[0] * slope
+    at -= at[0]
+    return at.astype(np.int64), float(slope), float(begin)
+
+
+def _moved(values: Array, at: Places, n: int, readings: Mask, early: Array, dt: float) -> Array:
+    """Return a channel on the grid: readings moved to their places along the slope of the signal, straight lines between them."""
+    grid = np.arange(n)
+    where = at[readings]
+    signal = np.interp(grid, where, values[readings])
+    known = np.zeros(n, bool)
+    known[where] = True
+    noise = white_noise(values) if readings.all() else slow_noise(values[readings], where.astype(float))
+    slope = latent(signal, dt, noise, known).rate
+    return np.interp(grid, where, values[readings] - early[readings] * slope[where])
+
+
+def blurred(run: Run, rate: Array, thin: int) -> Array:
+    """Return by how much (N) readings that were moved to their places may be off there, shape (n,): where the signal turned.
+
+    Parameters
+    ----------
+    rate : ndarray, shape (n,)
+        Rate of change (N/s) of a channel, on steps of ``thin`` samples.
+    """
+    early = run.extra.get("early_s")
+    if early is None:
+        return np.zeros(len(rate))
+    moved = np.abs(early[: len(rate) * thin]).reshape(-1, thin).max(axis=1)
+    turn = np.abs(np.diff(rate, prepend=rate[:1], append=rate[-1:]))
+    return np.asarray(0.5 * moved * np.maximum(turn[1:], turn[:-1]))
+
+
+def _between(run: Run, finite: Mask, time: Array, dt: float) -> Run:
+    """Return a run whose clock is far from steady, on a grid of straight lines between its readings."""
+    grid = np.arange(time[0], time[-1] + 0.5 * dt, dt)
+    extra: dict[str, Any] = {name: np.interp(grid, time, value[finite]) for name in CHANNELS if (value := getattr(run, name)) is not None}
+    marks = {"gap": _bridged(grid, time)}
+    for name, values in run.extra.items():
+        if name.startswith("known_"):
+            column = getattr(run, name.removeprefix("known_"))[finite]
+            marks[name] = _marked(grid, time[values[finite] > 0.5], column[values[finite] > 0.5])
+    return replace(run, time_s=grid, extra=marks, **extra)
+
+
+def _bridged(grid: Array, time: Array) -> Array:
+    """Return which instants of a grid (1, else 0) lie in stretches that are bridged by a line that nobody measured."""
+    dt = grid[1] - grid[0]
+    behind = np.searchsorted(time, grid).clip(1, len(time) - 1)
+    distance = np.minimum(np.abs(grid - time[behind - 1]), np.abs(grid - time[behind]))
+    found = np.zeros(len(grid))
+    for a, b in _stretches(distance > 0.5 * dt):
+        if distance[a:b].max() > 2.0 * dt:
+            found[a:b] = 1.0
+    return found
+
+
+def _stretches(flags: Mask) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.view(np.int8), [0]))))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _marked(grid: Array, time: Array, readings: Array) -> Array:
+    """Return which samples of a grid stand for a reading beside them (1) or for none.
+
+    A reading at a turn of the signal stands for no other instant: what it would be there is further off than its noise.
+    """
+    step = grid[1] - grid[0]
+    at = np.rint((time - grid[0]) / step).astype(int).clip(0, len(grid) - 1)
+    slope = np.diff(readings) / np.diff(time)
+    turn = np.zeros(len(readings))
+    turn[1:-1] = np.abs(np.diff(slope))
+    sound = np.abs(grid[at] - time) * turn <= 2.0 * slow_noise(readings, time)
+    return np.bincount(at[sound], minlength=len(grid)).clip(0, 1).astype(float)
+
+
+def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int, int]]:
+    """Return the stretches of a gap in which the input may have turned: a turn that nobody saw decides all that follows.
+
+    It has not where it goes on as it came, and came as far as that takes.
+
+    Parameters
+    ----------
+    gap : ndarray of bool, shape (n,)
+    u, step_n : ndarray, shape (n,)
+        Input (N), bridged, and its change per sample.
+    """
+    found = []
+    for a, b in _stretches(gap):
+        before, after = max(a - 1, 0), min(b, len(u) - 1)
+        moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
+        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AS_BEFORE_SIGMA * noise_n
+        if not same:
+            found.append((a, b))
+    return found

@@ -1,0 +1,83 @@
+"""Clocks that are stamped but not steady, sensors with a clock of their own, and stretches that nobody recorded."""
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.clock import hiding, on_grid
+from sstl_cli.diagnosis.recorder import slow_noise, white_noise
+from sstl_cli.diagnosis.records import _alike, prepare
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.transmission import play
+
+PERIOD = 0.02
+
+
+def movement(time):
+    """Return a smooth input (N) with reversals every two seconds."""
+    return 12.0 + 8.0 * np.sin(0.5 * np.pi * time)
+
+
+def jittered(share, seed=0, n=3000):
+    rng = np.random.default_rng(seed)
+    time = PERIOD * (np.arange(n) + np.clip(share * rng.standard_normal(n), -0.45, 0.45))
+    time[0] = 0.0
+    return time, rng
+
+
+@pytest.mark.parametrize("share", [0.02, 0.13])
+def test_a_stamped_jitter_moves_readings_and_leaves_their_noise(share):
+    time, rng = jittered(share)
+    noise = 0.01 * rng.standard_normal((2, len(time)))
+    run = on_grid(Run("a", "act", time, movement(time) + noise[0], 0.5 * movement(time) + noise[1]), np.ones(len(time), bool))
+    assert np.ptp(np.diff(run.time_s)) < 1e-9 and np.diff(run.time_s)[0] == pytest.approx(PERIOD, rel=1e-5)
+    left = run.tension_in_n - movement(run.time_s)
+    # straight lines between noisy neighbours would take up to half of the variance away
+    assert np.std(left) == pytest.approx(0.01, rel=0.05)
+    assert np.corrcoef(left, noise[0][: len(left)])[0, 1] > 0.95
+
+
+def test_a_clock_keeps_its_places_over_missing_stretches():
+    time, _ = jittered(0.13)
+    there = (time < 20.0) | (time > 23.7)
+    run = Run("a", "act", time[there], movement(time[there]), movement(time[there]))
+    found = on_grid(run, np.ones(len(run), bool))
+    assert len(found) == len(time)
+    assert found.time_s[found.extra["gap"] > 0.5] == pytest.approx(np.arange(20.0, 23.69, PERIOD), abs=0.005)
+
+
+def test_a_gap_hides_a_turn_or_does_not():
+    time = np.arange(0.0, 8.0, PERIOD)
+    u, step = movement(time), np.gradient(movement(time))
+    gap = ((time > 0.9) & (time < 1.2)) | ((time > 2.0) & (time < 2.1))
+    assert [time[a] for a, _ in hiding(gap, u, step, 0.001)] == pytest.approx([0.92])
+
+
+def test_what_follows_a_hidden_turn_is_judged_from_the_output_that_was_read_there():
+    """The input rises and comes back while nobody records: the model that knows theta meets all that was recorded."""
+    time, theta = np.arange(0.0, 30.0, PERIOD), 0.8
+    u = np.interp(time, [0.0, 10.0, 12.0, 14.0, 22.0, 30.0], [4.0, 12.0, 24.0, 12.0, 20.0, 6.0])
+    y = play.play_operator(u, np.exp(-theta), 0.0, np.exp(theta), 0.0, 4.0)
+    there = (time < 10.5) | (time > 13.5)
+    rng = np.random.default_rng(1)
+    noisy = [c[there] + 0.002 * rng.standard_normal(there.sum()) for c in (u, y)]
+    problem = prepare([Run("a", "act", time[there], *noisy)])
+    (record,) = problem.records
+    assert [s.at * record.dt_s for s in record.again] == pytest.approx([13.5], abs=0.05)
+    left = (Simulator(problem, Mechanics()).predict(np.array([theta]), {}) - record.y)[record.weight > 0]
+    assert len(left) > 0.85 * len(record) and np.abs(left).max() < 0.02
+
+
+def test_a_slow_sensor_on_a_clock_of_its_own_shows_its_noise_and_not_the_motion_between():
+    rng = np.random.default_rng(2)
+    at = np.cumsum(rng.choice([3, 4], 4000))
+    readings = 0.3 * at + 0.03 * rng.standard_normal(len(at))
+    assert slow_noise(readings, at.astype(float)) == pytest.approx(0.03, rel=0.1)
+    assert white_noise(readings) > 3.0 * 0.03
+
+
+def test_renewals_that_change_nothing_are_readings_and_a_stuck_sensor_is_none():
+    fresh = np.zeros(60, bool)
+    fresh[[0, 4, 8, 16, 20, 59]] = True
+    assert np.flatnonzero(_alike(fresh, 4.0)).tolist() == [12]
