@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
-from sstl_cli.diagnosis.recorder import slow_noise, white_noise
+from sstl_cli.diagnosis.recorder import slow_noise, stretches, white_noise
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -120,15 +120,10 @@ def _bridged(grid: Array, time: Array) -> Array:
     behind = np.searchsorted(time, grid).clip(1, len(time) - 1)
     distance = np.minimum(np.abs(grid - time[behind - 1]), np.abs(grid - time[behind]))
     found = np.zeros(len(grid))
-    for a, b in _stretches(distance > 0.5 * dt):
+    for a, b in stretches(distance > 0.5 * dt):
         if distance[a:b].max() > 2.0 * dt:
             found[a:b] = 1.0
     return found
-
-
-def _stretches(flags: Mask) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.view(np.int8), [0]))))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _marked(grid: Array, time: Array, readings: Array) -> Array:
@@ -157,7 +152,7 @@ def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int
         Input (N), bridged, and its change per sample.
     """
     found = []
-    for a, b in _stretches(gap):
+    for a, b in stretches(gap):
         before, after = max(a - 1, 0), min(b, len(u) - 1)
         moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
         same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AS_BEFORE_SIGMA * noise_n

@@ -70,10 +70,6 @@ EVEN = 0.01
 # a clock is near a steady one where its jitter is below this share of a step (any clock is below 0.29) and so many of its
 # readings have a step of their own; the first readings that show the step
 STEADY, PLACED, FIRST_PLACED = 0.2, 0.95, 64
-# two outputs so far apart at a limit of the input (its level times this) ...
-CLIPPED_ABOVE = 4.0
-# ... have forgotten it when they differ by less than this share
-FORGOTTEN = 1e-3
 # a spike is so many standard deviations off its neighbours, beside what a steep ramp moves in seven samples
 SPIKE_SIGMA, SPIKE_TRAVEL = 8.0, 1.5
 # longer ones are no spikes: something moved
@@ -82,10 +78,11 @@ SPIKE_RUN = 2
 FROZEN_RUN, FROZEN_CHANCE, FROZEN_LONGEST = 5, 1e-3, 1000
 # no converter repeats its level more often than this, whatever its step
 MOST_REPEATS = 0.9
-# a highest level that is repeated so often in a row, and twice as often in all, is no top of a movement
+# readings at a limit: so many at least, more than chance puts on one level, of a signal that comes this close (standard
+# deviations) to it; and the share of a run that cannot all be at one
+CLIPPED_LEAST, PILED_CHANCE, CLIPPED_SIGMA, CLIPPED_MOST = 3, 1e-6, 6.0, 0.9
+# on a grid a limit is repeated so often in a row, and twice as often in all; a rest is not
 CLIPPED_RUN = 5
-# standard deviations below the highest level in which a limit holds most samples, and the share of a run that cannot all be one
-CLIPPED_SIGMA, CLIPPED_MOST = 6.0, 0.9
 # a converter with more levels, or fewer, has no step that matters
 MAX_LEVELS, LEAST_LEVELS = 4000, 3
 # gaps of levels up to this times the smallest are one step, and all are whole steps to this share

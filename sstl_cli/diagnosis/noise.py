@@ -42,8 +42,9 @@ from sstl_cli.diagnosis.constants import (
     WHITE,
     WINDOWS_S,
 )
-from sstl_cli.diagnosis.recorder import Faults, slow_noise, white_noise
-from sstl_cli.diagnosis.records import Record, content, known
+from sstl_cli.diagnosis.readings import known
+from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_noise
+from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
@@ -178,12 +179,7 @@ def _window_costs(rows: Array, white_n: float, coloured_n: Array, correlation_s:
 
 def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
     """Return stretches of a hold."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], held.view(np.int8), [0]))))
-    return [
-        y[start : start + length]
-        for a, b in zip(edges[::2], edges[1::2], strict=True)
-        for start in range(a, b - length + 1, length)
-    ]
+    return [y[start : start + length] for a, b in stretches(held) for start in range(a, b - length + 1, length)]
 
 
 def likely(

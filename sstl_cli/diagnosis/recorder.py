@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import poisson
 
 from sstl_cli.diagnosis.constants import (
+    CLIPPED_LEAST,
     CLIPPED_MOST,
     CLIPPED_RUN,
     CLIPPED_SIGMA,
@@ -21,6 +23,7 @@ from sstl_cli.diagnosis.constants import (
     LEAST_LEVELS,
     MAX_LEVELS,
     MOST_REPEATS,
+    PILED_CHANCE,
     REST,
     SHORTEST_READ,
     SHORTEST_SCANNED,
@@ -71,7 +74,7 @@ def scan(signal: Array) -> Faults:
     if noise <= FINEST * float(np.ptp(signal)):
         # without noise a plateau of the movement is as flat as a clipped or a frozen one
         return Faults(none, none, none, float("inf"), 0.0, noise)
-    clipped, level = _clipped(signal, max(noise, step))
+    clipped, level = _clipped(signal, noise, step)
     if step > 0.0 and clipped.any():
         # on a grid every rest repeats a level, not the highest alone
         _, dwell = np.unique(signal, return_counts=True)
@@ -117,9 +120,10 @@ def slow_noise(signal: Array, time: Array) -> float:
     return float(np.quantile(missed, 0.3)) / 0.385
 
 
-def _runs(flag: Mask) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flag.view(np.int8), [0]))))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+def stretches(flags: Mask) -> list[tuple[int, int]]:
+    """Return where stretches of set flags begin and end."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.view(np.int8), [0]))))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
@@ -131,7 +135,7 @@ def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
     # a steep ramp or corner moves the median by less than the travel inside the window
     travel = np.percentile(windows, 75, axis=1) - np.percentile(windows, 25, axis=1)
     far = np.abs(signal - middle) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * travel
-    for a, b in _runs(far & ~known):
+    for a, b in stretches(far & ~known):
         if b - a <= SPIKE_RUN:
             spike[a:b] = True
     return spike
@@ -149,22 +153,31 @@ def _frozen(signal: Array, noise: float, step: float) -> Mask:
     need = FROZEN_RUN
     while repeat ** (need - 1) * len(signal) > FROZEN_CHANCE and need < FROZEN_LONGEST:
         need += 1
-    for a, b in _runs(np.concatenate(([False], np.diff(signal) == 0.0))):
+    for a, b in stretches(np.concatenate(([False], np.diff(signal) == 0.0))):
         if b - a + 1 >= need:
             frozen[a:b] = True
     return frozen
 
 
-def _clipped(signal: Array, noise: float) -> tuple[Mask, float]:
-    """Flag samples at an exactly repeated maximum, and return its level (infinity if there is none)."""
+def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
+    """Return which samples stand at a limit of the recorder, and its level (infinity if there is none).
+
+    Below its highest reading a signal with noise thins out; at a limit readings pile up. How many chance puts on one level
+    is known from how many lie just below, and from how finely readings are told apart.
+    """
     top = float(signal.max())
     flat = signal >= top - 1e-12 * max(1.0, abs(top))
-    longest = max((b - a for a, b in _runs(flat)), default=0)
-    step_levels = signal[signal > top - CLIPPED_SIGMA * max(noise, 1e-9)]
-    crowded = flat.sum() >= 0.5 * len(step_levels) if len(step_levels) else False
-    if longest >= CLIPPED_RUN and flat.sum() >= 2 * CLIPPED_RUN and crowded and flat.mean() < CLIPPED_MOST:
-        return flat, top
-    return np.zeros(len(signal), bool), float("inf")
+    none = np.zeros(len(signal), bool), float("inf")
+    count, window = int(flat.sum()), CLIPPED_SIGMA * max(noise, step)
+    if count < CLIPPED_LEAST or flat.mean() >= CLIPPED_MOST:
+        return none
+    below = np.unique(signal[(signal > top - window) & ~flat], return_counts=True)
+    finest = step if step > 0.0 else float(np.min(np.diff(below[0]), initial=window))
+    if poisson.sf(count - 1, below[1].sum() * finest / window) > PILED_CHANCE:
+        return none
+    # on a grid a rest repeats its level as well, if not so often and in a row
+    longest = max(b - a for a, b in stretches(flat))
+    return none if step > 0.0 and (longest < CLIPPED_RUN or count < 2 * CLIPPED_RUN) else (flat, top)
 
 
 def _step(signal: Array) -> float:

@@ -13,25 +13,17 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.clock import blurred, hiding, on_grid
 from sstl_cli.diagnosis.constants import (
     ANALYSIS_HZ,
-    CHANCE_COPIES,
-    CLIPPED_ABOVE,
-    COPIED,
-    COPIED_NOISE_N,
-    FORGOTTEN,
     MIN_CONFIGS,
-    MIN_READINGS,
     MIN_SAMPLES,
     MIN_SPAN_N,
     MIN_SPAN_SIGMA,
-    MOST_ALIKE,
     SIMULATION_HZ,
 )
 from sstl_cli.diagnosis.latent import Latent, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
-from sstl_cli.diagnosis.recorder import Faults, scan, slow_noise, white_noise
+from sstl_cli.diagnosis.readings import agreed, known, renewed, scanned
+from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_noise
 from sstl_cli.diagnosis.smoother import error_of_means
-from sstl_cli.identification.gate import Sensor, sensors_of
-from sstl_cli.physics.transmission import play_operator
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -152,6 +144,7 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
         raise SstlError(
             "no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901"
         )
+    usable = agreed(usable)
     # runs without a configuration share no theta with any other
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
     configs = tuple(sorted(set(keys)))
@@ -174,8 +167,8 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     time = run.time_s[finite]
     if np.any(np.diff(time) <= 0):
         return "time is not strictly increasing", None
-    run = on_grid(_renewed(run, finite), finite)
-    faults_in, faults_out = _scanned(run, "tension_in_n"), _scanned(run, "tension_out_n")
+    run = on_grid(renewed(run, finite), finite)
+    faults_in, faults_out = scanned(run, "tension_in_n"), scanned(run, "tension_out_n")
     good = ~(faults_in.bad | faults_out.bad)
     if good.sum() < MIN_SAMPLES:
         return "nearly all samples are recorder faults", None
@@ -183,75 +176,6 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     if span < max(MIN_SPAN_SIGMA * faults_in.noise_n, MIN_SPAN_N):
         return "the input hardly moves", None
     return "", (run, faults_in, faults_out)
-
-
-def _renewed(run: Run, finite: Mask) -> Run:
-    """Return a run whose slow sensors follow straight lines between the instants at which they are renewed.
-
-    A sensor that is refreshed more slowly than it is logged repeats itself: the copies are no readings. Which samples are
-    stands in ``extra`` under ``known_`` and the channel.
-    """
-    channels, marks = {}, {}
-    for sensor in sensors_of(run):
-        values = getattr(run, sensor.column)
-        fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
-        if _copies(sensor, 1.0 - float(np.mean(fresh[finite]))) and fresh.sum() >= MIN_READINGS:
-            if sensor.held:
-                fresh |= finite & _alike(fresh, sensor.refresh_s / sensor.period_s)
-            channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
-            marks[f"known_{sensor.column}"] = fresh.astype(float)
-    return replace(run, extra={**run.extra, **marks}, **channels)
-
-
-def _alike(fresh: Mask, period: float) -> Mask:
-    """Return the readings that happen to be equal to the one before: where a renewal was due and nothing changed.
-
-    Left out, they would leave only readings that differ, and more noise than there is. Longer rests are no chance.
-
-    Parameters
-    ----------
-    fresh : ndarray of bool, shape (n,)
-        Samples that differ from the one before.
-    period : float
-        Samples between two renewals.
-    """
-    at = np.flatnonzero(fresh)
-    due = np.rint(np.diff(at) / period).astype(int)
-    missed = (due > 1) & (due <= MOST_ALIKE)
-    found = np.zeros(len(fresh), bool)
-    for a, b, parts in zip(at[:-1][missed], at[1:][missed], due[missed], strict=True):
-        found[np.rint(np.linspace(a, b, parts + 1)[1:-1]).astype(int)] = True
-    return found
-
-
-def _copies(sensor: Sensor, repeated: float) -> bool:
-    """Return whether samples that repeat the one before are copies: noise above the converter's step hardly ever makes one."""
-    if sensor.held:
-        return True
-    if sensor.noise_n <= max(0.5 * sensor.step_n, COPIED_NOISE_N):
-        return False
-    return repeated > max(COPIED, CHANCE_COPIES * sensor.step_n / (2.0 * float(np.sqrt(np.pi)) * sensor.noise_n))
-
-
-def known(run: Run, column: str) -> Mask:
-    """Return which samples of a channel are readings, and no copies of the one before."""
-    marked = run.extra.get(f"known_{column}")
-    return np.ones(len(run), bool) if marked is None else marked > 0.5
-
-
-def _scanned(run: Run, column: str) -> Faults:
-    """Return the recorder faults of a channel, looked for among its readings."""
-    readings, values = known(run, column), getattr(run, column)
-    if readings.all():
-        return scan(values)
-    found = scan(values[readings])
-
-    def spread(flags: Mask) -> Mask:
-        out = np.zeros(len(values), bool)
-        out[readings] = flags
-        return out
-
-    return replace(found, spike=spread(found.spike), frozen=spread(found.frozen), clipped=spread(found.clipped))
 
 
 def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
@@ -268,16 +192,13 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
     u = into.value
     raw_weight = good.astype(float)
-    hidden = block_mean(faults_in.clipped.astype(float), thin)[:n] > 0
-    lost = block_mean(gap, thin)[:n] > 0
-    turned = hiding(lost, u, into.rate * dt, faults_in.noise_n)
-    if hidden.any():
-        unknown = np.repeat(_unknown_after(u, hidden, run.passes), thin)
-        raw_weight[: len(unknown)][unknown] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
-    again = _starts(turned, factor, n, out)
-    for (_, end), start in zip(turned, again, strict=False):
-        # the rest of a step that the gap began
+    # a clipped input turns unseen, as it may in a gap; where the output is not known either, the model waits for it
+    lost = block_mean(gap, thin)[:n] > 0
+    turned = hiding(lost, u, into.rate * dt, faults_in.noise_n) + stretches(block_mean(faults_in.clipped.astype(float), thin)[:n] > 0)
+    ready = (np.arange(n) % factor == 0) & (block_mean(raw_weight, thin)[:n] > 0.5)
+    again = _starts(sorted(turned), ready, out)
+    for end, start in again:
         raw_weight[end * thin : start.at * thin] = 0.0
     raw_weight[: n * thin][np.repeat(blurred(run, out.rate, thin) > faults_out.noise_n, thin)] = 0.0
     weight = (block_mean(raw_weight, thin * factor)[: n // factor] > 0.5).astype(float)
@@ -323,14 +244,24 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         readings,
         share,
         slip,
-        again=again,
+        again=tuple(dict.fromkeys(start for _, start in again if start.at < n)),
     )
 
 
-def _starts(turned: Sequence[tuple[int, int]], factor: int, n: int, out: Latent) -> tuple[Start, ...]:
-    """Return where a model begins anew behind gaps of the grid of the simulation: at the next whole step of the analysis."""
-    at = [-(-end // factor) * factor for _, end in turned]
-    return tuple(Start(k, float(out.value[k]), float(np.sqrt(out.variance[k]))) for k in at if k < n)
+def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list[tuple[int, Start]]:
+    """Return the ends of stretches in which the input may have turned, and where a model begins anew behind each.
+
+    Parameters
+    ----------
+    ready : ndarray of bool, shape (n,)
+        Where a step of the analysis begins with a known output; without one behind a stretch the run ends there.
+    """
+    n, found = len(ready), []
+    for _, end in turned:
+        at = end + int(np.argmax(ready[end:])) if ready[end:].any() else n
+        k = min(at, n - 1)
+        found.append((end, Start(at, float(out.value[k]), float(np.sqrt(out.variance[k])))))
+    return found
 
 
 def _of_readings(signal: Array, read: Mask, thin: int, factor: int, n: int) -> tuple[Array, Array, Array]:
@@ -358,25 +289,6 @@ def _bridge(signal: Array, good: Mask) -> Array:
         return signal
     at = np.arange(len(signal))
     return np.interp(at, at[good], signal[good])
-
-
-def _unknown_after(u: Array, unknown: Mask, passes: int) -> Mask:
-    """Return where the output still depends on an input that was clipped: until two starts agree."""
-    theta = 0.5 * passes
-    flags = unknown.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate((unknown.astype(int), [0]))) == -1)
-    for end in edges:
-        tail = u[end + 1 :]
-        if len(tail) == 0:
-            continue
-        gp, gr = np.exp(-theta), np.exp(theta)
-        spread = play_operator(tail, gp, 0.0, gr, 0.0, CLIPPED_ABOVE * u[end]) - play_operator(
-            tail, gp, 0.0, gr, 0.0, gp * u[end]
-        )
-        differs = np.abs(spread) > FORGOTTEN * max(u[end], 1.0)
-        last = int(np.argmin(differs)) if not differs.all() else len(tail)
-        flags[end + 1 : end + 1 + last] = True
-    return flags
 
 
 def content(r: Record) -> tuple[int, float, float]:

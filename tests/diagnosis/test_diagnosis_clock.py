@@ -5,8 +5,9 @@ import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.clock import hiding, on_grid
+from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
-from sstl_cli.diagnosis.records import _alike, prepare
+from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.transmission import play

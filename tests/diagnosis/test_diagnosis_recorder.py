@@ -58,3 +58,15 @@ def test_a_coarse_converter_repeats_its_highest_level_without_being_at_a_limit()
     noisy = 20.0 + 12.0 * np.sin(2.0 * np.pi * 0.2 * time) + 0.1 * np.random.default_rng(2).standard_normal(2000)
     limited = np.minimum(0.25 * np.round(noisy / 0.25), 24.0)
     assert scan(limited).clip_level_n == 24.0
+
+
+def test_a_limit_is_found_where_noise_leaves_it_again_and_again():
+    # the tension rests below the limit, noise goes beyond it: no stretch is long
+    y = np.minimum(np.clip(3.0 * np.sin(T), -1.0, 0.99) + 0.02 * NOISE, 1.0)
+    assert scan(y).clip_level_n == 1.0 and np.array_equal(scan(y).clipped, y == 1.0)
+    assert not scan(np.clip(3.0 * np.sin(T), -1.0, 0.99) + 0.02 * NOISE).clipped.any()
+
+
+def test_digits_of_a_file_pile_up_nowhere():
+    y = np.clip(3.0 * np.sin(T), -1.0, 0.99) + 0.02 * NOISE
+    assert not scan(np.round(y, 3)).clipped.any() and scan(np.minimum(np.round(y, 3), 1.0)).clip_level_n == 1.0

@@ -1,0 +1,43 @@
+"""Which samples are readings: limits that a sensor stands at, limits that only one run seems to have."""
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.readings import agreed, known, renewed
+from sstl_cli.diagnosis.records import prepare
+from sstl_cli.diagnosis.recorder import scan
+
+T = np.arange(0.0, 20.0, 0.01)
+NOISE = np.random.default_rng(4).standard_normal((4, len(T)))
+
+
+def made(limit=np.inf, top=20.0, run_id="a"):
+    u = 2.0 + 0.5 * (top - 2.0) * (1.0 - np.cos(2.0 * np.pi * 0.2 * T)) + 0.02 * NOISE[0]
+    y = 1.0 + 0.2 * (top - 2.0) * (1.0 - np.cos(2.0 * np.pi * 0.2 * T)) + 0.02 * NOISE[1]
+    return Run(run_id, "act", T, u, np.minimum(y, limit))
+
+
+def test_what_stands_at_a_limit_for_half_of_the_time_was_read_and_is_no_slow_sensor():
+    run = made(4.0)
+    assert np.mean(run.tension_out_n == 4.0) > 0.4
+    assert known(renewed(run, np.ones(len(T), bool)), "tension_out_n").all()
+    (record,) = prepare([run]).records
+    assert record.faults_out.clip_level_n == 4.0 and record.weight.mean() == pytest.approx(np.mean(run.tension_out_n < 4.0), abs=0.03)
+
+
+def test_a_limit_that_another_run_of_the_sensor_passes_is_none():
+    low, high = made(4.0), made(run_id="b")
+    pair = agreed([(r, scan(r.tension_in_n), scan(r.tension_out_n)) for r in (low, high)])
+    assert not pair[0][2].clipped.any() and pair[0][2].clip_level_n == np.inf
+    alone = agreed([(low, scan(low.tension_in_n), scan(low.tension_out_n))])
+    assert alone[0][2].clipped.any()
+
+
+def test_behind_a_clipped_input_the_model_begins_anew():
+    run = made()
+    cut = Run("a", "act", T, np.minimum(run.tension_in_n, 15.0), run.tension_out_n)
+    (record,) = prepare([cut]).records
+    ends = [T[i] for i in np.flatnonzero(np.diff((run.tension_in_n < 15.0).astype(int)) == 1)]
+    starts = np.array([s.at * record.dt_s for s in record.again])
+    assert all(np.abs(starts - last).min() < 0.1 for last in ends[-1:]) and len(starts) >= 4
