@@ -5,8 +5,8 @@ import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.readings import agreed, known, renewed
-from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.recorder import scan
+from sstl_cli.diagnosis.records import prepare
 
 T = np.arange(0.0, 20.0, 0.01)
 NOISE = np.random.default_rng(4).standard_normal((4, len(T)))

@@ -24,6 +24,7 @@ from sstl_cli.physics.rig.spec import bend_weights
 from sstl_cli.physics.scenario import Lines, RigSection, Scenario, Trajectory, builtin_names, load
 from sstl_cli.physics.scenario_file import dump
 from sstl_cli.physics.trajectories import position_driven, probe, tension_path, times
+from sstl_cli.physics.transmission import activate, predict
 from sstl_cli.physics.transmission.model import drive_of, knots
 from sstl_cli.physics.transmission.play import bounded_play, play_operator
 
@@ -226,12 +227,29 @@ def test_coloured_noise_by_its_recursion() -> None:
     assert NoiseModel() == NoiseModel(0.02, 0.0, 0.3)
 
 
-def test_knots_keep_the_extremes_of_every_block() -> None:
-    x = np.array([0, 1, 2, 3, 4, 5, 4, 3, 2, 2.5, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12.0])
-    # 20 ms at 5 ms: blocks of four; turns at 5 and 8, which begins a block
-    assert knots(x, 0.005).tolist() == [0, 4, 5, 8, 12, 16, 19]
-    assert knots(x, 0.02).tolist() == list(range(20)) and knots(x[:7], 0.005).tolist() == list(range(7))
-    assert knots(x[:8], 0.005).tolist() == [0, 4, 5, 7]
+def test_knots_follow_the_input_its_turns_and_both_ends() -> None:
+    # half a minute at 200 Hz: a rise by 100 N within a second, a rest, a turn
+    x = np.interp(np.arange(6000) * 0.005, [0.0, 10.0, 11.0, 20.0, 25.0, 30.0], [0.0, 0.0, 100.0, 100.0, 40.0, 100.0])
+    at = knots(x, 0.005)
+    gaps = np.diff(at)
+    # no step of the input is larger than two of its two hundredths, none of the time longer than 20 ms
+    assert np.abs(np.diff(x[at])).max() <= 1.0 + 1e-9 and gaps.max() <= 4 and np.all(gaps > 0)
+    assert set(range(4998, 5009)) <= set(at) and at[0] == 0 and at[-1] == 5999
+    rest = at[(at > 2300) & (at < 3900)]
+    assert len(rest) == pytest.approx(1600 / 4, abs=3)
+    assert knots(x, 0.02).tolist() == list(range(6000)) and knots(x[:7], 0.005).tolist() == list(range(7))
+
+
+@pytest.mark.parametrize("rate_hz", [100.0, 500.0])
+def test_a_line_with_next_to_no_effect_is_the_play_between_its_knots_too(rate_hz: float) -> None:
+    time = np.arange(0.0, 12.0, 1.0 / rate_hz)
+    # corners and ends of holds lie between the knots, and the end is fast
+    x = 12.0 + 9.0 * np.sin(1.3 * time + 0.2 * time**2)
+    drive = drive_of("act", "CP", 1.0 / rate_hz, x, Mechanics())
+    play_of = predict(drive, 0.6, activate({}), 6.0)
+    for effect in ({"viscous": {"c_l_n_s_per_mm": 1e-9}}, {"dwell_aging": {"b": 1e-9}}):
+        error = predict(drive, 0.6, activate(effect), 6.0) - play_of
+        assert np.sqrt(np.mean(error**2)) < 2e-3 and np.abs(error).max() < 0.05
 
 
 def test_drive_of_a_record() -> None:

@@ -186,12 +186,39 @@ def _march_all(
             creep[i, :m], pulley[i, :m], breakaway[i, :m], scale[a:b][at] if scale.size > 1 else scale, factor[i],
             factor_step[i], start[i], scalars[i],
         )  # fmt: skip
-        for k in range(at.size - 1):
-            slope = (met[k + 1] - met[k]) / (at[k + 1] - at[k])
-            for x in range(at[k], at[k + 1]):
-                out[a + x] = slope * (x - at[k]) + met[k]
-        out[a + at[-1] : b] = met[-1]
+        _between_knots(mine, at, met, out[a:b])
     return out
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _between_knots(tension: Array, at: Counts, met: Array, out: Array) -> None:
+    """Write the output between the samples at which a line was marched: straight over the input, or bent once.
+
+    Where a hold ends between two of them the output has a corner there: the lines that lead into the stretch and out of it
+    meet inside it. Where the input rests the output is straight over time.
+    """
+    last = at.size - 1
+    for k in range(last):
+        u, dy = tension[at[k]], met[k + 1] - met[k]
+        du, steps = tension[at[k + 1]] - u, at[k + 1] - at[k]
+        corner = into = away = 0.0
+        if steps > 1 and 0 < k < last - 1:
+            before, behind = u - tension[at[k - 1]], tension[at[k + 2]] - tension[at[k + 1]]
+            if before * du > 0.0 and behind * du > 0.0:
+                into, away = (met[k] - met[k - 1]) / before, (met[k + 2] - met[k + 1]) / behind
+                corner = (dy - away * du) / ((into - away) * du) if into != away else 0.0
+                bent = into * corner * du
+                # a corner outside of what was met at both ends is none
+                if bent * (dy - bent) < 0.0:
+                    corner = 0.0
+        for x in range(at[k], at[k + 1]):
+            come = tension[x] - u
+            share = come / du if du != 0.0 else (x - at[k]) / steps
+            if 0.0 < corner < 1.0:
+                out[x] = met[k] + into * come if share < corner else met[k + 1] + away * (come - du)
+            else:
+                out[x] = met[k] + dy * min(max(share, 0.0), 1.0)
+    out[at[last] :] = met[last]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

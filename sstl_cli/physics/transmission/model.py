@@ -15,7 +15,10 @@ __all__ = ["Active", "activate", "drive_of", "knots", "measure", "observed_outpu
 
 Array = NDArray[np.float64]
 Hooked = Sequence[tuple[Effect, Values]]
-MARCH_S = 0.02
+# a line is marched at least so often (s), and after so much of the input's span; samples about a turn; turns that are noise
+MARCH_S, MARCH_SHARE = 0.02, 0.005
+AROUND = np.arange(-2, 9)
+MOST_TURNS = 0.05
 
 
 def drive_of(
@@ -61,18 +64,24 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
 
 
 def knots(tension_n: Array, dt_s: float) -> NDArray[np.int64]:
-    """Return a coarser grid of samples that keeps the extremes of every block."""
-    factor = max(1, round(MARCH_S / dt_s))
+    """Return the samples at which a line is marched: close where the input moves, all around its turns and at both ends.
+
+    One after every two hundredth of its span that the input has moved, and every MARCH_S besides.
+    """
     n = len(tension_n)
-    if factor == 1 or n < 2 * factor:
+    if n < 3 or dt_s >= MARCH_S:
         return np.arange(n)
-    blocks = tension_n[: n // factor * factor].reshape(-1, factor)
-    offset = np.arange(len(blocks)) * factor
-    inner = np.concatenate((offset + blocks.argmax(axis=1), offset + blocks.argmin(axis=1)))
-    turning = inner[(inner > 0) & (inner < n - 1)]
-    left, here, right = tension_n[turning - 1], tension_n[turning], tension_n[turning + 1]
-    turning = turning[(here - left) * (right - here) <= 0.0]
-    return np.unique(np.concatenate((offset, turning, [n - 1])))
+    step = np.diff(tension_n)
+    passed = np.concatenate(([0.0], np.cumsum(np.abs(step)))) / max(MARCH_SHARE * float(np.ptp(tension_n)), 1e-12)
+    inner = np.flatnonzero(np.diff(np.floor(passed + np.arange(n) * (dt_s / MARCH_S)))) + 1
+    sign = np.sign(step)
+    moving = np.flatnonzero(sign)
+    turns = moving[1:][np.diff(sign[moving]) != 0.0]
+    if len(turns) < MOST_TURNS * n:
+        # what the line does right after a turn is fast
+        turns = (turns[:, None] + AROUND).ravel()
+    ends = np.arange(len(AROUND))
+    return np.unique(np.concatenate((inner, turns, ends, n - 1 - ends)).clip(0, n - 1))
 
 
 def measure(
