@@ -28,6 +28,8 @@ QUIETEST_N = 0.004
 RIGID_N = 1e6
 # a gap below this share of what was asked is no gap
 HIDDEN = 0.02
+# a bench of which the re-tuned base leaves more than this share of the noise does not have nothing missing
+SILENT = 0.1
 # so many are drawn before none is said to reach the gap
 DISTURBANCES = 60
 Effects = dict[str, dict[str, float]]
@@ -59,7 +61,7 @@ def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig", as
         try:
             return _draw(entry, rng, seed, quick, hardware, lab, attempt)
         except (SstlError, ValueError) as error:
-            # a stick-slip bench may be too violent for the solver: another one is drawn, by the same rules
+            # too violent for the solver, or none that asks what was meant: another bench is drawn, by the same rules
             reason = str(error)
     raise SstlError(f"no bench could be simulated in {ATTEMPTS} attempts ({reason})", where=f"seed {seed}", code="E950")
 
@@ -124,6 +126,8 @@ def _draw(
     gap, theta = source.gap(effects)
     own = _beyond(gap, null_n)
     noise = source.noise_n
+    if not entry.effects and null_n > SILENT * noise:
+        raise SstlError("the bench shows more than the base without any effect", code="E951")
     channel = next((c for c in channels if c != "out"), "out")
     strength = own / noise
     if channel != "out" and effects:
