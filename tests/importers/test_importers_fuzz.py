@@ -8,7 +8,7 @@ from seeds import WRITERS
 
 INPUTS = 200
 # HDF5 is read in a process of its own, each of which costs a tenth of a second
-FEWER = {"hdf5": 40, "mat73": 40}
+FEWER = {"hdf5": 24, "mat73": 24}
 
 
 @pytest.mark.parametrize("name", WRITERS)

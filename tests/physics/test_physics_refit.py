@@ -38,13 +38,12 @@ NOISE_SHARE = {
     ("sensor_nonlinearity", "h_n"): 0.2,
 }
 # every effect is asked for back in every run of the suite, by the simulator that tells more or costs less; the rest of both is slow:
-# of the rig friction of four kinds, bend, creep, play, drift, lag and coupling, and beside them what takes a second or two on both
+# of the rig friction of four kinds, bend, creep, play, drift, lag and coupling
 OF_RIG = (
     "asymmetric_friction", "channel_lowpass", "const_friction", "crosstalk", "friction_drift", "presliding", "sheath_compliance",
     "viscoelastic_creep", "zero_drift",
 )  # fmt: skip
-OF_BOTH = ("crosstalk", "presliding", "viscoelastic_creep", "zero_drift")
-OF_MODEL = tuple(i for i in FITTED if i not in OF_RIG or i in OF_BOTH)
+OF_MODEL = tuple(i for i in FITTED if i not in OF_RIG)
 # at the strength of the table the line jumps even in the fast model and the fit ends in a side minimum
 SMOOTH = {"stribeck": {"ratio": 1.02, "v_s_mm_s": 10.0}}
 
