@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import CHANCE_COPIES, CLIPPED_SIGMA, COPIED, COPIED_NOISE_N, MIN_READINGS, MOST_ALIKE
+from sstl_cli.diagnosis.constants import (
+    CHANCE_COPIES,
+    CLIPPED_RUN,
+    CLIPPED_SIGMA,
+    COPIED,
+    COPIED_NOISE_N,
+    MIN_READINGS,
+    MOST_ALIKE,
+)
 from sstl_cli.diagnosis.recorder import Faults, scan, stretches
 from sstl_cli.identification.gate import Sensor, sensors_of
 
@@ -28,7 +36,8 @@ def renewed(run: Run, finite: Mask) -> Run:
         values = getattr(run, sensor.column)
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
         period = sensor.refresh_s / sensor.period_s
-        limit = _standing(values >= np.max(values[finite]), MOST_ALIKE * period)
+        top = values >= np.max(values[finite])
+        limit = _standing(top, 2.0 * CLIPPED_RUN * period) if sensor.held else top
         fresh |= finite & limit
         rest = fresh[finite & ~limit]
         if rest.size and _copies(sensor, 1.0 - float(np.mean(rest))) and fresh.sum() >= MIN_READINGS:
@@ -40,7 +49,7 @@ def renewed(run: Run, finite: Mask) -> Run:
 
 
 def _standing(top: Mask, longest: float) -> Mask:
-    """Return where the highest level is held for longer than chance and renewals hold it: that may be a limit, and was read."""
+    """Return where the highest level is held for longer than a few renewals: that may be a limit, and was read."""
     found = np.zeros_like(top)
     for a, b in stretches(top):
         found[a:b] = b - a > longest

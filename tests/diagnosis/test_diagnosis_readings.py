@@ -41,3 +41,20 @@ def test_behind_a_clipped_input_the_model_begins_anew():
     ends = [T[i] for i in np.flatnonzero(np.diff((run.tension_in_n < 15.0).astype(int)) == 1)]
     starts = np.array([s.at * record.dt_s for s in record.again])
     assert all(np.abs(starts - last).min() < 0.1 for last in ends[-1:]) and len(starts) >= 4
+
+
+def test_a_slow_sensor_that_stands_still_at_its_highest_reading_is_at_no_limit():
+    fresh = np.arange(len(T)) % 10 == 0
+    y = made().tension_out_n[np.maximum.accumulate(np.where(fresh, np.arange(len(T)), 0))].copy()
+    at = int(np.argmax(y))
+    # four renewals are missed there
+    y[at : at + 50] = y[at]
+    run = Run("a", "act", T, made().tension_in_n, y)
+    (record,) = prepare([run]).records
+    assert not record.faults_out.clipped.any() and known(record.raw, "tension_out_n").sum() == pytest.approx(len(T) / 10, abs=8)
+
+
+def test_a_limit_that_noise_leaves_all_the_time_makes_no_slow_sensor():
+    y = np.minimum(np.clip(8.0 * np.sin(2.0 * np.pi * 0.2 * T), -2.0, 4.0) + 0.02 * NOISE[2], 4.0)
+    run = Run("a", "act", T, made().tension_in_n, 6.0 + y)
+    assert known(renewed(run, np.ones(len(T), bool)), "tension_out_n").all()
