@@ -16,7 +16,8 @@ from pathlib import Path
 
 import pytest
 from batch_processes import started, wait_for
-from trust_program import SSTL, document, inside, write_log
+from program import inside
+from trust_program import SSTL, document, write_log
 
 from sstl_cli.core.errors import SstlError
 

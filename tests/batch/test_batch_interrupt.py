@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 from batch_processes import group, started, wait_for
-from trust_program import SSTL, document, inside, write_log
+from program import inside
+from trust_program import SSTL, document, write_log
 
 FILES = 24
 # so many that a fast machine is not through before it is asked to stop

@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 
 import pytest
+from program import inside as sstl
 from trust_program import document, write_csv, write_log
-from trust_program import inside as sstl
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.steps import batch as step

@@ -13,6 +13,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from program import inside
 
 from sstl_cli.cli import app as program
 from sstl_cli.core import documents
@@ -76,16 +77,9 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[int, list[dict]]:
 
 def _call(folder: Path, *words: object) -> tuple[int, str]:
     """Run the program in this process in a folder; return exit code and standard output."""
-    from sstl_cli.cli._batch_worker import call_program
-
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
-        code, out, err = call_program([str(w) for w in words], {})
-    finally:
-        os.chdir(before)
-    assert "Traceback" not in err
-    return code, out
+    done = inside(*words, cwd=folder)
+    assert "Traceback" not in done.stderr
+    return done.returncode, done.stdout
 
 
 def _documents(text: str) -> list[dict]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from program import inside as sstl
 
-from sstl_cli.cli._batch_worker import call_program
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
@@ -17,12 +16,6 @@ from sstl_cli.mapping.header import Header, VariantHeader, weight_shapes
 from sstl_cli.mapping.inference import SCALING, Group, MappingModel
 from sstl_cli.mapping.weights import to_bytes
 from sstl_cli.physics.effects import get
-
-
-def sstl(*words: object) -> subprocess.CompletedProcess[str]:
-    """Run the program in this process: the start of another takes longer than what is asked here."""
-    told = [str(w) for w in words]
-    return subprocess.CompletedProcess(told, *call_program(told, {}))
 
 
 @pytest.fixture(scope="module")

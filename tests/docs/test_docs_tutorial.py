@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import re
 import shlex
@@ -14,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from program import inside
 
-from sstl_cli.cli._batch_worker import call_program
 from sstl_cli.core.runs import read_runs
 
 ROOT = Path(__file__).parents[2]
@@ -31,9 +30,7 @@ def run(folder: Path, command: str) -> subprocess.CompletedProcess[str]:
     for word in shlex.split(command)[1:]:
         # what a shell would do
         words += sorted(p.name for p in folder.glob(word)) if "*" in word else [word]
-    with pytest.MonkeyPatch.context() as patch, contextlib.chdir(folder):
-        patch.setenv("COLUMNS", "80")
-        return subprocess.CompletedProcess(words, *call_program(words, {}))
+    return inside(*words, cwd=folder, COLUMNS="80")
 
 
 @pytest.fixture(scope="module")

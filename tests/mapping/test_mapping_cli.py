@@ -6,9 +6,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from mapping_data import rows, with_tendons, write
+from program import inside
 from scipy import stats
 
-from sstl_cli.cli._batch_worker import call_program
 from sstl_cli.core.parquet import open_table
 from sstl_cli.core.tables import EVALUATION
 from sstl_cli.mapping.relations import relations
@@ -20,7 +20,7 @@ def sstl(*words, code=0, apart=False):
     if apart:
         done = subprocess.run([sys.executable, "-m", "sstl_cli", *words], capture_output=True, text=True, check=False)
     else:
-        done = subprocess.CompletedProcess(words, *call_program(words, {}))
+        done = inside(*words)
     assert done.returncode == code, done.stderr + done.stdout
     assert "Traceback" not in done.stderr
     return done

@@ -1,14 +1,12 @@
 """The two commands as a user runs them."""
 
-import contextlib
 import json
 import subprocess
 import sys
 
 import pytest
 import reporting_inputs as made
-
-from sstl_cli.cli._batch_worker import call_program
+from program import inside
 
 SIGNATURE = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
@@ -24,8 +22,7 @@ def sstl(folder, *words, apart=False):
     """Run the program in this process, or in one ``apart``, whose start takes longer than most of what is asked here."""
     if apart:
         return subprocess.run([sys.executable, "-m", "sstl_cli", *words], cwd=folder, capture_output=True, text=True, timeout=120)
-    with contextlib.chdir(folder):
-        return subprocess.CompletedProcess(words, *call_program([*words], {}))
+    return inside(*words, cwd=folder)
 
 
 def test_report_as_json(folder):

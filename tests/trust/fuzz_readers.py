@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
 
 from fuzz_mutations import mutated
-from trust_program import inside
+from program import inside
 
 from sstl_cli.core.errors import SstlError
 

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from trust_program import inside, write_log
+from program import inside
+from trust_program import write_log
 
 MAPPING = b"""[constants]
 system = "act"

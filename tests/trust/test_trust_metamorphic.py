@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from trust_program import inside
+from program import inside
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import Segmentation, segment_run

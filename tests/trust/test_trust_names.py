@@ -8,7 +8,8 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from trust_program import inside, write_log
+from program import inside
+from trust_program import write_log
 
 HOSTILE = ["\x1b[31mred\x1b[2J", "=HYPERLINK(\"http://x\")", "<script>alert(1)</script>", "a\nb\rc", "\u202eexe.gpj"]
 

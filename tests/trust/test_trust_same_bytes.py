@@ -18,7 +18,7 @@ SCENARIO = "--scenario sample --effect quantisation --effect stribeck --seed 5"
 SCRIPT = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
-from trust_program import inside
+from program import inside
 for words in json.loads(sys.argv[2]):
     done = inside(*words)
     assert done.returncode in (0, 3), (words, done.stderr)

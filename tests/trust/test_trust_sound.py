@@ -9,7 +9,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from trust_program import document, inside, loop
+from program import inside
+from trust_program import document, loop
 
 Columns = dict[str, np.ndarray]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import subprocess
@@ -28,15 +27,6 @@ def sstl(*words: object, cwd: Path | None = None, **environment: str) -> subproc
         timeout=120,
         check=False,
     )
-
-
-def inside(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run ``sstl`` in this process, which is quicker by the start of one."""
-    from sstl_cli.cli._batch_worker import call_program
-
-    with contextlib.chdir(cwd or Path.cwd()):
-        code, out, err = call_program([str(w) for w in words], environment)
-    return subprocess.CompletedProcess([str(w) for w in words], code, out, err)
 
 
 def document(done: subprocess.CompletedProcess[str]) -> Any:
