@@ -13,9 +13,9 @@ from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.diagnosis.features import OUTPUT, Rows
+from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
-    FAMILIES,
     IDENTIFIED,
     LOG_TERMS,
     NONE,

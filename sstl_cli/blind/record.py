@@ -27,7 +27,7 @@ Truth = tuple[Array, Array, Array]
 # what no catalogue holds goes by this name; its one value is its amplitude
 DISTURBANCE = "disturbance"
 # zeros that move between days leave a gap of at most this share of the noise
-DAY_SHARE = 0.2
+DAY_SHARE = 0.1
 # and a resolution (over the noise) rounds by a seventh of it
 FINE_SHARE = 0.5
 

@@ -107,6 +107,8 @@ MIN_STREAM, MIN_LINE = 200, 20
 LOG_RANGE = float(np.log(1e3))
 # shares of an effect's response by which its law may be off
 SHARES = (0.0, 0.01, 0.03, 0.1, 0.3)
+# scatter of a line that jumps, as a share of what it loses on average (a regular sawtooth from nothing has 0.58)
+JUMPS = (0.2, 0.5, 1.0)
 # friction coefficient times angle of anything that a tendon still moves through (rad)
 THETA_LOW, THETA_HIGH = 1e-3, 5.0
 # slowest loop (s) and inverse slew rate (s/N) of anything that is called one
@@ -117,6 +119,8 @@ EDGE = 1e-3
 WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.3, 0.35, 0.2
 # so many spreads away a number stops: a record of any length could buy the rest with what its model misses
 AT_MOST = 3.0
+# samples of holds that show the white noise to a twentieth
+ENOUGH_HELD = 400
 # coloured noise, as a share of the white one, that is too small to be seen
 UNSEEN = 0.1
 # ... that is taken where there are too few holds, and the least that a search starts from

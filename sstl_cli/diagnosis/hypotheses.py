@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from sstl_cli.diagnosis.simulator import Free, free_parameters
 from sstl_cli.physics.effects import get
 
+# effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
+FAMILIES = {"lag": ("channel_delay", "channel_lowpass"), "stick-slip": ("dwell_aging", "stick_slip", "stribeck")}
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -55,3 +58,8 @@ def _only(whole: Hypothesis, names: Sequence[str]) -> Hypothesis:
 
     kept = [f for f in whole.free if stays(f)]
     return Hypothesis(whole.ids, tuple(kept))
+
+
+def apart(ids: Sequence[str]) -> bool:
+    """Return whether no two effects are of one family: together they would explain what either does."""
+    return all(len(set(members) & set(ids)) < 2 for members in FAMILIES.values())

@@ -72,7 +72,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
         white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
-        white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out) for r, _ in mine])
+        white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out, np.repeat(s < HELD, r.factor)) for r, s in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / _averaged([r for r, _ in mine])
@@ -103,10 +103,13 @@ def white_only(noise: Noise) -> Noise:
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
 
 
-def _white(fine: Array, r: Record, column: str, faults: Faults) -> float:
-    """Return the white noise (N) of a channel of a record, of a slow sensor that of its readings."""
+def _white(fine: Array, r: Record, column: str, faults: Faults, held: NDArray[np.bool_] | None = None) -> float:
+    """Return the white noise (N) of a channel of a record, of a slow sensor that of its readings.
+
+    Where the output is ``held`` for long enough it shows there alone: what slides may jump.
+    """
     readings, raw = known(r.raw, column), getattr(r.raw, column)
-    white = white_noise(fine) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
+    white = white_noise(fine, held) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
     return max(white, faults.rounding_n, RESOLVED * float(np.ptp(raw)))
 
 

@@ -16,6 +16,7 @@ from sstl_cli.diagnosis.constants import (
     CLIPPED_MOST,
     CLIPPED_RUN,
     CLIPPED_SIGMA,
+    ENOUGH_HELD,
     FINEST,
     FROZEN_CHANCE,
     FROZEN_LONGEST,
@@ -85,14 +86,17 @@ def scan(signal: Array) -> Faults:
     return Faults(spike, frozen, clipped, level, step, noise)
 
 
-def white_noise(signal: Array) -> float:
+def white_noise(signal: Array, where: Mask | None = None) -> float:
     """Return the RMS of the white noise of a signal (N), from its third differences, which no curve of a movement reaches.
 
-    The loudest twentieth, corners and spikes, is left out. A mean, because a median of quantised differences is a step or nothing.
+    They are taken ``where`` all four samples are set, if there are enough of those. The loudest twentieth, corners and spikes, is left out. A mean, because a median of quantised differences is a step or nothing.
     """
     if len(signal) < SHORTEST_READ:
         return 0.0
     third = np.abs(np.diff(signal, 3))
+    if where is not None:
+        inside = where[:-3] & where[1:-2] & where[2:-1] & where[3:]
+        third = third[inside] if inside.sum() >= ENOUGH_HELD else third
     quiet = third[third <= np.quantile(third, 0.95)]
     # of normal noise the smaller 95 % have this mean over sigma
     return float(quiet.mean()) / 0.717 / float(np.sqrt(20.0))

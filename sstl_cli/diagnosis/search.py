@@ -37,7 +37,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, partial, settle
-from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
+from sstl_cli.diagnosis.hypotheses import Hypothesis, apart, full, variants
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
 from sstl_cli.diagnosis.whitening import Noise, Whitener, white, whitener
@@ -311,7 +311,7 @@ def _combine(found: Search, size: int, workers: int) -> int:
     jobs: dict[tuple[str, ...], _Job] = {}
 
     def offer(key: tuple[str, ...], job: _Job) -> None:
-        if key not in jobs or jobs[key].promise < job.promise:
+        if apart(key) and (key not in jobs or jobs[key].promise < job.promise):
             jobs[key] = job
 
     for leader in shorter[: LEADERS if size == 2 else 1]:

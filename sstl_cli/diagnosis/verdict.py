@@ -21,6 +21,7 @@ from scipy.special import logsumexp, softmax
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
+from sstl_cli.diagnosis.hypotheses import FAMILIES
 
 Array = NDArray[np.float64]
 Ids = tuple[str, ...]
@@ -29,8 +30,6 @@ UNKNOWN: Ids = ("?",)
 IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown", "none"
 REACH_NATS = 60.0
 
-# effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
-FAMILIES = {"lag": ("channel_delay", "channel_lowpass"), "stick-slip": ("dwell_aging", "stick_slip", "stribeck")}
 
 CANDIDATE_TERMS = (
     *(f"behind_{m:g}" for m in MISFITS), *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "left_rms", "worst", "means", "more", "drop_one", "weak_part",

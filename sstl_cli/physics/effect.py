@@ -176,7 +176,8 @@ class Effect:
     ``output`` maps a true to a measured output; ``input`` a true to a measured input and
     ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside. ``variants`` names the
     sets of strengths that stand for one cause each (which sensor, which law); without them every strength alone, every
-    two and all together are tried. A shape that no variant names belongs to all.
+    two and all together are tried. A shape that no variant names belongs to all. What strengths that
+    are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base.
     """
 
     id: str
@@ -193,6 +194,7 @@ class Effect:
     fitted: bool = True
     look_alikes: tuple[str, ...] = ()
     variants: tuple[tuple[str, ...], ...] = ()
+    averaged: tuple[str, ...] = ()
     law: Callable[[Law, Values], None] | None = None
     transition: Callable[[Transition, Values, Drive], None] | None = None
     output: Hook | None = None

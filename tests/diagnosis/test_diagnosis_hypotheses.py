@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.hypotheses import apart, full, variants
 from sstl_cli.physics.effects import catalogue
 
 BOTH = ("act", "sstl")
@@ -50,3 +50,13 @@ def test_joined_effects_share_what_both_need_once():
     assert names(both).count("load_mm_per_n") == 1
     assert len(both.free) == len(viscous.free) + len(stribeck.free) - 1
     assert both.joined(stribeck) == both
+
+
+def test_a_line_that_jumps_has_a_law_of_its_own_on_average():
+    for effect, shape in (("stribeck", "v_s_mm_s"), ("stick_slip", "v_c_mm_s")):
+        assert sorted(map(names, variants(effect, BOTH))) == [["mean_ratio", "mean_mm_s"], ["ratio", shape, "load_mm_per_n"]]
+
+
+def test_two_of_a_family_are_no_combination():
+    assert apart(("crosstalk", "stribeck")) and not apart(("crosstalk", "stick_slip", "stribeck"))
+    assert not apart(("channel_delay", "channel_lowpass"))

@@ -337,7 +337,7 @@ def test_order_of_the_sensor_chain() -> None:
 def test_typical_strengths() -> None:
     assert typical(get("slack")) == {"gap_mm": pytest.approx(5 / 3)} and typical(get("gain_error")) == {"g_act": pytest.approx(1.05)}
     assert parse(" slack ") == ("slack", get("slack").complete({"gap_mm": 5 / 3}))
-    assert parse("stribeck: ratio = 1.2 , v_s_mm_s=2") == ("stribeck", {"ratio": 1.2, "v_s_mm_s": 2.0})
+    assert parse("stribeck: ratio = 1.2 , v_s_mm_s=2") == ("stribeck", get("stribeck").complete({"ratio": 1.2, "v_s_mm_s": 2.0}))
     effect = get("slack")
     assert isinstance(effect, Effect) and not effect.active({"gap_mm": 0.0}) and effect.active({"gap_mm": 0.1}) and not effect.active({})
     assert not get("stribeck").active({"v_s_mm_s": 5.0})
