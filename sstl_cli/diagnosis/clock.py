@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, PLACED, STEADY
+from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, PLACED, SHARP, STEADY
 from sstl_cli.diagnosis.latent import latent
 from sstl_cli.diagnosis.recorder import slow_noise, stretches, white_noise
 
@@ -138,6 +138,33 @@ def _marked(grid: Array, time: Array, readings: Array) -> Array:
     turn[1:-1] = np.abs(np.diff(slope))
     sound = np.abs(grid[at] - time) * turn <= 2.0 * slow_noise(readings, time)
     return np.bincount(at[sound], minlength=len(grid)).clip(0, 1).astype(float)
+
+
+def cornered(u: Array, dt_s: float) -> Array:
+    """Return by how much (N) the input may have passed its highest and lowest samples between them, shape (n,); 0 elsewhere.
+
+    What a line holds after a turn is the extreme that was reached, not the one that was sampled: where the input turns at a
+    corner, it is where the straight lines on both sides meet. A smooth turn leaves its tangents before they meet.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n,)
+        Input (N) on a grid of ``dt_s``.
+    """
+    found = np.zeros(len(u))
+    k = np.flatnonzero((u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) <= 0.0) + 1
+    k = k[(k > 2) & (k < len(u) - 3)]
+    # a smoothed rate turns a sample early: chords on both sides do not
+    before, after = (u[k - 1] - u[k - 3]) / (2.0 * dt_s), (u[k + 3] - u[k + 1]) / (2.0 * dt_s)
+    turning = before * after < 0.0
+    k, before, after = k[turning], before[turning], after[turning]
+    # from the samples beside: x is how long after sample k - 1 the lines meet
+    x = (u[k + 1] - u[k - 1] - 2.0 * dt_s * after) / (before - after)
+    beyond = u[k - 1] + before * x - u[k]
+    expected = np.where(x > dt_s, u[k - 1] + before * dt_s, u[k + 1] - after * dt_s)
+    sharp = (x > 0.0) & (x < 2.0 * dt_s) & (beyond * before > 0.0) & (np.abs(expected - u[k]) < SHARP * np.abs(beyond))
+    found[k[sharp]] = beyond[sharp]
+    return found
 
 
 def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int, int]]:

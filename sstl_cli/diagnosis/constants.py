@@ -70,6 +70,8 @@ EVEN = 0.01
 # a clock is near a steady one where its jitter is below this share of a step (any clock is below 0.29) and so many of its
 # readings have a step of their own; the first readings that show the step
 STEADY, PLACED, FIRST_PLACED = 0.2, 0.95, 64
+# a turn is a corner where the sample at it is off the straight lines by less than this share of what lies beyond it (smooth: 1)
+SHARP = 0.4
 # a spike is so many standard deviations off its neighbours, beside what a steep ramp moves in seven samples
 SPIKE_SIGMA, SPIKE_TRAVEL = 8.0, 1.5
 # longer ones are no spikes: something moved

@@ -76,8 +76,8 @@ def scan(signal: Array) -> Faults:
         # without noise a plateau of the movement is as flat as a clipped or a frozen one
         return Faults(none, none, none, float("inf"), 0.0, noise)
     clipped, level = _clipped(signal, noise, step)
-    if step > 0.0 and clipped.any():
-        # on a grid every rest repeats a level, not the highest alone
+    if clipped.any() and max(noise**2 - step**2 / 12.0, 0.0) < (0.5 * step) ** 2:
+        # on a grid too coarse for the noise every rest repeats a level, not the highest alone
         _, dwell = np.unique(signal, return_counts=True)
         if dwell[-1] < REST * dwell[:-1].max():
             clipped, level = none, float("inf")

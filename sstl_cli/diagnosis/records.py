@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import blurred, hiding, on_grid
+from sstl_cli.diagnosis.clock import blurred, cornered, hiding, on_grid
 from sstl_cli.diagnosis.constants import (
     ANALYSIS_HZ,
     MIN_CONFIGS,
@@ -190,8 +190,12 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     known_in = ~(faults_in.bad | faults_in.clipped) & (gap == 0)
     into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, fresh_in, faults_in.rounding_n, thin, n, dt)
     out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
-    u = into.value
+    # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
+    corner = cornered(into.value, dt)
+    u = into.value + 0.5 * corner
     raw_weight = good.astype(float)
+    # at its corner the input stands for the extreme, not for the sample
+    raw_weight[: n * thin][np.repeat(np.abs(corner) > faults_in.noise_n, thin)] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
     # a clipped input turns unseen, as it may in a gap; where the output is not known either, the model waits for it
     lost = block_mean(gap, thin)[:n] > 0
@@ -213,7 +217,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     else:
         y, readings, share = _of_readings(run.tension_out_n, good & fresh_out, thin, factor, n)
     error_law, error_n = error_of_means(into.chain, factor)
-    blur = blurred(run, into.rate, thin).reshape(-1, factor).max(axis=1)
+    blur = np.hypot(blurred(run, into.rate, thin), corner / np.sqrt(12.0)).reshape(-1, factor).max(axis=1)
     error_law[:, -1] += blur**2
     error_n = np.hypot(error_n, blur)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor

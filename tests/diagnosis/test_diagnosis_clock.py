@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import hiding, on_grid
+from sstl_cli.diagnosis.clock import cornered, hiding, on_grid
 from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.transmission import play
+from sstl_cli.steps.diagnose import DiagnoseOptions, gather
 
 PERIOD = 0.02
 
@@ -82,3 +83,34 @@ def test_renewals_that_change_nothing_are_readings_and_a_stuck_sensor_is_none():
     fresh = np.zeros(60, bool)
     fresh[[0, 4, 8, 16, 20, 59]] = True
     assert np.flatnonzero(_alike(fresh, 4.0)).tolist() == [12]
+
+
+def test_a_corner_between_two_samples_is_where_the_lines_meet_and_a_smooth_turn_is_none():
+    dt = 0.02
+    time = np.arange(400) * dt
+    # corners at 2.005 s, 4.013 s (between samples) and 6 s (at one)
+    ideal = np.array([0.0, 2.005, 4.013, 6.0, 8.0]), np.array([0.0, 20.0, 3.0, 25.0, 5.0])
+    u = np.interp(time, *ideal)
+    beyond = cornered(u, dt)
+    at = np.flatnonzero(beyond)
+    assert time[at] == pytest.approx([2.0, 4.02], abs=1e-9)
+    assert (u + beyond)[at] == pytest.approx([20.0, 3.0], abs=1e-6)
+    smooth = movement(time)
+    assert not cornered(smooth, dt).any()
+
+
+@pytest.mark.parametrize("between", [True, False])
+def test_the_extreme_that_a_hold_keeps_may_lie_between_two_samples(between):
+    rng = np.random.default_rng(5)
+    fine = np.arange(0.0, 24.0, 0.001)
+    u = np.interp(fine, np.arange(9) * 3.0 + 0.0071, [4.0, 20.0, 5.0, 24.0, 6.0, 18.0, 4.0, 22.0, 5.0])
+    if not between:
+        # a controller of the same rate never goes beyond its samples
+        u = np.interp(fine, fine[::20], u[::20])
+    y = play.play_operator(u, np.exp(-0.6), 0.0, np.exp(0.6), 0.0, 4.0)
+    time = np.arange(2 * len(fine) // 20) * PERIOD
+    y = play.play_operator(np.concatenate((u, u[::-1])), np.exp(-0.6), 0.0, np.exp(0.6), 0.0, 4.0)[::20][: len(time)]
+    u = np.concatenate((u, u[::-1]))[::20][: len(time)]
+    run = Run("a", "act", time, *(c + 0.005 * rng.standard_normal(len(time)) for c in (u, y)))
+    # 6 N/s: a sample misses up to 60 mN of a peak, the hold half of that, six times the noise
+    assert gather([run], DiagnoseOptions(effects=("crosstalk",), max_effects=1)).rows.log.base_chi2 < 1.2
