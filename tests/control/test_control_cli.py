@@ -269,7 +269,8 @@ def test_c_source_is_written_to_a_folder_or_a_name(sstl, theta, tmp_path):
         (["--format", "json"], 2, "--out"),
     ],
 )
-def test_bad_export_options(sstl, theta, args, exit_code, said):
+def test_bad_export_options(sstl, theta, args, exit_code, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     code, _, err = sstl("export", theta, *args)
     assert code == exit_code and said in err and "Traceback" not in err
 
