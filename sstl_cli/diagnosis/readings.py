@@ -18,7 +18,7 @@ from sstl_cli.diagnosis.constants import (
     MIN_READINGS,
     MOST_ALIKE,
 )
-from sstl_cli.diagnosis.recorder import Faults, scan, stretches
+from sstl_cli.diagnosis.recorder import Faults, limited, scan, stretches
 from sstl_cli.identification.gate import Sensor, sensors_of
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ def renewed(run: Run, finite: Mask) -> Run:
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
         period = sensor.refresh_s / sensor.period_s
         top = values >= np.max(values[finite])
-        limit = _standing(top, 2.0 * CLIPPED_RUN * period) if sensor.held else top
+        limit = _standing(top, 2.0 * CLIPPED_RUN * period) if sensor.held else limited(np.where(finite, values, np.min(values[finite])))
         fresh |= finite & limit
         rest = fresh[finite & ~limit]
         if rest.size and _copies(sensor, 1.0 - float(np.mean(rest))) and fresh.sum() >= MIN_READINGS:

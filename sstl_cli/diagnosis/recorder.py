@@ -163,16 +163,25 @@ def _frozen(signal: Array, noise: float, step: float) -> Mask:
     return frozen
 
 
+def limited(signal: Array) -> Mask:
+    """Return which samples of one channel stand at a limit of the recorder, shape (n,)."""
+    noise = white_noise(signal)
+    # without noise a plateau of the movement is as flat
+    return _clipped(signal, noise, _step(signal))[0] if noise > FINEST * float(np.ptp(signal)) else np.zeros(len(signal), bool)
+
+
 def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
     """Return which samples stand at a limit of the recorder, and its level (infinity if there is none).
 
     Below its highest reading a signal with noise thins out; at a limit readings pile up. How many chance puts on one level
     is known from how many lie just below, and from how finely readings are told apart.
     """
-    top = float(signal.max())
-    flat = signal >= top - 1e-12 * max(1.0, abs(top))
+    # a reading or two may be beyond it by what a recorder adds later; not by as much as noise
+    levels, counts = np.unique(signal[signal >= signal.max() - noise], return_counts=True)
+    most = len(counts) - 1 - int(np.argmax(counts[::-1]))
+    top, count = float(levels[most]), int(counts[most])
+    flat, window = signal >= top, CLIPPED_SIGMA * max(noise, step)
     none = np.zeros(len(signal), bool), float("inf")
-    count, window = int(flat.sum()), CLIPPED_SIGMA * max(noise, step)
     if count < CLIPPED_LEAST or flat.mean() >= CLIPPED_MOST:
         return none
     below = np.unique(signal[(signal > top - window) & ~flat], return_counts=True)

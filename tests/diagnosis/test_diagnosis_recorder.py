@@ -70,3 +70,9 @@ def test_a_limit_is_found_where_noise_leaves_it_again_and_again():
 def test_digits_of_a_file_pile_up_nowhere():
     y = np.clip(3.0 * np.sin(T), -1.0, 0.99) + 0.02 * NOISE
     assert not scan(np.round(y, 3)).clipped.any() and scan(np.minimum(np.round(y, 3), 1.0)).clip_level_n == 1.0
+
+
+def test_a_limit_is_found_although_a_reading_lies_a_little_beyond():
+    y = np.minimum(np.sin(T) + 0.01 * NOISE, 0.8)
+    y[np.flatnonzero(y == 0.8)[7]] += 1e-4
+    assert scan(y).clip_level_n == 0.8 and scan(y).clipped.sum() == np.sum(y >= 0.8)
