@@ -86,3 +86,12 @@ def test_a_prior_of_ones_own_moves_the_odds_by_its_factor_and_takes_the_confiden
 def test_who_explains_little_of_the_gap_is_not_its_cause():
     found = said(row("const_friction", evidence=2000.0, share=0.01), *OTHERS, log=FAILING)
     assert found.status == "unknown"
+
+
+@pytest.mark.parametrize(("share", "left", "named"), [(0.76, 5.7, True), (0.07, 49.5, False)])
+def test_an_effect_beside_is_named_for_what_it_takes_off_the_squared_error(share, left, named):
+    # 76 % off the error is 95 % of the squared error beyond the noise, 7 % with seven times the noise left is 14 %
+    found = said(row("load_spring", evidence=226.0, kind=BESIDE, share=share, chi2=left), *OTHERS)
+    assert (found.status == "unknown") is not named
+    if not named:
+        assert "only 14 %" in found.why
