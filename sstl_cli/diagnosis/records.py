@@ -27,6 +27,8 @@ from sstl_cli.diagnosis.smoother import error_of_means
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# mean squares of a number that is anywhere between 0 and 1: from an end, from the middle
+WITHIN, HALFWAY = 1.0 / 3.0, 1.0 / 12.0
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ class Record:
     input, ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``), and ``readings``, of how many
     readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
-    anew, because the input may have turned unseen. ``raw`` is the run on its own grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
+    anew, because the input may have turned unseen; ``corner`` is by how much (N, shape (n * factor,)) the input may have passed
+    ``u`` between samples, None where it has nowhere. ``raw`` is the run on its own grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
     standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
     """
 
@@ -82,6 +85,7 @@ class Record:
     misfit_n: Array | None = None
     misfit_s: float = 1.0
     again: tuple[Start, ...] = ()
+    corner: Array | None = None
 
     def __len__(self) -> int:
         return len(self.y)
@@ -191,11 +195,8 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, fresh_in, faults_in.rounding_n, thin, n, dt)
     out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
     # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
-    corner = cornered(into.value, dt)
-    u = into.value + 0.5 * corner
+    u, corner = into.value, cornered(into.value, dt)
     raw_weight = good.astype(float)
-    # at its corner the input stands for the extreme, not for the sample
-    raw_weight[: n * thin][np.repeat(np.abs(corner) > faults_in.noise_n, thin)] = 0.0
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
     # a clipped input turns unseen, as it may in a gap; where the output is not known either, the model waits for it
     lost = block_mean(gap, thin)[:n] > 0
@@ -217,7 +218,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     else:
         y, readings, share = _of_readings(run.tension_out_n, good & fresh_out, thin, factor, n)
     error_law, error_n = error_of_means(into.chain, factor)
-    blur = np.hypot(blurred(run, into.rate, thin), corner / np.sqrt(12.0)).reshape(-1, factor).max(axis=1)
+    blur = np.hypot(blurred(run, into.rate, thin), corner * np.sqrt(WITHIN)).reshape(-1, factor).max(axis=1)
     error_law[:, -1] += blur**2
     error_n = np.hypot(error_n, blur)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
@@ -249,6 +250,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         share,
         slip,
         again=tuple(dict.fromkeys(start for _, start in again if start.at < n)),
+        corner=corner if corner.any() else None,
     )
 
 
@@ -293,6 +295,23 @@ def _bridge(signal: Array, good: Mask) -> Array:
         return signal
     at = np.arange(len(signal))
     return np.interp(at, at[good], signal[good])
+
+
+def passing(problem: Problem) -> Problem:
+    """Return a problem whose input passes its samples halfway to its corners.
+
+    An extreme that may be anywhere between sample and corner is off the sample by a mean square of a third, off the middle by a
+    twelfth.
+    """
+
+    def halfway(r: Record) -> Record:
+        if r.corner is None:
+            return r
+        law, blur = r.error_law.copy(), np.abs(r.corner).reshape(-1, r.factor).max(axis=1) ** 2
+        law[:, -1] -= (WITHIN - HALFWAY) * blur
+        return replace(r, u=r.u + 0.5 * r.corner, error_law=law, error_n=np.sqrt(np.maximum(r.error_n**2 - (WITHIN - HALFWAY) * blur, 0.0)))
+
+    return replace(problem, records=tuple(halfway(r) for r in problem.records))
 
 
 def content(r: Record) -> tuple[int, float, float]:

@@ -31,12 +31,11 @@ from sstl_cli.diagnosis import (
     verdict,
 )
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
-from sstl_cli.diagnosis.fit import Fit, first_theta, fit
+from sstl_cli.diagnosis.fit import Fit, likelier
 from sstl_cli.diagnosis.noise import of_readings, white_only
-from sstl_cli.diagnosis.records import Problem, prepare
+from sstl_cli.diagnosis.records import Problem, passing, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import LINE, Simulator
-from sstl_cli.diagnosis.whitening import white
 from sstl_cli.identification import gate
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
@@ -216,9 +215,11 @@ def gather(
     if any(r.slip is not None for r in problem.records):
         # which element slips next is known only where a tension drives the line
         fitted = [i for i in fitted if get(i).stage != TRANSITION]
-    sim = Simulator(problem, scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n), scenario.dispersion)
+    mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
-    theta = fit(sim, white(1.0, sim.weight, [s.start for s in sim.slices()]), search.NOTHING, first_theta(sim, nominal), np.zeros(0)).theta
+    # what a hold keeps says whether the input passes its samples at corners
+    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in (problem, passing(problem))], nominal)
+    problem = sim.problem
     found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed))
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
