@@ -35,7 +35,7 @@ def main() -> int:
     parser.add_argument("--publish", action="store_true", help="write the table into docs/trust.md")
     parser.add_argument("--one", default="", help=argparse.SUPPRESS)
     given = parser.parse_args()
-    sys.path[:0] = [str(ROOT / "tests" / "importers"), str(ROOT / "tests" / "trust")]
+    sys.path[:0] = [str(ROOT / "tests" / d) for d in ("importers", "trust", ".")]
     if given.one:
         return one(given.one, given.count, given.first, given.minutes * 60)
     from fuzz_readers import READERS

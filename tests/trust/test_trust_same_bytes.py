@@ -48,7 +48,7 @@ def test_same_bytes_for_any_hash_seed_folder_and_number_of_workers(tmp_path: Pat
         folder.mkdir()
         write_csv(folder / "r.csv")
         pq.write_table(pa.Table.from_pylist(theta_rows()), folder / "pairs.parquet")
-        words = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent), json.dumps(commands(workers))]
+        words = [sys.executable, "-c", SCRIPT, str(Path(__file__).parents[1]), json.dumps(commands(workers))]
         environment = {**os.environ, "PYTHONHASHSEED": seed}
         running.append(subprocess.Popen(words, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True))
     told = [process.communicate(timeout=300)[1] for process in running]
