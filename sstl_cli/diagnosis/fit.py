@@ -227,16 +227,15 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     records = sim.problem.records
     if not f.free:
         tries = [(0.0, whitener(records, phases, noise))]
-    elif any(x.parameter.name in x.effect.averaged for x in f.free):
-        # a jump is as new at every step of a slide, and in a hold what the last one left
-        added = np.abs(f.prediction - sim.predict(f.theta, {}))
-        known = constants(records, noise)
-        jumps = [(share, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added))) for share in JUMPS]
-        tries = [(share, whitener(records, p, noise, known=known)) for share, p in jumps]
     else:
         added = np.abs(f.prediction - sim.predict(f.theta, {}))
         known = constants(records, noise)
-        tries = [(share, whitener(records, phases, noise, share * added, known)) for share in SHARES]
+        if any(x.parameter.name in x.effect.averaged for x in f.free):
+            # a jump is as new at every step of a slide, and in a hold what the last one left
+            jumps = [(share, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added))) for share in JUMPS]
+            tries = [(share, whitener(records, p, noise, known=known)) for share, p in jumps]
+        else:
+            tries = [(share, whitener(records, phases, noise, share * added, known)) for share in SHARES]
     costs = []
     for _, whiten in tries:
         z = whiten(f.residual)

@@ -89,7 +89,8 @@ def scan(signal: Array) -> Faults:
 def white_noise(signal: Array, where: Mask | None = None) -> float:
     """Return the RMS of the white noise of a signal (N), from its third differences, which no curve of a movement reaches.
 
-    They are taken ``where`` all four samples are set, if there are enough of those. The loudest twentieth, corners and spikes, is left out. A mean, because a median of quantised differences is a step or nothing.
+    They are taken ``where`` all four samples are set, if there are enough of those. The loudest twentieth, corners and spikes, is
+    left out. A mean, because a median of quantised differences is a step or nothing.
     """
     if len(signal) < SHORTEST_READ:
         return 0.0

@@ -51,8 +51,8 @@ class Record:
     readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
     anew, because the input may have turned unseen; ``corner`` is by how much (N, shape (n * factor,)) the input may have passed
-    ``u`` between samples, None where it has nowhere. ``raw`` is the run on its own grid. ``known`` is what an accepted simulator is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the
-    standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
+    ``u`` between samples, None where it has nowhere. ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
+    is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
     """
 
     run_id: str
@@ -297,8 +297,8 @@ def _bridge(signal: Array, good: Mask) -> Array:
     return np.interp(at, at[good], signal[good])
 
 
-def passing(problem: Problem) -> Problem:
-    """Return a problem whose input passes its samples halfway to its corners.
+def passing(problem: Problem) -> tuple[Problem, ...]:
+    """Return a problem, and one whose input passes its samples halfway to its corners where it has any between them.
 
     An extreme that may be anywhere between sample and corner is off the sample by a mean square of a third, off the middle by a
     twelfth.
@@ -311,7 +311,9 @@ def passing(problem: Problem) -> Problem:
         law[:, -1] -= (WITHIN - HALFWAY) * blur
         return replace(r, u=r.u + 0.5 * r.corner, error_law=law, error_n=np.sqrt(np.maximum(r.error_n**2 - (WITHIN - HALFWAY) * blur, 0.0)))
 
-    return replace(problem, records=tuple(halfway(r) for r in problem.records))
+    if all(r.corner is None for r in problem.records):
+        return (problem,)
+    return problem, replace(problem, records=tuple(halfway(r) for r in problem.records))
 
 
 def content(r: Record) -> tuple[int, float, float]:

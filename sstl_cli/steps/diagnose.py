@@ -218,7 +218,7 @@ def gather(
     mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     # what a hold keeps says whether the input passes its samples at corners
-    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in (problem, passing(problem))], nominal)
+    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in passing(problem)], nominal)
     problem = sim.problem
     found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed))
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
