@@ -47,6 +47,32 @@ if __name__ == "__main__":
         sys.exit(7)
 """
 
+HELD = """
+import os, signal
+from sstl_cli.core.processes import processes
+
+def held(_):
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+if __name__ == "__main__":
+    with processes(2) as pool:
+        print(all(pool.map(held, range(8))), flush=True)
+"""
+
+HELD_IN_BATCH = """
+import os, signal
+from joblib import Parallel, delayed
+from sstl_cli.core.workers import interrupts_held
+
+def held(_):
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+if __name__ == "__main__":
+    import tried
+    with interrupts_held():
+        print(all(Parallel(n_jobs=2, batch_size=1)(delayed(tried.held)(i) for i in range(8))), flush=True)
+"""
+
 
 def _start(folder: Path, text: str) -> subprocess.Popen[str]:
     (folder / "tried.py").write_text(text)
@@ -78,3 +104,9 @@ def test_ctrl_c_throws_away_what_processes_are_at(tmp_path: Path, whole_group: b
     while group(tried.pid):
         assert time.monotonic() - begun < 60
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize("text", [HELD, HELD_IN_BATCH], ids=["processes", "batch"])
+def test_the_first_process_leaves_ctrl_c_to_the_program_too(tmp_path: Path, text: str) -> None:
+    said, told = _start(tmp_path, text).communicate(timeout=60)
+    assert (said, told) == ("True\n", "")
