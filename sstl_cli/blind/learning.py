@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
+from sstl_cli.diagnosis.constants import SHARES
 from sstl_cli.diagnosis.features import OUTPUT, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
@@ -158,7 +159,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
         named(LOG_TERMS, w[c + log : c + 2 * log]),
         named(names, w[c + 2 * log :]),
         0.5,
-        dict.fromkeys(FAMILIES, 0.5),
+        dict.fromkeys(FAMILIES, 1.0),
         0.5,
         0.1,
         (),
@@ -181,15 +182,18 @@ def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, 
 
 
 def _member(family: set[str], judged: Judged, weights: Weights) -> float:
-    """Return the part of its family that a member needs: at most ``WRONG_MEMBERS`` of those named are another one of it."""
+    """Return by which share the laws of a family's members are off: at most ``WRONG_MEMBERS`` of those named are another one.
+
+    No share will do where not even one is named at the largest that is tried: members are then never named.
+    """
     inside = [(e, p) for e, p in judged if e.answer and set(e.answer) <= family]
-    for member in COMMITS:
-        tried = replace(weights, commit=float(COMMITS[0]), member=dict.fromkeys(FAMILIES, float(member)))
+    for share in SHARES:
+        tried = replace(weights, commit=float(COMMITS[0]), member=dict.fromkeys(FAMILIES, share))
         said = [(e, decided(e.rows, p, tried)) for e, p in inside]
         named = [(e, v) for e, v in said if v.status == IDENTIFIED and set(v.effects) <= family]
-        if sum(is_wrong(e, v) for e, v in named) <= WRONG_MEMBERS * len(named):
-            return round(float(member), 6)
-    return float(COMMITS[-1])
+        if named and sum(is_wrong(e, v) for e, v in named) <= WRONG_MEMBERS * len(named):
+            return share
+    return 1.0
 
 
 def _threshold(judged: Judged, weights: Weights) -> float:

@@ -247,18 +247,20 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if first is not None and _carried(first) < HALF and p[NONE] < max(p[UNKNOWN], named):
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
     tied = _tied(standing(rows), top)
-    if ranked and p[top] >= weights.commit and tied:
+    title, family = _family(top, p)
+    # that it is one of a family the odds say; which of them it is, the evidence
+    sure = sum(p[k] for k in family or (top,)) if ranked else 0.0
+    if sure >= weights.commit and family and not _told(rows, top, family, weights.member.get(title, 1.0)):
+        group = (*family, *(k for k in tied if k not in family))
+        why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
+        return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, why)
+    if sure >= weights.commit and tied:
         group = (top, *sorted(tied, key=lambda k: (-p[k], k)))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
         said = f"{_explained(rows, top)}; {rivals} explain this data as well"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
-    title, family = _family(top, p)
-    # of a family one member has to carry its part of what all of them have
-    if ranked and p[top] >= weights.commit and p[top] >= weights.member.get(title, 0.0) * sum(p[k] for k in family):
-        return Verdict(IDENTIFIED, top, _sure(p[top], weights, prior), (top,), p, _explained(rows, top))
-    if len(family) > 1 and sum(p[k] for k in family) >= weights.commit:
-        why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in family)} it is, this data does not tell"
-        return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in family), weights, prior), family, p, why)
+    if sure >= weights.commit:
+        return Verdict(IDENTIFIED, top, _sure(sure, weights, prior), (top,), p, _explained(rows, top))
     likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
@@ -289,6 +291,13 @@ def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[str, tuple[Ids, ...]]:
         if len(top) == 1 and top[0] in members:
             return title, tuple(sorted(((m,) for m in members if (m,) in p), key=lambda k: -p[k]))
     return "", ()
+
+
+def _told(rows: Rows, top: Ids, family: Sequence[Ids], share: float) -> bool:
+    """Whether the data tell one member of a family from the others, whose laws are off by a share of what they explain."""
+    evidence = {c.ids: c.evidence for c in rows.candidates}
+    best = evidence[top]
+    return all((best - evidence[k]) / (1.0 + 2.0 * share**2 * max(best, 0.0)) > DECIDES_NATS for k in family if k != top)
 
 
 def _tied(rows: Rows, top: Ids) -> list[Ids]:

@@ -60,3 +60,9 @@ def test_a_line_that_jumps_has_a_law_of_its_own_on_average():
 def test_two_of_a_family_are_no_combination():
     assert apart(("crosstalk", "stribeck")) and not apart(("crosstalk", "stick_slip", "stribeck"))
     assert not apart(("channel_delay", "channel_lowpass"))
+
+
+def test_sensors_on_a_common_mount_are_a_law_of_crosstalk():
+    assert [sorted(names(h)) for h in variants("crosstalk", BOTH)] == [
+        ["c_in_to_out"], ["c_out_to_in"], ["m_out"], ["m_in"], ["c_in_to_out", "c_out_to_in"], ["m_in", "m_out"],
+    ]  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics import effects as package
-from sstl_cli.physics.effect import STAGES, Mechanics
+from sstl_cli.physics.effect import STAGES, Mechanics, Sampling
 from sstl_cli.physics.effects import catalogue, get, parse
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import drive_of, observed_output
@@ -156,3 +156,13 @@ def test_a_dropped_in_effect_is_found(tmp_path, monkeypatch):
     finally:
         monkeypatch.undo()
         catalogue.cache_clear()
+
+
+def test_a_common_mount_shows_the_sum_of_both_tensions() -> None:
+    pull, beside = np.array([10.0, 20.0]), np.array([6.0, 1.0])
+    effect, run = get("crosstalk"), Sampling("act", 0.01, 2)
+    values = effect.complete({"m_out": 0.02, "m_in": 0.01, "c_out_to_in": 0.03})
+    assert np.allclose(effect.output(beside, pull, run, values), [6.32, 1.42])
+    seen = effect.input(pull, beside, run, values)
+    assert np.allclose(seen, [10.34, 20.24])
+    assert np.allclose(effect.input_inverse(seen, beside, run, values), pull, rtol=1e-14)

@@ -4,30 +4,33 @@ from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampli
 
 
 def _output(tension: Array, other: Array, _run: Sampling, v: Values) -> Array:
-    return tension + v["c_in_to_out"] * other
+    return tension + v["c_in_to_out"] * other + v["m_out"] * (tension + other)
 
 
 def _input(tension: Array, other: Array, _run: Sampling, v: Values) -> Array:
-    return tension + v["c_out_to_in"] * other
+    return tension + v["c_out_to_in"] * other + v["m_in"] * (tension + other)
 
 
 def _input_inverse(tension: Array, other: Array, _run: Sampling, v: Values) -> Array:
-    return tension - v["c_out_to_in"] * other
+    return (tension - (v["c_out_to_in"] + v["m_in"]) * other) / (1.0 + v["m_in"])
 
 
 EFFECT = Effect(
     id="crosstalk",
     title="Crosstalk between the tension sensors",
     stage=INSTRUMENT,
-    equation="T_i,meas = T_i + c T_j",
-    source="Catalogue entry [L]",
+    equation="T_i,meas = T_i + c T_j; through a common mount T_i + m (T_i + T_j)",
+    source="Catalogue entry [L]; a mount that gives way to the sum of both tensions bends both sensors",
     parameters=(
         Parameter("c_in_to_out", "1", 0.0, 0.0, 0.05, "input tension seen by the output sensor"),
         Parameter("c_out_to_in", "1", 0.0, 0.0, 0.05, "output tension seen by the input sensor"),
+        Parameter("m_out", "1", 0.0, 0.0, 0.05, "both tensions seen by the output sensor through its mount"),
+        Parameter("m_in", "1", 0.0, 0.0, 0.05, "both tensions seen by the input sensor through its mount"),
     ),
     excitation="Long backlash holds; pulling one tendon only settles it.",
     order=58,
     look_alikes=("gain_error",),
+    variants=(("c_in_to_out",), ("c_out_to_in",), ("c_in_to_out", "c_out_to_in"), ("m_out",), ("m_in",), ("m_out", "m_in")),
     output=_output,
     input=_input,
     input_inverse=_input_inverse,
