@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
-from sstl_cli.diagnosis.constants import SHARES
+from sstl_cli.diagnosis.constants import MISFITS, SHARES
 from sstl_cli.diagnosis.features import OUTPUT, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
@@ -40,6 +40,8 @@ LEAST_STRENGTH = 0.1
 # kind of the cases whose effect is no candidate
 EXCLUDED = "excluded"
 COMMITS = np.linspace(0.5, 0.98, 25)
+# share of its response by which a law is usually off
+USUAL_SHARE = MISFITS[1]
 # half of D^2 = 24: naming at 49 to 1 in 95 of 100 cases
 DECIDABLE_NATS = 12.0
 
@@ -108,8 +110,8 @@ def without_answer(e: Example) -> Example | None:
     if not any(c.kind == OUTPUT for c in kept):
         return None
     own = next(c.evidence for c in e.rows.candidates if c.ids == e.answer)
-    if own - max(c.evidence for c in kept) < DECIDABLE_NATS:
-        # what is left explains the log as well: nobody could say that something is missing
+    if (own - max(c.evidence for c in kept)) / (1.0 + 2.0 * USUAL_SHARE**2 * own) < DECIDABLE_NATS:
+        # what is left explains the log as well, as far as any law is exact: nobody could say that something is missing
         return None
     return replace(e, name=f"{e.name}-without", kind=EXCLUDED, rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
 

@@ -87,6 +87,8 @@ CLIPPED_LEAST, PILED_CHANCE, CLIPPED_SIGMA, CLIPPED_MOST = 3, 1e-6, 6.0, 0.9
 CLIPPED_RUN = 5
 # a converter with more levels, or fewer, has no step that matters
 MAX_LEVELS, LEAST_LEVELS = 4000, 3
+# levels that differ by less than this share are one, told apart by arithmetic (a change of unit and back)
+SAME_LEVEL = 1e-12
 # gaps of levels up to this times the smallest are one step, and all are whole steps to this share
 STEP_GAP, WHOLE = 1.5, 0.05
 # a limit holds a rounded signal so many times longer than the longest rest

@@ -26,6 +26,7 @@ from sstl_cli.diagnosis.constants import (
     MOST_REPEATS,
     PILED_CHANCE,
     REST,
+    SAME_LEVEL,
     SHORTEST_READ,
     SHORTEST_SCANNED,
     SPIKE_RUN,
@@ -178,14 +179,14 @@ def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
     is known from how many lie just below, and from how finely readings are told apart.
     """
     # a reading or two may be beyond it by what a recorder adds later; not by as much as noise
-    levels, counts = np.unique(signal[signal >= signal.max() - noise], return_counts=True)
+    levels, counts = _levels(signal[signal >= signal.max() - noise])
     most = len(counts) - 1 - int(np.argmax(counts[::-1]))
     top, count = float(levels[most]), int(counts[most])
     flat, window = signal >= top, CLIPPED_SIGMA * max(noise, step)
     none = np.zeros(len(signal), bool), float("inf")
     if count < CLIPPED_LEAST or flat.mean() >= CLIPPED_MOST:
         return none
-    below = np.unique(signal[(signal > top - window) & ~flat], return_counts=True)
+    below = _levels(signal[(signal > top - window) & ~flat])
     finest = step if step > 0.0 else float(np.min(np.diff(below[0]), initial=window))
     if poisson.sf(count - 1, below[1].sum() * finest / window) > PILED_CHANCE:
         return none
@@ -194,9 +195,16 @@ def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
     return none if step > 0.0 and (longest < CLIPPED_RUN or count < 2 * CLIPPED_RUN) else (flat, top)
 
 
+def _levels(values: Array) -> tuple[Array, Array]:
+    """Return the levels of values and how often each was read; what the arithmetic of a unit tells apart is one level."""
+    levels, counts = np.unique(values, return_counts=True)
+    first = np.concatenate(([True], np.diff(levels) > SAME_LEVEL * np.abs(levels[1:])))
+    return levels[first], np.bincount(np.cumsum(first) - 1, counts).astype(np.int64)
+
+
 def _step(signal: Array) -> float:
     """Return the quantisation step (N), or 0 where levels are not discrete."""
-    levels = np.unique(signal)
+    levels = _levels(signal)[0]
     if len(levels) < LEAST_LEVELS or len(levels) > MAX_LEVELS or len(levels) > 0.5 * len(signal):
         return 0.0
     gaps = np.diff(levels)

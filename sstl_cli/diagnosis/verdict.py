@@ -247,10 +247,10 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if first is not None and _carried(first) < HALF and p[NONE] < max(p[UNKNOWN], named):
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
     tied = _tied(standing(rows), top)
-    title, family = _family(top, p)
+    family = _family(top, p)
     # that it is one of a family the odds say; which of them it is, the evidence
-    sure = sum(p[k] for k in family or (top,)) if ranked else 0.0
-    if sure >= weights.commit and family and not _told(rows, top, family, weights.member.get(title, 1.0)):
+    sure = sum(p[k] for k in family) if ranked else 0.0
+    if sure >= weights.commit and not _told(rows, top, family, weights.member):
         group = (*family, *(k for k in tied if k not in family))
         why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, why)
@@ -285,19 +285,23 @@ def _carried(c: CandidateRow) -> float:
     return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
 
 
-def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[str, tuple[Ids, ...]]:
-    """Return the family of a single effect: its name and its members that are candidates, the most probable first."""
-    for title, members in FAMILIES.items():
-        if len(top) == 1 and top[0] in members:
-            return title, tuple(sorted(((m,) for m in members if (m,) in p), key=lambda k: -p[k]))
-    return "", ()
+def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
+    """Return the candidates with the same effects but for members of the same families, the most probable first."""
+    own = sorted(_title(i) for i in top)
+    return tuple(sorted((k for k in p if k not in (NONE, UNKNOWN) and sorted(_title(i) for i in k) == own), key=lambda k: (-p[k], k)))
 
 
-def _told(rows: Rows, top: Ids, family: Sequence[Ids], share: float) -> bool:
-    """Whether the data tell one member of a family from the others, whose laws are off by a share of what they explain."""
+def _title(effect_id: str) -> str:
+    """Return the family of an effect, or its own name."""
+    return next((title for title, members in FAMILIES.items() if effect_id in members), effect_id)
+
+
+def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, float]) -> bool:
+    """Whether the data tell one of a family from the others, whose laws are off by a share of what they explain."""
     evidence = {c.ids: c.evidence for c in rows.candidates}
-    best = evidence[top]
-    return all((best - evidence[k]) / (1.0 + 2.0 * share**2 * max(best, 0.0)) > DECIDES_NATS for k in family if k != top)
+    share = max(shares.get(_title(i), 0.0) for i in top)
+    scale = 1.0 + 2.0 * share**2 * max(evidence[top], 0.0)
+    return all((evidence[top] - evidence[k]) / scale > DECIDES_NATS for k in family if k != top)
 
 
 def _tied(rows: Rows, top: Ids) -> list[Ids]:

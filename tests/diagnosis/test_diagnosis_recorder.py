@@ -76,3 +76,13 @@ def test_a_limit_is_found_although_a_reading_lies_a_little_beyond():
     y = np.minimum(np.sin(T) + 0.01 * NOISE, 0.8)
     y[np.flatnonzero(y == 0.8)[7]] += 1e-4
     assert scan(y).clip_level_n == 0.8 and scan(y).clipped.sum() == np.sum(y >= 0.8)
+
+
+def test_levels_that_arithmetic_tells_apart_are_one():
+    y = 0.004 * np.round((10.0 * np.sin(0.2 * T) + 0.008 * NOISE) / 0.004)
+    # a unit and back again
+    told = y * RNG.choice([1.0, 1.0 + 4e-16, 1.0 - 4e-16], len(y), p=[0.9, 0.05, 0.05])
+    assert len(np.unique(told)) > len(np.unique(y)) + 100
+    assert scan(told).step_n == pytest.approx(scan(y).step_n)
+    assert not scan(y).clipped.any() and not scan(told).clipped.any()
+    assert np.array_equal(scan(np.minimum(told, 9.9)).clipped, told > 9.898)
