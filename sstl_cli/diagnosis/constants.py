@@ -121,6 +121,8 @@ SLOWEST_LOOP = (0.5, 0.2)
 EDGE = 1e-3
 # spreads of the log-normal priors: of the measured white and coloured noise, between two sensors, of the smoother's error
 WHITE, MEASURED, ALIKE, SMOOTHER = 0.05, 0.3, 0.35, 0.2
+# of coloured noise that no hold shows
+UNMEASURED = 1.0
 # so many spreads away a number stops: a record of any length could buy the rest with what its model misses
 AT_MOST = 3.0
 # samples of holds that show the white noise to a twentieth
@@ -136,7 +138,7 @@ RESOLVED = 1e-4
 # a step with less sliding than this share is a hold
 HELD = 1e-3
 # windows of holds (s), longest first: the slower the noise, the longer a window must be to show it; so many, so long (samples)
-WINDOWS_S = (3.0, 1.0)
+WINDOWS_S = (3.0, 1.0, 0.4)
 LEAST_WINDOWS, SHORTEST_WINDOW = 6, 8
 # correlation times (s) that sensors have
 CORRELATIONS_S = (0.05, 0.1, 0.2, 0.4, 0.8)

@@ -38,6 +38,7 @@ from sstl_cli.diagnosis.constants import (
     SMOOTHER,
     TRIES,
     UNKNOWN_COLOUR,
+    UNMEASURED,
     UNSEEN,
     WHITE,
     WINDOWS_S,
@@ -48,14 +49,17 @@ from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
+# the number of the noise that only holds can tell
+COLOUR = "output.coloured_n"
 
 
 @dataclass(frozen=True)
 class _Held:
-    """Coloured noise seen in holds: standard deviation (N) and correlation time (s)."""
+    """Coloured noise seen in holds: standard deviation (N), by what (natural logarithm) it may be off, correlation time (s)."""
 
     coloured_n: float
     correlation_s: float
+    spread: float = MEASURED
 
 
 def measured(records: Sequence[Record], slide: Array) -> Noise:
@@ -68,18 +72,20 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     """
     into: dict[str, Sensor] = {}
     out: dict[str, Sensor] = {}
+    spread: dict[str, dict[str, float]] = {}
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
         white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
         white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out, np.repeat(s < HELD, r.factor)) for r, s in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
+        spread[system] = {COLOUR: held.spread}
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / _averaged([r for r, _ in mine])
         ratio = float(np.clip(alike / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
-    return Noise(into, out, dict.fromkeys(out, 1.0))
+    return Noise(into, out, dict.fromkeys(out, 1.0), spread)
 
 
 def of_readings(records: Sequence[Record], noise: Noise) -> Noise:
@@ -140,7 +146,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
         if len(rows) >= LEAST_WINDOWS:
             break
     if len(rows) < LEAST_WINDOWS:
-        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1])
+        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED)
     tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
     costs = np.concatenate([_window_costs(rows, white, white_n * LEVELS, tau, step_s) for tau in CORRELATIONS_S])
     spread = rows.var(axis=1)
@@ -206,7 +212,8 @@ def likely(
         mine = [r for r, _ in part]
         own = Phases(phases.slide[rows], phases.gain[rows], phases.doubt_n[rows])
         stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
-        into[system], out[system], smoother[system], spread[system] = _fitted(system, mine, own, stacked, into[system], out[system])
+        wide = start.spread.get(system, {}).get(COLOUR, MEASURED)
+        into[system], out[system], smoother[system], spread[system] = _fitted(system, mine, own, stacked, into[system], out[system], wide)
     return Noise(into, out, smoother, spread)
 
 
@@ -218,11 +225,11 @@ def _some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
 
 
 def _fitted(
-    system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor
+    system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor, wide: float
 ) -> tuple[Sensor, Sensor, float, dict[str, float]]:
     floor = LEAST_COLOUR * out.white_n + 1e-9
     centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
-    near = np.array([WHITE, MEASURED, ALIKE, SMOOTHER])
+    near = np.array([WHITE, wide, ALIKE, SMOOTHER])
 
     shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
     low = np.concatenate((centre - AT_MOST * near, np.full(2, shortest - 1.0)))
@@ -255,7 +262,7 @@ def _fitted(
     options = {"eps": DIFFERENCE, "gtol": FLAT, "ftol": 0.0, "maxfun": TRIES}
     found = minimize(lambda z: cost(first + unit * z), np.zeros(len(first)), method="L-BFGS-B", options=options)
     at = first + unit * np.asarray(found.x)
-    names = ("output.white_n", "output.coloured_n", "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
+    names = ("output.white_n", COLOUR, "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
     spread = {n: _spread(cost, at, i, float(found.fun)) for i, n in enumerate(names)}
     return *sensors(at), spread
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from rig_logs import SHORT, record
 
+from sstl_cli.diagnosis.constants import MEASURED, UNKNOWN_COLOUR, UNMEASURED
 from sstl_cli.diagnosis.noise import _held, _window_costs, measured, of_readings
 from sstl_cli.diagnosis.records import prepare
 from tests.diagnosis.made_windows import Held, coloured
@@ -22,6 +23,17 @@ def test_without_slow_noise_nothing_is_found_but_the_least_level():
     rng = np.random.default_rng(4)
     records = [Held(0.03 * rng.standard_normal(1200)) for _ in range(6)]
     assert _held(records, [np.zeros(1200)] * 6, 0.03).coloured_n < 0.006
+
+
+def test_short_holds_show_slow_noise_too_and_where_there_are_too_few_it_may_be_anything():
+    rng = np.random.default_rng(6)
+    # half a second each, of a signal at 100 Hz: no window of a second fits
+    short = [Held(0.03 * rng.standard_normal(900) + coloured(rng, 900, 0.01, 0.1, 0.2)) for _ in range(4)]
+    slides = [np.where(np.arange(900) % 90 < 50, 0.0, 1.0)] * 4
+    found = _held(short, slides, 0.03)
+    assert found.coloured_n == pytest.approx(0.1, rel=0.4) and found.spread == MEASURED
+    blind = _held(short[:1], [np.where(np.arange(900) < 50, 0.0, 1.0)], 0.03)
+    assert blind.coloured_n == UNKNOWN_COLOUR * 0.03 and blind.spread == UNMEASURED
 
 
 def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
