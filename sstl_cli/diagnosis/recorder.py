@@ -198,7 +198,7 @@ def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
 def _levels(values: Array) -> tuple[Array, Array]:
     """Return the levels of values and how often each was read; what the arithmetic of a unit tells apart is one level."""
     levels, counts = np.unique(values, return_counts=True)
-    first = np.concatenate(([True], np.diff(levels) > SAME_LEVEL * np.abs(levels[1:])))
+    first = np.diff(levels, prepend=-np.inf) > SAME_LEVEL * np.abs(levels)
     return levels[first], np.bincount(np.cumsum(first) - 1, counts).astype(np.int64)
 
 

@@ -86,3 +86,8 @@ def test_levels_that_arithmetic_tells_apart_are_one():
     assert scan(told).step_n == pytest.approx(scan(y).step_n)
     assert not scan(y).clipped.any() and not scan(told).clipped.any()
     assert np.array_equal(scan(np.minimum(told, 9.9)).clipped, told > 9.898)
+
+
+def test_a_limit_with_nothing_just_below_it_has_no_level_beside():
+    y = np.where(np.arange(4000) % 400 < 300, 10.0, 0.0) + np.where(np.arange(4000) % 400 < 300, 0.0, 0.01 * NOISE)
+    assert scan(y).clip_level_n == 10.0
