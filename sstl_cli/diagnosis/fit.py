@@ -23,11 +23,10 @@ from sstl_cli.diagnosis.constants import (
     THETA_HIGH,
     THETA_LOW,
     THETA_STEP,
-    WORSE,
 )
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
-from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, white, whitener
+from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, whitener
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -108,22 +107,6 @@ def first_theta(sim: Simulator, nominal: Array) -> Array:
     best = np.argmin(np.array(errors), axis=0)
     first: Array = np.array(tries)[best, np.arange(len(nominal))]
     return first
-
-
-def likelier(sims: Sequence[Simulator], nominal: Array) -> tuple[Simulator, Array]:
-    """Return the first simulator, or one whose base leaves clearly less of the record (unwhitened), and its theta.
-
-    Parameters
-    ----------
-    nominal : ndarray, shape (configurations,)
-    """
-    fits = []
-    for sim in sims:
-        whiten = white(1.0, sim.weight, [s.start for s in sim.slices()])
-        fits.append(fit(sim, whiten, Hypothesis((), ()), first_theta(sim, nominal), np.zeros(0)))
-    # beside an effect that is missing the corners of the input decide nothing
-    best = int(np.argmin([f.cost * (1.0 if i == 0 else WORSE) for i, f in enumerate(fits)]))
-    return sims[best], fits[best].theta
 
 
 def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:

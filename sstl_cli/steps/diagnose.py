@@ -31,7 +31,8 @@ from sstl_cli.diagnosis import (
     verdict,
 )
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
-from sstl_cli.diagnosis.fit import Fit, likelier
+from sstl_cli.diagnosis.corners import likelier
+from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.records import Problem, passing, prepare
 from sstl_cli.diagnosis.residuals import leftover
