@@ -186,14 +186,15 @@ def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, 
 def _member(family: set[str], judged: Judged, weights: Weights) -> float:
     """Return by which share the laws of a family's members are off: at most ``WRONG_MEMBERS`` of those named are another one.
 
-    No share will do where not even one is named at the largest that is tried: members are then never named.
+    No share will do where so few are named that none of them may be wrong: members are then never named.
     """
     inside = [(e, p) for e, p in judged if e.answer and set(e.answer) <= family]
     for share in SHARES:
         tried = replace(weights, commit=float(COMMITS[0]), member=dict.fromkeys(FAMILIES, share))
         said = [(e, decided(e.rows, p, tried)) for e, p in inside]
         named = [(e, v) for e, v in said if v.status == IDENTIFIED and set(v.effects) <= family]
-        if named and sum(is_wrong(e, v) for e, v in named) <= WRONG_MEMBERS * len(named):
+        allowed = WRONG_MEMBERS * len(named)
+        if allowed >= 1.0 and sum(is_wrong(e, v) for e, v in named) <= allowed:
             return share
     return 1.0
 

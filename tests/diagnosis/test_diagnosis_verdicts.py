@@ -93,7 +93,6 @@ def test_two_effects_are_both_named():
     assert set(document["verdict"]["effects"]) == set(pair)
 
 
-@pytest.mark.xfail(strict=True, reason="what viscous friction leaves beside a lag is not loud enough for the learned weights")
 def test_an_excluded_effect_leads_to_unknown():
     found = verdict(record({"viscous": {"c_l_n_s_per_mm": 0.04}}), effects=(*FEW, "viscous"), exclude=("viscous",))
     assert found["verdict"]["status"] == "unknown" and found["verdict"]["effects"] == [], found["verdict"]
