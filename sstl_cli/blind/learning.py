@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
-from sstl_cli.diagnosis.constants import MISFITS, SHARES
+from sstl_cli.diagnosis.constants import LEAST_GAP, MISFITS, SHARES
 from sstl_cli.diagnosis.features import OUTPUT, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
@@ -36,7 +36,6 @@ Array = NDArray[np.float64]
 # standard deviation of the weights beforehand: terms are of order one; effects differ less than what is seen of them
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
-LEAST_STRENGTH = 0.1
 # kind of the cases whose effect is no candidate
 EXCLUDED = "excluded"
 COMMITS = np.linspace(0.5, 0.98, 25)
@@ -83,7 +82,7 @@ def examples(cases: Iterable[tuple[str, Mapping[str, Any], Rows]]) -> list[Examp
     for name, truth, rows in cases:
         answer = right_answer(truth)
         strength = float(truth["strength"])
-        hidden = bool(truth["effects"]) and strength < LEAST_STRENGTH
+        hidden = bool(truth["effects"]) and strength < LEAST_GAP
         rows = standing(rows)
         known = {c.ids for c in rows.candidates} | {NONE, UNKNOWN}
         if hidden or truth["poor"] or answer not in known:

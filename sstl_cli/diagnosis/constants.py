@@ -18,6 +18,8 @@ from sstl_cli.physics.scenario import Trajectory
 MISFITS = (0.0, 0.03, 0.1)
 # who explains less than this of the squared error beyond the noise is no cause of the gap
 HALF = 0.5
+# a gap of less than this share of the noise is nobody's cause, and teaches nothing
+LEAST_GAP = 0.1
 # evidence that a further effect has to add (odds of 150 to 1, as for a hundred and more combinations to choose from)
 JOINS_NATS = 5.0
 # 49 to 1: one wrong name in fifty

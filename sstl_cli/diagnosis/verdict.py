@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, MISFITS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 
@@ -98,6 +98,18 @@ def standing(rows: Rows) -> Rows:
     """Return the rows without combinations of which a part adds no evidence of its own: weak effects like to join."""
     kept = tuple(c for c in rows.candidates if len(c.ids) == 1 or c.drop_one > JOINS_NATS)
     return replace(rows, candidates=kept)
+
+
+def _sizeable(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
+    """Return probabilities in which an effect beside the output that closes next to no gap is nothing."""
+    slight = {c.ids for c in rows.candidates if c.kind == BESIDE and _gap(c) < LEAST_GAP and c.ids in p}
+    return {**{k: v for k, v in p.items() if k not in slight}, NONE: p[NONE] + sum(p[k] for k in slight)}
+
+
+def _gap(c: CandidateRow) -> float:
+    """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
+    left = (1.0 - c.share) ** 2
+    return float(np.sqrt(max(c.chi2, 1.0) * max(1.0 - left, 0.0) / left)) if left > 0.0 else float("inf")
 
 
 def leading(rows: Rows) -> CandidateRow | None:
@@ -240,6 +252,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if rows.log.propagates < 1.0:
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)
+    p = _sizeable(rows, p)
     ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: (-p[k], k))
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE

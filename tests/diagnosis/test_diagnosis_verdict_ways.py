@@ -125,6 +125,8 @@ WAYS = {
         "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
     "a fault of the recorder that carries little may still be the cause": (
         [seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)], 0.05, 0.05, "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
+    "a lag beside the output whose gap is next to nothing": (
+        [seen("tension_loop_lag", p=0.9, kind=BESIDE, share=0.002)], 0.06, 0.04, "none", (), (), 0.96),
     "a lag beside the output": (
         [seen("tension_loop_lag", p=0.9, kind=BESIDE)], 0.05, 0.05, "identified", ("tension_loop_lag",), (("tension_loop_lag",),), 0.9),
 }  # fmt: skip
