@@ -21,16 +21,17 @@ install: $(STAMP) ## make the virtual environment with pinned packages (torch: C
 $(STAMP): pyproject.toml constraints.txt
 	@test -x $(BIN)/python || test -n "$(PYTHON)" || { echo "no Python 3.11, 3.12 or 3.13 found: install one, or give make PYTHON=/path/to/python" >&2; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	# each module is compiled when it is first imported: all of them at once take a minute, most are never used
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt torch==2.13.0
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[robot,onnx,cluster,bench,dev]'
+	# on all cores: pip compiles one module after the other; some packages bring files that are no Python
+	$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib sstl_cli || true
 	touch $@
 
 test: $(STAMP) ## run linters, type check, layer check and the tests
 	$(MAKE) --no-print-directory -j2 lint tests
 
 tests: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m 'not slow'
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
 
 test-slow: $(STAMP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -m slow

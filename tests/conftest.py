@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-from collections import Counter
-
-import pytest
 
 # workers share the cores: threads of a linear algebra in each of them wait for one another, and a diagnosis takes several times
 # as long; numpy and scipy ask for it when they are loaded, here and in the processes that tests start
@@ -15,9 +12,3 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a shell that starts the suite in the background has its children ignore Ctrl-C, which is what some tests are about
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files of few tests: these are the long ones, and the last file is one process's work."""
-    tests = Counter(i.path for i in items)
-    items.sort(key=lambda i: tests[i.path])
