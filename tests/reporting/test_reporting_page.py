@@ -150,6 +150,7 @@ def test_numbers_in_cells_read_on_their_colour():
         assert (b + 0.05) / (a + 0.05) >= 4.5, text
 
 
+@pytest.mark.slow
 def test_hundred_runs_stay_small(tmp_path):
     files = [*made.write_log(tmp_path, 100, 1500), *made.write_theta(tmp_path, 100), *made.write_compensation(tmp_path)]
     page = report.run(load([*files, *made.write_mapping(tmp_path), *made.write_documents(tmp_path)]))
