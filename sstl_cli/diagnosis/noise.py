@@ -49,8 +49,6 @@ from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
 
 Array = NDArray[np.float64]
-# the number of the noise that only holds can tell
-COLOUR = "output.coloured_n"
 
 
 @dataclass(frozen=True)
@@ -72,20 +70,20 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     """
     into: dict[str, Sensor] = {}
     out: dict[str, Sensor] = {}
-    spread: dict[str, dict[str, float]] = {}
+    wide: dict[str, float] = {}
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
         white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
         white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out, np.repeat(s < HELD, r.factor)) for r, s in mine])
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
-        spread[system] = {COLOUR: held.spread}
+        wide[system] = held.spread
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / _averaged([r for r, _ in mine])
         ratio = float(np.clip(alike / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
-    return Noise(into, out, dict.fromkeys(out, 1.0), spread)
+    return Noise(into, out, dict.fromkeys(out, 1.0), open=wide)
 
 
 def of_readings(records: Sequence[Record], noise: Noise) -> Noise:
@@ -212,7 +210,7 @@ def likely(
         mine = [r for r, _ in part]
         own = Phases(phases.slide[rows], phases.gain[rows], phases.doubt_n[rows])
         stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
-        wide = start.spread.get(system, {}).get(COLOUR, MEASURED)
+        wide = start.open.get(system, MEASURED)
         into[system], out[system], smoother[system], spread[system] = _fitted(system, mine, own, stacked, into[system], out[system], wide)
     return Noise(into, out, smoother, spread)
 
@@ -262,7 +260,7 @@ def _fitted(
     options = {"eps": DIFFERENCE, "gtol": FLAT, "ftol": 0.0, "maxfun": TRIES}
     found = minimize(lambda z: cost(first + unit * z), np.zeros(len(first)), method="L-BFGS-B", options=options)
     at = first + unit * np.asarray(found.x)
-    names = ("output.white_n", COLOUR, "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
+    names = ("output.white_n", "output.coloured_n", "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
     spread = {n: _spread(cost, at, i, float(found.fun)) for i, n in enumerate(names)}
     return *sensors(at), spread
 

@@ -47,13 +47,15 @@ class Sensor:
 class Noise:
     """Noise of the two sensors of each system; ``smoother`` is the true error of the smoothed input over the stated one.
 
-    ``spread`` has the standard errors of the logarithms, by system and by ``input.coloured_n`` and the like.
+    ``spread`` has the standard errors of the logarithms, by system and by ``input.coloured_n`` and the like; ``open`` is by what
+    (natural logarithm) the coloured noise of a system's output may be off where it has not been estimated yet.
     """
 
     input: Mapping[str, Sensor]
     output: Mapping[str, Sensor]
     smoother: Mapping[str, float]
     spread: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    open: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

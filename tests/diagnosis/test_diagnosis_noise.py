@@ -56,5 +56,7 @@ def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
 def test_stated_noise_is_that_of_one_reading_at_any_rate(hz):
     records = prepare(record({}, hz=hz, moves=SHORT[1:2], configs=1), 1.0).records
     found = of_readings(records, measured(records, np.ones(sum(len(r) for r in records))))
+    # how far a search may go from it is no interval
+    assert not found.spread and set(found.open) == set(found.output)
     for sensor in (*found.input.values(), *found.output.values()):
         assert sensor.white_n == pytest.approx(0.02, rel=0.1)
