@@ -26,6 +26,7 @@ from sstl_cli.diagnosis.verdict import (
     Weights,
     candidate_terms,
     decided,
+    discounted,
     log_terms,
     probabilities,
     standing,
@@ -109,7 +110,7 @@ def without_answer(e: Example) -> Example | None:
     if not any(c.kind == OUTPUT for c in kept):
         return None
     own = next(c.evidence for c in e.rows.candidates if c.ids == e.answer)
-    if (own - max(c.evidence for c in kept)) / (1.0 + 2.0 * USUAL_SHARE**2 * own) < DECIDABLE_NATS:
+    if discounted(own - max(c.evidence for c in kept), USUAL_SHARE, own) < DECIDABLE_NATS:
         # what is left explains the log as well, as far as any law is exact: nobody could say that something is missing
         return None
     return replace(e, name=f"{e.name}-without", kind=EXCLUDED, rows=replace(e.rows, candidates=kept), answer=UNKNOWN)

@@ -64,4 +64,4 @@ def passes(left: Array, passed: Array) -> bool:
         return False
     share = float(left @ passed / (passed @ passed))
     none, all_of_it = float(left @ left), float(np.sum((left - passed) ** 2))
-    return 0.5 < share < 2.0 + 0.5 and all_of_it < none * float(np.exp(-2.0 * DECIDES_NATS / len(left)))
+    return round(share) in (1, 2) and all_of_it < none * float(np.exp(-2.0 * DECIDES_NATS / len(left)))

@@ -79,7 +79,7 @@ def scan(signal: Array) -> Faults:
     clipped, level = _clipped(signal, noise, step)
     if clipped.any() and max(noise**2 - step**2 / 12.0, 0.0) < (0.5 * step) ** 2:
         # on a grid too coarse for the noise every rest repeats a level, not the highest alone
-        _, dwell = np.unique(signal, return_counts=True)
+        _, dwell = _levels(signal)
         if dwell[-1] < REST * dwell[:-1].max():
             clipped, level = none, float("inf")
     frozen = _frozen(signal, noise, step) & ~clipped

@@ -124,6 +124,11 @@ def best_of(rows: Rows) -> float:
     return 0.0 if best is None else best.evidence
 
 
+def discounted(nats: float, share: float, explained: float) -> float:
+    """Return what a difference of evidence is worth where laws are off by a share of what they explain (nats)."""
+    return nats / (1.0 + 2.0 * share * share * explained)
+
+
 def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
     """Return the numbers of one candidate, in the order of ``CANDIDATE_TERMS``."""
     log, top = rows.log, max(best_of(rows), 0.0)
@@ -161,7 +166,7 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
     }
     apart = _apart(c, rows)
     for m in MISFITS:
-        behind = (c.evidence - top) / (1.0 + 2.0 * m * m * apart) if out else 0.0
+        behind = discounted(c.evidence - top, m, apart) if out else 0.0
         values[f"behind_{m:g}"] = float(np.clip(behind, -REACH_NATS, 0.0)) / 10.0
         values[f"log_behind_{m:g}"] = _squash(min(behind, 0.0))
     return np.array([values[t] for t in CANDIDATE_TERMS])
@@ -313,8 +318,8 @@ def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, floa
     """Whether the data tell one of a family from the others, whose laws are off by a share of what they explain."""
     evidence = {c.ids: c.evidence for c in rows.candidates}
     share = max(shares.get(_title(i), 0.0) for i in top)
-    scale = 1.0 + 2.0 * share**2 * max(evidence[top], 0.0)
-    return all((evidence[top] - evidence[k]) / scale > DECIDES_NATS for k in family if k != top)
+    best = max(evidence[top], 0.0)
+    return all(discounted(evidence[top] - evidence[k], share, best) > DECIDES_NATS for k in family if k != top)
 
 
 def _tied(rows: Rows, top: Ids) -> list[Ids]:
