@@ -23,7 +23,7 @@ $(STAMP): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt torch==2.13.0
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[robot,onnx,cluster,bench,dev]'
-	# on all cores: pip compiles one module after the other; some packages bring files that are no Python
+# on all cores: pip compiles one module after the other; some packages bring files that are no Python
 	$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib sstl_cli || true
 	touch $@
 
