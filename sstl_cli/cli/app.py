@@ -21,7 +21,7 @@ from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, tell
 from sstl_cli.core.aside import kept_apart, ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
-from sstl_cli.core.workers import stop_on_signals
+from sstl_cli.core.workers import last_words_said, stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
@@ -135,13 +135,14 @@ def program() -> None:
         # what a library tells its developers, with paths of its sources, is no message of ours; workers inherit it
         os.environ["PYTHONWARNINGS"] = "ignore"
         warnings.simplefilter("ignore")
-    stop_on_signals()
+    stop_on_signals(f"sstl: {_interrupted().line()}\n")
     try:
         main()
     except KeyboardInterrupt:
         # it came where the command's own handling did not reach: before it began, or while it tidied up
         _end(_interrupted())
     finally:
+        last_words_said()
         # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
         for kind in (signal.SIGINT, signal.SIGTERM):
             signal.signal(kind, signal.SIG_IGN)

@@ -9,6 +9,7 @@ import typer
 
 from sstl_cli.cli.options import Config, Json, Seed
 from sstl_cli.cli.render import Screen
+from sstl_cli.core.workers import goes_on
 
 EPILOG = "Example: sstl watch rig.csv --model mapping.safetensors --until-idle 60 --fail-on-alarm"
 ORDER = ("gamma_p", "beta_p", "gamma_r", "beta_r")
@@ -66,7 +67,8 @@ def watch(
     try:
         session.follow(once, until_idle, poll)
     except KeyboardInterrupt:
-        # the usual end of a watch
+        # the usual end of a watch, after which it sums up
+        goes_on()
         screen.note("interrupted")
     session.finish(fail_on_alarm)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import ctypes
 import os
@@ -12,11 +13,17 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from sstl_cli.core.errors import EXIT_FAILED
+
 LOOK_S = 0.25
 _PR_SET_PDEATHSIG = 1
 _watching = False
 # folders in which this process is at work, removed if its program is gone
 _begun: set[Path] = set()
+# the exception of a signal can fall where Python or a library throws it away, or leaves a lock held: the time (s) after which a
+# program that was asked to end is ended, and what it says then
+PATIENCE_S = 10.0
+_last_words: str | None = None
 
 
 def end_with(parent: int) -> None:
@@ -50,8 +57,13 @@ class Interrupted(KeyboardInterrupt):
     """
 
 
-def stop_on_signals() -> None:
-    """Let Ctrl-C and the requests to end that a terminal or a service sends raise :class:`Interrupted`."""
+def stop_on_signals(last_words: str) -> None:
+    """Let Ctrl-C and the requests to end that a terminal or a service sends raise :class:`Interrupted`.
+
+    A program that is still there ``PATIENCE_S`` later, and has not called :func:`goes_on`, says its last words and ends.
+    """
+    global _last_words
+    _last_words = last_words
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         kind = getattr(signal, name, None)
         # what was told to be ignored (nohup) stays ignored
@@ -59,8 +71,33 @@ def stop_on_signals() -> None:
             signal.signal(kind, _interrupt)
 
 
+def last_words_said() -> None:
+    """The program has told how it ends: nothing more is said if it has to be ended."""
+    global _last_words
+    _last_words = ""
+
+
+def goes_on() -> None:
+    """The program was asked to end, and has more to do than tidy up: it is not ended."""
+    global _last_words
+    _last_words = None
+
+
 def _interrupt(number: int, frame: object) -> None:
+    # no threading.Thread: its start takes locks, which this may have been called under
+    _thread.start_new_thread(_end_at_last, (PATIENCE_S,))
     raise Interrupted
+
+
+def _end_at_last(patience_s: float) -> None:
+    time.sleep(patience_s)
+    if _last_words is None:
+        return
+    for folder in list(_begun):
+        shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(OSError):
+        os.write(2, _last_words.encode())
+    os._exit(EXIT_FAILED)
 
 
 @contextlib.contextmanager

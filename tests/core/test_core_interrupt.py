@@ -20,12 +20,34 @@ from sstl_cli.core.workers import stop_on_signals
 def ctrl_c():
     os.kill(os.getpid(), signal.SIGINT)
 
-stop_on_signals()
+stop_on_signals("")
 try:
     # as inspect and dataclasses do: code from a string
     exec("ctrl_c()\\nfor _ in range(1000): pass")
 except KeyboardInterrupt:
     sys.exit(7)
+"""
+
+LOST = """
+import os, signal, sys, time
+from pathlib import Path
+from sstl_cli.core import workers
+
+class Unlucky:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        # Python throws away what is raised here
+        time.sleep(0.1)
+
+workers.PATIENCE_S = 0.5
+sys.unraisablehook = lambda _: None
+workers.stop_on_signals("interrupted\\n")
+os.mkdir("half")
+with workers.at_work_in(Path("half")):
+    Unlucky()
+    if sys.argv[1:]:
+        workers.goes_on()
+    time.sleep(3 if sys.argv[1:] else 100)
 """
 
 SHARED = """
@@ -38,7 +60,7 @@ def work(seconds):
     time.sleep(seconds)
 
 if __name__ == "__main__":
-    stop_on_signals()
+    stop_on_signals("")
     try:
         with processes(2) as pool:
             for job in [pool.submit(work, 100) for _ in range(6)]:
@@ -74,12 +96,12 @@ if __name__ == "__main__":
 """
 
 
-def _start(folder: Path, text: str) -> subprocess.Popen[str]:
+def _start(folder: Path, text: str, *words: str) -> subprocess.Popen[str]:
     (folder / "tried.py").write_text(text)
     path = os.pathsep.join([str(folder), str(Path(__file__).parents[2])])
     return subprocess.Popen(
         # a module: a script's end is another path through the interpreter
-        [sys.executable, "-m", "tried"],
+        [sys.executable, "-m", "tried", *words],
         text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, cwd=folder,
         env={**os.environ, "PYTHONPATH": path},
     )  # fmt: skip
@@ -89,6 +111,20 @@ def test_ctrl_c_in_code_from_a_string_keeps_the_exit_code(tmp_path: Path) -> Non
     tried = _start(tmp_path, CAUGHT)
     _, told = tried.communicate(timeout=60)
     assert (tried.returncode, told) == (7, "")
+
+
+def test_a_program_that_lost_its_ctrl_c_ends_all_the_same(tmp_path: Path) -> None:
+    tried = _start(tmp_path, LOST)
+    _, told = tried.communicate(timeout=60)
+    assert (tried.returncode, told) == (1, "interrupted\n")
+    assert not (tmp_path / "half").exists()
+
+
+def test_a_program_that_goes_on_after_ctrl_c_is_left_alone(tmp_path: Path) -> None:
+    tried = _start(tmp_path, LOST, "goes on")
+    _, told = tried.communicate(timeout=60)
+    assert (tried.returncode, told) == (0, "")
+    assert (tmp_path / "half").exists()
 
 
 @pytest.mark.parametrize("whole_group", [False, True])
