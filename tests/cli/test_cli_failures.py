@@ -1,0 +1,208 @@
+"""How the program fails: one line, an exit code, and nothing left behind; what it prints stays whole."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import typer
+from cli_calls import run_here, sstl
+
+from sstl_cli.cli import app as program
+from sstl_cli.cli.render import Screen
+
+SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
+
+
+@pytest.mark.parametrize("error", [RuntimeError("odd\nvalue\x1b[31m"), RecursionError(), KeyError("x"), OSError("disk")])
+def test_internal_error_is_one_line(error, monkeypatch, capsys) -> None:
+    from sstl_cli.physics import effects
+
+    def broken() -> None:
+        raise error
+
+    monkeypatch.delenv("SSTL_DEBUG", raising=False)
+    monkeypatch.setattr(effects, "catalogue", broken)
+    assert run_here(monkeypatch, "effects", "list") == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1 and err.isprintable() is False and "\x1b" not in err
+    assert err.startswith(f"sstl: [E003] internal error, {type(error).__name__}") and "Traceback" not in err
+
+
+def test_debug_shows_the_internal_error(monkeypatch) -> None:
+    from sstl_cli.physics import effects
+
+    monkeypatch.setenv("SSTL_DEBUG", "1")
+    monkeypatch.setattr(effects, "catalogue", lambda: 1 / 0)
+    monkeypatch.setattr(sys, "argv", ["sstl", "effects", "list"])
+    with pytest.raises(ZeroDivisionError):
+        program.main()
+
+
+IN_COMPILED_CODE = SystemError("returned a result with an exception set")
+IN_COMPILED_CODE.__cause__ = KeyboardInterrupt()
+
+
+@pytest.mark.parametrize(("error", "code"), [(MemoryError(), "E002"), (KeyboardInterrupt(), "E001"), (IN_COMPILED_CODE, "E001")])
+def test_memory_and_interruption_have_their_own_line(error, code, monkeypatch, capsys) -> None:
+    from sstl_cli.physics import effects
+
+    def broken() -> None:
+        raise error
+
+    monkeypatch.setattr(effects, "catalogue", broken)
+    assert run_here(monkeypatch, "effects", "list") == 1
+    assert capsys.readouterr().err.startswith(f"sstl: [{code}] ")
+
+
+def test_control_characters_in_names_do_not_reach_the_terminal(tmp_path) -> None:
+    done = sstl("info", "no\x1b[31m\nfile")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert r"no\x1b[31m\nfile" in done.stderr and "\x1b" not in done.stderr
+
+
+def test_ctrl_c_leaves_no_file(tmp_path) -> None:
+    out = tmp_path / "big.parquet"
+    # a machine that stalls the test may let the program end first; then its file must be whole, and we try again
+    for _ in range(5):
+        code, err = interrupt_while_writing(out)
+        if code != 0:
+            break
+        assert sstl("check", out).returncode == 0
+        out.unlink()
+    assert (code, err) == (1, "sstl: [E001] interrupted; nothing half-written was left behind\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def interrupt_while_writing(out) -> tuple[int, str]:
+    command = [sys.executable, "-m", "sstl_cli", "simulate", "--scenario", "paper-150", "--out", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        # the temporary file tells that writing has begun
+        deadline = time.monotonic() + 60
+        while not list(out.parent.iterdir()) and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.002)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=30)
+    return process.returncode, err
+
+
+def test_reader_that_goes_away_is_quiet() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "sstl_cli", "effects", "list"]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(write)
+    assert done.returncode == 1 and done.stderr == ""
+
+
+def test_effects_list_through_head() -> None:
+    line = f"{sys.executable} -m sstl_cli effects list | head -1"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "effects" in done.stdout and done.stderr == ""
+
+
+@pytest.mark.parametrize("command", ["check", "info", "segment"])
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [(b"", "is empty"), (b"time,x\n0,1\n", "sstl import"), (b"PAR1" + b"\0" * 60, "cut off or damaged")],
+)
+def test_files_that_are_no_tables(command, body, says, tmp_path, monkeypatch, capsys) -> None:
+    # a long folder would fold the message in its column
+    monkeypatch.setenv("COLUMNS", "300")
+    path = tmp_path / "x.parquet"
+    path.write_bytes(body)
+    more = ["-o", tmp_path / "o.parquet"] if command == "segment" else []
+    assert run_here(monkeypatch, command, path, *more) == 1
+    printed = capsys.readouterr()
+    assert says in printed.err + printed.out and not (tmp_path / "o.parquet").exists()
+
+
+def test_misspelt_column_reaches_the_user_with_its_neighbour(tmp_path, monkeypatch, capsys) -> None:
+    table = pq.read_table(SAMPLE)
+    path = tmp_path / "x.parquet"
+    pq.write_table(table.rename_columns(["tension_inn" if n == "tension_in_n" else n for n in table.column_names]), path)
+    assert run_here(monkeypatch, "segment", path, "-o", tmp_path / "o.parquet") == 1
+    assert "did you mean 'tension_inn'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("diagnose", "absent.parquet"), "not found"),
+        (("simulate", "--scenario", "defaut", "--out", "x.parquet"), "did you mean 'default'"),
+        (("simulate", "--effect", "puley_friction", "--out", "x.parquet"), "did you mean 'pulley_friction'"),
+        (("simulate", "--effect", "pulley_friction:m_p=9", "--out", "x.parquet"), "outside 0..0.25"),
+        (("simulate", "--effect", "slack", "--out", "x.parquet"), "position_in_mm"),
+        (("simulate", "--out", "no/such/folder/x.parquet"), "folder does not exist"),
+    ],
+)
+def test_errors_are_one_line_and_leave_nothing(words, says, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    # a value that no log can make right is wrong usage
+    wrong_usage = "did you mean 'pulley" in says or "outside" in says
+    assert run_here(monkeypatch, *words) == (2 if wrong_usage else 1)
+    err = capsys.readouterr().err
+    assert says in err and err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:
+    out = tmp_path / "x.parquet"
+    out.write_text("old")
+    assert run_here(monkeypatch, "simulate", "--scenario", "sample", "--out", out) == 1
+    assert "--force" in capsys.readouterr().err and out.read_text() == "old"
+
+
+def test_a_missed_gate_is_4(monkeypatch, capsys) -> None:
+    few = ("--effects", "pulley_friction", "--max-effects", "1")
+    assert run_here(monkeypatch, "diagnose", SAMPLE, "--expect", "none", *few) == 4
+    assert "gate missed: --expect: expected none" in capsys.readouterr().err
+
+
+def test_data_set_aside_is_3(tmp_path, monkeypatch, capsys) -> None:
+    table = pq.read_table(SAMPLE)
+    short = table.slice(0, 3)
+    path = tmp_path / "short.parquet"
+    pq.write_table(short, path)
+    assert run_here(monkeypatch, "segment", path, "-o", tmp_path / "t.parquet") == 3
+    assert "1 of 1 runs set aside" in capsys.readouterr().err
+
+
+# the renderer
+
+
+def test_numbers_are_never_folded(monkeypatch, capsys) -> None:
+    monkeypatch.setenv("COLUMNS", "50")
+    rows = [("CP-020-0-trapezoid-act" * 2, -0.003098, 12345678, None), ("b", 1e-12, 2, 3.5)]
+    Screen().table("Title", ("run", "beta_p", "n", "x"), rows, "a note")
+    text = capsys.readouterr().out
+    assert all(number in text.split() for number in ("-0.003098", "12345678", "1e-12", "-", "3.5"))
+    assert max(map(len, text.splitlines())) <= 50 and text.endswith("a note\n")
+
+
+def test_a_pipe_is_not_folded_at_80(monkeypatch, capsys) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    Screen().table("", ("text",), [("x" * 120,)])
+    assert "x" * 120 in capsys.readouterr().out
+
+
+def test_json_keeps_stdout_for_the_document(capsys) -> None:
+    import json
+
+    screen = Screen(as_json=True)
+    screen.line("hidden")
+    screen.table("hidden", ("a",), [(1,)])
+    screen.note("told\x1b")
+    with pytest.raises(typer.Exit) as end:
+        screen.finish({"a": np.float64("nan"), "b": pa.scalar(1).as_py()}, 3)
+    printed = capsys.readouterr()
+    assert end.value.exit_code == 3 and json.loads(printed.out) == {"a": None, "b": 1}
+    assert printed.err == "told\\x1b\n"
