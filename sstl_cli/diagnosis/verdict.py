@@ -262,7 +262,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE
     first = next((c for c in rows.candidates if c.ids == top), None)
-    if first is not None and _carried(first) < HALF and p[NONE] < max(p[UNKNOWN], named):
+    if first is not None and _carried(first, rows) < HALF and p[NONE] < max(p[UNKNOWN], named):
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
     tied = _tied(standing(rows), top)
     family = _family(top, p)
@@ -294,10 +294,16 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{_explained(rows, top)}; {rivals} explain it about as well")
 
 
-def _carried(c: CandidateRow) -> float:
-    """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for."""
+def _carried(c: CandidateRow, rows: Rows) -> float:
+    """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
+
+    Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments).
+    """
+    if c.kind == OUTPUT:
+        left = max(c.chi2 - 1.0, 0.0)
+        return 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
     if c.kind != BESIDE:
-        return c.share if c.kind == OUTPUT else 1.0
+        return 1.0
     # the channel beside states its share of the error, and what is left in units of the noise
     left = (1.0 - c.share) ** 2
     return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
@@ -362,7 +368,7 @@ def _left(rows: Rows, top: Ids) -> str:
     worst = rows.best.worst()
     row = next((c for c in rows.candidates if c.ids == top), None)
     if row is not None and row.kind == BESIDE:
-        return f"even the best candidate, {' + '.join(top)}, takes only {100.0 * _carried(row):.0f} % off what noise is not in the channel beside"
+        return f"even the best candidate, {' + '.join(top)}, takes only {100.0 * _carried(row, rows):.0f} % off what noise is not in the channel beside"
     if not top:
         return f"something is left that no candidate explains ({worst.name})"
     return f"even the best candidate, {' + '.join(top)}, leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"

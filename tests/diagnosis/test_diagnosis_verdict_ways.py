@@ -105,13 +105,15 @@ WAYS = {
     "unknown by probability": (
         [seen("viscous", p=0.2)], 0.1, 0.7, "unknown", (), (), 0.7),
     "unknown: the probable one explains less than half": (
-        [seen("viscous", p=0.9, share=0.49)], 0.05, 0.05, "unknown", (), (), 0.05),
+        [seen("viscous", p=0.9, chi2=1.51)], 0.05, 0.05, "unknown", (), (), 0.05),
     "half explained is enough": (
-        [seen("viscous", p=0.9, share=0.5)], 0.05, 0.05, "identified", ("viscous",), (("viscous",),), 0.9),
+        [seen("viscous", p=0.9, chi2=1.5)], 0.05, 0.05, "identified", ("viscous",), (("viscous",),), 0.9),
+    "jumps are explained though nobody knows their moments": (
+        [seen("stribeck", p=0.9, share=0.1, chi2=0.9)], 0.05, 0.05, "identified", ("stribeck",), (("stribeck",),), 0.9),
     "none by probability": (
         [seen("viscous", p=0.2)], 0.7, 0.1, "none", (), (), 0.7),
     "none, although the probable one explains less than half": (
-        [seen("viscous", p=0.2, share=0.1)], 0.7, 0.1, "none", (), (), 0.7),
+        [seen("viscous", p=0.2, chi2=1.9)], 0.7, 0.1, "none", (), (), 0.7),
     "no candidate at all, and quiet": ([], 0.9, 0.1, "none", (), (), 0.9),
     "no candidate at all, and loud": ([], 0.1, 0.9, "unknown", (), (), 0.9),
     "a pair": (
