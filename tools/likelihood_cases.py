@@ -14,14 +14,16 @@ from sstl_cli.blind.bench import PlannedRun
 from sstl_cli.blind.record import Effects, Source, Truth
 from sstl_cli.blind.simulators import NAMES
 from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis import hearing
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit, normal_equations, partial, settle
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
-from sstl_cli.diagnosis.latent import latent
-from sstl_cli.diagnosis.recorder import white_noise
+from sstl_cli.diagnosis.latent import Slow, latent
+from sstl_cli.diagnosis.recorder import white_beside, white_noise
 from sstl_cli.diagnosis.records import Problem, Record, prepare
 from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.smoother import STATES
 from sstl_cli.diagnosis.where import phases
 from sstl_cli.diagnosis.whitening import Noise, Phases, white
 from sstl_cli.physics.effects import get
@@ -94,10 +96,9 @@ def heard(made: Source, effects: Effects, h: Hypothesis = NOTHING, values: Array
     plain = white(1.0, sim.weight, [s.start for s in sim.slices()])
     nominal = np.array([made.bench.theta[int(c[1:]) - 1] for c in problem.configs])
     base = fit(sim, plain, h, first_theta(sim, nominal) if not h.free else nominal, np.zeros(0) if values is None else values)
-    seen = sim.phases(base.theta, base.effects)
-    own = np.concatenate(((sim.config[:, None] == np.arange(len(base.theta))) * base.jacobian[:, :1], base.jacobian[:, 1:]), axis=1)
-    found = noise_of.likely(problem.records, seen, base.residual, own, noise_of.measured(problem.records, seen.slide))
-    return Null(problem, sim, settle(sim, found, base), found)
+    measured = noise_of.measured(problem.records, sim.phases(base.theta, base.effects).slide)
+    sim, base, found = hearing.heard(sim, [base], measured)
+    return Null(sim.problem, sim, settle(sim, found, base), found)
 
 
 def whiteness(null: Null) -> dict[str, Any]:
@@ -230,10 +231,14 @@ def kept(simulator: str, setting: Sequence[float], seed: int) -> list[float]:
 def _exact(r: Record, seen: Phases, noise: Sequence[float]) -> Array:
     """Return the covariance of the residual of a run at the analysis rate, from the true noise."""
     x, n = r.raw.tension_in_n, len(r)
-    spread = white_noise(x)
-    posterior = covariance(latent(x, r.raw.dt_s, spread).chain)
-    weights = np.kron(np.eye(n), np.full((1, r.factor), 1.0 / r.factor)) @ posterior[: n * r.factor] / spread**2
+    slow = Slow(r.told_n, r.told_s)
+    spread = white_beside(white_noise(x), slow.sd_n, float(np.exp(-r.raw.dt_s / slow.correlation_s)))
+    posterior = covariance(latent(x, r.raw.dt_s, spread, slow=slow).chain)
     lag = np.abs(np.subtract.outer(np.arange(len(x)), np.arange(len(x)))) * r.raw.dt_s
+    means = np.kron(np.eye(n), np.full((1, r.factor), 1.0 / r.factor))
+    # what a reading counts for in a smoothed value: posterior covariance times the inverse of the noise that was assumed
+    assumed = spread**2 * np.eye(len(x)) + slow.sd_n**2 * np.exp(-lag / slow.correlation_s)
+    weights = np.linalg.solve(assumed, (means @ posterior[: n * r.factor]).T).T
     into = weights @ (noise[0] ** 2 * np.eye(len(x)) + noise[1] ** 2 * np.exp(-lag / noise[2])) @ weights.T
     mix, begin = np.zeros((n, n)), np.zeros(n)
     for t in range(n):
@@ -243,18 +248,19 @@ def _exact(r: Record, seen: Phases, noise: Sequence[float]) -> Array:
         else:
             begin[t] = hold
         mix[t, t] += seen.slide[t] * seen.gain[t]
-    slow = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) * r.dt_s * r.factor
-    out = noise[1] ** 2 * np.exp(-slow / noise[2]) + noise[0] ** 2 / r.factor * np.eye(n)
+    wide = means @ np.exp(-lag[: n * r.factor, : n * r.factor] / noise[2]) @ means.T
+    out = noise[1] ** 2 * wide + noise[0] ** 2 / r.factor * np.eye(n)
     return mix @ into @ mix.T + np.outer(begin, begin) * (r.start_error_n**2 + noise[1] ** 2) + out
 
 
 def covariance(chain: Array) -> Array:
     """Return the covariance (n, n) of the values of a chain of the smoother."""
     n = len(chain)
-    found, now, ahead = np.zeros((n, n)), np.zeros((3, 3)), np.zeros((n, 3))
+    found, now, ahead = np.zeros((n, n)), np.zeros((STATES, STATES)), np.zeros((n, STATES))
     for k in range(n):
-        move, v = chain[k, :9].reshape(3, 3), chain[k, 9:]
-        now = move @ now @ move.T + np.array([[v[0], v[1], v[2]], [v[1], v[3], v[4]], [v[2], v[4], v[5]]])
+        move, new = chain[k, : STATES * STATES].reshape(STATES, STATES), np.zeros((STATES, STATES))
+        new[np.triu_indices(STATES)] = chain[k, STATES * STATES :]
+        now = move @ now @ move.T + new + np.triu(new, 1).T
         # covariance of every earlier value with the state now
         ahead[:k] = ahead[:k] @ move.T
         ahead[k] = now[0]

@@ -22,7 +22,7 @@ from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import Record, prepare
 from sstl_cli.diagnosis.search import NOTHING, screen
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.smoother import CHAIN, error_of_means
+from sstl_cli.diagnosis.smoother import CHAIN, STATES, error_of_means
 from sstl_cli.diagnosis.whitening import Noise, Sensor, Whitener, white, whitener
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
@@ -35,7 +35,7 @@ BASE_ROUNDS, ROUNDS, LAST_ROUNDS = 6, 5, 3
 # far below any noise: a reading that stands still would pass for a slow sensor
 TICK_N = 1e-6
 # column of a smoother's chain that holds the variance of what is new in the value
-VARIANCE = 9
+VARIANCE = STATES * STATES
 # a start next to the base keeps this share of the effect
 NEAR = 0.05
 

@@ -212,6 +212,8 @@ LEAST_SCALE = 1e-6
 DIFFERENCE, FLAT, TRIES, CURVATURE_STEP = 0.03, 0.5, 120, 0.1
 # samples that hold six numbers; rounds of leaving disturbed holds out
 ENOUGH, HOLD_ROUNDS = 4000, 5
+# of the slow noise of an input: steps (s) in which its readings are asked, tries, how near (natural logarithm) is near enough
+HEARD_S, HEARD_TRIES, HEARD_NEAR = 0.01, 25, 0.1
 # lag (s) and inverse slew rate (s/N): a slew limit has no slope until it binds
 LAG_STARTS = ((0.02, 1e-6), (0.2, 1e-6), (1e-4, 0.05), (1e-4, 0.15))
 LAG_SCALES = (0.05, 0.01)

@@ -25,7 +25,7 @@ from sstl_cli.diagnosis.constants import (
     WIDE,
     WIDE_ROUNDS,
 )
-from sstl_cli.diagnosis.smoother import CHAIN, chain, cost, follow
+from sstl_cli.diagnosis.smoother import CHAIN, Reading, chain, cost, follow
 
 Array = NDArray[np.float64]
 
@@ -34,18 +34,34 @@ Array = NDArray[np.float64]
 class Latent:
     """The smoothed signal, its rate, and what is not known of it; arrays of shape (n,) on the signal's grid.
 
-    ``variance`` is the posterior variance of ``value``; ``chain``, shape (n, 15), the law by which the error moves on (see
-    ``smoother``).
+    ``variance`` is the posterior variance of ``value``; ``chain``, shape (n, 26), the law by which the error moves on (see
+    ``smoother``); ``nats`` is minus the log likelihood of the readings (up to a constant).
     """
 
     value: Array
     rate: Array
     variance: Array
     chain: Array
+    nats: float
 
 
-def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | None = None) -> Latent:
-    """Return the latent signal behind readings with white noise.
+@dataclass(frozen=True)
+class Slow:
+    """First-order coloured noise of a sensor: standard deviation, in the unit of the signal, and correlation time (s)."""
+
+    sd_n: float
+    correlation_s: float
+
+    def kept(self, dt_s: float) -> float:
+        """Return what is kept of it over a time (s)."""
+        return float(np.exp(-dt_s / self.correlation_s))
+
+
+WHITE_ONLY = Slow(0.0, 1.0)
+
+
+def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | None = None, slow: Slow = WHITE_ONLY) -> Latent:
+    """Return the latent signal behind readings with white noise, and slow noise if that is known.
 
     Parameters
     ----------
@@ -59,10 +75,12 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     n = len(signal)
     if n < SHORTEST_SMOOTHED or white <= FINEST * float(np.ptp(signal)):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
-        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)))
+        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)), 0.0)
     use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)
     y = np.ascontiguousarray(signal - signal[0], np.float64)
     r = white * white
+    # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
+    noise = Reading(r, slow.sd_n * slow.sd_n, float(np.exp(-dt_s / slow.correlation_s)) if slow.sd_n > 0.0 else 0.0)
     # steps of increment and of its change: a start far below those of the readings, which are noise
     scales = [max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES]
     squares = np.zeros((n, 4))
@@ -75,14 +93,14 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
             # variances of steps with Cauchy tails given their expected squares, as these would be with another scale: what
             # the readings do not tell follows the scale, a corner that they show does not
             tries = [0.5 * (f * (scales[i] + squares[:, 2 * i + 1]) + squares[:, 2 * i]) for f in (WIDE if k < WIDE_ROUNDS else NEAR)]
-            costs = [cost(y, use, r, *(t if j == i else steps[j] for j in range(2))) for t in tries]
+            costs = [cost(y, use, noise, *(t if j == i else steps[j] for j in range(2))) for t in tries]
             best = int(np.argmin(costs))
             steps[i], scales[i], least = tries[best], WIDE[best] * scales[i], costs[best]
-        law, drive = chain(y, use, r, *steps)
+        law, drive = chain(y, use, noise, *steps)
         mean, variance, squares = follow(law, drive)
         if before - least < LATENT_ENOUGH_NATS:
             break
-    return Latent(mean[:, 0] + signal[0], mean[:, 1] / dt_s, variance, law)
+    return Latent(mean[:, 0] + signal[0], mean[:, 1] / dt_s, variance, law, least)
 
 
 def _typical_step(y: Array, order: int) -> float:

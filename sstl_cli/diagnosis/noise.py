@@ -43,12 +43,15 @@ from sstl_cli.diagnosis.constants import (
     WHITE,
     WINDOWS_S,
 )
+from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.readings import known
-from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_noise
+from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
 from sstl_cli.diagnosis.records import Record, content
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, step_of, whitener
 
 Array = NDArray[np.float64]
+# place of the input's coloured noise among the numbers that are fitted
+ENTERING = 2
 
 
 @dataclass(frozen=True)
@@ -71,19 +74,30 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     into: dict[str, Sensor] = {}
     out: dict[str, Sensor] = {}
     wide: dict[str, float] = {}
+    loose: dict[str, float] = {}
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
-        white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n", r.faults_in) for r, _ in mine])
-        white_out = _typical([_white(r.y_fine, r, "tension_out_n", r.faults_out, np.repeat(s < HELD, r.factor)) for r, s in mine])
-        held = _held([r for r, _ in mine], [s for _, s in mine], white_out)
+        white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n") for r, _ in mine])
+        white_out = _typical([_white(r.y_fine, r, "tension_out_n", np.repeat(s < HELD, r.factor)) for r, s in mine])
+        levels = white_out * LEVELS
+        held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
         wide[system] = held.spread
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / _averaged([r for r, _ in mine])
         ratio = float(np.clip(alike / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
+        if held.spread < UNMEASURED:
+            # third differences take some of the slow noise for white: the quicker it is the more
+            seen, slow = white_out, Slow(held.coloured_n, held.correlation_s)
+            least_in, least_out = (_typical([_least(r, column) for r, _ in mine]) for column in ("tension_in_n", "tension_out_n"))
+            white_out = max(white_beside(white_out, slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_out_n"))), least_out)
+            white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_in_n"))), least_in)
+            held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+            # a difference is known as well as what was taken off
+            loose[system] = min(float(np.hypot(WHITE, MEASURED * (seen**2 / white_out**2 - 1.0))), UNMEASURED)
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
-    return Noise(into, out, dict.fromkeys(out, 1.0), open=wide)
+    return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)
 
 
 def of_readings(records: Sequence[Record], noise: Noise) -> Noise:
@@ -107,14 +121,30 @@ def white_only(noise: Noise) -> Noise:
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
 
 
-def _white(fine: Array, r: Record, column: str, faults: Faults, held: NDArray[np.bool_] | None = None) -> float:
+def _white(fine: Array, r: Record, column: str, held: NDArray[np.bool_] | None = None) -> float:
     """Return the white noise (N) of a channel of a record, of a slow sensor that of its readings.
 
     Where the output is ``held`` for long enough it shows there alone: what slides may jump.
     """
     readings, raw = known(r.raw, column), getattr(r.raw, column)
-    white = white_noise(fine, held) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
-    return max(white, faults.rounding_n, RESOLVED * float(np.ptp(raw)))
+    there = r.raw.extra.get("gap", np.zeros(len(raw))) == 0 if held is None else held
+    white = white_noise(fine, there) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
+    return max(white, _least(r, column))
+
+
+def _least(r: Record, column: str) -> float:
+    """Return the white noise (N) of a channel that its rounding and that of the model make by themselves."""
+    faults = r.faults_in if column == "tension_in_n" else r.faults_out
+    return max(faults.rounding_n, RESOLVED * float(np.ptp(getattr(r.raw, column))))
+
+
+def _spacing(records: Sequence[Record], column: str) -> float:
+    """Return the time (s) between the values whose third differences show the white noise of a channel."""
+    found = []
+    for r in records:
+        readings = known(r.raw, column)
+        found.append(float(np.median(np.diff(r.raw.time_s[readings]))) if not readings.all() else r.dt_s if column == "tension_out_n" else r.raw.dt_s)
+    return float(np.median(found))
 
 
 def _with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
@@ -129,8 +159,8 @@ def _typical(values: Sequence[float]) -> float:
     return max(float(np.median(values)), 1e-6)
 
 
-def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) -> _Held:
-    """Return the coloured noise that holds show beyond the white one.
+def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> _Held:
+    """Return the coloured noise that holds show beyond the white one, at one of several levels (N).
 
     The most likely one of windows without their straight line (restricted likelihood), from the quieter half of them at
     first, then from all that it can have made: holds that something else disturbs do not count.
@@ -145,8 +175,9 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
             break
     if len(rows) < LEAST_WINDOWS:
         return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED)
-    tries = [(c, tau) for tau in CORRELATIONS_S for c in white_n * LEVELS]
-    costs = np.concatenate([_window_costs(rows, white, white_n * LEVELS, tau, step_s) for tau in CORRELATIONS_S])
+    tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
+    readings = float(np.median(first.readings))
+    costs = np.concatenate([_window_costs(rows, white, levels, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S])
     spread = rows.var(axis=1)
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
@@ -161,7 +192,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float) ->
     return _Held(float(tries[best][0]), tries[best][1])
 
 
-def _window_costs(rows: Array, white_n: float, coloured_n: Array, correlation_s: float, step_s: float) -> Array:
+def _window_costs(rows: Array, white_n: float, coloured_n: Array, step: Step) -> Array:
     """Return minus the restricted log likelihood (nats) and the sum of whitened squares of each window.
 
     Freed of its straight line, a window is turned into the axes of the coloured noise, which are those of every level of it.
@@ -175,10 +206,11 @@ def _window_costs(rows: Array, white_n: float, coloured_n: Array, correlation_s:
     ndarray, shape (levels, windows, 2)
     """
     length = rows.shape[1]
-    lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length))) * step_s
+    lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length)))
+    alike = np.where(lag > 0, step.lasting * step.kept ** np.maximum(lag - 1, 0), step.variance)
     line = np.stack((np.ones(length), np.linspace(-1.0, 1.0, length)), axis=1)
     free = np.linalg.qr(line, mode="complete")[0][:, 2:]
-    power, axes = np.linalg.eigh(free.T @ np.exp(-lag / correlation_s) @ free)
+    power, axes = np.linalg.eigh(free.T @ alike @ free)
     variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + white_n**2
     square = (1.0 / variance) @ ((rows @ (free @ axes)) ** 2).T
     return np.stack((0.5 * (square + np.log(variance).sum(axis=1, keepdims=True)), square), axis=2)
@@ -191,8 +223,8 @@ def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
 
 def likely(
     records: Sequence[Record], phases: Phases, residual: Array, columns: Array, start: Noise
-) -> Noise:
-    """Return the most likely noise given what a rich model leaves, near the measured one.
+) -> tuple[Noise, dict[str, float]]:
+    """Return the most likely noise given what a rich model leaves, near the measured one, and its cost (nats) by system.
 
     Parameters
     ----------
@@ -203,19 +235,27 @@ def likely(
     """
     into, out, smoother = dict(start.input), dict(start.output), dict(start.smoother)
     spread: dict[str, dict[str, float]] = {}
+    nats: dict[str, float] = {}
     ends = np.cumsum([len(r) for r in records])
     for system in sorted(out):
-        part = _some([(r, slice(e - len(r), e)) for r, e in zip(records, ends, strict=True) if r.system == system])
+        part = some([(r, slice(e - len(r), e)) for r, e in zip(records, ends, strict=True) if r.system == system])
         rows = np.concatenate([np.arange(s.start, s.stop) for _, s in part])
         mine = [r for r, _ in part]
         own = Phases(phases.slide[rows], phases.gain[rows], phases.doubt_n[rows])
         stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
         wide = start.open.get(system, MEASURED)
-        into[system], out[system], smoother[system], spread[system] = _fitted(system, mine, own, stacked, into[system], out[system], wide)
-    return Noise(into, out, smoother, spread)
+        near = (start.loose.get(system, WHITE), wide)
+        entering, out[system], smoother[system], spread[system], cost = _fitted(system, mine, own, stacked, into[system], out[system], near)
+        if any(r.told_n for r in mine):
+            # of what the smoother was told these slides say nothing more
+            spread[system] = {**spread[system], **{k: v for k, v in start.spread.get(system, {}).items() if k.startswith("input")}}
+        else:
+            into[system] = entering
+        nats[system] = cost
+    return Noise(into, out, smoother, spread, start.open, start.loose), nats
 
 
-def _some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
+def some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
     """Return runs, shortest first, until they hold enough samples for six numbers."""
     ordered = sorted(part, key=lambda x: content(x[0]))
     total = np.cumsum([len(r) for r, _ in ordered])
@@ -223,11 +263,11 @@ def _some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
 
 
 def _fitted(
-    system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor, wide: float
-) -> tuple[Sensor, Sensor, float, dict[str, float]]:
+    system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor, measured: tuple[float, float]
+) -> tuple[Sensor, Sensor, float, dict[str, float], float]:
     floor = LEAST_COLOUR * out.white_n + 1e-9
     centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
-    near = np.array([WHITE, wide, ALIKE, SMOOTHER])
+    near = np.array([*measured, ALIKE, SMOOTHER])
 
     shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
     low = np.concatenate((centre - AT_MOST * near, np.full(2, shortest - 1.0)))
@@ -262,7 +302,10 @@ def _fitted(
     at = first + unit * np.asarray(found.x)
     names = ("output.white_n", "output.coloured_n", "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
     spread = {n: _spread(cost, at, i, float(found.fun)) for i, n in enumerate(names)}
-    return *sensors(at), spread
+    # what is believed of the input's sensor is no part of what the output says: where the smoother was told of it nobody pays it
+    believed = ((at[ENTERING] - centre[ENTERING]) / ALIKE) ** 2
+    outside = float(max(shortest - at[-1], 0.0, at[-1] - longest))
+    return *sensors(at), spread, float(found.fun) - 0.5 * float(believed + (outside / MEASURED) ** 2)
 
 
 def _spread(cost: Callable[[Array], float], at: Array, i: int, least: float) -> float:
@@ -279,8 +322,9 @@ def variance(records: Sequence[Record], phases: Phases, noise: Noise) -> Array:
     for r in records:
         gain, into, out = phases.gain[at : at + len(r)], noise.input[r.system], noise.output[r.system]
         at += len(r)
-        entering = (noise.smoother[r.system] * r.error_n) ** 2 + into.coloured_n**2
-        parts.append(gain**2 * entering + out.coloured_n**2 + out.white_n**2 / r.readings)
+        entering = (noise.smoother[r.system] * r.error_n) ** 2 + (0.0 if r.told_n else into.coloured_n**2)
+        slow = step_of(float(np.median(r.readings)), r.dt_s * r.factor / out.correlation_s).variance
+        parts.append(gain**2 * entering + slow * out.coloured_n**2 + out.white_n**2 / r.readings)
     return np.concatenate(parts)
 
 

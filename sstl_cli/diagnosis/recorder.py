@@ -33,11 +33,14 @@ from sstl_cli.diagnosis.constants import (
     SPIKE_SIGMA,
     SPIKE_TRAVEL,
     STEP_GAP,
+    UNSEEN,
     WHOLE,
 )
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# weights of a third difference
+THIRD = np.diff(np.eye(1)[0], 3, prepend=np.zeros(3), append=np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,21 @@ def white_noise(signal: Array, where: Mask | None = None) -> float:
     quiet = third[third <= np.quantile(third, 0.95)]
     # of normal noise the smaller 95 % have this mean over sigma
     return float(quiet.mean()) / 0.717 / float(np.sqrt(20.0))
+
+
+def white_beside(white: float, slow: float, memory: float) -> float:
+    """Return the white part of a noise whose third differences hold slow first-order noise as well.
+
+    Parameters
+    ----------
+    white : float
+        What the third differences say.
+    slow, memory : float
+        Standard deviation of the slow noise, and what a sample keeps of it.
+    """
+    lags = np.convolve(THIRD, THIRD[::-1])[len(THIRD) - 1 :]
+    third = float(lags[0] + 2.0 * lags[1:] @ memory ** np.arange(1.0, len(lags))) / float(lags[0])
+    return float(np.sqrt(max(white**2 - third * slow**2, (UNSEEN * white) ** 2)))
 
 
 def slow_noise(signal: Array, time: Array) -> float:

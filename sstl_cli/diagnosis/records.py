@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,10 +19,10 @@ from sstl_cli.diagnosis.constants import (
     MIN_SPAN_SIGMA,
     SIMULATION_HZ,
 )
-from sstl_cli.diagnosis.latent import Latent, block_mean, latent
+from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, known, renewed, scanned
-from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_noise
+from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
 from sstl_cli.diagnosis.smoother import error_of_means
 
 Array = NDArray[np.float64]
@@ -47,11 +47,11 @@ class Record:
     Simulation runs at the rate of ``u`` (latent input), ``y_smooth`` and ``rate``, shape
     (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured
     output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
-    input, ``error_law``, shape (n, 22), by which that error moves on (see ``smoother``), and ``readings``, of how many
+    input, ``error_law``, shape (n, 35), by which that error moves on (see ``smoother``; ``told_n`` and ``told_s`` are the slow noise of the sensor that this one was told of, 0 if none), and ``readings``, of how many
     readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
     anew, because the input may have turned unseen; ``corner`` is by how much (N, shape (n * factor,)) the input may have passed
-    ``u`` between samples, None where it has nowhere. ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
+    ``u`` between samples, None where it has nowhere (``halfway``: ``u`` goes half that way). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
     is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
     """
 
@@ -86,6 +86,9 @@ class Record:
     misfit_s: float = 1.0
     again: tuple[Start, ...] = ()
     corner: Array | None = None
+    told_n: float = 0.0
+    told_s: float = 1.0
+    halfway: bool = False
 
     def __len__(self) -> int:
         return len(self.y)
@@ -189,18 +192,15 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     n = len(run) // (thin * factor) * factor
     gap = run.extra.get("gap", np.zeros(len(run)))
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
-    fresh_in, fresh_out = known(run, "tension_in_n"), known(run, "tension_out_n")
+    fresh_out = known(run, "tension_out_n")
     fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
-    known_in = ~(faults_in.bad | faults_in.clipped) & (gap == 0)
-    into = _latent(_bridge(run.tension_in_n, ~faults_in.bad), known_in, fresh_in, faults_in.rounding_n, thin, n, dt)
+    into = _input(run, faults_in, thin, factor, n, dt)
     out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
-    # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
-    u, corner = into.value, cornered(into.value, dt)
     raw_weight = good.astype(float)
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
     # a clipped input turns unseen, as it may in a gap; where the output is not known either, the model waits for it
     lost = block_mean(gap, thin)[:n] > 0
-    turned = hiding(lost, u, into.rate * dt, faults_in.noise_n) + stretches(block_mean(faults_in.clipped.astype(float), thin)[:n] > 0)
+    turned = hiding(lost, into.u, into.rate * dt, faults_in.noise_n) + stretches(block_mean(faults_in.clipped.astype(float), thin)[:n] > 0)
     ready = (np.arange(n) % factor == 0) & (block_mean(raw_weight, thin)[:n] > 0.5)
     again = _starts(sorted(turned), ready, out)
     for end, start in again:
@@ -217,10 +217,6 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         y, readings, share = block_mean(fine_out, factor), np.full(n // factor, float(factor)), np.full(n, 1.0 / factor)
     else:
         y, readings, share = _of_readings(run.tension_out_n, good & fresh_out, thin, factor, n)
-    error_law, error_n = error_of_means(into.chain, factor)
-    blur = np.hypot(blurred(run, into.rate, thin), corner * np.sqrt(WITHIN)).reshape(-1, factor).max(axis=1)
-    error_law[:, -1] += blur**2
-    error_n = np.hypot(error_n, blur)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
         run.run_id,
@@ -231,7 +227,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         dt,
         factor,
         time,
-        u,
+        into.u,
         y,
         out.value,
         into.rate,
@@ -244,14 +240,69 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         raw_weight,
         fine_out,
         (block_mean(raw_weight, thin)[:n] > 0.5).astype(float),
-        error_n,
-        error_law,
+        into.error_n,
+        into.error_law,
         readings,
         share,
         slip,
         again=tuple(dict.fromkeys(start for _, start in again if start.at < n)),
-        corner=corner if corner.any() else None,
+        corner=into.corner,
     )
+
+
+@dataclass(frozen=True)
+class _Input:
+    """The input of a record as the simulation is driven by it, and what is not known of it (see Record)."""
+
+    u: Array
+    rate: Array
+    error_n: Array
+    error_law: Array
+    corner: Array | None
+
+
+def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
+    """Return the latent input behind every so many readings of a record, at most so many of them, beside slow noise.
+
+    Of slow noise a sample is a sample; a mean of several would be smoother.
+    """
+    run, faults = r.raw, r.faults_in
+    good, fresh = _known_input(run, faults), known(run, "tension_in_n")
+    signal = _bridge(run.tension_in_n, ~faults.bad)
+    if not fresh.all():
+        return _latent(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, slow)
+    white = max(white_beside(white_noise(signal, good), slow.sd_n, slow.kept(run.dt_s)), faults.rounding_n)
+    part = slice(0, every * most, every)
+    return latent(signal[part], run.dt_s * every, white, good[part], slow)
+
+
+def _known_input(run: Run, faults: Faults) -> Mask:
+    return np.asarray(~(faults.bad | faults.clipped) & (run.extra.get("gap", np.zeros(len(run))) == 0))
+
+
+def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, slow: Slow = WHITE_ONLY) -> _Input:
+    signal = _bridge(run.tension_in_n, ~faults.bad)
+    into = _latent(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, slow)
+    # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
+    corner = cornered(into.value, dt)
+    error_law, error_n = error_of_means(into.chain, factor)
+    blur = np.hypot(blurred(run, into.rate, thin), corner * np.sqrt(WITHIN)).reshape(-1, factor).max(axis=1)
+    error_law[:, -1] += blur**2
+    return _Input(into.value, into.rate, np.hypot(error_n, blur), error_law, corner if corner.any() else None)
+
+
+def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:
+    """Return a problem whose inputs are smoothed again, told of the slow noise of input sensors, by system."""
+
+    def again(r: Record) -> Record:
+        noise = slow.get(r.system)
+        if noise is None:
+            return r
+        into = _input(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, noise)
+        new = replace(r, u=into.u, rate=into.rate, error_n=into.error_n, error_law=into.error_law, corner=into.corner, told_n=noise.sd_n, told_s=noise.correlation_s)
+        return _halfway(new) if r.halfway else new
+
+    return replace(problem, records=tuple(again(r) for r in problem.records))
 
 
 def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list[tuple[int, Start]]:
@@ -279,15 +330,18 @@ def _of_readings(signal: Array, read: Mask, thin: int, factor: int, n: int) -> t
     return np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(signal[: n * thin], thin * factor)), np.maximum(readings, 1.0), share
 
 
-def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float) -> Latent:
+def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, slow: Slow = WHITE_ONLY) -> Latent:
     """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
 
     Of a slow sensor a block holds one reading at most: its noise is that of one.
     """
     share = block_mean((known & fresh).astype(float), thin)[:n]
     if fresh.all():
-        return latent(block_mean(signal, thin)[:n], dt_s, max(white_noise(signal), rounding_n) / np.sqrt(thin), share > 0.5)
-    return latent(block_mean(signal, thin)[:n], dt_s, max(slow_noise(signal[fresh], np.flatnonzero(fresh).astype(float)), rounding_n), share > 0.0)
+        white = max(white_beside(white_noise(signal, known), slow.sd_n, slow.kept(dt_s / thin)), rounding_n)
+        return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, slow)
+    at = np.flatnonzero(fresh)
+    white = max(white_beside(slow_noise(signal[fresh], at.astype(float)), slow.sd_n, slow.kept(float(np.median(np.diff(at))) * dt_s / thin)), rounding_n)
+    return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, slow)
 
 
 def _bridge(signal: Array, good: Mask) -> Array:
@@ -303,17 +357,19 @@ def passing(problem: Problem) -> tuple[Problem, ...]:
     An extreme that may be anywhere between sample and corner is off the sample by a mean square of a third, off the middle by a
     twelfth.
     """
-
-    def halfway(r: Record) -> Record:
-        if r.corner is None:
-            return r
-        law, blur = r.error_law.copy(), np.abs(r.corner).reshape(-1, r.factor).max(axis=1) ** 2
-        law[:, -1] -= (WITHIN - HALFWAY) * blur
-        return replace(r, u=r.u + 0.5 * r.corner, error_law=law, error_n=np.sqrt(np.maximum(r.error_n**2 - (WITHIN - HALFWAY) * blur, 0.0)))
-
     if all(r.corner is None for r in problem.records):
         return (problem,)
-    return problem, replace(problem, records=tuple(halfway(r) for r in problem.records))
+    return problem, replace(problem, records=tuple(_halfway(r) for r in problem.records))
+
+
+def _halfway(r: Record) -> Record:
+    """Return a record whose input passes its samples halfway to its corners."""
+    if r.corner is None:
+        return replace(r, halfway=True)
+    law, blur = r.error_law.copy(), np.abs(r.corner).reshape(-1, r.factor).max(axis=1) ** 2
+    law[:, -1] -= (WITHIN - HALFWAY) * blur
+    error_n = np.sqrt(np.maximum(r.error_n**2 - (WITHIN - HALFWAY) * blur, 0.0))
+    return replace(r, u=r.u + 0.5 * r.corner, error_law=law, error_n=error_n, halfway=True)
 
 
 def content(r: Record) -> tuple[int, float, float]:

@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis import hearing
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.constants import (
     ADDS,
@@ -28,7 +29,6 @@ from sstl_cli.diagnosis.constants import (
     PARTNERS,
     PROMISING,
     RICH_FITS,
-    RICH_RIDGE,
     SCREENED,
     SHAPE_GRID,
     SHORT_ITERATIONS,
@@ -40,7 +40,7 @@ from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, partial, settle
 from sstl_cli.diagnosis.hypotheses import Hypothesis, apart, full, variants
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
-from sstl_cli.diagnosis.whitening import Noise, Whitener, white, whitener
+from sstl_cli.diagnosis.whitening import Noise, Whitener, white
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
 
@@ -120,7 +120,7 @@ def run(
         noise = noise_of.white_only(measured)
     else:
         rich = [fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
-        noise = _noise(sim, [first, *rich], measured)
+        sim, first, noise = hearing.heard(sim, [first, *rich], measured)
     found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
 
     def begun(f: Fit) -> Fit:
@@ -219,23 +219,6 @@ def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> A
     step = step.copy()
     step[configs:] = np.clip(values + step[configs:], low, high) - values
     return step
-
-
-def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> Noise:
-    """Return the most likely noise in what the best few models together leave, by the phases of the best."""
-    base, *others = coarse
-    best = others[0] if others else base
-    phases = sim.phases(best.theta, best.effects, measured)
-    whiten = whitener(sim.problem.records, phases, measured)
-    own = np.zeros((len(sim.y), len(base.theta)))
-    own[np.arange(len(sim.y)), sim.config] = best.jacobian[:, 0]
-    columns = np.concatenate([own, best.jacobian[:, 1:], *(f.jacobian[:, 1:] for f in others[1:])], axis=1)
-    columns = columns[:, np.any(columns != 0.0, axis=0)]
-    j, r = whiten(columns), whiten(best.residual)
-    gram = j.T @ j
-    step = np.linalg.lstsq(gram + RICH_RIDGE * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0]
-    left = best.residual - columns @ step
-    return noise_of.likely(sim.problem.records, phases, left, columns, measured)
 
 
 def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed, ...]:

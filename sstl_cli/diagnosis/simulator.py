@@ -210,7 +210,7 @@ def _error_n(r: Record, noise: Noise | None) -> Array:
     """Return the standard deviation (N) of what is not known of the input, at the analysis rate."""
     if noise is None:
         return r.error_n
-    return np.asarray(np.hypot(noise.smoother[r.system] * r.error_n, noise.input[r.system].coloured_n))
+    return np.asarray(np.hypot(noise.smoother[r.system] * r.error_n, 0.0 if r.told_n else noise.input[r.system].coloured_n))
 
 
 def neighbour_of(r: Record) -> Array | None:

@@ -1,16 +1,18 @@
 """Kernels of the latent input: likelihood, smoothed states, and the law by which what stays unknown moves on.
 
-The state is the signal x, its increment v and the change a of that, per sample::
+The state is the signal x, its increment v and the change a of that, per sample, and the slow noise c of the sensor::
 
-    x' = x + v + a / 2 + (part of) w,    v' = v + a + w,    a' = a + b
+    x' = x + v + a / 2 + (part of) w,    v' = v + a + w,    a' = a + b,    c' = memory c + u
 
-with independent steps w (corners) and b (bends) of given variances, one each per sample, and white readings of x. Given
-all readings, the state is still a Markov chain: the information L of the readings from a sample on turns the transition F
-and covariance Q of the step that leads there into (I + Q L)^-1 F and (I + Q L)^-1 Q. Smoothed values and their error follow
-forward from there; no smoothed covariance has to be inverted, and there is none that could lose its sign.
+with independent steps w (corners), b (bends) and u of given variances, one each per sample, and readings of x + c with white
+noise. Given all readings, the state is still a Markov chain: the information L of the readings from a sample on turns the
+transition F and covariance Q of the step that leads there into (I + Q L)^-1 F and (I + Q L)^-1 Q. Smoothed values and their
+error follow forward from there; no smoothed covariance has to be inverted, and there is none that could lose its sign.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,150 +22,210 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 # variance of the state before the first reading, in that of a reading
 DIFFUSE = 1e6
-# columns of a chain: transition row by row, covariance of what is new (00, 01, 02, 11, 12, 22)
-CHAIN, LAW = 15, 22
+STATES = 4
+# pairs of states, as covariances are laid out: 00, 01, 02, 03, 11, 12, 13, 22, 23, 33
+PAIRS = STATES * (STATES + 1) // 2
+# columns of a chain: transition row by row, covariance of what is new
+CHAIN = STATES * STATES + PAIRS
+# columns of the law of a mean: transition row by row and weights of the state before in the mean, which move what is known;
+# covariance of what is new in the state, of that with what is new in the mean, and variance of the latter
+MOVES = STATES * STATES + STATES
+LAW = MOVES + PAIRS + STATES + 1
+
+
+class Reading(NamedTuple):
+    """Noise of a reading: variance of its white part and of its slow one, and what a sample keeps of the latter."""
+
+    white: float
+    slow: float = 0.0
+    memory: float = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cost(y: Array, use: Mask, r: float, corners: Array, bends: Array) -> float:
+def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> float:
     """Return minus the log likelihood (nats, up to a constant) of the readings, by the Kalman filter.
 
     Parameters
     ----------
     y : ndarray, shape (n,)
         Readings, the first near 0.
-    r : float
-        Variance of a reading.
     corners, bends : ndarray, shape (n,)
         Variances of the steps of increment and of its change.
     """
-    x0 = x1 = x2 = total = 0.0
+    r, f, fresh = noise.white, noise.memory, noise.slow * (1.0 - noise.memory**2)
+    x0 = x1 = x2 = xc = total = 0.0
     s00 = s11 = s22 = DIFFUSE * r
-    s01 = s02 = s12 = 0.0
+    s01 = s02 = s12 = s0c = s1c = s2c = 0.0
+    scc = noise.slow
     for k in range(y.size):
         if k:
             w = corners[k]
             x0 += x1 + 0.5 * x2
             x1 += x2
+            xc *= f
             a00, a01, a02 = s00 + s01 + 0.5 * s02, s01 + s11 + 0.5 * s12, s02 + s12 + 0.5 * s22
             a11, a12 = s11 + s12, s12 + s22
+            s0c, s1c, s2c, scc = f * (s0c + s1c + 0.5 * s2c), f * (s1c + s2c), f * s2c, f * f * scc + fresh
             s00, s01, s02 = a00 + a01 + 0.5 * a02 + w / 3.0, a01 + a02 + 0.5 * w, a02
             s11, s12, s22 = a11 + a12 + w, a12, s22 + bends[k]
         if use[k]:
-            s = s00 + r
-            g0, g1, g2, e = s00 / s, s01 / s, s02 / s, y[k] - x0
+            z0, z1, z2, zc = s00 + s0c, s01 + s1c, s02 + s2c, s0c + scc
+            s, e = z0 + zc + r, y[k] - x0 - xc
             total += 0.5 * (e * e / s + np.log(s))
+            g0, g1, g2, gc = z0 / s, z1 / s, z2 / s, zc / s
             x0 += g0 * e
             x1 += g1 * e
             x2 += g2 * e
-            s22 -= g2 * s02
-            s12 -= g1 * s02
-            s11 -= g1 * s01
-            s02 *= 1.0 - g0
-            s01 *= 1.0 - g0
-            s00 *= 1.0 - g0
+            xc += gc * e
+            s00 -= g0 * z0
+            s01 -= g0 * z1
+            s02 -= g0 * z2
+            s0c -= g0 * zc
+            s11 -= g1 * z1
+            s12 -= g1 * z2
+            s1c -= g1 * zc
+            s22 -= g2 * z2
+            s2c -= g2 * zc
+            scc -= gc * zc
     return total
 
 
 @njit(cache=True, nogil=True)
 def _product(a: Array, b: Array, out: Array) -> None:
     """Write the product of two small matrices, without an allocation."""
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+    for i in range(STATES):
+        for j in range(STATES):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j] + a[i, 3] * b[3, j]
+
+
+@njit(cache=True, nogil=True)
+def _matrix(v: Array, out: Array) -> None:
+    """Write a matrix from its rows, end to end."""
+    for i in range(STATES):
+        for j in range(STATES):
+            out[i, j] = v[STATES * i + j]
 
 
 @njit(cache=True, nogil=True)
 def _covariance(v: Array, out: Array) -> None:
-    """Write a symmetric matrix from its six numbers (00, 01, 02, 11, 12, 22)."""
-    out[0, 0], out[0, 1], out[0, 2], out[1, 1], out[1, 2], out[2, 2] = v[0], v[1], v[2], v[3], v[4], v[5]
-    out[1, 0], out[2, 0], out[2, 1] = v[1], v[2], v[4]
+    """Write a symmetric matrix from its pairs."""
+    at = 0
+    for i in range(STATES):
+        for j in range(i, STATES):
+            out[i, j] = out[j, i] = v[at]
+            at += 1
+
+
+@njit(cache=True, nogil=True)
+def _pairs(s: Array, out: Array) -> None:
+    """Write the pairs of a symmetric matrix; rounding takes no variance below 0."""
+    at = 0
+    for i in range(STATES):
+        out[at] = max(s[i, i], 0.0)
+        at += 1
+        for j in range(i + 1, STATES):
+            out[at] = 0.5 * (s[i, j] + s[j, i])
+            at += 1
 
 
 @njit(cache=True, nogil=True)
 def _moved(move: Array, s: Array, new: Array, half: Array, out: Array) -> None:
     """Write ``half`` = move s and ``out`` = move s move' + new."""
     _product(move, s, half)
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = half[i, 0] * move[j, 0] + half[i, 1] * move[j, 1] + half[i, 2] * move[j, 2] + new[i, j]
+    for i in range(STATES):
+        for j in range(STATES):
+            out[i, j] = new[i, j] + half[i, 0] * move[j, 0] + half[i, 1] * move[j, 1] + half[i, 2] * move[j, 2] + half[i, 3] * move[j, 3]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _inverse_of_step(q: Array, info: Array, out: Array) -> None:
-    """Write (I + Q L)^-1 by cofactors, which keep the scales of value, increment and change apart."""
-    m = np.empty((3, 3))
+def _inverse_of_step(q: Array, info: Array, m: Array, out: Array) -> None:
+    """Write (I + Q L)^-1 by cofactors, which keep the scales of the states apart (Laplace's expansion by pairs of rows)."""
     _product(q, info, m)
-    for i in range(3):
+    for i in range(STATES):
         m[i, i] += 1.0
-    for i in range(3):
-        i1, i2 = (i + 1) % 3, (i + 2) % 3
-        for j in range(3):
-            j1, j2 = (j + 1) % 3, (j + 2) % 3
-            out[j, i] = m[i1, j1] * m[i2, j2] - m[i1, j2] * m[i2, j1]
-    det = m[0, 0] * out[0, 0] + m[0, 1] * out[1, 0] + m[0, 2] * out[2, 0]
-    for i in range(3):
-        for j in range(3):
-            out[i, j] /= det
+    a, b, c, d = m[0], m[1], m[2], m[3]
+    s0, s1, s2 = a[0] * b[1] - b[0] * a[1], a[0] * b[2] - b[0] * a[2], a[0] * b[3] - b[0] * a[3]
+    s3, s4, s5 = a[1] * b[2] - b[1] * a[2], a[1] * b[3] - b[1] * a[3], a[2] * b[3] - b[2] * a[3]
+    c0, c1, c2 = c[0] * d[1] - d[0] * c[1], c[0] * d[2] - d[0] * c[2], c[0] * d[3] - d[0] * c[3]
+    c3, c4, c5 = c[1] * d[2] - d[1] * c[2], c[1] * d[3] - d[1] * c[3], c[2] * d[3] - d[2] * c[3]
+    over = 1.0 / (s0 * c5 - s1 * c4 + s2 * c3 + s3 * c2 - s4 * c1 + s5 * c0)
+    out[0, 0], out[0, 1] = (b[1] * c5 - b[2] * c4 + b[3] * c3) * over, (-a[1] * c5 + a[2] * c4 - a[3] * c3) * over
+    out[0, 2], out[0, 3] = (d[1] * s5 - d[2] * s4 + d[3] * s3) * over, (-c[1] * s5 + c[2] * s4 - c[3] * s3) * over
+    out[1, 0], out[1, 1] = (-b[0] * c5 + b[2] * c2 - b[3] * c1) * over, (a[0] * c5 - a[2] * c2 + a[3] * c1) * over
+    out[1, 2], out[1, 3] = (-d[0] * s5 + d[2] * s2 - d[3] * s1) * over, (c[0] * s5 - c[2] * s2 + c[3] * s1) * over
+    out[2, 0], out[2, 1] = (b[0] * c4 - b[1] * c2 + b[3] * c0) * over, (-a[0] * c4 + a[1] * c2 - a[3] * c0) * over
+    out[2, 2], out[2, 3] = (d[0] * s4 - d[1] * s2 + d[3] * s0) * over, (-c[0] * s4 + c[1] * s2 - c[3] * s0) * over
+    out[3, 0], out[3, 1] = (-b[0] * c3 + b[1] * c1 - b[2] * c0) * over, (a[0] * c3 - a[1] * c1 + a[2] * c0) * over
+    out[3, 2], out[3, 3] = (-d[0] * s3 + d[1] * s1 - d[2] * s0) * over, (c[0] * s3 - c[1] * s1 + c[2] * s0) * over
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def chain(y: Array, use: Mask, r: float, corners: Array, bends: Array) -> tuple[Array, Array]:
-    """Return the law of the state given all readings: chain (n, 15) and the drive of its mean (n, 3)."""
-    n = y.size
-    law, drive = np.zeros((n, CHAIN)), np.zeros((n, 3))
-    info, h, m, q, inv, new = np.zeros((3, 3)), np.zeros(3), np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
-    f = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
+def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> tuple[Array, Array]:
+    """Return the law of the state given all readings: chain (n, 26) and the drive of its mean (n, 4)."""
+    n, r, memory = y.size, noise.white, noise.memory
+    law, drive = np.zeros((n, CHAIN)), np.zeros((n, STATES))
+    squares = np.zeros((6, STATES, STATES))
+    info, back, q, inv, new, f = squares[0], squares[1], squares[2], squares[3], squares[4], squares[5]
+    h, m = np.zeros(STATES), np.zeros(STATES)
+    f[0, 0] = f[0, 1] = f[1, 1] = f[1, 2] = f[2, 2] = 1.0
+    f[0, 2], f[3, 3] = 0.5, memory
     for k in range(n - 1, -1, -1):
         if use[k]:
-            info[0, 0] += 1.0 / r
-            h[0] += y[k] / r
+            for i in (0, 3):
+                h[i] += y[k] / r
+                for j in (0, 3):
+                    info[i, j] += 1.0 / r
         if k:
             q[0, 0], q[0, 1], q[1, 0], q[1, 1], q[2, 2] = corners[k] / 3.0, 0.5 * corners[k], 0.5 * corners[k], corners[k], bends[k]
+            q[3, 3] = noise.slow * (1.0 - memory**2)
         else:
-            q[:, :] = np.eye(3) * (DIFFUSE * r)
-        _inverse_of_step(q, info, inv)
-        _product(inv, f, new)
-        for i in range(9 if k else 0):
-            law[k, i] = new[i // 3, i % 3]
+            q[0, 1] = q[1, 0] = 0.0
+            q[0, 0] = q[1, 1] = q[2, 2] = DIFFUSE * r
+            q[3, 3] = noise.slow
+        _inverse_of_step(q, info, new, inv)
+        if k:
+            _product(inv, f, new)
+            for i in range(STATES * STATES):
+                law[k, i] = new[i // STATES, i % STATES]
         _product(inv, q, new)
-        for i in range(3):
-            drive[k, i] = new[i, 0] * h[0] + new[i, 1] * h[1] + new[i, 2] * h[2]
-        law[k, 9], law[k, 12], law[k, 14] = max(new[0, 0], 0.0), max(new[1, 1], 0.0), max(new[2, 2], 0.0)
-        law[k, 10], law[k, 11], law[k, 13] = 0.5 * (new[0, 1] + new[1, 0]), 0.5 * (new[0, 2] + new[2, 0]), 0.5 * (new[1, 2] + new[2, 1])
+        _pairs(new, law[k, STATES * STATES :])
+        for i in range(STATES):
+            drive[k, i] = new[i, 0] * h[0] + new[i, 1] * h[1] + new[i, 2] * h[2] + new[i, 3] * h[3]
         # one sample back: L <- F' (I + L Q)^-1 L F, and (I + L Q)^-1 is the transpose of the inverse above
-        for i in range(3):
-            for j in range(3):
-                new[i, j] = inv[0, i] * info[0, j] + inv[1, i] * info[1, j] + inv[2, i] * info[2, j]
-            m[i] = inv[0, i] * h[0] + inv[1, i] * h[1] + inv[2, i] * h[2]
-        h[0], h[1], h[2] = m[0], m[0] + m[1], 0.5 * m[0] + m[1] + m[2]
-        _product(new, f, inv)
-        for i in range(3):
-            for j in range(i + 1):
-                info[i, j] = 0.5 * (f[0, i] * inv[0, j] + f[1, i] * inv[1, j] + f[2, i] * inv[2, j])
-                info[i, j] += 0.5 * (f[0, j] * inv[0, i] + f[1, j] * inv[1, i] + f[2, j] * inv[2, i])
-                info[j, i] = info[i, j]
+        for i in range(STATES):
+            for j in range(STATES):
+                back[i, j] = inv[0, i] * info[0, j] + inv[1, i] * info[1, j] + inv[2, i] * info[2, j] + inv[3, i] * info[3, j]
+            m[i] = inv[0, i] * h[0] + inv[1, i] * h[1] + inv[2, i] * h[2] + inv[3, i] * h[3]
+        h[0], h[1], h[2], h[3] = m[0], m[0] + m[1], 0.5 * m[0] + m[1] + m[2], memory * m[3]
+        _product(back, f, new)
+        for i in range(STATES):
+            for j in range(STATES):
+                back[i, j] = f[0, i] * new[0, j] + f[1, i] * new[1, j] + f[2, i] * new[2, j] + f[3, i] * new[3, j]
+        for i in range(STATES):
+            for j in range(STATES):
+                info[i, j] = 0.5 * (back[i, j] + back[j, i])
     return law, drive
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(law: Array, drive: Array) -> tuple[Array, Array, Array]:
-    """Return smoothed states (n, 3), variances of the value (n,), and squared steps (n, 4).
+    """Return smoothed states (n, 4), variances of the value (n,), and squared steps (n, 4).
 
     The columns of the last are squared mean and variance of the step of the increment, then of that of its change.
     """
     n = len(law)
-    mean, variance, steps = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 4))
-    s, g, t, a, v = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    mean, variance, steps = np.zeros((n, STATES)), np.zeros(n), np.zeros((n, 4))
+    squares = np.zeros((5, STATES, STATES))
+    s, g, t, a, v = squares[0], squares[1], squares[2], squares[3], squares[4]
     for k in range(n):
-        for i in range(9):
-            a[i // 3, i % 3] = law[k, i]
-        _covariance(law[k, 9:], v)
+        _matrix(law[k], a)
+        _covariance(law[k, STATES * STATES :], v)
         _moved(a, s, v, g, t)
         mean[k] = drive[k]
         if k:
-            for i in range(3):
-                mean[k, i] += a[i, 0] * mean[k - 1, 0] + a[i, 1] * mean[k - 1, 1] + a[i, 2] * mean[k - 1, 2]
+            for i in range(STATES):
+                for j in range(STATES):
+                    mean[k, i] += a[i, j] * mean[k - 1, j]
             steps[k, 0] = (mean[k, 1] - mean[k - 1, 1] - mean[k - 1, 2]) ** 2
             steps[k, 1] = max(t[1, 1] + s[1, 1] + 2.0 * s[1, 2] + s[2, 2] - 2.0 * (g[1, 1] + g[1, 2]), 0.0)
             steps[k, 2] = (mean[k, 2] - mean[k - 1, 2]) ** 2
@@ -176,39 +238,38 @@ def follow(law: Array, drive: Array) -> tuple[Array, Array, Array]:
 
 @njit(cache=True, nogil=True)
 def error_of_means(law: Array, factor: int) -> tuple[Array, Array]:
-    """Return the law of the error of means over ``factor`` samples, (n, 22), and its standard deviation (n,).
-
-    Columns: transition of the state over a block, row by row; weights in the mean of the state before the block; covariance
-    of what is new in the state (00, 01, 02, 11, 12, 22), of that with what is new in the mean (3), and variance of the latter.
-    """
+    """Return the law of the error of means over ``factor`` samples, (n, 35), and its standard deviation (n,)."""
     n = len(law) // factor
     out, sd = np.zeros((n, LAW)), np.zeros(n)
-    now, a, v, g, t = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    squares = np.zeros((7, STATES, STATES))
+    now, a, v, g, t, move, new = squares[0], squares[1], squares[2], squares[3], squares[4], squares[5], squares[6]
+    b, c, last, unit = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES), np.eye(STATES)
     for block in range(n):
-        move, c, new, b, bb = np.eye(3), np.zeros(3), np.zeros((3, 3)), np.zeros(3), 0.0
+        move[:, :], new[:, :], b[:], c[:], bb = unit, 0.0, 0.0, 0.0, 0.0
         for k in range(block * factor, (block + 1) * factor):
-            for i in range(9):
-                a[i // 3, i % 3] = law[k, i]
-            _covariance(law[k, 9:], v)
+            _matrix(law[k], a)
+            _covariance(law[k, STATES * STATES :], v)
             _product(a, move, t)
             move[:, :] = t
             _moved(a, new, v, g, t)
             new[:, :] = t
             # the value of this sample joins the mean
-            b0, b1, b2 = b[0], b[1], b[2]
-            for i in range(3):
-                b[i] = a[i, 0] * b0 + a[i, 1] * b1 + a[i, 2] * b2
+            last[:] = b
+            for i in range(STATES):
+                b[i] = a[i, 0] * last[0] + a[i, 1] * last[1] + a[i, 2] * last[2] + a[i, 3] * last[3]
             bb += (2.0 * b[0] + new[0, 0] / factor) / factor
-            for i in range(3):
+            for i in range(STATES):
                 b[i] += new[i, 0] / factor
                 c[i] += move[0, i] / factor
-        for i in range(9):
-            out[block, i] = move[i // 3, i % 3]
-        out[block, 9:12], out[block, 18:21], out[block, 21] = c, b, bb
-        out[block, 12:15], out[block, 15:17], out[block, 17] = new[0], new[1, 1:], new[2, 2]
+        for i in range(STATES * STATES):
+            out[block, i] = move[i // STATES, i % STATES]
+        out[block, STATES * STATES : MOVES] = c
+        _pairs(new, out[block, MOVES : MOVES + PAIRS])
+        out[block, MOVES + PAIRS : LAW - 1], out[block, LAW - 1] = b, bb
         known = 0.0
-        for i in range(3):
-            known += c[i] * (now[i, 0] * c[0] + now[i, 1] * c[1] + now[i, 2] * c[2])
+        for i in range(STATES):
+            for j in range(STATES):
+                known += c[i] * now[i, j] * c[j]
         sd[block] = np.sqrt(max(known + bb, 0.0))
         _moved(move, now, new, g, t)
         now[:, :] = t

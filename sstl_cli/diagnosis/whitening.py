@@ -4,13 +4,14 @@ The model is driven by the smoothed input, which differs from the true one by an
 error is the gain times e; while it holds, the error is the one of the extreme that was reached, one number until the next
 slide. The output sensor adds white and first-order coloured noise. Given the phases all of this is linear and Gaussian::
 
-    e1'  = error of the smoothed input, by the law that the smoother states (three numbers), averaged over the step
-    e2'  = first-order coloured noise of the input sensor
-    h'   = (1 - slide) h + slide gain (e1' + e2') + slip
+    e'   = error of the smoothed input, by the law that the smoother states (four numbers), averaged over the step
+    h'   = (1 - slide) h + slide gain e' + slip
     c'   = first-order coloured noise of the output sensor
-    residual = h + c + white noise
+    residual = h + mean of c over the step + white noise
 
-where ``slip`` stands for a hold that nearly slid: whether the true input slipped there is not known, and what it left stays.
+where the smoother has not been told of the slow noise of the input's sensor, that noise is the last number of the error, and
+on its own. Sensors are read many times a step: of slow noise a step has the mean, which is smoother than a sample (a
+first-order noise of 0.05 s keeps 77 % from one mean over 0.02 s to the next, not 67). ``slip`` stands for a hold that nearly slid: whether the true input slipped there is not known, and what it left stays.
 So the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
 is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise only: a residual and all columns
 of a Jacobian pass through it in one go.
@@ -27,11 +28,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.records import Record, starts_of
+from sstl_cli.diagnosis.smoother import LAW, MOVES
+from sstl_cli.diagnosis.smoother import STATES as ERRORS
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# error of the input (3), coloured noise of its sensor, what the line holds of them, coloured noise of the output's sensor
-STATES = 6
+# error of the input, what the line holds of it, coloured noise of the output's sensor
+STATES, HELD_AT, OWN_AT = ERRORS + 2, ERRORS, ERRORS + 1
+# columns of the law of the error: the last state kept, its weight in the mean, what is new in it, in both, in the mean
+STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW = 15, 19, 29, 30, 33, LAW - 1
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ class Noise:
     """Noise of the two sensors of each system; ``smoother`` is the true error of the smoothed input over the stated one.
 
     ``spread`` has the standard errors of the logarithms, by system and by ``input.coloured_n`` and the like; ``open`` is by what
-    (natural logarithm) the coloured noise of a system's output may be off where it has not been estimated yet.
+    (natural logarithm) the coloured noise of a system's output may be off where it has not been estimated yet, ``loose`` the white.
     """
 
     input: Mapping[str, Sensor]
@@ -56,6 +61,7 @@ class Noise:
     smoother: Mapping[str, float]
     spread: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     open: Mapping[str, float] = field(default_factory=dict)
+    loose: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -71,11 +77,54 @@ class Phases:
 
 
 @dataclass(frozen=True)
+class Own:
+    """Coloured noise of the output's sensor, per step, shape (samples,): what is kept of it and variance of what is new in it;
+    weight of the value before in the mean over the step, covariance of what is new in both, variance of what is new in the mean.
+    """
+
+    decay: Array
+    fresh: Array
+    shown: Array
+    both: Array
+    mean: Array
+
+
+@dataclass(frozen=True)
+class Step:
+    """The same of first-order noise of unit variance over a step of several readings; ``variance`` is that of the mean."""
+
+    kept: float
+    shown: float
+    both: float
+    mean: float
+
+    @property
+    def variance(self) -> float:
+        return self.shown**2 + self.mean
+
+    @property
+    def lasting(self) -> float:
+        """Covariance of the means of two steps in a row."""
+        return self.shown * (self.kept * self.shown + self.both)
+
+
+def step_of(readings: float, length: float) -> Step:
+    """Return what first-order noise does over a step of so many readings, ``length`` correlation times long."""
+    m = max(round(readings), 1)
+    one = float(np.exp(-length / m))
+    powers = one ** np.arange(m)
+    # what a reading's own kick, k readings before the end, adds to the sum
+    sums = np.cumsum(powers)
+    fresh = 1.0 - one * one
+    return Step(one**m, one * float(sums[-1]) / m, fresh * float(sums @ powers) / m, fresh * float(sums @ sums) / m**2)
+
+
+@dataclass(frozen=True)
 class Whitener:
     """Innovations filter of a problem; ``log_det`` is the log-determinant of the covariance over kept samples."""
 
-    error_law: Array
-    decay: Array
+    moves: Array
+    own: Own
     weights: Array
     scale: Array
     slide: Array
@@ -87,7 +136,7 @@ class Whitener:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
-        out = _filter(x, self.error_law, self.decay, self.weights, self.scale, self.slide, self.gain, self.first)
+        out = _filter(x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.gain, self.first)
         return out[:, 0] if flat else out
 
 
@@ -98,18 +147,17 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     first = np.zeros(n, np.bool_)
     first[list(starts)] = True
     zero = np.zeros(n)
-    return Whitener(np.zeros((n, 12)), np.zeros((n, 2)), np.zeros((n, 6)), scale, zero, zero, first, 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n)))
+    log_det = 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n))
+    return Whitener(np.zeros((n, MOVES)), Own(zero, zero, zero, zero, zero), np.zeros((n, STATES)), scale, zero, zero, first, log_det)
 
 
 @dataclass(frozen=True)
 class Constants:
-    """What the noise is whatever the model does, per sample: decays and fresh variances of both sensors' coloured noise
-    (n, 2), white noise (N), law of the input's error (n, 22), variance of the output before a record, whether the sample
-    counts, and whether a record begins.
+    """What the noise is whatever the model does, per sample: coloured noise of the output, white noise (N), law of the input's error (n, 35), variance of the output before a record, whether the sample counts, and
+    whether a record begins.
     """
 
-    decay: Array
-    fresh: Array
+    own: Own
     white_n: Array
     error_law: Array
     moves: Array
@@ -139,9 +187,10 @@ def whitener(
     c = known or constants(records, noise)
     white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
     weights, scale, log_det = _gains(
-        phases.slide, phases.gain, phases.doubt_n, c.error_law, c.decay, c.fresh, white_n, c.keep, c.first, c.start
-    )
-    return Whitener(c.moves, c.decay, weights, scale, phases.slide, phases.gain, c.first, log_det)
+        phases.slide, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,
+        white_n, c.keep, c.first, c.start,
+    )  # fmt: skip
+    return Whitener(c.moves, c.own, weights, scale, phases.slide, phases.gain, c.first, log_det)
 
 
 def constants(records: Sequence[Record], noise: Noise) -> Constants:
@@ -154,26 +203,58 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     first = np.zeros(sum(count), np.bool_)
     first[begin] = True
     sensors = [(noise.input[r.system], noise.output[r.system]) for r in records]
-    step = np.array([r.dt_s * r.factor for r in records])
-    memory = np.exp(-step[:, None] / np.array([[s.correlation_s for s in pair] for pair in sensors]))
-    variance = np.array([[s.coloured_n**2 for s in pair] for pair in sensors])
-    decay, fresh = np.repeat(memory, count, axis=0), np.repeat(variance * (1.0 - memory**2), count, axis=0)
-    for a, r, (_, out) in zip(edges, records, sensors, strict=True):
-        if r.misfit_n is not None:
-            slow, spread = coloured(r, out)
-            kept = np.exp(-r.dt_s * r.factor / slow)
-            before = np.concatenate((spread[:1], spread[:-1]))
-            decay[a : a + len(r), 1] = kept * spread / np.maximum(before, 1e-300)
-            fresh[a : a + len(r), 1] = spread**2 * (1.0 - kept**2)
-    variance[:, 1] = [out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)]
-    decay[begin], fresh[begin] = 0.0, variance[whose]
+    variance = np.array([out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)])
+    own = Own(*(np.concatenate(part) for part in zip(*(_own(r, out) for r, (_, out) in zip(records, sensors, strict=True)), strict=True)))
     start = np.zeros(len(first))
-    start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + variance[whose, 1]
-    law = np.concatenate([r.error_law for r in records])
-    law[:, 12:] *= np.repeat([noise.smoother[r.system] ** 2 for r in records], count)[:, None]
+    start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + variance[whose]
+    law = np.concatenate([_entering(r, into, noise.smoother[r.system]) for r, (into, _) in zip(records, sensors, strict=True)])
     white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
-    moves = np.ascontiguousarray(law[:, :12])
-    return Constants(decay, fresh, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first)
+    moves = np.ascontiguousarray(law[:, :MOVES])
+    return Constants(own, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first)
+
+
+def _entering(r: Record, into: Sensor, smoother: float) -> Array:
+    """Return the law of the error of a record's input, (n, 35), with the slow noise of its sensor."""
+    law = r.error_law.copy()
+    law[:, MOVES:] *= smoother**2
+    if not r.told_n:
+        # the last state, and what it adds to the mean over a step
+        decay, fresh, shown, both, mean = _coloured(r, into, np.full(len(r), float(r.factor)))
+        law[:, STATE_KEPT], law[:, STATE_NEW], law[:, MEAN_KEPT], law[:, BOTH_NEW] = decay, fresh, shown, both
+        law[:, MEAN_NEW] += mean
+    return law
+
+
+def _own(r: Record, out: Sensor) -> tuple[Array, ...]:
+    """Return the columns of ``Own`` of a record; the scatter of an accepted model was measured in means as it is."""
+    if r.misfit_n is None:
+        return _coloured(r, out, r.readings)
+    slow, spread = coloured(r, out)
+    kept = np.exp(-r.dt_s * r.factor / slow)
+    before = np.concatenate((spread[:1], spread[:-1]))
+    decay, fresh = kept * spread / np.maximum(before, 1e-300), spread**2 * (1.0 - kept**2)
+    for s in starts_of(r):
+        at = s.at // r.factor
+        decay[at], fresh[at] = 0.0, out.coloured_n**2 + r.misfit_n[0] ** 2
+    return decay, fresh, decay, fresh, fresh
+
+
+def _coloured(r: Record, sensor: Sensor, readings: Array) -> tuple[Array, ...]:
+    """Return decay, fresh variance, weight in the mean, and variances of what is new in both and in the mean, each (n,)."""
+    length = r.dt_s * r.factor / sensor.correlation_s
+    if np.ptp(readings) == 0.0:
+        steps, which = [step_of(float(readings[0]), length)], np.zeros(len(readings), np.intp)
+    else:
+        counts, which = np.unique(np.round(readings), return_inverse=True)
+        steps = [step_of(float(c), length) for c in counts]
+    kept, shown, both, mean = (np.array([getattr(s, k) for s in steps])[which] for k in ("kept", "shown", "both", "mean"))
+    begin = [s.at // r.factor for s in starts_of(r)]
+    fresh = 1.0 - kept**2
+    # before a record it has been what it is
+    fresh[begin], both[begin], mean[begin] = 1.0, (kept * shown + both)[begin], (shown**2 + mean)[begin]
+    kept[begin] = shown[begin] = 0.0
+    power = sensor.coloured_n**2
+    return kept, power * fresh, shown, power * both, power * mean
 
 
 def coloured(r: Record, out: Sensor) -> tuple[Array, Array]:
@@ -198,6 +279,9 @@ def _gains(
     law: Array,
     decay: Array,
     fresh: Array,
+    shown: Array,
+    both: Array,
+    mean: Array,
     white_n: Array,
     keep: Mask,
     first: Mask,
@@ -205,102 +289,90 @@ def _gains(
 ) -> tuple[Array, Array, float]:
     """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det.
 
-    State: error of the input (0, 1, 2), coloured noise of its sensor (u), what the line holds of them (h), coloured noise of
-    the output's sensor (c); p and q are its covariances before and after a step. Written out, for this is called most.
+    State: error of the input (four numbers), what the line holds of it (4), coloured noise of the output's sensor (5); p and q
+    are its covariances before and after a step.
     """
     n = slide.size
     k_out, scale, log_det, product = np.zeros((n, STATES)), np.zeros(n), 0.0, 1.0
-    p00 = p01 = p02 = p0u = p0h = p0c = p11 = p12 = p1u = p1h = p1c = 0.0
-    p22 = p2u = p2h = p2c = puu = puh = puc = phh = phc = pcc = 0.0
+    p, q, m = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((ERRORS, STATES))
+    e, z = np.zeros(STATES), np.zeros(STATES)
     for t in range(n):
+        row = law[t]
         if first[t]:
-            p00 = p01 = p02 = p0u = p0h = p0c = p11 = p12 = p1u = p1h = p1c = 0.0
-            p22 = p2u = p2h = p2c = puu = puh = puc = phc = pcc = 0.0
-            # the output before the first sample is what was read there, or where the input holds it
-            phh = start[t] + gain[t] ** 2 * (law[t, 21] + fresh[t, 0])
-        t00, t01, t02, t10, t11, t12 = law[t, 0], law[t, 1], law[t, 2], law[t, 3], law[t, 4], law[t, 5]
-        t20, t21, t22, c0, c1, c2 = law[t, 6], law[t, 7], law[t, 8], law[t, 9], law[t, 10], law[t, 11]
-        hold, f, b, d = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1]
+            p[:, HELD_AT:] = 0.0
+        hold, f, d = 1.0 - slide[t], slide[t] * gain[t], decay[t]
         # transition times the covariance of the input's error, and that of its mean over the step with the state before
-        m00, m01, m02 = t00 * p00 + t01 * p01 + t02 * p02, t00 * p01 + t01 * p11 + t02 * p12, t00 * p02 + t01 * p12 + t02 * p22
-        m10, m11, m12 = t10 * p00 + t11 * p01 + t12 * p02, t10 * p01 + t11 * p11 + t12 * p12, t10 * p02 + t11 * p12 + t12 * p22
-        m20, m21, m22 = t20 * p00 + t21 * p01 + t22 * p02, t20 * p01 + t21 * p11 + t22 * p12, t20 * p02 + t21 * p12 + t22 * p22
-        m0u, m1u, m2u = t00 * p0u + t01 * p1u + t02 * p2u, t10 * p0u + t11 * p1u + t12 * p2u, t20 * p0u + t21 * p1u + t22 * p2u
-        m0h, m1h, m2h = t00 * p0h + t01 * p1h + t02 * p2h, t10 * p0h + t11 * p1h + t12 * p2h, t20 * p0h + t21 * p1h + t22 * p2h
-        m0c, m1c, m2c = t00 * p0c + t01 * p1c + t02 * p2c, t10 * p0c + t11 * p1c + t12 * p2c, t20 * p0c + t21 * p1c + t22 * p2c
-        e0, e1, e2, eu, eh, ec = (
-            c0 * p00 + c1 * p01 + c2 * p02,
-            c0 * p01 + c1 * p11 + c2 * p12,
-            c0 * p02 + c1 * p12 + c2 * p22,
-            c0 * p0u + c1 * p1u + c2 * p2u,
-            c0 * p0h + c1 * p1h + c2 * p2h,
-            c0 * p0c + c1 * p1c + c2 * p2c,
-        )
-        q00 = m00 * t00 + m01 * t01 + m02 * t02 + law[t, 12]
-        q01 = m00 * t10 + m01 * t11 + m02 * t12 + law[t, 13]
-        q02 = m00 * t20 + m01 * t21 + m02 * t22 + law[t, 14]
-        q11 = m10 * t10 + m11 * t11 + m12 * t12 + law[t, 15]
-        q12 = m10 * t20 + m11 * t21 + m12 * t22 + law[t, 16]
-        q22 = m20 * t20 + m21 * t21 + m22 * t22 + law[t, 17]
-        q0u, q1u, q2u, quu = b * m0u, b * m1u, b * m2u, b * b * puu + fresh[t, 0]
-        q0c, q1c, q2c, quc, qcc = d * m0c, d * m1c, d * m2c, b * d * puc, d * d * pcc + fresh[t, 1]
-        q0h = f * (m00 * c0 + m01 * c1 + m02 * c2 + law[t, 18] + q0u) + hold * m0h
-        q1h = f * (m10 * c0 + m11 * c1 + m12 * c2 + law[t, 19] + q1u) + hold * m1h
-        q2h = f * (m20 * c0 + m21 * c1 + m22 * c2 + law[t, 20] + q2u) + hold * m2h
-        quh = f * (b * eu + quu) + hold * b * puh
-        entering = c0 * e0 + c1 * e1 + c2 * e2 + law[t, 21] + 2.0 * b * eu + quu
+        for j in range(STATES):
+            c0, c1, c2, c3 = p[0, j], p[1, j], p[2, j], p[3, j]
+            for i in range(ERRORS):
+                m[i, j] = row[4 * i] * c0 + row[4 * i + 1] * c1 + row[4 * i + 2] * c2 + row[4 * i + 3] * c3
+            e[j] = row[16] * c0 + row[17] * c1 + row[18] * c2 + row[19] * c3
+        at = MOVES
+        for i in range(ERRORS):
+            m0, m1, m2, m3 = m[i, 0], m[i, 1], m[i, 2], m[i, 3]
+            for j in range(i, ERRORS):
+                q[i, j] = m0 * row[4 * j] + m1 * row[4 * j + 1] + m2 * row[4 * j + 2] + m3 * row[4 * j + 3] + row[at]
+                at += 1
+            q[i, HELD_AT] = f * (m0 * row[16] + m1 * row[17] + m2 * row[18] + m3 * row[19] + row[BOTH_FROM + i]) + hold * m[i, HELD_AT]
+            q[i, OWN_AT] = d * m[i, OWN_AT]
+        entering = row[16] * e[0] + row[17] * e[1] + row[18] * e[2] + row[19] * e[3] + row[MEAN_NEW]
+        if first[t]:
+            # the output before the first sample is what was read there, or where the input holds it
+            p[HELD_AT, HELD_AT] = start[t] + gain[t] ** 2 * entering
         # what a slip that may or may not have happened leaves behind stays until the next slide
         before = 0.0 if first[t] else hold * doubt_n[t - 1]
         slip = max(doubt_n[t] ** 2 - before**2, 0.0)
-        qhh = f * f * entering + 2.0 * f * hold * (eh + b * puh) + hold * hold * phh + slip
-        qhc = d * (f * (ec + b * puc) + hold * phc)
-        if not keep[t]:
-            p00, p01, p02, p0u, p0h, p0c, p11 = q00, q01, q02, q0u, q0h, q0c, q11
-            p12, p1u, p1h, p1c, p22, p2u, p2h = q12, q1u, q1h, q1c, q22, q2u, q2h
-            p2c, puu, puh, puc, phh, phc, pcc = q2c, quu, quh, quc, qhh, qhc, qcc
-            continue
-        z0, z1, z2, zu, zh, zc = q0h + q0c, q1h + q1c, q2h + q2c, quh + quc, qhh + qhc, qhc + qcc
-        var = zh + zc + white_n[t] ** 2
-        scale[t] = s = 1.0 / math.sqrt(var)
-        # a logarithm of a product instead of one a sample
-        product *= var
-        if not 1e-100 < product < 1e100:
-            log_det += math.log(product)
-            product = 1.0
-        g0, g1, g2, gu, gh, gc = s * z0, s * z1, s * z2, s * zu, s * zh, s * zc
-        k_out[t, 0], k_out[t, 1], k_out[t, 2], k_out[t, 3], k_out[t, 4], k_out[t, 5] = g0, g1, g2, gu, gh, gc
-        p00, p01, p02, p0u = q00 - g0 * g0, q01 - g0 * g1, q02 - g0 * g2, q0u - g0 * gu
-        p0h, p0c, p11, p12 = q0h - g0 * gh, q0c - g0 * gc, q11 - g1 * g1, q12 - g1 * g2
-        p1u, p1h, p1c, p22 = q1u - g1 * gu, q1h - g1 * gh, q1c - g1 * gc, q22 - g2 * g2
-        p2u, p2h, p2c, puu = q2u - g2 * gu, q2h - g2 * gh, q2c - g2 * gc, quu - gu * gu
-        puh, puc, phh, phc = quh - gu * gh, quc - gu * gc, qhh - gh * gh, qhc - gh * gc
-        pcc = qcc - gc * gc
+        q[HELD_AT, HELD_AT] = f * f * entering + 2.0 * f * hold * e[HELD_AT] + hold * hold * p[HELD_AT, HELD_AT] + slip
+        with_held = f * e[OWN_AT] + hold * p[HELD_AT, OWN_AT]
+        q[HELD_AT, OWN_AT] = d * with_held
+        q[OWN_AT, OWN_AT] = d * d * p[OWN_AT, OWN_AT] + fresh[t]
+        if keep[t]:
+            # of the sensor's own noise a step shows the mean
+            g = shown[t]
+            for i in range(ERRORS):
+                z[i] = q[i, HELD_AT] + g * m[i, OWN_AT]
+            z[HELD_AT] = q[HELD_AT, HELD_AT] + g * with_held
+            z[OWN_AT] = q[HELD_AT, OWN_AT] + d * g * p[OWN_AT, OWN_AT] + both[t]
+            var = z[HELD_AT] + g * with_held + g * g * p[OWN_AT, OWN_AT] + mean[t] + white_n[t] ** 2
+            scale[t] = s = 1.0 / math.sqrt(var)
+            # a logarithm of a product instead of one a sample
+            product *= var
+            if not 1e-100 < product < 1e100:
+                log_det += math.log(product)
+                product = 1.0
+            for i in range(STATES):
+                z[i] *= s
+                k_out[t, i] = z[i]
+        else:
+            z[:] = 0.0
+        for i in range(STATES):
+            for j in range(i, STATES):
+                p[i, j] = p[j, i] = q[i, j] - z[i] * z[j]
     return k_out, scale, log_det + math.log(product)
 
 
 @njit(cache=True, nogil=True)
-def _filter(
-    x: Array, law: Array, decay: Array, weights: Array, scale: Array, slide: Array, gain: Array, first: Mask
-) -> Array:
+def _filter(x: Array, moves: Array, decay: Array, shown: Array, weights: Array, scale: Array, slide: Array, gain: Array, first: Mask) -> Array:
     """Return innovations over their standard deviations of every column, shape (n, k)."""
     n, k = x.shape
     out = np.zeros((n, k))
     state = np.zeros((STATES, k))
     for t in range(n):
         if first[t]:
-            state[:, :] = 0.0
-        t00, t01, t02, t10, t11, t12 = law[t, 0], law[t, 1], law[t, 2], law[t, 3], law[t, 4], law[t, 5]
-        t20, t21, t22, f0, f1, f2 = law[t, 6], law[t, 7], law[t, 8], law[t, 9], law[t, 10], law[t, 11]
-        hold, f, b, c, s = 1.0 - slide[t], slide[t] * gain[t], decay[t, 0], decay[t, 1], scale[t]
+            state[HELD_AT:, :] = 0.0
+        t00, t01, t02, t03, t10, t11, t12, t13 = moves[t, 0], moves[t, 1], moves[t, 2], moves[t, 3], moves[t, 4], moves[t, 5], moves[t, 6], moves[t, 7]
+        t20, t21, t22, t23, t30, t31, t32, t33 = moves[t, 8], moves[t, 9], moves[t, 10], moves[t, 11], moves[t, 12], moves[t, 13], moves[t, 14], moves[t, 15]
+        f0, f1, f2, f3 = moves[t, 16], moves[t, 17], moves[t, 18], moves[t, 19]
+        hold, f, d, g, s = 1.0 - slide[t], slide[t] * gain[t], decay[t], shown[t], scale[t]
         u0, u1, u2, u3, u4, u5 = weights[t, 0], weights[t, 1], weights[t, 2], weights[t, 3], weights[t, 4], weights[t, 5]
         for j in range(k):
-            a0, a1, a2 = state[0, j], state[1, j], state[2, j]
-            e0, e1, e2 = t00 * a0 + t01 * a1 + t02 * a2, t10 * a0 + t11 * a1 + t12 * a2, t20 * a0 + t21 * a1 + t22 * a2
-            e3, e5 = b * state[3, j], c * state[5, j]
-            e4 = f * (f0 * a0 + f1 * a1 + f2 * a2 + e3) + hold * state[4, j]
+            a0, a1, a2, a3 = state[0, j], state[1, j], state[2, j], state[3, j]
+            e0, e1 = t00 * a0 + t01 * a1 + t02 * a2 + t03 * a3, t10 * a0 + t11 * a1 + t12 * a2 + t13 * a3
+            e2, e3 = t20 * a0 + t21 * a1 + t22 * a2 + t23 * a3, t30 * a0 + t31 * a1 + t32 * a2 + t33 * a3
+            e4, a5 = f * (f0 * a0 + f1 * a1 + f2 * a2 + f3 * a3) + hold * state[4, j], state[5, j]
             # 0 where masked: the state is only moved on
-            v = s * (x[t, j] - e4 - e5) if s > 0.0 else 0.0
+            v = s * (x[t, j] - e4 - g * a5) if s > 0.0 else 0.0
             out[t, j] = v
-            state[0, j], state[1, j], state[2, j] = e0 + u0 * v, e1 + u1 * v, e2 + u2 * v
-            state[3, j], state[4, j], state[5, j] = e3 + u3 * v, e4 + u4 * v, e5 + u5 * v
+            state[0, j], state[1, j], state[2, j], state[3, j] = e0 + u0 * v, e1 + u1 * v, e2 + u2 * v, e3 + u3 * v
+            state[4, j], state[5, j] = e4 + u4 * v, d * a5 + u5 * v
     return out

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sstl_cli import __version__
 from sstl_cli.core.deadline import Deadline
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.provenance import by_another
@@ -33,16 +32,16 @@ from sstl_cli.diagnosis import (
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.records import Problem, passing, prepare
 from sstl_cli.diagnosis.residuals import leftover
-from sstl_cli.diagnosis.simulator import LINE, Simulator
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.identification import gate
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
-from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps.diagnose_accepted import accepted, known, model
 from sstl_cli.steps.diagnose_document import document
-from sstl_cli.steps.diagnose_given import Given
+from sstl_cli.steps.diagnose_given import Evidence, Given
 
 # stages that a limit on time may leave out
 ODD, DOWNSTREAM = "odd runs", "downstream"
@@ -70,20 +69,6 @@ class DiagnoseOptions:
     max_rate_n_per_s: float | None = None
     odd_runs: bool = False
     max_seconds: float | None = None
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """All that was found before anything is said: fits, faults of the recorder, channels beside, and their rows."""
-
-    problem: Problem
-    search: search.Search
-    nominal: np.ndarray
-    recorder: tuple[faults.RecorderEffect, ...]
-    beside: tuple[channels.ChannelGap, ...]
-    rows: features.Rows
-    scale: scale.Scale | None = None
-    runs: tuple[Run, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -222,12 +207,14 @@ def gather(
     sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in passing(problem)], nominal)
     problem = sim.problem
     found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed))
+    # the noise that was found may have changed what the input is taken to be
+    problem = found.sim.problem
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
     recorder = _faults(found, ids)
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
-        beside = [*beside, *channels.position_gaps(sim, found.base, ids)]
+        beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
     rows = features.rows(found, _beside(found, recorder, beside), 1.0 if _propagates(problem) else 0.0)
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own, recorded)
 
@@ -271,75 +258,6 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
         if odd.differs(said, then):
             confirmed.append({"run_id": suspect.run_id, "status": then.status, "effects": list(then.effects)})
     return confirmed
-
-
-def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
-    """Return the fit of the named effects, or the re-tuned base where none of the output is named."""
-    named = tuple(sorted(said.effects))
-    if named and _fitted(found.search, named):
-        return found.search.best(named).fit
-    return found.search.base
-
-
-def _fitted(found: search.Search, named: tuple[str, ...]) -> bool:
-    return named in found.combined if len(named) > 1 else named[0] in found.singles
-
-
-def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
-    """Return a scenario that predicts the record as the accepted fit does, in the units of the recording."""
-    chosen = accepted(found, said)
-    unit_n = found.problem.unit_n
-    effects = {**base.effects}
-    for effect_id, values in chosen.effects.items():
-        if effect_id == LINE.id:
-            load = 1.0 / scaling.parameter(values["load_mm_per_n"], "mm/N", unit_n)
-            base = base.model_copy(update={"rig": base.rig.model_copy(update={"load_n_per_mm": load})})
-            continue
-        units = {p.name: p.unit for p in get(effect_id).parameters}
-        total = found.search.sim.changed(effect_id, values)
-        effects[effect_id] = {k: scaling.parameter(v, units[k], unit_n) for k, v in total.items()}
-    for fault in found.recorder:
-        if (fault.id,) == said.effects:
-            effects[fault.id] = get(fault.id).complete({k: scaling.parameter(v, get(fault.id).parameter(k).unit, unit_n) for k, v in fault.parameters.items() if v})
-    for gap in found.beside:
-        if (gap.effect,) == said.effects:
-            effects[gap.effect] = dict(gap.values)
-    locations = {r.config: r.location for r in found.problem.records}
-    configurations = tuple(
-        Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i]))
-        for i, name in enumerate(found.problem.configs)
-    )
-    # of holds and second differences only: what the model leaves is no noise of a sensor
-    noise = of_readings(found.problem.records, found.search.measured).output.values()
-    heard = {
-        "white_n": unit_n * float(np.median([s.white_n for s in noise])),
-        "coloured_n": unit_n * float(np.median([s.coloured_n for s in noise])),
-        "correlation_s": float(np.median([s.correlation_s for s in noise])),
-    }
-    return base.model_copy(
-        update={
-            "configurations": configurations, "effects": effects, "generator": None,
-            "misfits": (), "dispersion": {}, "package_version": __version__,
-            "output": None if found.scale is None else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
-            "noise": base.noise.model_copy(update=heard),
-        }
-    )
-
-
-def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
-    """Return the accepted simulator with what it leaves of the record, in N: what was known already, and what is new."""
-    chosen, sim, problem = accepted(found, said), found.search.sim, found.problem
-    noise = white_only(found.search.measured)
-    phases = sim.phases(chosen.theta, chosen.effects, noise)
-    sections, remains = misfit.learned(problem, chosen.residual + misfit.known(problem), phases, noise)
-    bare = model(found, said, base)
-    if not sections:
-        return bare
-    knowing, whiten = misfit.beyond(sim, chosen, sections, noise)
-    tests = leftover(knowing, replace(chosen, residual=remains, whiten=whiten)).tests
-    gains = tempering.by_chance(knowing, {k: v[0].fit for k, v in found.search.singles.items()}, whiten, remains)
-    usual = {**{t.name: float(t.dispersion) for t in tests}, **gains}
-    return bare.model_copy(update={"misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections), "dispersion": usual})
 
 
 def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scenario:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import features, following, heldout
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.faults import RecorderEffect
@@ -19,6 +20,20 @@ from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.verdict import Ids, Verdict
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All that was found before anything is said: fits, faults of the recorder, channels beside, and their rows."""
+
+    problem: Problem
+    search: Search
+    nominal: Array
+    recorder: tuple[RecorderEffect, ...]
+    beside: tuple[ChannelGap, ...]
+    rows: features.Rows
+    scale: Scale | None = None
+    runs: tuple[Run, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,23 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 
-from sstl_cli.diagnosis.smoother import DIFFUSE
+from sstl_cli.diagnosis.smoother import DIFFUSE, STATES, Reading
 
 MOVE = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
 
 
-def posterior(known, r, corners, bends, y=None):
+def posterior(known, noise: Reading, corners, bends, y=None):
     """Return mean of the values, (n,), and their covariance given all readings, (n, n)."""
-    n = len(known)
-    steps, weights = np.eye(3 * n), np.zeros((3 * n, 3 * n))
+    # without slow noise there is no such state
+    n, m = len(known), 4 if noise.slow else 3
+    steps, weights, move = np.eye(m * n), np.zeros((m * n, m * n)), np.eye(m) * noise.memory
+    move[:3, :3] = MOVE
     for k in range(n):
-        here = slice(3 * k, 3 * k + 3)
+        here = slice(m * k, m * k + m)
         c, b = corners[k], bends[k]
-        fresh = np.array([[c / 3.0, c / 2.0, 0.0], [c / 2.0, c, 0.0], [0.0, 0.0, b]]) if k else np.eye(3) * DIFFUSE * r
+        fresh = np.eye(m) * noise.slow * (1.0 - noise.memory**2 if k else 1.0)
+        fresh[:3, :3] = np.array([[c / 3.0, c / 2.0, 0.0], [c / 2.0, c, 0.0], [0.0, 0.0, b]]) if k else np.eye(3) * DIFFUSE * noise.white
         weights[here, here] = np.linalg.inv(fresh)
         if k:
-            steps[here, 3 * k - 3 : 3 * k] = -MOVE
-    seen = np.zeros(3 * n)
-    seen[::3] = known / r
-    covariance = np.linalg.inv(steps.T @ weights @ steps + np.diag(seen))[::3, ::3]
-    return (covariance @ (known * y / r) if y is not None else np.zeros(n)), covariance
+            steps[here, m * k - m : m * k] = -move
+    reading = np.eye(m)[0] + (np.eye(m)[3] if noise.slow else 0.0)
+    seen = np.kron(np.diag(known / noise.white), np.outer(reading, reading))
+    whole = np.linalg.inv(steps.T @ weights @ steps + seen)
+    mean = whole[::m] @ np.kron(known * y / noise.white, reading) if y is not None else np.zeros(n)
+    return mean, whole[::m, ::m]
+
+
+def pairs(v):
+    """Return the covariance of a state from its pairs."""
+    out = np.zeros((STATES, STATES))
+    out[np.triu_indices(STATES)] = v
+    return out + np.triu(out, 1).T

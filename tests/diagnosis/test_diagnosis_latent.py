@@ -60,3 +60,9 @@ def test_unknown_samples_are_bridged_and_less_certain():
 
 def test_block_mean_is_the_mean_of_blocks():
     assert block_mean(np.arange(7.0), 3).tolist() == [1.0, 4.0]
+
+
+def test_slow_noise_that_nobody_told_of_has_no_part_in_the_law():
+    law = latent(read("triangle", 0.02), DT, 0.02).chain
+    # transitions from and to the slow noise, and its variance
+    assert not law[:, [3, 7, 11, 12, 13, 14, 15, 19, 22, 24, 25]].any()

@@ -4,25 +4,26 @@ import numpy as np
 import pytest
 from rig_logs import SHORT, record
 
-from sstl_cli.diagnosis.constants import MEASURED, UNKNOWN_COLOUR, UNMEASURED
+from sstl_cli.diagnosis.constants import LEVELS, MEASURED, UNKNOWN_COLOUR, UNMEASURED
 from sstl_cli.diagnosis.noise import _held, _window_costs, measured, of_readings
 from sstl_cli.diagnosis.records import prepare
+from sstl_cli.diagnosis.whitening import step_of
 from tests.diagnosis.made_windows import Held, coloured
 
 
 def test_slow_noise_is_found_in_holds_whatever_drifts_and_a_few_disturbed_holds_do_not_count():
     rng = np.random.default_rng(3)
     quiet = [Held(0.03 * rng.standard_normal(1200) + coloured(rng, 1200, 0.01, 0.02, 0.4) + 0.1 * np.linspace(0, k, 1200)) for k in range(8)]
-    found = _held(quiet, [np.zeros(1200)] * 8, 0.03)
+    found = _held(quiet, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)
     assert found.coloured_n == pytest.approx(0.02, rel=0.35) and 0.2 <= found.correlation_s <= 0.8
     loud = [Held(r.y + (np.arange(1200) > 600) * (i > 5)) for i, r in enumerate(quiet)]
-    assert _held(loud, [np.zeros(1200)] * 8, 0.03).coloured_n == pytest.approx(found.coloured_n, rel=0.35)
+    assert _held(loud, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS).coloured_n == pytest.approx(found.coloured_n, rel=0.35)
 
 
 def test_without_slow_noise_nothing_is_found_but_the_least_level():
     rng = np.random.default_rng(4)
     records = [Held(0.03 * rng.standard_normal(1200)) for _ in range(6)]
-    assert _held(records, [np.zeros(1200)] * 6, 0.03).coloured_n < 0.006
+    assert _held(records, [np.zeros(1200)] * 6, 0.03, 0.03 * LEVELS).coloured_n < 0.006
 
 
 def test_short_holds_show_slow_noise_too_and_where_there_are_too_few_it_may_be_anything():
@@ -30,9 +31,9 @@ def test_short_holds_show_slow_noise_too_and_where_there_are_too_few_it_may_be_a
     # half a second each, of a signal at 100 Hz: no window of a second fits
     short = [Held(0.03 * rng.standard_normal(900) + coloured(rng, 900, 0.01, 0.1, 0.2)) for _ in range(4)]
     slides = [np.where(np.arange(900) % 90 < 50, 0.0, 1.0)] * 4
-    found = _held(short, slides, 0.03)
+    found = _held(short, slides, 0.03, 0.03 * LEVELS)
     assert found.coloured_n == pytest.approx(0.1, rel=0.4) and found.spread == MEASURED
-    blind = _held(short[:1], [np.where(np.arange(900) < 50, 0.0, 1.0)], 0.03)
+    blind = _held(short[:1], [np.where(np.arange(900) < 50, 0.0, 1.0)], 0.03, 0.03 * LEVELS)
     assert blind.coloured_n == UNKNOWN_COLOUR * 0.03 and blind.spread == UNMEASURED
 
 
@@ -47,7 +48,7 @@ def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
     project = inverse - inverse @ line @ np.linalg.solve(inner, line.T @ inverse)
     square = np.einsum("ij,jk,ik->i", rows, project, rows)
     log_det = 0.5 * (np.linalg.slogdet(sigma)[1] + np.linalg.slogdet(inner)[1] - np.linalg.slogdet(line.T @ line)[1])
-    other, cost = _window_costs(rows, 0.3, np.array([0.1, 0.5]), 0.2, 0.01)
+    other, cost = _window_costs(rows, 0.3, np.array([0.1, 0.5]), step_of(1.0, 0.01 / 0.2))
     assert cost[:, 1] == pytest.approx(square) and cost[:, 0] == pytest.approx(0.5 * square + log_det)
     assert (other[:, 1] > cost[:, 1]).all()
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_chain import posterior
+from made_chain import pairs, posterior
+from scipy.signal import lfilter
 
-from sstl_cli.diagnosis.smoother import DIFFUSE, chain, cost, error_of_means, follow
+from sstl_cli.diagnosis.smoother import DIFFUSE, MOVES, PAIRS, STATES, Reading, chain, cost, error_of_means, follow
 
 N, R = 40, 0.01
 RNG = np.random.default_rng(0)
@@ -14,43 +15,68 @@ CORNERS, BENDS = 10.0 ** RNG.uniform(-6.0, -2.0, N), 10.0 ** RNG.uniform(-6.0, -
 KNOWN, Y = RNG.random(N) > 0.1, RNG.standard_normal(N)
 
 
+NOISES = pytest.mark.parametrize("noise", [Reading(R), Reading(R, 0.02, 0.9), Reading(R, 1e-4, 0.3)], ids=["white", "slow", "faint"])
+
+
 def covariance(law):
     """Covariance of the values of a chain, from its transitions."""
-    n = len(law)
-    found, now, ahead = np.zeros((n, n)), np.zeros((3, 3)), np.zeros((n, 3))
+    n, m = len(law), STATES
+    found, now, ahead = np.zeros((n, n)), np.zeros((m, m)), np.zeros((n, m))
     for k in range(n):
-        move, v = law[k, :9].reshape(3, 3), law[k, 9:]
-        now = move @ now @ move.T + np.array([[v[0], v[1], v[2]], [v[1], v[3], v[4]], [v[2], v[4], v[5]]])
+        move = law[k, : m * m].reshape(m, m)
+        now = move @ now @ move.T + pairs(law[k, m * m :])
         ahead[:k], ahead[k] = ahead[:k] @ move.T, now[0]
         found[k, : k + 1] = found[: k + 1, k] = ahead[: k + 1, 0]
     return found
 
 
-def test_the_chain_is_the_posterior_of_all_states():
-    law, drive = chain(Y, KNOWN, R, CORNERS, BENDS)
+@NOISES
+def test_the_chain_is_the_posterior_of_all_states(noise):
+    law, drive = chain(Y, KNOWN, noise, CORNERS, BENDS)
     mean, variance, _ = follow(law, drive)
-    dense_mean, dense = posterior(KNOWN, R, CORNERS, BENDS, Y)
-    assert mean[:, 0] == pytest.approx(dense_mean, abs=1e-9)
-    assert variance == pytest.approx(np.diag(dense), rel=1e-9)
-    assert covariance(law) == pytest.approx(dense, rel=1e-8, abs=1e-12)
+    dense_mean, dense = posterior(KNOWN, noise, CORNERS, BENDS, Y)
+    assert mean[:, 0] == pytest.approx(dense_mean, abs=1e-8)
+    assert variance == pytest.approx(np.diag(dense), rel=1e-8)
+    assert covariance(law) == pytest.approx(dense, rel=1e-7, abs=1e-11)
 
 
+@NOISES
 @pytest.mark.parametrize("factor", [1, 4, 7])
-def test_the_error_of_means_is_that_of_averaged_states(factor):
-    law, _ = chain(Y, KNOWN, R, CORNERS, BENDS)
+def test_the_error_of_means_is_that_of_averaged_states(factor, noise):
+    law, _ = chain(Y, KNOWN, noise, CORNERS, BENDS)
     blocks = N // factor
     means = np.kron(np.eye(blocks), np.full((1, factor), 1.0 / factor))
-    dense = means @ posterior(KNOWN, R, CORNERS, BENDS)[1][: blocks * factor, : blocks * factor] @ means.T
+    dense = means @ posterior(KNOWN, noise, CORNERS, BENDS)[1][: blocks * factor, : blocks * factor] @ means.T
     moves, sd = error_of_means(law, factor)
-    assert sd**2 == pytest.approx(np.diag(dense), rel=1e-9)
+    assert sd**2 == pytest.approx(np.diag(dense), rel=1e-8)
     # covariance of a mean with the next one: through the state between them
-    state, first = np.zeros((3, 3)), None
+    m = STATES
+    state, first = np.zeros((m, m)), None
     for k, row in enumerate(moves[:2]):
-        move, c, v = row[:9].reshape(3, 3), row[9:12], row[12:18]
+        move, c, new = row[: m * m].reshape(m, m), row[m * m : MOVES], pairs(row[MOVES : MOVES + PAIRS])
         if k == 1:
             assert c @ first == pytest.approx(dense[0, 1], rel=1e-8)
-        first = move @ state @ c + row[18:21]
-        state = move @ state @ move.T + np.array([[v[0], v[1], v[2]], [v[1], v[3], v[4]], [v[2], v[4], v[5]]])
+        first = move @ state @ c + row[MOVES + PAIRS : -1]
+        state = move @ state @ move.T + new
+
+
+@pytest.mark.parametrize("sd", [0.0, 0.15])
+def test_slow_noise_is_told_from_the_signal(sd):
+    rng = np.random.default_rng(3)
+    n, memory, white = 3000, 0.99, 0.05
+    x = 0.002 * np.abs(np.arange(n) % 1000 - 500.0)
+    c = lfilter([1.0], [1.0, -memory], sd * np.sqrt(1.0 - memory**2) * rng.standard_normal(n))
+    y, steps = x + c + white * rng.standard_normal(n), (np.full(n, 1e-16), np.full(n, 1e-18))
+    steps[0][500::500] = 1e-5
+    use, told = np.ones(n, bool), Reading(white**2, sd**2, memory)
+    mean, variance, _ = follow(*chain(y - y[0], use, told, *steps))
+    off = mean[:, 0] + y[0] - x
+    assert np.sqrt(np.mean(off**2)) < 0.6 * np.hypot(sd, white)
+    # the error is as large as it is said to be, which it is not for a smoother that takes all noise for white
+    assert 0.5 < np.mean(off**2 / variance) < 2.0
+    if sd:
+        other, claimed, _ = follow(*chain(y - y[0], use, Reading(white**2), *steps))
+        assert np.mean((other[:, 0] + y[0] - x) ** 2 / claimed) > 10.0
 
 
 def test_the_cost_is_the_dense_likelihood_of_the_readings():
@@ -59,13 +85,14 @@ def test_the_cost_is_the_dense_likelihood_of_the_readings():
 
     def dense(r):
         # covariance of the readings: that of the states without them, and noise
-        prior = posterior(~known, r, CORNERS[few], BENDS[few])[1] + r * np.eye(8)
+        lag = np.abs(np.subtract.outer(np.arange(8), np.arange(8)))
+        prior = posterior(~known, r._replace(slow=0.0), CORNERS[few], BENDS[few])[1] + r.white * np.eye(8) + r.slow * r.memory**lag
         return 0.5 * Y[few] @ np.linalg.solve(prior, Y[few]) + 0.5 * np.linalg.slogdet(prior)[1]
 
     # a prior a million times as wide as a reading costs the dense matrix some digits
-    for r in (0.01, 0.03):
+    for r in (Reading(0.01), Reading(0.03), Reading(0.01, 0.02, 0.8)):
         assert cost(Y[few], known, r, CORNERS[few], BENDS[few]) == pytest.approx(dense(r), abs=1e-2)
-    assert cost(Y[:1], np.ones(1, bool), R, CORNERS, BENDS) == pytest.approx(
+    assert cost(Y[:1], np.ones(1, bool), Reading(R), CORNERS, BENDS) == pytest.approx(
         0.5 * Y[0] ** 2 / (R * (1.0 + DIFFUSE)) + 0.5 * np.log(R * (1.0 + DIFFUSE))
     )
 
@@ -75,7 +102,7 @@ def test_a_straight_line_has_no_steps_and_a_corner_one():
     flat = np.full(21, 1e-12)
     corners = flat.copy()
     corners[11] = 4.0
-    law, drive = chain(y - y[0], np.ones(21, bool), 1e-6, corners, flat)
+    law, drive = chain(y - y[0], np.ones(21, bool), Reading(1e-6), corners, flat)
     mean, _, steps = follow(law, drive)
     assert mean[:, 0] + y[0] == pytest.approx(y, abs=1e-2)
     assert steps[11, 0] == pytest.approx(4.0, rel=0.05) and np.delete(steps[:, 0], 11).max() < 1e-3

@@ -9,7 +9,7 @@ import pytest
 from made_chain import posterior
 
 from sstl_cli.diagnosis.records import Start
-from sstl_cli.diagnosis.smoother import chain, error_of_means
+from sstl_cli.diagnosis.smoother import Reading, chain, error_of_means
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
 
 N, FACTOR, DT = 120, 5, 0.004
@@ -28,6 +28,7 @@ class Made:
     again: tuple[Start, ...] = ()
     weight: np.ndarray = field(default_factory=lambda: np.ones(N))
     misfit_n: np.ndarray | None = None
+    told_n: float = 0.0
 
     @property
     def readings(self):
@@ -41,7 +42,8 @@ TIMES = np.arange(N * FACTOR) * DT
 READ = 2.0 * np.sin(6.0 * TIMES) + 0.05 * np.random.default_rng(9).standard_normal(N * FACTOR)
 KNOWN = np.random.default_rng(8).random(N * FACTOR) > 0.1
 CORNERS, BENDS = (np.exp(np.random.default_rng(k).normal(-14.0, 2.0, N * FACTOR)) for k in (1, 2))
-LAW, _ = chain(READ, KNOWN, 0.05**2, CORNERS, BENDS)
+PLAIN, TOLD = Reading(0.05**2), Reading(0.05**2, 0.015**2, float(np.exp(-DT / 0.3)))
+LAW, _ = chain(READ, KNOWN, PLAIN, CORNERS, BENDS)
 NOISE = Noise({"act": Sensor(0.02, 0.015, 0.3)}, {"act": Sensor(0.03, 0.02, 0.1)}, {"act": 1.0})
 
 
@@ -53,14 +55,15 @@ def phases():
     return Phases(slide, gain, np.zeros(N))
 
 
-def dense(ph):
+def dense(ph, told=False):
     """Covariance of h + c + white noise by linear algebra: every sample is a known mix of the input's errors."""
-    def colour(sd, tau):
-        lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N))) * DT * FACTOR
-        return sd**2 * np.exp(-lag / tau)
-
     means = np.kron(np.eye(N), np.full((1, FACTOR), 1.0 / FACTOR))
-    into = means @ posterior(KNOWN, 0.05**2, CORNERS, BENDS)[1] @ means.T + colour(0.015, 0.3)
+
+    def colour(sd, tau):
+        lag = np.abs(np.subtract.outer(np.arange(N * FACTOR), np.arange(N * FACTOR))) * DT
+        return sd**2 * means @ np.exp(-lag / tau) @ means.T
+
+    into = means @ posterior(KNOWN, TOLD if told else PLAIN, CORNERS, BENDS)[1] @ means.T + (0.0 if told else colour(0.015, 0.3))
     held = ph.gain[0] ** 2 * into[0, 0]
     mix, start = np.zeros((N, N)), np.zeros(N)
     for t in range(N):
@@ -78,6 +81,15 @@ def dense(ph):
 def test_the_filter_is_the_inverse_root_of_the_dense_covariance():
     ph = phases()
     w, sigma = whitener([Made()], ph, NOISE), dense(ph)
+    x = np.random.default_rng(0).standard_normal((N, 4))
+    z = w(x)
+    assert z.T @ z == pytest.approx(x.T @ np.linalg.solve(sigma, x), rel=1e-8)
+    assert w.log_det == pytest.approx(np.linalg.slogdet(sigma)[1], rel=1e-10)
+
+
+def test_a_smoother_that_was_told_of_slow_noise_has_it_in_its_error():
+    ph, law = phases(), error_of_means(chain(READ, KNOWN, TOLD, CORNERS, BENDS)[0], FACTOR)[0]
+    w, sigma = whitener([Made(error_law=law, told_n=0.015)], ph, NOISE), dense(ph, told=True)
     x = np.random.default_rng(0).standard_normal((N, 4))
     z = w(x)
     assert z.T @ z == pytest.approx(x.T @ np.linalg.solve(sigma, x), rel=1e-8)

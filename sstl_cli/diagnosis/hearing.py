@@ -1,0 +1,131 @@
+"""Slow noise of the sensor of the input: told from the input's own readings, and kept out of what drives the line.
+
+A smoother that takes all noise for white follows the slow part of it, and what the line is then said to have been driven by
+is off by far more than is stated. Told of it, the smoother leaves it to the sensor as far as that is likely, and states what it
+does not know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from sstl_cli.diagnosis import noise as noise_of
+from sstl_cli.diagnosis.constants import (
+    ALIKE,
+    AT_MOST,
+    EDGE,
+    ENOUGH,
+    FLAT,
+    HEARD_NEAR,
+    HEARD_S,
+    HEARD_TRIES,
+    MEASURED,
+    RICH_RIDGE,
+    SHORT_ITERATIONS,
+    UNMEASURED,
+    UNSEEN,
+)
+from sstl_cli.diagnosis.fit import Fit, fit
+from sstl_cli.diagnosis.latent import Slow
+from sstl_cli.diagnosis.noise import some
+from sstl_cli.diagnosis.records import Record, sampled, told
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.whitening import Noise, Sensor, whitener
+
+Array = NDArray[np.float64]
+
+
+def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simulator, Fit, Noise]:
+    """Return simulator, base and noise; where the input's sensor has slow noise, the input is smoothed again, told of it.
+
+    Not where the output follows the input as it was smoothed before more closely: then what is slow moves the line as well.
+    Both ways the same models are asked, with the same columns projected out.
+    """
+    columns = _columns(sim, coarse)
+    noise, nats = _noise(sim, coarse, measured, columns)
+    own = entering(sim.problem.records, noise, measured)
+    if not own:
+        return sim, coarse[0], noise
+    slow = {k: Slow(s.coloured_n, s.correlation_s) for k, s in own.items()}
+    believed = replace(measured, input={**measured.input, **own}, spread=noise.spread)
+    found, cost = _noise(replace(sim, problem=told(sim.problem, slow)), coarse, believed, columns)
+    better = {k for k in own if cost[k] < nats[k]}
+    if not better:
+        return sim, coarse[0], noise
+    sim = replace(sim, problem=told(sim.problem, {k: slow[k] for k in better}))
+    base = fit(sim, coarse[0].whiten, coarse[0].hypothesis, coarse[0].theta, coarse[0].values, SHORT_ITERATIONS)
+    return sim, base, _either(found, noise, better)
+
+
+def _either(one: Noise, other: Noise, those: set[str]) -> Noise:
+    """Return the one noise of those systems, and the other of the rest."""
+    parts = ("input", "output", "smoother", "spread")
+    return replace(other, **{p: {k: getattr(one if k in those else other, p)[k] for k in getattr(other, p)} for p in parts})
+
+
+def _leading(coarse: Sequence[Fit]) -> Fit:
+    return coarse[1] if len(coarse) > 1 else coarse[0]
+
+
+def _columns(sim: Simulator, coarse: Sequence[Fit]) -> Array:
+    """Return what the best few models could still change, shape (samples, k)."""
+    base, best = coarse[0], _leading(coarse)
+    own = np.zeros((len(sim.y), len(base.theta)))
+    own[np.arange(len(sim.y)), sim.config] = best.jacobian[:, 0]
+    columns = np.concatenate([own, best.jacobian[:, 1:], *(f.jacobian[:, 1:] for f in coarse[2:])], axis=1)
+    return np.asarray(columns[:, np.any(columns * sim.weight[:, None] != 0.0, axis=0)])
+
+
+def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Array) -> tuple[Noise, dict[str, float]]:
+    """Return the most likely noise in what the best few models together leave, by the phases of the best, and its cost by system."""
+    best = _leading(coarse)
+    phases = sim.phases(best.theta, best.effects, measured)
+    whiten = whitener(sim.problem.records, phases, measured)
+    residual = sim.y - sim.predict(best.theta, best.effects)
+    j, r = whiten(columns), whiten(residual)
+    gram = j.T @ j
+    step = np.linalg.lstsq(gram + RICH_RIDGE * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0]
+    return noise_of.likely(sim.problem.records, phases, residual - columns @ step, columns, measured)
+
+
+def entering(records: Sequence[Record], noise: Noise, measured: Noise) -> dict[str, Sensor]:
+    """Return the sensors of the inputs whose slow noise can be told from their own readings, by system.
+
+    The input is smooth but for few corners (see latent): what wanders beside is the sensor's. Sensors of a rig are alike, so
+    that of the output is where to look; not where it had to leave what was measured for as far as it may: then the models miss
+    more than noise, and what is known of it is little.
+    """
+    found = {}
+    for system, out in noise.output.items():
+        wide = measured.open.get(system, MEASURED)
+        off = abs(float(np.log(out.coloured_n / measured.output[system].coloured_n)))
+        if out.coloured_n > UNSEEN * out.white_n and off < (1.0 - EDGE) * AT_MOST * wide:
+            part = [r for r, _ in some([(r, slice(0, len(r))) for r in records if r.system == system])]
+            # an input without noise was not smoothed
+            if all(r.error_n.any() for r in part):
+                found[system] = _likeliest(part, noise.input[system], out)
+    return found
+
+
+def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor) -> Sensor:
+    def sensor(p: Array) -> Sensor:
+        size, slow = (float(v) for v in np.exp(np.clip(p, -AT_MOST * UNMEASURED, AT_MOST * ALIKE)))
+        return Sensor(into.white_n, out.coloured_n * size, out.correlation_s * slow)
+
+    def cost(p: Array) -> float:
+        s = sensor(p)
+        slow, left, nats = Slow(s.coloured_n, s.correlation_s), ENOUGH // 2, 0.0
+        for r in records:
+            if left > 0:
+                every = max(1, round(HEARD_S / r.raw.dt_s))
+                nats += sampled(r, every, left, slow).nats
+                left -= len(r.raw) // every
+        return nats + 0.5 * float(np.sum((p / ALIKE) ** 2))
+
+    options = {"initial_simplex": ALIKE * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), "maxfev": HEARD_TRIES, "xatol": HEARD_NEAR, "fatol": FLAT}
+    return sensor(np.asarray(minimize(cost, np.zeros(2), method="Nelder-Mead", options=options).x))

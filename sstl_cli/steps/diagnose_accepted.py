@@ -1,0 +1,99 @@
+"""What is kept of a diagnosis: the accepted simulator, and what it is known to leave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sstl_cli import __version__
+from sstl_cli.diagnosis import misfit, scaling, tempering, verdict
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.latent import WHITE_ONLY
+from sstl_cli.diagnosis.noise import of_readings, white_only
+from sstl_cli.diagnosis.records import told
+from sstl_cli.diagnosis.residuals import leftover
+from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.simulator import LINE, Simulator
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
+from sstl_cli.steps.diagnose_given import Evidence
+
+
+def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
+    """Return the fit of the named effects, or the re-tuned base where none of the output is named."""
+    named = tuple(sorted(said.effects))
+    if named and _fitted(found.search, named):
+        return found.search.best(named).fit
+    return found.search.base
+
+
+def _fitted(found: Search, named: tuple[str, ...]) -> bool:
+    return named in found.combined if len(named) > 1 else named[0] in found.singles
+
+
+def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
+    """Return a scenario that predicts the record as the accepted fit does, in the units of the recording."""
+    chosen = accepted(found, said)
+    unit_n = found.problem.unit_n
+    effects = {**base.effects}
+    for effect_id, values in chosen.effects.items():
+        if effect_id == LINE.id:
+            load = 1.0 / scaling.parameter(values["load_mm_per_n"], "mm/N", unit_n)
+            base = base.model_copy(update={"rig": base.rig.model_copy(update={"load_n_per_mm": load})})
+            continue
+        units = {p.name: p.unit for p in get(effect_id).parameters}
+        total = found.search.sim.changed(effect_id, values)
+        effects[effect_id] = {k: scaling.parameter(v, units[k], unit_n) for k, v in total.items()}
+    for fault in found.recorder:
+        if (fault.id,) == said.effects:
+            effects[fault.id] = get(fault.id).complete({k: scaling.parameter(v, get(fault.id).parameter(k).unit, unit_n) for k, v in fault.parameters.items() if v})
+    for gap in found.beside:
+        if (gap.effect,) == said.effects:
+            effects[gap.effect] = dict(gap.values)
+    locations = {r.config: r.location for r in found.problem.records}
+    configurations = tuple(
+        Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i]))
+        for i, name in enumerate(found.problem.configs)
+    )
+    # of holds and second differences only: what the model leaves is no noise of a sensor
+    noise = of_readings(found.problem.records, found.search.measured).output.values()
+    heard = {
+        "white_n": unit_n * float(np.median([s.white_n for s in noise])),
+        "coloured_n": unit_n * float(np.median([s.coloured_n for s in noise])),
+        "correlation_s": float(np.median([s.correlation_s for s in noise])),
+    }
+    return base.model_copy(
+        update={
+            "configurations": configurations, "effects": effects, "generator": None,
+            "misfits": (), "dispersion": {}, "package_version": __version__,
+            "output": None if found.scale is None else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
+            "noise": base.noise.model_copy(update=heard),
+        }
+    )
+
+
+def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
+    """Return the accepted simulator with what it leaves of the record, in N: what was known already, and what is new."""
+    sim, chosen = _unheard(found.search.sim, accepted(found, said))
+    problem, noise = sim.problem, white_only(found.search.measured)
+    phases = sim.phases(chosen.theta, chosen.effects, noise)
+    sections, remains = misfit.learned(problem, chosen.residual + misfit.known(problem), phases, noise)
+    bare = model(found, said, base)
+    if not sections:
+        return bare
+    knowing, whiten = misfit.beyond(sim, chosen, sections, noise)
+    tests = leftover(knowing, replace(chosen, residual=remains, whiten=whiten)).tests
+    gains = tempering.by_chance(knowing, {k: v[0].fit for k, v in found.search.singles.items()}, whiten, remains)
+    usual = {**{t.name: float(t.dispersion) for t in tests}, **gains}
+    return bare.model_copy(update={"misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections), "dispersion": usual})
+
+
+def _unheard(sim: Simulator, chosen: Fit) -> tuple[Simulator, Fit]:
+    """Return simulator and fit driven by inputs that were told of no slow noise: so they are where a model that knows is tried."""
+    records = sim.problem.records
+    if all(r.told_n == 0.0 for r in records):
+        return sim, chosen
+    plain = replace(sim, problem=told(sim.problem, dict.fromkeys(sim.problem.systems, WHITE_ONLY)))
+    prediction = plain.predict(chosen.theta, chosen.effects)
+    return plain, replace(chosen, prediction=prediction, residual=plain.y - prediction)

@@ -1,0 +1,73 @@
+"""Slow noise of the input's sensor: found in the input's own readings, and never made of what moves the line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.records import prepare
+from sstl_cli.diagnosis.residuals import leftover
+from sstl_cli.steps.diagnose import DiagnoseOptions, gather, run
+
+DT = 0.01
+TIME = np.arange(0.0, 48.0, DT)
+TURNS = np.cumsum(np.concatenate(([0.0], np.tile([3.0, 1.5, 2.0, 1.0], 8))))
+WHITE, SLOW, SLOW_S = 0.008, 0.025, 0.1
+ONE = DiagnoseOptions(effects=("viscous",), max_effects=1)
+
+
+def wander(rng, sd):
+    memory = np.exp(-DT / SLOW_S)
+    start = rng.standard_normal()
+    return sd * lfilter([1.0], [1.0, -memory], np.sqrt(1.0 - memory**2) * rng.standard_normal(len(TIME)), zi=[memory * start])[0]
+
+
+def recorded(seed, of_sensor, of_line):
+    """Return a run of a play; slow noise of the input's sensor, or as much wander of the line's true input."""
+    rng = np.random.default_rng(seed)
+    levels = rng.uniform(3.0, 25.0, len(TURNS))
+    levels[1::2] = levels[0::2][: len(levels[1::2])]
+    u = np.interp(TIME, TURNS, levels) + of_line * wander(rng, SLOW)
+    y = np.empty_like(u)
+    last = u[0]
+    for k, v in enumerate(u):
+        last = y[k] = max(np.exp(-0.5) * v, min(last, np.exp(0.5) * v))
+    seen = (u + of_sensor * wander(rng, SLOW), y + wander(rng, SLOW))
+    return Run(f"r{seed}", "act", TIME, *(x + WHITE * rng.standard_normal(len(TIME)) for x in seen), config_id="a", trajectory=f"m{seed}")
+
+
+def test_noise_of_the_sensor_is_found_and_leaves_a_white_residual():
+    found = gather([recorded(1, 1.0, 0.0), recorded(2, 1.0, 0.0)], ONE)
+    for r in found.problem.records:
+        assert r.told_n == pytest.approx(SLOW, rel=0.3) and r.told_s == pytest.approx(SLOW_S, rel=0.5)
+    base = found.search.base
+    left = leftover(found.search.sim, base)
+    assert abs(left.chi2 - 1.0) < 0.08 and left.worst().z < 6.0 and abs(left.lag_one) < 0.05
+    # and the latent input is the nearer to the true one for it
+    clean = recorded(1, 0.0, 0.0)
+    truth = clean.tension_in_n  # white noise beside
+    plain = prepare(found.runs).records[0]
+    near, far = (np.sqrt(np.mean((r.u - truth[: len(r.u)]) ** 2 - WHITE**2)) for r in (found.problem.records[0], plain))
+    assert near < 0.9 * far
+
+
+def test_what_moves_the_line_is_no_noise():
+    found = gather([recorded(3, 0.0, 1.0), recorded(4, 0.0, 1.0)], ONE)
+    assert all(r.told_n == 0.0 for r in found.problem.records)
+
+
+def test_a_smooth_input_with_white_noise_is_left_as_it_is():
+    found = gather([recorded(5, 0.0, 0.0), recorded(6, 0.0, 0.0)], ONE)
+    assert all(r.told_n < 0.3 * SLOW for r in found.problem.records)
+
+
+def test_a_model_of_such_a_record_says_none_of_it_and_of_its_like():
+    runs = [recorded(k, 1.0, 0.0) for k in (7, 8, 9)]
+    options = DiagnoseOptions(max_effects=1, effects=("viscous", "const_friction", "channel_lowpass"))
+    model = run(runs[:2], options).model()
+    for later in (runs[:2], runs[2:]):
+        assert run(later, replace(options, sim=model)).verdict.status == "none"
