@@ -93,8 +93,8 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             white_out = max(white_beside(white_out, slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_out_n"))), least_out)
             white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_in_n"))), least_in)
             held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
-            # a difference is known as well as what was taken off
-            loose[system] = min(float(np.hypot(WHITE, MEASURED * (seen**2 / white_out**2 - 1.0))), UNMEASURED)
+            # a difference is known as well as what was taken off; there is no more of it than was seen
+            loose[system] = float(min(np.hypot(WHITE, MEASURED * (seen**2 / white_out**2 - 1.0)), WHITE + np.log(seen / white_out) / AT_MOST))
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)

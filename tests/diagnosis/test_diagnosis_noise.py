@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from rig_logs import SHORT, record
+from scipy.signal import lfilter
 
 from sstl_cli.diagnosis.constants import LEVELS, MEASURED, UNKNOWN_COLOUR, UNMEASURED
 from sstl_cli.diagnosis.noise import _held, _window_costs, measured, of_readings
+from sstl_cli.diagnosis.recorder import white_beside, white_noise
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.whitening import step_of
 from tests.diagnosis.made_windows import Held, coloured
@@ -61,3 +63,13 @@ def test_stated_noise_is_that_of_one_reading_at_any_rate(hz):
     assert not found.spread and set(found.open) == set(found.output)
     for sensor in (*found.input.values(), *found.output.values()):
         assert sensor.white_n == pytest.approx(0.02, rel=0.1)
+
+
+def test_the_white_part_of_quick_slow_noise_is_what_is_left_and_no_more_than_was_seen():
+    rng = np.random.default_rng(11)
+    n, dt, white, slow, tau = 12_000, 0.01, 0.004, 0.02, 0.08
+    memory = np.exp(-dt / tau)
+    wander = lfilter([1.0], [1.0, -memory], np.sqrt(1.0 - memory**2) * rng.standard_normal(n))
+    seen = white_noise(slow * wander + white * rng.standard_normal(n))
+    assert seen > 1.2 * white and white_beside(seen, slow, memory) == pytest.approx(white, rel=0.1)
+    assert white_beside(seen, 0.0, memory) == seen and white_beside(seen, 1.0, memory) > 0.0
