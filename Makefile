@@ -34,7 +34,7 @@ tests: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
 
 test-slow: $(STAMP) ## run the tests that take minutes
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow --timeout 3600
 
 lint: $(STAMP) ## ruff, mypy and import-linter
 	$(BIN)/ruff check .

@@ -9,6 +9,8 @@ import signal
 # as long; numpy and scipy ask for it when they are loaded, here and in the processes that tests start
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# a shell that starts the suite in the background has its children ignore Ctrl-C, which is what some tests are about
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# a shell that starts the suite in the background has its children ignore Ctrl-C, and nohup a terminal that closes: what some
+# tests are about
+for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, usual)
