@@ -232,7 +232,7 @@ def _exact(r: Record, seen: Phases, noise: Sequence[float]) -> Array:
     """Return the covariance of the residual of a run at the analysis rate, from the true noise."""
     x, n = r.raw.tension_in_n, len(r)
     slow = Slow(r.told_n, r.told_s)
-    spread = white_beside(white_noise(x), slow.sd_n, float(np.exp(-r.raw.dt_s / slow.correlation_s)))
+    spread = white_beside(white_noise(x), slow.sd_n, slow.kept(r.raw.dt_s))
     posterior = covariance(latent(x, r.raw.dt_s, spread, slow=slow).chain)
     lag = np.abs(np.subtract.outer(np.arange(len(x)), np.arange(len(x)))) * r.raw.dt_s
     means = np.kron(np.eye(n), np.full((1, r.factor), 1.0 / r.factor))

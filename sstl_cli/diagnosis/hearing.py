@@ -53,11 +53,13 @@ def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simul
         return sim, coarse[0], noise
     slow = {k: Slow(s.coloured_n, s.correlation_s) for k, s in own.items()}
     believed = replace(measured, input={**measured.input, **own}, spread=noise.spread)
-    found, cost = _noise(replace(sim, problem=told(sim.problem, slow)), coarse, believed, columns)
+    heard_all = told(sim.problem, slow)
+    found, cost = _noise(replace(sim, problem=heard_all), coarse, believed, columns)
     better = {k for k in own if cost[k] < nats[k]}
     if not better:
         return sim, coarse[0], noise
-    sim = replace(sim, problem=told(sim.problem, {k: slow[k] for k in better}))
+    pairs = zip(sim.problem.records, heard_all.records, strict=True)
+    sim = replace(sim, problem=replace(heard_all, records=tuple(b if b.system in better else a for a, b in pairs)))
     base = fit(sim, coarse[0].whiten, coarse[0].hypothesis, coarse[0].theta, coarse[0].values, SHORT_ITERATIONS)
     return sim, base, _either(found, noise, better)
 

@@ -80,7 +80,7 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     y = np.ascontiguousarray(signal - signal[0], np.float64)
     r = white * white
     # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
-    noise = Reading(r, slow.sd_n * slow.sd_n, float(np.exp(-dt_s / slow.correlation_s)) if slow.sd_n > 0.0 else 0.0)
+    noise = Reading(r, slow.sd_n * slow.sd_n, slow.kept(dt_s) if slow.sd_n > 0.0 else 0.0)
     # steps of increment and of its change: a start far below those of the readings, which are noise
     scales = [max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES]
     squares = np.zeros((n, 4))

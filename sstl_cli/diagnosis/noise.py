@@ -44,7 +44,7 @@ from sstl_cli.diagnosis.constants import (
     WINDOWS_S,
 )
 from sstl_cli.diagnosis.latent import Slow
-from sstl_cli.diagnosis.readings import known
+from sstl_cli.diagnosis.readings import gaps, known
 from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
 from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, step_of, whitener
@@ -127,7 +127,7 @@ def _white(fine: Array, r: Record, column: str, held: NDArray[np.bool_] | None =
     Where the output is ``held`` for long enough it shows there alone: what slides may jump.
     """
     readings, raw = known(r.raw, column), getattr(r.raw, column)
-    there = r.raw.extra.get("gap", np.zeros(len(raw))) == 0 if held is None else held
+    there = gaps(r.raw) == 0 if held is None else held
     white = white_noise(fine, there) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
     return max(white, _least(r, column))
 

@@ -86,6 +86,11 @@ def _copies(sensor: Sensor, repeated: float) -> bool:
     return repeated > max(COPIED, CHANCE_COPIES * sensor.step_n / (2.0 * float(np.sqrt(np.pi)) * sensor.noise_n))
 
 
+def gaps(run: Run) -> Array:
+    """Return 1 where a run was not recorded and is bridged, 0 elsewhere, shape (n,)."""
+    return run.extra.get("gap", np.zeros(len(run)))
+
+
 def known(run: Run, column: str) -> Mask:
     """Return which samples of a channel are readings, and no copies of the one before."""
     marked = run.extra.get(f"known_{column}")

@@ -21,7 +21,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
 from sstl_cli.diagnosis.motion import slip_of
-from sstl_cli.diagnosis.readings import agreed, known, renewed, scanned
+from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
 from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
 from sstl_cli.diagnosis.smoother import error_of_means
 
@@ -190,7 +190,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     dt = run.dt_s * thin
     factor = max(1, int(1.0 / (dt * ANALYSIS_HZ) + 0.5))
     n = len(run) // (thin * factor) * factor
-    gap = run.extra.get("gap", np.zeros(len(run)))
+    gap = gaps(run)
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
     fresh_out = known(run, "tension_out_n")
     fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
@@ -271,13 +271,13 @@ def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
     signal = _bridge(run.tension_in_n, ~faults.bad)
     if not fresh.all():
         return _latent(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, slow)
-    white = max(white_beside(white_noise(signal, good), slow.sd_n, slow.kept(run.dt_s)), faults.rounding_n)
+    white = _white(signal, good, faults.rounding_n, run.dt_s, slow)
     part = slice(0, every * most, every)
     return latent(signal[part], run.dt_s * every, white, good[part], slow)
 
 
 def _known_input(run: Run, faults: Faults) -> Mask:
-    return np.asarray(~(faults.bad | faults.clipped) & (run.extra.get("gap", np.zeros(len(run))) == 0))
+    return np.asarray(~(faults.bad | faults.clipped) & (gaps(run) == 0))
 
 
 def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, slow: Slow = WHITE_ONLY) -> _Input:
@@ -337,11 +337,16 @@ def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: in
     """
     share = block_mean((known & fresh).astype(float), thin)[:n]
     if fresh.all():
-        white = max(white_beside(white_noise(signal, known), slow.sd_n, slow.kept(dt_s / thin)), rounding_n)
+        white = _white(signal, known, rounding_n, dt_s / thin, slow)
         return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, slow)
     at = np.flatnonzero(fresh)
     white = max(white_beside(slow_noise(signal[fresh], at.astype(float)), slow.sd_n, slow.kept(float(np.median(np.diff(at))) * dt_s / thin)), rounding_n)
     return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, slow)
+
+
+def _white(signal: Array, known: Mask, rounding_n: float, dt_s: float, slow: Slow) -> float:
+    """Return the white noise (N) of equally spaced readings beside slow noise, at least that of their rounding."""
+    return max(white_beside(white_noise(signal, known), slow.sd_n, slow.kept(dt_s)), rounding_n)
 
 
 def _bridge(signal: Array, good: Mask) -> Array:

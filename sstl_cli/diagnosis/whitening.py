@@ -11,7 +11,8 @@ slide. The output sensor adds white and first-order coloured noise. Given the ph
 
 where the smoother has not been told of the slow noise of the input's sensor, that noise is the last number of the error, and
 on its own. Sensors are read many times a step: of slow noise a step has the mean, which is smoother than a sample (a
-first-order noise of 0.05 s keeps 77 % from one mean over 0.02 s to the next, not 67). ``slip`` stands for a hold that nearly slid: whether the true input slipped there is not known, and what it left stays.
+first-order noise of 0.05 s keeps 77 % from one mean over 0.02 s to the next, not 67). ``slip`` stands for a hold that nearly
+slid: whether the true input slipped there is not known, and what it left stays.
 So the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
 is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise only: a residual and all columns
 of a Jacobian pass through it in one go.
@@ -153,8 +154,8 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
 
 @dataclass(frozen=True)
 class Constants:
-    """What the noise is whatever the model does, per sample: coloured noise of the output, white noise (N), law of the input's error (n, 35), variance of the output before a record, whether the sample counts, and
-    whether a record begins.
+    """What the noise is whatever the model does, per sample: coloured noise of the output, white noise (N), law of the input's
+    error (n, 35), variance of the output before a record, whether the sample counts, and whether a record begins.
     """
 
     own: Own
