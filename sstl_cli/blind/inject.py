@@ -112,7 +112,11 @@ def put_in(runs: Sequence[Run], injection: Injection) -> list[Run]:
         raise UsageError(f"{injection.effect} cannot be put into a recording ({nearest(injection.effect, known)})", where="--inject", code="E957")
     operation = OPERATIONS[injection.effect][0]
     top = max(float(np.nanmax(np.abs(r.tension_out_n))) for r in runs)
-    return [replace(r, tension_out_n=operation(r, injection.size, top)) for r in runs]
+    made = [replace(r, tension_out_n=operation(r, injection.size, top)) for r in runs]
+    if injection.effect != "channel_delay":
+        return made
+    # what a delayed channel read before the run began nobody knows
+    return [_part(r, slice(int(np.searchsorted(r.time_s, r.time_s[0] + injection.size)), None)) for r in made]
 
 
 def of_size(runs: Sequence[Run], effect: str, share: float = SHARE) -> Injection:
@@ -123,7 +127,7 @@ def of_size(runs: Sequence[Run], effect: str, share: float = SHARE) -> Injection
 
     def moved(size: float) -> float:
         made = put_in(runs, Injection(effect, size, parameter))
-        squares = [np.mean((a.tension_out_n - b.tension_out_n) ** 2) for a, b in zip(made, runs, strict=True)]
+        squares = [np.mean((a.tension_out_n - b.tension_out_n[len(b) - len(a) :]) ** 2) for a, b in zip(made, runs, strict=True)]
         return float(np.sqrt(np.mean(squares)))
 
     while moved(high) < share * span and high < MOST:
@@ -143,7 +147,10 @@ def injections(runs: Sequence[Run], asked: Mapping[str, float] | None) -> list[I
 
 def half(r: Run, second: bool) -> Run:
     """Return the first or the second half of a run."""
-    part = slice(len(r) // 2, None) if second else slice(0, len(r) // 2)
+    return _part(r, slice(len(r) // 2, None) if second else slice(0, len(r) // 2))
+
+
+def _part(r: Run, part: slice) -> Run:
     names = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
     cut = {n: v[part] for n in names if (v := getattr(r, n)) is not None}
     return replace(r, extra={k: v[part] for k, v in r.extra.items()}, **cut)

@@ -162,9 +162,11 @@ LEAST_MAPPED = 50
 WIDEST, BEYOND_WIDEST = 2.5, 1e3
 # independent samples by which a place is drawn to the usual variance of the scatter, and the least share of it
 SPREAD, QUIETEST = 10.0, 0.05
-# parts of a run for cross-validation of the map, of the only run for held-out errors, and stretches for tempering: each is
-# far longer than what is remembered, and several are in every record
+# parts of a run for cross-validation of the map, of the only run for held-out errors, and stretches in which a known rig
+# varies: each is far longer than what is remembered, and several are in every record
 MAP_FOLDS, RUN_PARTS, STRETCHES = 4, 4, 8
+# variances of a way in which a rig varies that are tried, over what one stretch tells of it
+VARIANCES = np.geomspace(0.1, 1e6, 71)
 # trajectories and configurations share so many folds; what differs from block to block is drawn in blocks of so many seconds
 MAX_FOLDS, BLOCK_S = 6, 5.0
 

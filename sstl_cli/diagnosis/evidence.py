@@ -62,15 +62,13 @@ def standard_errors(sim: Simulator, f: Fit) -> Array:
     return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(a)), 0.0))[len(f.theta) :])
 
 
-def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = (), beside: Array | None = None) -> Weighed:
+def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = ()) -> Weighed:
     """Return a fit with its evidence over the base.
 
     Parameters
     ----------
     parts : sequence of Weighed
         The models that lack one of several effects each: the size of an effect's own response is what it adds to them.
-    beside : ndarray, shape (configurations,), optional
-        Theta of the base: a bend that has no friction there is not stopped by an effect.
     """
     gain = base_cost - f.cost
     se = standard_errors(sim, f)
@@ -81,7 +79,9 @@ def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = (
     for effect_id in f.ids:
         k = sum(1 for x in f.hypothesis.strengths if x.effect.id == effect_id)
         charge += strengths_charge(k, 2.0 * (gain - lacking.get(effect_id, 0.0)))
-    # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating
+    # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, unless
+    # the bend had no friction when the rig was modelled
     out = (f.theta <= THETA_LOW) | (f.theta >= THETA_HIGH)
-    stopped = bool(np.any(out if beside is None else out & (beside > THETA_LOW) & (beside < THETA_HIGH)))
+    had = sim.accepted
+    stopped = bool(np.any(out if had is None else out & (had > THETA_LOW) & (had < THETA_HIGH)))
     return Weighed(f, gain, min(gain - charge, 0.0) if stopped else gain - charge)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import gamma
 
-from sstl_cli.diagnosis.constants import FINE_STEP, LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.constants import DECIDES_NATS, FINE_STEP, LEAST_SHARE, MIN_FAULTY
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
@@ -17,25 +20,35 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RecorderEffect:
-    """A fault of the recorder that carries part of the squared error."""
+    """A fault of the recorder that carries part of the squared error; ``events`` is in how many readings of equal weight."""
 
     id: str
     share: float
     parameters: dict[str, float]
     removed_n2: float
     noise_n: float
+    events: float = np.inf
 
     @property
     def nats(self) -> float:
         """What taking the fault out gains."""
         return 0.5 * self.removed_n2 / max(self.noise_n, 1e-12) ** 2
 
+    @property
+    def at_most_n2(self) -> float:
+        """The squared error that as many events could as well have brought, at 49 to 1 (N^2): their number is a matter of chance."""
+        if not np.isfinite(self.events):
+            return self.removed_n2
+        return self.removed_n2 * float(gamma.isf(np.exp(-DECIDES_NATS), self.events + 1.0)) / self.events
+
     def row(self) -> CandidateRow:
         """Return the fault as a candidate of the verdict."""
         return CandidateRow((self.id,), RECORDER, 1, self.nats, self.nats, self.nats, 1.0, 0.0, 0.0, 0, 1.0, self.share)
 
 
-def recorder_effects(records: tuple[Record, ...], predictions: list[Array], noise_n: float) -> list[RecorderEffect]:
+def recorder_effects(
+    records: tuple[Record, ...], predictions: list[Array], noise_n: float, known: Mapping[str, float] = MappingProxyType({})
+) -> list[RecorderEffect]:
     """Return recorder faults that carry a substantial share of the squared error, largest first.
 
     Parameters
@@ -44,8 +57,10 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
         Output of the re-tuned base on each record's simulation grid (N).
     noise_n : float
         Noise of the output at that rate (N); error below it is nobody's fault.
+    known : mapping, optional
+        Squared error (N^2) a reading that faults are known to carry: that much of it is no news.
     """
-    faulty = clipped = total = stepped = 0.0
+    faulty = fourth = clipped = total = stepped = 0.0
     spikes = frozen = samples = 0
     level_in, level_out, step_in, step_out = np.inf, np.inf, 0.0, 0.0
     clip_count = 0
@@ -57,7 +72,11 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
         bad_in, bad_out = r.faults_in.bad[:n], r.faults_out.bad[:n]
         input_error2 = np.where(bad_in, (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
         total += float(error2.sum() + input_error2.sum())
-        faulty += float(error2[bad_out].sum() + input_error2.sum())
+        # what sound readings are off by, too, is not the fault's
+        sound = (r.raw_weight[:n] > 0.0) & ~bad_in & ~bad_out & ~r.faults_out.clipped[:n]
+        usual = float(error2[sound].mean()) if sound.any() else 0.0
+        faulty += max(float(error2[bad_out].sum() + input_error2.sum()) - usual * int(bad_out.sum()), 0.0)
+        fourth += float((error2[bad_out] ** 2).sum() + (input_error2**2).sum())
         spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
         frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
         samples += 2 * n
@@ -78,11 +97,15 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
         step_in, step_out = max(step_in, r.faults_in.step_n), max(step_out, r.faults_out.step_n)
         slope = np.exp(0.5 * r.raw.passes)
         stepped += n * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
+    events = faulty**2 / fourth if fourth > 0.0 else np.inf
+    before = {k: v * samples / 2 for k, v in known.items()}
+    faulty = max(faulty - before.get("acquisition_faults", 0.0), 0.0)
+    clipped = max(clipped - before.get("saturation", 0.0), 0.0)
     excess = max(total - samples / 2 * noise_n**2, 1e-12)
     found = []
     if spikes + frozen >= MIN_FAULTY and faulty > 0.0:
         values = {"spike_pct": 100.0 * spikes / samples, "frozen_pct": 100.0 * frozen / samples}
-        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n))
+        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n, events))
     if clip_count and clipped > 0.0:
         values = {}
         if np.isfinite(level_in):
@@ -91,6 +114,7 @@ def recorder_effects(records: tuple[Record, ...], predictions: list[Array], nois
             values["t_max_out_n"] = float(level_out)
         found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n))
     rest = max(total - faulty - clipped, 1e-12)
+    stepped = max(stepped - before.get("quantisation", 0.0), 0.0)
     if min(stepped, rest) > 2.0 * noise_n**2:
         # the noise was measured on rounded samples: what rounding adds to it is no noise
         noise2 = max(noise_n**2 - step_out**2 / 12.0, 0.0)

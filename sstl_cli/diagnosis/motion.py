@@ -19,13 +19,13 @@ Array = NDArray[np.float64]
 def slip_of(run: Run, thin: int, n: int) -> Array | None:
     """Return the direction of slip on the simulation grid, shape (n,), or None where tensions drive the run.
 
-    1 is pulling (output below input), -1 releasing, 0 a reversal or a stop.
+    1 is pulling (output below input), -1 releasing; halves of it are a reversal, which turns where the motion does.
     """
     if run.position_in_mm is None or not np.isfinite(run.position_in_mm).all():
         return None
     x, u, y = (block_mean(v, thin)[:n] for v in (run.position_in_mm, run.tension_in_n, run.tension_out_n))
     slip = _sliding(x)
-    sliding = slip != 0.0
+    sliding = np.abs(slip) == 1.0
     reversals = int(np.count_nonzero(np.diff(slip[sliding]) != 0.0)) if sliding.any() else 0
     if reversals < LEAST_REVERSALS or np.std(y) < SWING * np.std(u):
         return None
@@ -38,7 +38,7 @@ def slip_of(run: Run, thin: int, n: int) -> Array | None:
 
 
 def _sliding(x: Array) -> Array:
-    """Return the direction of a motion, 0 until it has come clear of its last turning point."""
+    """Return the direction of a motion, half of it until it has come clear of its last turning point."""
     clear = BREAKAWAY_SHARE * float(np.ptp(x))
     slip = np.zeros(len(x))
     if clear == 0.0:
@@ -58,6 +58,7 @@ def _sliding(x: Array) -> Array:
     turn.append(len(x) - 1)
     for a, b in zip(turn[:-1], turn[1:], strict=True):
         part = x[a : b + 1]
+        way = np.sign(part[-1] - part[0])
         inside = (np.abs(part - part[0]) > clear) & (np.abs(part - part[-1]) > BEFORE_TURN * clear)
-        slip[a : b + 1][inside] = np.sign(part[-1] - part[0])
+        slip[a : b + 1] = np.where(inside, way, 0.5 * way)
     return slip

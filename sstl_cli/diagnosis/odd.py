@@ -141,9 +141,7 @@ def _calmer(left: _Left, i: int, kept: float, total: float) -> float:
 
 def _gain(found: Search, w: Weighed, base: _Left, left: _Left, i: int) -> float:
     """Return the gain (nats) of a model over the base without a run."""
-    # gains beside a known scatter are over what it makes of them (see tempering)
-    over = (found.base.cost - w.fit.cost) / w.gain if w.gain > 0.0 else 1.0
-    return float(base.cost[i] - left.cost[i]) / max(over, 1.0)
+    return float(base.cost[i] - left.cost[i])
 
 
 def _worth(found: Search, w: Weighed, gains: Mapping[Ids, float]) -> float:

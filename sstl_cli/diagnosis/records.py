@@ -24,6 +24,7 @@ from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
 from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
 from sstl_cli.diagnosis.smoother import error_of_means
+from sstl_cli.diagnosis.wander import Wander
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -52,7 +53,8 @@ class Record:
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
     anew, because the input may have turned unseen; ``corner`` is by how much (N, shape (n * factor,)) the input may have passed
     ``u`` between samples, None where it has nowhere (``halfway``: ``u`` goes half that way). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
-    is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); None where nothing is known.
+    is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); ``wander`` is how the rig is
+    known to vary (see wander); None where nothing is known.
     """
 
     run_id: str
@@ -84,6 +86,7 @@ class Record:
     known: Array | None = None
     misfit_n: Array | None = None
     misfit_s: float = 1.0
+    wander: Wander | None = None
     again: tuple[Start, ...] = ()
     corner: Array | None = None
     told_n: float = 0.0

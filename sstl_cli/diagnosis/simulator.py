@@ -59,13 +59,15 @@ class Simulator:
     """Predicts the measured output of every record; records are concatenated in order.
 
     ``fixed`` effects are those the user's own simulator already contains; the same effect as a candidate is a change of
-    its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit).
+    its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit),
+    ``accepted`` the theta of a model that was accepted before, shape (configurations,).
     """
 
     problem: Problem
     mechanics: Mechanics
     fixed: Effects = field(default_factory=dict)
     dispersion: Mapping[str, float] = field(default_factory=dict)
+    accepted: Array | None = None
 
     def __post_init__(self) -> None:
         p = self.problem

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.records import Record, starts_of
 from sstl_cli.diagnosis.smoother import LAW, MOVES
 from sstl_cli.diagnosis.smoother import STATES as ERRORS
+from sstl_cli.diagnosis.wander import Turned, levels, turned
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -132,12 +133,15 @@ class Whitener:
     gain: Array
     first: Mask
     log_det: float
+    known: tuple[Turned, ...] = ()
 
     def __call__(self, columns: Array) -> Array:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
         out = _filter(x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.gain, self.first)
+        for turn in self.known:
+            out = turn(out)
         return out[:, 0] if flat else out
 
 
@@ -155,7 +159,7 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
 @dataclass(frozen=True)
 class Constants:
     """What the noise is whatever the model does, per sample: coloured noise of the output, white noise (N), law of the input's
-    error (n, 35), variance of the output before a record, whether the sample counts, and whether a record begins.
+    error (n, 35), variance of the output before a record, whether the sample counts, whether a record begins, and how a known rig varies.
     """
 
     own: Own
@@ -165,6 +169,7 @@ class Constants:
     start: Array
     keep: Mask
     first: Mask
+    wander: tuple[tuple[Array, list[slice]], ...] | None = None
 
 
 def whitener(
@@ -191,7 +196,17 @@ def whitener(
         phases.slide, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,
         white_n, c.keep, c.first, c.start,
     )  # fmt: skip
-    return Whitener(c.moves, c.own, weights, scale, phases.slide, phases.gain, c.first, log_det)
+    plain = Whitener(c.moves, c.own, weights, scale, phases.slide, phases.gain, c.first, log_det)
+    return plain if c.wander is None else _varied(plain, c.wander)
+
+
+def _varied(plain: Whitener, wander: Sequence[tuple[Array, list[slice]]]) -> Whitener:
+    """Return a whitener that knows how the rig varies, level by level."""
+    found = plain
+    for columns, blocks in wander:
+        known = turned(found(columns), blocks)
+        found = replace(found, known=(*found.known, known), log_det=found.log_det + known.log_det)
+    return found
 
 
 def constants(records: Sequence[Record], noise: Noise) -> Constants:
@@ -211,7 +226,7 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     law = np.concatenate([_entering(r, into, noise.smoother[r.system]) for r, (into, _) in zip(records, sensors, strict=True)])
     white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
     moves = np.ascontiguousarray(law[:, :MOVES])
-    return Constants(own, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first)
+    return Constants(own, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first, levels([r.wander for r in records], count))
 
 
 def _entering(r: Record, into: Sensor, smoother: float) -> Array:

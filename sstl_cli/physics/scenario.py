@@ -134,6 +134,22 @@ class MisfitSection(Model):
         return self
 
 
+class Variation(Model):
+    """Standard deviations of theta and of strengths, in their units; shapes beside them are held as they stand there."""
+
+    theta: Annotated[float, Field(ge=0)] = 0.0
+    effects: dict[str, dict[str, float]] = {}
+
+
+class WanderSection(Model):
+    """How an accepted model varied about itself: from stretch to stretch of its record, from run to run, and as a whole."""
+
+    stretch_s: Positive
+    stretch: Variation = Variation()
+    run: Variation = Variation()
+    whole: Variation = Variation()
+
+
 class OutputScale(Model):
     """Output in another unit than newtons: units a newton and origin (in the unit) of each system."""
 
@@ -159,6 +175,9 @@ class Scenario(Model):
     laws: dict[str, str] = {}
     # of an accepted model: what it left of its record, and the scale of an output that is no force
     misfits: tuple[MisfitSection, ...] = ()
+    wander: WanderSection | None = None
+    # squared error (N^2) a reading that faults of the recorder carried in its record, and chance could as well have brought
+    faults: dict[str, float] = {}
     # tests of what is left beyond map and scatter: by how much they exceed chance on the model's own record (overdispersion)
     dispersion: dict[str, float] = {}
     output: OutputScale | None = None

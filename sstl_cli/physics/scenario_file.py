@@ -20,6 +20,10 @@ def dump(scenario: Scenario) -> str:
         lines += ["", *_table("laws", document["laws"])]
     if document.get("dispersion"):
         lines += ["", "[dispersion]", *(f"{_value(k)} = {_value(v)}" for k, v in document["dispersion"].items())]
+    if document.get("faults"):
+        lines += ["", *_table("faults", document["faults"])]
+    if document.get("wander"):
+        lines += ["", *_table("wander", document["wander"])]
     if document.get("output"):
         lines += ["", *_table("output", document["output"])]
     for key in ("configurations", "trajectories", "tendons", "misfits"):

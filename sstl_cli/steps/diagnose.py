@@ -26,7 +26,7 @@ from sstl_cli.diagnosis import (
     scale,
     scaling,
     search,
-    tempering,
+    variation,
     verdict,
 )
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
@@ -204,14 +204,15 @@ def gather(
     mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     # what a hold keeps says whether the input passes its samples at corners
-    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in passing(problem)], nominal)
-    problem = sim.problem
-    found = tempering.tempered(search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed))
+    had = nominal if scenario.misfits else None
+    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion, had) for p in passing(problem)], nominal)
+    sim = variation.applied(sim, theta, scenario.wander, unit_n)
+    found = search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed)
     # the noise that was found may have changed what the input is taken to be
     problem = found.sim.problem
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
-    recorder = _faults(found, ids)
+    recorder = _faults(found, ids, scenario)
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
         beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
@@ -219,14 +220,16 @@ def gather(
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own, recorded)
 
 
-def _faults(found: search.Search, ids: Sequence[str], lacking: int | None = None) -> list[faults.RecorderEffect]:
-    """Return the faults of the recorder that are candidates and larger than known; without the run ``lacking``."""
+def _faults(found: search.Search, ids: Sequence[str], scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
+    """Return the faults of the recorder that are candidates, beyond those that a simulator knows; without the run ``lacking``."""
     sim = found.sim
+    known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
     fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in found.noise.output.values()]))
     runs = [i for i in range(len(sim.problem.records)) if i != lacking]
     predictions = sim.predict_fine(found.base.theta, {})
-    seen = faults.recorder_effects(tuple(sim.problem.records[i] for i in runs), [predictions[i] for i in runs], max(fine_n, 1e-9))
-    return [e for e in seen if e.id in ids and e.nats > sim.dispersion.get(e.id, 0.0) * found.base.prediction.size]
+    records = tuple(sim.problem.records[i] for i in runs)
+    seen = faults.recorder_effects(records, [predictions[i] for i in runs], max(fine_n, 1e-9), known)
+    return [e for e in seen if e.id in ids]
 
 
 def _beside(found: search.Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
@@ -244,7 +247,8 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
         return None
     ids = [i for i in candidates(options) if i not in (options.sim or Scenario()).effects]
     decide = partial(verdict.verdict, weights=verdict.learned(), prior=options.prior or None)
-    rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, i), found.beside))
+    given = options.sim or Scenario()
+    rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, given, i), found.beside))
     suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
     confirmed: list[dict[str, Any]] = []
     for suspect in suspects[: CONFIRMED_RUNS]:
@@ -261,25 +265,28 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
 
 
 def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scenario:
-    """Return an accepted simulator that knows by how much the tests of its own record exceed chance.
+    """Return an accepted simulator that knows what its own record shows beyond chance, where nothing has changed.
 
-    What exceeds chance where nothing has changed has to be larger than that to mean a change (overdispersion, McCullagh and
-    Nelder 1989, section 4.5): tests of what is left, gains of effects, faults of the recorder.
+    What exceeds chance there has to be larger than that to mean a change: how much the rig seems to be another as a whole,
+    tests of what is left (overdispersion, McCullagh and Nelder 1989, section 4.5), faults of the recorder.
     """
-    if not scenario.misfits:
+    if scenario.wander is None:
         return scenario
-    again = gather(found.runs, replace(options, sim=scenario, max_effects=1))
+    known = replace(options, sim=scenario, max_effects=1)
+    once = gather(found.runs, known).search
+    whole = variation.of_the_whole(once.sim, once.base, variation.ways(once.singles.values()))
+    own = variation.rescaled(scenario.wander.model_copy(update={"whole": whole}), found.problem.unit_n)
+    scenario = scenario.model_copy(update={"wander": scenario.wander.model_copy(update={"whole": own.whole})})
+    again = gather(found.runs, replace(known, sim=scenario))
     usual = dict(scenario.dispersion)
     # models that add to it without being more evident are as right as it is
-    for f in [again.search.base, *(w.fit for w in again.search.ranked()[: EXAMINED])]:
-        for t in leftover(again.search.sim, f).tests:
+    tries = [(s, f) for s in (once, again.search) for f in [s.base, *(w.fit for w in s.ranked()[:EXAMINED])]]
+    for s, f in tries:
+        for t in leftover(s.sim, f).tests:
             usual[t.name] = max(usual.get(t.name, 1.0), float(t.dispersion))
-    for k, v in again.search.singles.items():
-        # gains are over what was known of them before
-        usual[k] = scenario.dispersion.get(k, 1.0) * max(1.0, 2.0 * v[0].gain / max(len(v[0].fit.free), 1))
-    samples = again.search.base.prediction.size
-    usual |= {e.id: 2.0 * e.nats / samples for e in again.recorder}
-    return scenario.model_copy(update={"dispersion": usual})
+    readings = sum(len(r.raw) for r in again.problem.records)
+    carried = {e.id: scenario.faults.get(e.id, 0.0) + e.at_most_n2 * again.problem.unit_n**2 / readings for e in again.recorder}
+    return scenario.model_copy(update={"dispersion": usual, "faults": {**scenario.faults, **carried}})
 
 
 def _add_downstream(result: Diagnosis, deadline: Deadline) -> None:

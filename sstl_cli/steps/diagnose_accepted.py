@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from sstl_cli import __version__
-from sstl_cli.diagnosis import misfit, scaling, tempering, verdict
+from sstl_cli.diagnosis import misfit, scaling, variation, verdict
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.latent import WHITE_ONLY
 from sstl_cli.diagnosis.noise import of_readings, white_only
@@ -66,7 +66,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     return base.model_copy(
         update={
             "configurations": configurations, "effects": effects, "generator": None,
-            "misfits": (), "dispersion": {}, "package_version": __version__,
+            "misfits": (), "dispersion": {}, "faults": {}, "wander": None, "package_version": __version__,
             "output": None if found.scale is None else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
             "noise": base.noise.model_copy(update=heard),
         }
@@ -84,16 +84,21 @@ def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         return bare
     knowing, whiten = misfit.beyond(sim, chosen, sections, noise)
     tests = leftover(knowing, replace(chosen, residual=remains, whiten=whiten)).tests
-    gains = tempering.by_chance(knowing, {k: v[0].fit for k, v in found.search.singles.items()}, whiten, remains)
-    usual = {**{t.name: float(t.dispersion) for t in tests}, **gains}
-    return bare.model_copy(update={"misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections), "dispersion": usual})
+    usual = {t.name: float(t.dispersion) for t in tests}
+    varies = variation.learned(knowing, chosen, variation.ways(found.search.singles.values()), whiten, remains)
+    return bare.model_copy(
+        update={
+            "misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections), "dispersion": usual,
+            "wander": variation.rescaled(varies, problem.unit_n),
+        }
+    )
 
 
 def _unheard(sim: Simulator, chosen: Fit) -> tuple[Simulator, Fit]:
     """Return simulator and fit driven by inputs that were told of no slow noise: so they are where a model that knows is tried."""
-    records = sim.problem.records
-    if all(r.told_n == 0.0 for r in records):
-        return sim, chosen
-    plain = replace(sim, problem=told(sim.problem, dict.fromkeys(sim.problem.systems, WHITE_ONLY)))
+    bare = replace(sim, problem=replace(sim.problem, records=tuple(replace(r, wander=None) for r in sim.problem.records)))
+    if all(r.told_n == 0.0 for r in sim.problem.records):
+        return bare, chosen
+    plain = replace(sim, problem=told(bare.problem, dict.fromkeys(sim.problem.systems, WHITE_ONLY)))
     prediction = plain.predict(chosen.theta, chosen.effects)
     return plain, replace(chosen, prediction=prediction, residual=plain.y - prediction)

@@ -40,15 +40,26 @@ def test_a_sound_record_has_no_faults():
 
 
 def test_spikes_carry_their_squared_error():
-    # five samples are off by 10 N, the others by 1 N; the noise of 0.1 N is nobody's
+    # five samples are off by 10 N, the others by 1 N, which is not the spikes'; the noise of 0.1 N is nobody's
     error = np.where(FEW, 10.0, 1.0)
     effect = found(record(error, out=faults(spike=FEW)))["acquisition_faults"]
-    assert effect.removed_n2 == pytest.approx(500.0)
-    assert effect.share == pytest.approx(500.0 / (500.0 + 95.0 - N * NOISE**2))
+    assert effect.removed_n2 == pytest.approx(495.0)
+    assert effect.share == pytest.approx(495.0 / (500.0 + 95.0 - N * NOISE**2))
     assert effect.parameters == pytest.approx({"spike_pct": 100.0 * 5 / 200, "frozen_pct": 0.0})
-    assert effect.nats == pytest.approx(0.5 * 500.0 / NOISE**2)
+    assert effect.nats == pytest.approx(0.5 * 495.0 / NOISE**2)
     row = effect.row()
     assert row.ids == ("acquisition_faults",) and row.kind == "recorder" and row.share == effect.share and row.evidence == effect.nats
+
+
+def test_what_a_rig_is_known_to_carry_is_no_news():
+    made = record(np.where(FEW, 10.0, 0.0), out=faults(spike=FEW))
+    (first,) = recorder_effects((made,), [np.full(N, 5.0)], NOISE)
+    # five readings of equal weight: chance brings up to 2.4 times as many at 49 to 1
+    assert first.events == pytest.approx(5.0) and first.at_most_n2 == pytest.approx(first.removed_n2 * 2.4, rel=0.01)
+    assert recorder_effects((made,), [np.full(N, 5.0)], NOISE, {"acquisition_faults": first.at_most_n2 / N}) == []
+    worse = record(np.where(FEW, 20.0, 0.0), out=faults(spike=FEW))
+    (news,) = recorder_effects((worse,), [np.full(N, 5.0)], NOISE, {"acquisition_faults": first.at_most_n2 / N})
+    assert news.removed_n2 == pytest.approx(2000.0 - first.at_most_n2)
 
 
 def test_fewer_are_chance():

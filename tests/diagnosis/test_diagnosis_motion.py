@@ -22,7 +22,7 @@ def run(position=X, out=None, tension=None):
 
 def test_a_motion_slides_once_it_is_clear_of_its_turning_point():
     # the span is 10: clear after more than 1, over again within 0.2 of the next turning point
-    assert _sliding(X[:21]).tolist() == [0, 0, *[1] * 8, 0, 0, *[-1] * 8, 0]
+    assert _sliding(X[:21]).tolist() == [0.5, 0.5, *[1] * 8, -0.5, -0.5, *[-1] * 8, -0.5]
 
 
 def test_what_wiggles_less_than_the_clearance_does_not_turn():
@@ -42,7 +42,7 @@ def test_pulling_is_the_way_in_which_friction_takes_away():
 
 def test_the_motion_is_averaged_to_the_grid_of_the_simulation():
     slip = slip_of(run(), 2, 30)
-    assert len(slip) == 30 and set(slip) == {-1.0, 0.0, 1.0}
+    assert len(slip) == 30 and set(slip) == {-1.0, -0.5, 0.5, 1.0}
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from made_chain import posterior
 
 from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.smoother import Reading, chain, error_of_means
+from sstl_cli.diagnosis.wander import Wander
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
 
 N, FACTOR, DT = 120, 5, 0.004
@@ -28,6 +29,7 @@ class Made:
     again: tuple[Start, ...] = ()
     weight: np.ndarray = field(default_factory=lambda: np.ones(N))
     misfit_n: np.ndarray | None = None
+    wander: Wander | None = None
     told_n: float = 0.0
 
     @property

@@ -1,0 +1,180 @@
+"""How an accepted model of a rig varies along theta and the strengths of effects: learned from its record, applied to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis import misfit, scaling, wander
+from sstl_cli.diagnosis.constants import PARAMETER_STEP, STRETCHES, THETA_STEP
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.latent import block_mean
+from sstl_cli.diagnosis.records import Record
+from sstl_cli.diagnosis.simulator import LINE, Effects, Simulator
+from sstl_cli.diagnosis.wander import Wander
+from sstl_cli.diagnosis.whitening import Whitener
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.scenario import Variation, WanderSection
+
+Array = NDArray[np.float64]
+Values = Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Ways:
+    """The strengths along which a rig may vary, by effect and name, how far each is moved, and the shapes that are held."""
+
+    strengths: tuple[tuple[str, str], ...]
+    steps: tuple[float, ...]
+    shapes: Values
+
+    def section(self, sizes: Array) -> Variation:
+        """Return standard deviations, theta first, as they are kept."""
+        found: dict[str, dict[str, float]] = {}
+        for (effect_id, name), size in zip(self.strengths, sizes[1:], strict=True):
+            if size > 0.0:
+                found.setdefault(effect_id, dict(self.shapes[effect_id]))[name] = float(size)
+        return Variation(theta=float(sizes[0]), effects=found)
+
+
+def ways(singles: Iterable[Sequence[Weighed]]) -> Ways:
+    """Return the ways in which fitted effects could vary; of each effect the hypotheses, the most evident first.
+
+    An effect's answer is not linear in its strengths: they are moved by as much as was fitted.
+    """
+    shapes: dict[str, dict[str, float]] = {}
+    steps: dict[tuple[str, str], float] = {}
+    for models in singles:
+        effect_id = models[0].ids[0]
+        for f in (m.fit for m in models):
+            for x, v in zip(f.free, f.values, strict=True):
+                if x.effect is LINE:
+                    continue
+                if x.parameter.shape:
+                    shapes.setdefault(effect_id, {}).setdefault(x.parameter.name, float(v))
+                else:
+                    steps.setdefault((effect_id, x.parameter.name), float(v) - x.parameter.neutral)
+        shapes.setdefault(effect_id, {})
+    return Ways(tuple(steps), tuple(steps.values()), shapes)
+
+
+def learned(sim: Simulator, accepted: Fit, own: Ways, whiten: Whitener, remains: Array) -> WanderSection:
+    """Return by how much an accepted model varied from stretch to stretch and from run to run of its record, in its own units.
+
+    Parameters
+    ----------
+    remains : ndarray, shape (samples,)
+        What map and scatter leave of parts of the record that they were not made from (N).
+    """
+    records = sim.problem.records
+    usual = float(np.median([_stretch_s(r) for r in records]))
+    columns = directions(sim, accepted.theta, accepted.effects, own)
+    stretches = [slice(s.start + c.start, s.start + c.stop) for r, s in zip(records, sim.slices(), strict=True) for c in _cut(r, usual)]
+    seen, left = whiten(columns), whiten(remains)
+    sizes = []
+    for blocks in (stretches, sim.slices()):
+        sizes.append(wander.components(seen, left, blocks))
+        turn = wander.turned(seen * sizes[-1], blocks)
+        seen, left = turn(seen), turn(left[:, None])[:, 0]
+    return WanderSection(stretch_s=usual, stretch=own.section(sizes[0]), run=own.section(sizes[1]))
+
+
+def of_the_whole(sim: Simulator, base: Fit, own: Ways) -> Variation:
+    """Return by how much a model seems to be another one on its own record, where nothing has changed.
+
+    Parameters
+    ----------
+    base : Fit
+        The model on its own record, theta fitted.
+    """
+    columns = base.whiten(np.column_stack((base.jacobian[:, 0], directions(sim, base.theta, {}, own)[:, 1:])))
+    left = base.whiten(base.residual)
+    configs = len(base.theta)
+    a, _ = normal_equations(sim, columns, left)
+    a += 1e-9 * np.diag(np.diag(a) + 1e-12)
+    # theta is fitted to every record: it takes its part of each
+    follow = np.linalg.solve(a[:configs, :configs], a[:configs, configs:])
+    apart = columns[:, 1:] - columns[:, :1] * follow[sim.config]
+    sizes = wander.components(apart, left, [slice(0, len(left))])
+    return own.section(np.concatenate(([0.0], sizes)))
+
+
+def _stretch_s(r: Record) -> float:
+    """Return how long a stretch of a record is (s): a part of it, and no shorter than a loop, within which nothing is alike."""
+    whole = len(r) * r.dt_s * r.factor
+    way, _ = misfit.turning(block_mean(r.u, r.factor))
+    return max(whole / STRETCHES, 2.0 * whole / max(int(np.count_nonzero(np.diff(way))), 1))
+
+
+def _cut(r: Record, stretch_s: float) -> list[slice]:
+    return wander.cut(len(r), len(r) * r.dt_s * r.factor, stretch_s)
+
+
+def applied(sim: Simulator, theta: Array, section: WanderSection | None, unit_n: float) -> Simulator:
+    """Return a simulator whose records know how the rig varies.
+
+    Parameters
+    ----------
+    theta : ndarray, shape (configurations,)
+        Where the directions are taken.
+    unit_n : float
+        What one N of the records is in the recording (see scaling).
+    """
+    if section is None:
+        return sim
+    here = rescaled(section, 1.0 / unit_n)
+    stretch, run, whole = (_columns(sim, theta, v) for v in (here.stretch, here.run, here.whole))
+    records = tuple(
+        replace(r, wander=Wander(stretch[s], run[s], whole[s], tuple(_cut(r, here.stretch_s))))
+        for r, s in zip(sim.problem.records, sim.slices(), strict=True)
+    )
+    return replace(sim, problem=replace(sim.problem, records=records))
+
+
+def _columns(sim: Simulator, theta: Array, v: Variation) -> Array:
+    """Return what one standard deviation of each way of a variation does to the output (N), shape (samples, k)."""
+    shape = {e: {p.name for p in get(e).parameters if p.shape} for e in v.effects}
+    strengths = [(e, k) for e, values in v.effects.items() for k in values if k not in shape[e]]
+    sizes = np.array([v.theta, *(v.effects[e][k] for e, k in strengths)])
+    if not np.any(sizes):
+        return np.zeros((len(sim.y), 0))
+    shapes = {e: {k: x for k, x in values.items() if k in shape[e]} for e, values in v.effects.items()}
+    return np.asarray(directions(sim, theta, {}, Ways(tuple(strengths), tuple(sizes[1:].tolist()), shapes)) * sizes)
+
+
+def rescaled(section: WanderSection, unit_n: float) -> WanderSection:
+    """Return a section that was learned in units of ``unit_n`` (N) in newtons."""
+
+    def of(v: Variation) -> Variation:
+        units = {e: {p.name: p.unit for p in get(e).parameters} for e in v.effects}
+        effects = {e: {k: scaling.parameter(x, units[e][k], unit_n) for k, x in values.items()} for e, values in v.effects.items()}
+        return v.model_copy(update={"effects": effects})
+
+    return section.model_copy(update={"stretch": of(section.stretch), "run": of(section.run), "whole": of(section.whole)})
+
+
+def directions(sim: Simulator, theta: Array, present: Effects, own: Ways) -> Array:
+    """Return d prediction / d (theta, strengths) about a model, shape (samples, 1 + k); a strength that is not there begins at neutral.
+
+    Parameters
+    ----------
+    present : mapping
+        Effects of the model beside those that the simulator contains.
+    """
+    base = sim.predict(theta, present)
+    columns = [(sim.predict(theta + THETA_STEP, present) - base) / THETA_STEP]
+    for (effect_id, name), far in zip(own.strengths, own.steps, strict=True):
+        p = get(effect_id).parameter(name)
+        values = {**own.shapes[effect_id], **present.get(effect_id, {})}
+        at, least = values.get(name, p.neutral), PARAMETER_STEP * (p.high - p.low)
+        up, down = p.most - at, at - p.least
+        step = min(max(far, -down), up)
+        if abs(step) < least:
+            step = least if up >= down else -least
+        moved = sim.predict(theta, {**present, effect_id: {**values, name: at + step}})
+        columns.append((moved - base) / step)
+    return np.column_stack(columns)

@@ -1,0 +1,145 @@
+"""How a known rig varies from stretch to stretch: no change, however large it looks beside the noise.
+
+A rig that was modelled is never quite the same twice: friction, zeros and slopes wander a little about what the model says.
+Each strength of an effect, and theta, is taken to be drawn anew in every stretch of a record, by as much as it did in the
+record that the model was accepted on (variance components of a mixed model, Harville 1977); so it is from run to run, and for the record as a whole. Added to the covariance as directions, this is common to all models that are compared: what
+follows such a direction by no more than usual is worth little to any of them, and what goes on alike for many stretches is a change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.constants import ENOUGH_NATS, VARIANCES
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Wander:
+    """How a record is known to vary: columns (N, shape (n, k)) from stretch to stretch, from run to run, and as a whole.
+
+    ``stretches`` are those of the first; no columns stand for nothing.
+    """
+
+    stretch: Array
+    run: Array
+    whole: Array
+    stretches: tuple[slice, ...]
+
+
+def levels(records: Sequence[Wander | None], count: Sequence[int]) -> tuple[tuple[Array, list[slice]], ...] | None:
+    """Return the columns of each level over all records with the blocks in which they are drawn anew; None where nothing is known.
+
+    Parameters
+    ----------
+    count : sequence of int
+        Samples of each record.
+    """
+    known = [w for w in records if w is not None]
+    if not known or len(known) < len(records):
+        return None
+    ends = np.cumsum(count)
+    runs = [slice(int(e) - n, int(e)) for n, e in zip(count, ends, strict=True)]
+    stretches = [slice(r.start + s.start, r.start + s.stop) for r, w in zip(runs, known, strict=True) for s in w.stretches]
+    parts = (
+        (np.concatenate([w.stretch for w in known]), stretches),
+        (np.concatenate([w.run for w in known]), runs),
+        (np.concatenate([w.whole for w in known]), [slice(0, int(ends[-1]))]),
+    )
+    return tuple(p for p in parts if p[0].shape[1])
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Innovations with what varies from stretch to stretch taken out; ``log_det`` is what it adds to that of the covariance.
+
+    ``axes`` are orthonormal, (samples, k) of each stretch, ``less`` by how much each axis is shortened.
+    """
+
+    stretches: tuple[slice, ...]
+    axes: tuple[Array, ...]
+    less: tuple[Array, ...]
+    log_det: float
+
+    def __call__(self, columns: Array) -> Array:
+        """Return whitened columns, shape (samples, k), from innovations."""
+        out = columns.copy()
+        for s, axes, less in zip(self.stretches, self.axes, self.less, strict=True):
+            out[s] -= axes @ (less[:, None] * (axes.T @ columns[s]))
+        return out
+
+
+def turned(directions: Array, stretches: Sequence[slice]) -> Turned:
+    """Return what makes innovations white again where directions vary.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (samples, k)
+        Innovations of one standard deviation of each direction: their covariance is 1 + D D' within a stretch.
+    """
+    axes, less, log_det = [], [], 0.0
+    for s in stretches:
+        d = directions[s]
+        size, way = np.linalg.eigh(d.T @ d)
+        seen = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-9)
+        size = size[seen]
+        axes.append(d @ (way[:, seen] / np.sqrt(size)))
+        less.append(1.0 - 1.0 / np.sqrt(1.0 + size))
+        log_det += float(np.sum(np.log1p(size)))
+    return Turned(tuple(stretches), tuple(axes), tuple(less), log_det)
+
+
+def components(directions: Array, remains: Array, stretches: Sequence[slice]) -> Array:
+    """Return the standard deviation of each direction from stretch to stretch, in units of the directions; 0 where none is seen.
+
+    One at a time, each time the one whose variance makes what is left most likely beside those before it: directions that
+    show alike are then one, and never large against each other.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (samples, k)
+        Innovations of each direction.
+    remains : ndarray, shape (samples,)
+        Innovations of what the model leaves.
+    """
+    found = np.zeros(directions.shape[1])
+    seen, left = directions, remains[:, None]
+    for _ in range(directions.shape[1]):
+        information = np.array([np.sum(seen[s] ** 2, axis=0) for s in stretches])
+        score = np.array([seen[s].T @ left[s, 0] for s in stretches])
+        variance, gain = _likeliest(information, score)
+        gain[found > 0.0] = 0.0
+        best = int(np.argmax(gain))
+        if gain[best] < ENOUGH_NATS:
+            break
+        found[best] = np.sqrt(variance[best])
+        turn = turned(seen[:, best : best + 1] * found[best], stretches)
+        seen, left = turn(seen), turn(left)
+    return found
+
+
+def _likeliest(information: Array, score: Array) -> tuple[Array, Array]:
+    """Return for each direction, alone, its most likely variance and what that gains (nats); of shape (stretches, k) each."""
+    usual = information.mean(axis=0)
+    # a direction that does not show is not known to vary
+    shown = usual > 1e-18 * max(float(usual.max(initial=0.0)), 1e-18)
+    scale = np.where(shown, usual, 1.0)
+    # variances over what one stretch tells: from a tenth of it to far more than any record shows
+    tries = VARIANCES[:, None, None] / scale
+    grown = 1.0 + information * tries
+    gains = 0.5 * np.sum(score**2 * tries / grown - np.log(grown), axis=1)
+    best = np.argmax(gains, axis=0)
+    every = np.arange(len(usual))
+    return VARIANCES[best] / scale, np.where(shown, gains[best, every], 0.0)
+
+
+def cut(samples: int, duration_s: float, stretch_s: float) -> list[slice]:
+    """Return the stretches of a record, as near to ``stretch_s`` long as whole ones can be."""
+    count = max(1, round(duration_s / stretch_s))
+    edges = np.linspace(0, samples, count + 1).round().astype(int)
+    return [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a]

@@ -1,0 +1,98 @@
+"""What a known rig varies by, on small arrays against dense linear algebra."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.wander import Wander, components, cut, levels, turned
+
+RNG = np.random.default_rng(7)
+N = 60
+STRETCHES = [slice(0, 20), slice(20, 45), slice(45, 60)]
+D = RNG.standard_normal((N, 3)) * np.array([1.0, 0.3, 2.0])
+
+
+def covariance(d=D, stretches=STRETCHES):
+    """Return the covariance of unit noise and of directions that are drawn anew in every stretch."""
+    c = np.eye(N)
+    for s in stretches:
+        c[s, s] += d[s] @ d[s].T
+    return c
+
+
+def test_what_varies_is_white_again_after_it():
+    turn = turned(D, STRETCHES)
+    root = turn(np.eye(N))
+    assert root @ covariance() @ root.T == pytest.approx(np.eye(N), abs=1e-9)
+    assert turn.log_det == pytest.approx(np.linalg.slogdet(covariance())[1])
+
+
+def test_directions_that_are_one_count_once():
+    twice = np.column_stack((D, D[:, 0]))
+    turn = turned(twice, STRETCHES)
+    root = turn(np.eye(N))
+    assert root @ covariance(twice) @ root.T == pytest.approx(np.eye(N), abs=1e-9)
+
+
+def test_a_direction_that_does_not_show_is_nothing():
+    turn = turned(np.zeros((N, 2)), STRETCHES)
+    x = RNG.standard_normal((N, 2))
+    assert np.array_equal(turn(x), x) and turn.log_det == 0.0
+
+
+def test_levels_follow_one_another():
+    records = [Wander(D[:30, :1], D[:30, 1:2], D[:30, 2:], (slice(0, 15), slice(15, 30))) for _ in range(2)]
+    first, second, third = levels(records, [30, 30])
+    assert first[1] == [slice(0, 15), slice(15, 30), slice(30, 45), slice(45, 60)]
+    assert second[1] == [slice(0, 30), slice(30, 60)] and third[1] == [slice(0, 60)]
+    assert first[0].shape == second[0].shape == third[0].shape == (60, 1)
+
+
+def test_no_level_where_a_record_is_not_known():
+    assert levels([None, None], [30, 30]) is None
+    some = Wander(D[:30], D[:30, :0], D[:30, :0], (slice(0, 30),))
+    assert levels([some, None], [30, 30]) is None
+    # columns that are not there are no level
+    assert len(levels([some], [30])) == 1
+
+
+def drawn(sizes, stretches, directions, seed):
+    rng = np.random.default_rng(seed)
+    z = rng.standard_normal(len(directions))
+    for s in stretches:
+        z[s] += directions[s] @ (sizes * rng.standard_normal(len(sizes)))
+    return z
+
+
+def test_a_variation_is_found_as_large_as_it_is():
+    rng = np.random.default_rng(3)
+    many = [slice(20 * i, 20 * i + 20) for i in range(60)]
+    directions = rng.standard_normal((1200, 3))
+    found = components(directions, drawn(np.array([0.0, 2.0, 0.0]), many, directions, 5), many)
+    assert found[1] == pytest.approx(2.0, rel=0.25) and max(found[0], found[2]) < 0.2
+
+
+def test_nothing_varies_where_nothing_does():
+    rng = np.random.default_rng(4)
+    many = [slice(20 * i, 20 * i + 20) for i in range(60)]
+    directions = rng.standard_normal((1200, 3))
+    # a stretch tells a direction to 0.22 (one over the root of its 20 samples)
+    assert np.max(components(directions, drawn(np.zeros(3), many, directions, 6), many)) < 0.2
+
+
+def test_directions_that_show_alike_are_never_large_against_each_other():
+    rng = np.random.default_rng(8)
+    many = [slice(20 * i, 20 * i + 20) for i in range(5)]
+    one = rng.standard_normal((100, 1))
+    # all but the same, and one that shows nowhere
+    directions = np.column_stack((one, one + 1e-6 * rng.standard_normal((100, 1)), np.zeros(100)))
+    found = components(directions, drawn(np.array([1.0, 0.0, 0.0]), many, directions, 9), many)
+    assert np.count_nonzero(found) == 1 and found.max() < 3.0 and found[2] == 0.0
+
+
+def test_stretches_are_as_long_as_asked_and_fill_the_record():
+    assert cut(10, 5.0, 2.5) == [slice(0, 5), slice(5, 10)]
+    assert cut(10, 5.0, 99.0) == [slice(0, 10)]
+    parts = cut(11, 5.0, 1.6)
+    assert [s.start for s in parts[1:]] == [s.stop for s in parts[:-1]] and parts[-1].stop == 11
