@@ -100,7 +100,7 @@ OPERATIONS: dict[str, tuple[Operation, str, float]] = {
 
 
 def put_in(runs: Sequence[Run], injection: Injection) -> list[Run]:
-    """Return runs with an effect put into the output of every one of them.
+    """Return runs with an effect put into the output of every one of them; a delay takes off as much of their beginning.
 
     Raises
     ------
@@ -110,13 +110,18 @@ def put_in(runs: Sequence[Run], injection: Injection) -> list[Run]:
     if injection.effect not in OPERATIONS:
         known = sorted(OPERATIONS)
         raise UsageError(f"{injection.effect} cannot be put into a recording ({nearest(injection.effect, known)})", where="--inject", code="E957")
-    operation = OPERATIONS[injection.effect][0]
-    top = max(float(np.nanmax(np.abs(r.tension_out_n))) for r in runs)
-    made = [replace(r, tension_out_n=operation(r, injection.size, top)) for r in runs]
+    made = _operated(runs, injection)
     if injection.effect != "channel_delay":
         return made
     # what a delayed channel read before the run began nobody knows
-    return [_part(r, slice(int(np.searchsorted(r.time_s, r.time_s[0] + injection.size)), None)) for r in made]
+    cut = [_part(r, slice(int(np.searchsorted(r.time_s, r.time_s[0] + injection.size)), None)) for r in made]
+    return [r for r in cut if len(r)]
+
+
+def _operated(runs: Sequence[Run], injection: Injection) -> list[Run]:
+    operation = OPERATIONS[injection.effect][0]
+    top = max(float(np.nanmax(np.abs(r.tension_out_n))) for r in runs)
+    return [replace(r, tension_out_n=operation(r, injection.size, top)) for r in runs]
 
 
 def of_size(runs: Sequence[Run], effect: str, share: float = SHARE) -> Injection:
@@ -126,8 +131,8 @@ def of_size(runs: Sequence[Run], effect: str, share: float = SHARE) -> Injection
     low, high = 0.0, unit
 
     def moved(size: float) -> float:
-        made = put_in(runs, Injection(effect, size, parameter))
-        squares = [np.mean((a.tension_out_n - b.tension_out_n[len(b) - len(a) :]) ** 2) for a, b in zip(made, runs, strict=True)]
+        made = _operated(runs, Injection(effect, size, parameter))
+        squares = [np.mean((a.tension_out_n - b.tension_out_n) ** 2) for a, b in zip(made, runs, strict=True)]
         return float(np.sqrt(np.mean(squares)))
 
     while moved(high) < share * span and high < MOST:
