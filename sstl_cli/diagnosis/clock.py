@@ -53,7 +53,9 @@ def on_grid(run: Run, finite: Mask) -> Run:
     for name, values in run.extra.items():
         if name.startswith("known_"):
             marks[name] = np.bincount(at[values[index] > 0.5], minlength=len(grid)).clip(0, 1).astype(float)
-    return replace(run, time_s=grid, extra=marks, **extra)
+    # the slope at an end has one neighbour only: a reading that was moved along it may be anywhere
+    inner = slice(1, -1) if np.ptp(early) > EVEN * dt else slice(None)
+    return replace(run, time_s=grid[inner], extra={k: v[inner] for k, v in marks.items()}, **{k: v[inner] for k, v in extra.items()})
 
 
 def _places(time: Array, dt: float) -> tuple[Places, float, float] | None:

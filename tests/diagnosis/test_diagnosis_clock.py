@@ -37,7 +37,9 @@ def test_a_stamped_jitter_moves_readings_and_leaves_their_noise(share):
     left = run.tension_in_n - movement(run.time_s)
     # straight lines between noisy neighbours would take up to half of the variance away
     assert np.std(left) == pytest.approx(0.01, rel=0.05)
-    assert np.corrcoef(left, noise[0][: len(left)])[0, 1] > 0.95
+    # a reading at an end has one neighbour only: along which slope to move it nobody knows
+    assert len(run) == len(time) - 2
+    assert np.corrcoef(left, noise[0][1:-1])[0, 1] > 0.95
 
 
 def test_a_clock_keeps_its_places_over_missing_stretches():
@@ -45,7 +47,7 @@ def test_a_clock_keeps_its_places_over_missing_stretches():
     there = (time < 20.0) | (time > 23.7)
     run = Run("a", "act", time[there], movement(time[there]), movement(time[there]))
     found = on_grid(run, np.ones(len(run), bool))
-    assert len(found) == len(time)
+    assert len(found) == len(time) - 2
     assert found.time_s[found.extra["gap"] > 0.5] == pytest.approx(np.arange(20.0, 23.69, PERIOD), abs=0.005)
 
 
