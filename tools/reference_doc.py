@@ -27,7 +27,7 @@ Fields are added, never renamed. `[]` stands for each entry of a list, `*` for a
 """
 SCENARIO = """## Scenario TOML
 
-What `simulate --scenario`, `diagnose --sim` and `compensate --plant-sim` read and `diagnose --save-sim` writes. Unknown keys
+What `simulate --scenario`, `diagnose --sim`, `compensate --sim` or `--plant-sim` and `export` read and `diagnose --save-sim` writes. Unknown keys
 are errors that name the nearest known one. Built-in scenarios: {names}.
 """
 CONFIG = """## Configuration files and variables

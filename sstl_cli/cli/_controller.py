@@ -83,16 +83,20 @@ def controller_options(
 def load_cases(
     path: Path, model: Path | None, biases: Biases, config_id: str | None
 ) -> tuple[list[Case], dict[str, str]]:
-    """Return the configurations of a Theta table, mapped where a model is given, and what was set aside."""
+    """Return the configurations of a Theta table or of a simulator, mapped where a model is given, and what was set aside."""
     from sstl_cli.control import parameters
-    from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
     from sstl_cli.steps import compensate as step
 
     aside: dict[str, str] = {}
-    if path.suffix == ".json":
+    if path.suffix == ".toml":
+        from sstl_cli.physics.scenario import load
+        from sstl_cli.steps.compensate_model import cases_of
+
+        cases, aside = cases_of(load(str(path)))
+    elif path.suffix == ".json":
         entries = parameters.read(read_json(path, parameters.SCHEMA), str(path)).configurations
         # lines that came from a mapping are still driven as such, not as identified ones
         cases = [
@@ -103,6 +107,19 @@ def load_cases(
         ]
     else:
         cases, aside = step.cases_of(open_table(path, THETA).table())
+    return _chosen(path, cases, aside, model, biases, config_id)
+
+
+def _chosen(
+    path: Path, cases: list[Case], aside: dict[str, str], model: Path | None, biases: Biases, config_id: str | None
+) -> tuple[list[Case], dict[str, str]]:
+    """Return configurations as they were read, mapped where a model is given; the one that was asked for, or all."""
+    from sstl_cli.control import parameters
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.parquet import open_table
+    from sstl_cli.core.tables import THETA
+    from sstl_cli.steps import compensate as step
+
     if not cases:
         reasons = "; ".join(sorted(set(aside.values()))[:3])
         raise SstlError("no usable configuration" + (f" ({reasons})" if reasons else ""), where=str(path), code="E405")

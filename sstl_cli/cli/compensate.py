@@ -29,7 +29,13 @@ def register(app: typer.Typer) -> None:
 
 
 def compensate(
-    theta: Annotated[Path, typer.Option(help="Theta table of sstl segment, or parameters of sstl export (JSON).")],
+    theta: Annotated[
+        Path | None, typer.Option(help="Theta table of sstl segment, or parameters of sstl export (JSON).")
+    ] = None,
+    sim: Annotated[
+        Path | None,
+        typer.Option(help="Instead of --theta: simulator (TOML, as diagnose --save-sim writes it) for lines and plant."),
+    ] = None,
     model: shared.ModelFile = None,
     reference: Annotated[
         list[str] | None, typer.Option(help="sinusoid, random, trapezoid, or a Parquet or CSV file (repeatable).")
@@ -78,7 +84,8 @@ def compensate(
         if given not in NAMES and not Path(given).exists():
             hint = nearest(given, NAMES)
             raise UsageError(f"'{given}' is neither a reference ({hint}) nor a file", where="--reference", code="E407")
-    options = shared.controller_options(theta, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
+    source = _source(theta, sim)
+    options = shared.controller_options(source, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
     if stream:
         forbid_with_stream(
             out=out,
@@ -90,17 +97,34 @@ def compensate(
             max_rmse=max_rmse,
             json=as_json,
         )
-        _stream(theta, model, asked if methods else None, config_id, (beta_p, beta_r, bias_theta), options, timeout)
+        _stream(source, model, asked if methods else None, config_id, (beta_p, beta_r, bias_theta), options, timeout)
         return
     chosen = [x for x in (plant, plant_sim) if x is not None]
     if len(chosen) > 1 or (recorded is not None and reference):
         what = "--plant and --plant-sim" if len(chosen) > 1 else "--recorded and --reference"
         raise UsageError(f"{what} exclude one another", fix="give one", code="E413")
+    if sim is not None and not chosen:
+        plant_sim = str(sim)
     asked_for = offline.Asked(
-        theta, model, reference or ["sinusoid"], asked, methods is not None, out, scores, plant, plant_sim, recorded,
+        source, model, reference or ["sinusoid"], asked, methods is not None, out, scores, plant, plant_sim, recorded,
         config_id, (beta_p, beta_r, bias_theta), cycles, loop_tau, mape_floor, options, max_rmse, seed, force,
     )  # fmt: skip
     offline.run(Screen(as_json), asked_for)
+
+
+def _source(theta: Path | None, sim: Path | None) -> Path:
+    """Return where the lines come from."""
+    from sstl_cli.core.errors import UsageError
+
+    if theta is not None and sim is None:
+        return theta
+    if sim is None:
+        raise UsageError("no lines to drive with", fix="give --theta, or --sim with a saved model", code="E413")
+    if theta is not None:
+        raise UsageError("--theta and --sim exclude one another", fix="give one", code="E413")
+    if sim.suffix != ".toml":
+        raise UsageError("is not a simulator", where=str(sim), fix="give a TOML file, as diagnose --save-sim writes it", code="E413")
+    return sim
 
 
 def forbid_with_stream(**given: object) -> None:

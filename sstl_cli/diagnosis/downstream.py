@@ -76,15 +76,21 @@ def _rounding(lines: Theta, t_in: Array, t_out: Array) -> tuple[float, ...] | No
     return widths if misfit(np.array(widths)) < ROUNDED * sharp and sharp > LEAST_MISFIT_N else None
 
 
-def lines_of(plant: Plant) -> Theta:
-    """Return the propagation lines that a plant shows on a full stroke at the speed of the task, by least squares."""
-    t_in = _stroke()
+def lines_of(plant: Plant, stroke_n: tuple[float, float] = STROKE_N) -> Theta:
+    """Return the propagation lines that a plant shows on a full stroke (N) at the speed of the task, by least squares.
+
+    Raises
+    ------
+    SstlError
+        E920 if it shows no propagation.
+    """
+    t_in = _stroke(stroke_n)
     return _lines(t_in, plant.tendon(t_in, DT_S))
 
 
-def _stroke() -> Array:
+def _stroke(stroke_n: tuple[float, float] = STROKE_N) -> Array:
     """Return the input tension (N) of two cycles over the stroke."""
-    low, high = STROKE_N
+    low, high = stroke_n
     return np.asarray(0.5 * (low + high) - 0.5 * (high - low) * np.cos(_phase()))
 
 
