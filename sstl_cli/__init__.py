@@ -16,7 +16,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sstl_cli.core.kept import ensure as _ensure
+from sstl_cli.core.kept import at_start as _ensure
 
 if TYPE_CHECKING:
     from sstl_cli.api.diagnosis import Diagnosis, diagnose

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import stat
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
@@ -15,10 +16,20 @@ PACKAGE = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class Kept:
-    """Where compiled functions are kept: a folder, or None where each start compiles anew; and why it is that one."""
+    """Where compiled functions are kept: a folder, or None where each start compiles anew; and why it is that one.
+
+    ``as_asked`` is False where the user named another.
+    """
 
     folder: Path | None
     why: str = ""
+    as_asked: bool = True
+
+
+@cache
+def at_start() -> Kept:
+    """Return what was chosen when the package was imported; what numba is told then hides what the user asked for."""
+    return ensure()
 
 
 def ensure() -> Kept:
@@ -34,19 +45,19 @@ def ensure() -> Kept:
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given and _can_make(Path(given)):
         return Kept(Path(given), "NUMBA_CACHE_DIR")
-    refused = f"NUMBA_CACHE_DIR={given} cannot be written" if given else ""
+    refused, as_asked = f"NUMBA_CACHE_DIR={given} cannot be written" if given else "", not given
     # numba takes each module's own folder where it can, else the user's: one of them is enough, and this is quick to ask
     if _can_make(caches / "numba"):
-        return Kept(PACKAGE if os.access(PACKAGE, os.W_OK) else caches / "numba", refused)
+        return Kept(PACKAGE if os.access(PACKAGE, os.W_OK) else caches / "numba", refused, as_asked)
     if _tree_writable():
-        return Kept(PACKAGE, refused)
+        return Kept(PACKAGE, refused, as_asked)
     folder = private("compiled")
-    why = "neither the installation nor the home folder can be written"
+    why = "; ".join(filter(None, (refused, "neither the installation nor the home folder can be written")))
     if folder is None:
         _keep_nothing()
-        return Kept(None, f"{why}, nor a folder for temporary files: every start compiles anew")
+        return Kept(None, f"{why}, nor a folder for temporary files: every start compiles anew", as_asked)
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
-    return Kept(folder, f"{why}: kept until the temporary files are cleared")
+    return Kept(folder, f"{why}: kept until the temporary files are cleared", as_asked)
 
 
 def private(name: str) -> Path | None:

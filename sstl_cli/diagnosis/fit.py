@@ -206,8 +206,7 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
 
 def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     """Return a fit with its own whitener and cost."""
-    # noise enters where the line slides; beside a known scatter that is as the accepted model says, alike for all that are compared
-    phases = sim.phases(f.theta, f.effects, noise) if sim.accepted is None else sim.phases(sim.accepted, {}, noise)
+    phases = sim.where_noise_enters(f.theta, f.effects, noise)
     records = sim.problem.records
     if not f.free:
         tries = [(0.0, whitener(records, phases, noise))]

@@ -89,6 +89,7 @@ class Simulator:
         self.weight = np.concatenate([r.weight for r in p.records])
         self.config = np.concatenate([np.full(len(r), r.config) for r in p.records])
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])
+        self._entering: tuple[Noise, Phases] | None = None
 
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
         return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip, neighbour_n=neighbour_of(r))
@@ -129,6 +130,17 @@ class Simulator:
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
         doubt = _means(np.abs(bent), self._share, self._fine_edges, self.edges, self._factors) / QUADRATURE
         return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
+
+    def where_noise_enters(self, theta: Array, effects: Effects, noise: Noise) -> Phases:
+        """Return the phases by which a fit is whitened: its own, or those of a model that was accepted before.
+
+        Beside the known scatter of an accepted model noise is alike for all that are compared.
+        """
+        if self.accepted is None:
+            return self.phases(theta, effects, noise)
+        if self._entering is None or self._entering[0] is not noise:
+            self._entering = (noise, self.phases(self.accepted, {}, noise))
+        return self._entering[1]
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""

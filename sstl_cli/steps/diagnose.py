@@ -204,9 +204,12 @@ def gather(
     mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     # what a hold keeps says whether the input passes its samples at corners
-    had = nominal if scenario.misfits else None
-    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion, had) for p in passing(problem)], nominal)
-    sim = variation.applied(sim, theta, scenario.wander, unit_n)
+    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in passing(problem)], nominal)
+    if scenario.misfits:
+        # of a bend that it has not seen a model says nothing
+        seen = {c.id for c in scenario.configurations}
+        had = np.array([n if c in seen else t for c, n, t in zip(problem.configs, nominal, theta, strict=True)])
+        sim = variation.applied(replace(sim, accepted=had), theta, scenario.wander, unit_n)
     found = search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed)
     # the noise that was found may have changed what the input is taken to be
     problem = found.sim.problem
@@ -273,8 +276,9 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
     if scenario.wander is None:
         return scenario
     known = replace(options, sim=scenario, max_effects=1)
-    once = gather(found.runs, known).search
-    whole = variation.of_the_whole(once.sim, once.base, variation.ways(once.singles.values()))
+    # the base alone
+    once = gather(found.runs, replace(known, exclude=tuple(catalogue()))).search
+    whole = variation.of_the_whole(once.sim, once.base, variation.ways(found.search.singles.values()))
     own = variation.rescaled(scenario.wander.model_copy(update={"whole": whole}), found.problem.unit_n)
     scenario = scenario.model_copy(update={"wander": scenario.wander.model_copy(update={"whole": own.whole})})
     again = gather(found.runs, replace(known, sim=scenario))

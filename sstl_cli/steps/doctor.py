@@ -8,14 +8,13 @@ import os
 import platform
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sstl_cli import __version__
 from sstl_cli.core.config import parse
-from sstl_cli.core.kept import Kept, ensure
+from sstl_cli.core.kept import Kept, at_start
 from sstl_cli.core.tables import PARAMETERS
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.physics.scenario import Scenario
@@ -61,7 +60,7 @@ def run() -> tuple[dict[str, Any], list[Probe]]:
             f"missing: {', '.join(missing)}" if missing else f"{len(versions)} found",
             "pip install sstl-cli",
         ),
-        cache_probe(ensure()),
+        cache_probe(at_start()),
         self_test(),
     ]
     return facts, probes
@@ -69,10 +68,8 @@ def run() -> tuple[dict[str, Any], list[Probe]]:
 
 def cache_probe(kept: Kept) -> Probe:
     """Return whether compiled functions are kept where they were asked to be; anywhere else is good enough to work."""
-    asked = os.environ.get("NUMBA_CACHE_DIR", "")
     detail = "; ".join(filter(None, (str(kept.folder or "none"), kept.why)))
-    good = not asked or kept.folder == Path(asked)
-    return Probe("compile cache", good, detail, "set NUMBA_CACHE_DIR to a folder that can be written")
+    return Probe("compile cache", kept.as_asked, detail, "set NUMBA_CACHE_DIR to a folder that can be written")
 
 
 def self_test() -> Probe:

@@ -39,6 +39,14 @@ def test_a_private_temporary_folder_where_nothing_else_can_be_written(bare: Path
     assert kept.ensure().folder == found.folder
 
 
+def test_the_folder_that_was_asked_for_is_not_forgotten(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(bare / "file"))
+    found = kept.ensure()
+    # numba is told of another folder, and doctor still says which one could not be written
+    assert os.environ["NUMBA_CACHE_DIR"] == str(found.folder) and not found.as_asked
+    assert found.why.startswith(f"NUMBA_CACHE_DIR={bare / 'file'} cannot be written; neither")
+
+
 def test_a_folder_that_others_can_write_is_not_taken(bare: Path) -> None:
     (bare / f"sstl-{os.getuid()}").mkdir()
     (bare / f"sstl-{os.getuid()}").chmod(0o777)

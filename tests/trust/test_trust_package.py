@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import stat
 import subprocess
 import sys
 import tarfile
@@ -27,6 +28,11 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pytest.importorskip("setuptools.build_meta")
     folder = tmp_path_factory.mktemp("built")
     shutil.copytree(ROOT, folder / "tree", ignore=shutil.ignore_patterns(*LEAVE_OUT), symlinks=True)
+    for part in (folder / "tree").rglob("*"):
+        # a tree that cannot be written is built from a copy that can
+        if not part.is_symlink():
+            part.chmod(part.stat().st_mode | stat.S_IWUSR)
+    (folder / "tree").chmod(0o755)
     code = "from setuptools import build_meta as b; b.build_sdist('..'); b.build_wheel('..')"
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     done = subprocess.run([sys.executable, "-c", code], cwd=folder / "tree", capture_output=True, text=True, env=environment)
