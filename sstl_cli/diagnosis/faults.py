@@ -46,6 +46,65 @@ class RecorderEffect:
         return CandidateRow((self.id,), RECORDER, 1, self.nats, self.nats, self.nats, 1.0, 0.0, 0.0, 0, 1.0, self.share)
 
 
+@dataclass
+class _Carried:
+    """What readings carry of the squared error (N^2): spoilt ones, clipped ones, all, and at most by rounding; with their counts."""
+
+    faulty: float = 0.0
+    fourth: float = 0.0
+    clipped: float = 0.0
+    total: float = 0.0
+    stepped: float = 0.0
+    spikes: int = 0
+    frozen: int = 0
+    readings: int = 0
+    clips: int = 0
+    level_in: float = np.inf
+    level_out: float = np.inf
+    step_in: float = 0.0
+    step_out: float = 0.0
+
+    def add(self, r: Record, prediction: Array, noise_n: float) -> None:
+        """Count a record."""
+        thin = max(1, len(r.raw) // max(len(prediction), 1))
+        expected = np.repeat(prediction, thin)
+        n = len(expected)
+        error2 = (r.raw.tension_out_n[:n] - expected) ** 2
+        bad_in, bad_out = r.faults_in.bad[:n], r.faults_out.bad[:n]
+        input_error2 = np.where(bad_in, (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
+        self.total += float(error2.sum() + input_error2.sum())
+        # what sound readings are off by, too, is not the fault's
+        sound = (r.raw_weight[:n] > 0.0) & ~bad_in & ~bad_out & ~r.faults_out.clipped[:n]
+        usual = float(error2[sound].mean()) if sound.any() else 0.0
+        self.faulty += max(float(error2[bad_out].sum() + input_error2.sum()) - usual * int(bad_out.sum()), 0.0)
+        self.fourth += float((error2[bad_out] ** 2).sum() + (input_error2**2).sum())
+        self.spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
+        self.frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
+        self.readings += n
+        self._add_clipped(r, expected, error2, noise_n)
+        self.step_in, self.step_out = max(self.step_in, r.faults_in.step_n), max(self.step_out, r.faults_out.step_n)
+        slope = np.exp(0.5 * r.raw.passes)
+        self.stepped += n * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
+
+    def _add_clipped(self, r: Record, expected: Array, error2: Array, noise_n: float) -> None:
+        n = len(expected)
+        for faults, is_out in ((r.faults_in, False), (r.faults_out, True)):
+            hit = faults.clipped[:n]
+            if not hit.any():
+                continue
+            self.clips += int(hit.sum())
+            # the clipped input falsifies the output until it is forgotten: all of the masked part counts
+            part = hit if is_out else (r.raw_weight[:n] == 0.0)
+            # a level that a rounded reading repeats is no limit unless the tension goes beyond what rounds to it
+            rounding = 0.5 * faults.step_n * (1.0 if is_out else np.exp(0.5 * r.raw.passes))
+            beyond = part & (error2 > (rounding + noise_n) ** 2)
+            self.clipped += float(error2[beyond & (expected > r.raw.tension_out_n[:n]) if is_out else beyond].sum())
+            if is_out:
+                self.level_out = min(self.level_out, faults.clip_level_n)
+            else:
+                self.level_in = min(self.level_in, faults.clip_level_n)
+
+
 def recorder_effects(
     records: tuple[Record, ...], predictions: list[Array], noise_n: float, known: Mapping[str, float] = MappingProxyType({})
 ) -> list[RecorderEffect]:
@@ -60,66 +119,29 @@ def recorder_effects(
     known : mapping, optional
         Squared error (N^2) a reading that faults are known to carry: that much of it is no news.
     """
-    faulty = fourth = clipped = total = stepped = 0.0
-    spikes = frozen = samples = 0
-    level_in, level_out, step_in, step_out = np.inf, np.inf, 0.0, 0.0
-    clip_count = 0
+    c = _Carried()
     for r, prediction in zip(records, predictions, strict=True):
-        thin = max(1, len(r.raw) // max(len(prediction), 1))
-        expected = np.repeat(prediction, thin)
-        n = len(expected)
-        error2 = (r.raw.tension_out_n[:n] - expected) ** 2
-        bad_in, bad_out = r.faults_in.bad[:n], r.faults_out.bad[:n]
-        input_error2 = np.where(bad_in, (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
-        total += float(error2.sum() + input_error2.sum())
-        # what sound readings are off by, too, is not the fault's
-        sound = (r.raw_weight[:n] > 0.0) & ~bad_in & ~bad_out & ~r.faults_out.clipped[:n]
-        usual = float(error2[sound].mean()) if sound.any() else 0.0
-        faulty += max(float(error2[bad_out].sum() + input_error2.sum()) - usual * int(bad_out.sum()), 0.0)
-        fourth += float((error2[bad_out] ** 2).sum() + (input_error2**2).sum())
-        spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
-        frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
-        samples += 2 * n
-        for faults, is_out in ((r.faults_in, False), (r.faults_out, True)):
-            hit = faults.clipped[:n]
-            if hit.any():
-                clip_count += int(hit.sum())
-                # the clipped input falsifies the output until it is forgotten: all of the masked part counts
-                part = hit if is_out else (r.raw_weight[:n] == 0.0)
-                # a level that a rounded reading repeats is no limit unless the tension goes beyond what rounds to it
-                rounding = 0.5 * faults.step_n * (1.0 if is_out else np.exp(0.5 * r.raw.passes))
-                beyond = part & (error2 > (rounding + noise_n) ** 2)
-                clipped += float(error2[beyond & (expected > r.raw.tension_out_n[:n]) if is_out else beyond].sum())
-                if is_out:
-                    level_out = min(level_out, faults.clip_level_n)
-                else:
-                    level_in = min(level_in, faults.clip_level_n)
-        step_in, step_out = max(step_in, r.faults_in.step_n), max(step_out, r.faults_out.step_n)
-        slope = np.exp(0.5 * r.raw.passes)
-        stepped += n * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
-    events = faulty**2 / fourth if fourth > 0.0 else np.inf
-    before = {k: v * samples / 2 for k, v in known.items()}
-    faulty = max(faulty - before.get("acquisition_faults", 0.0), 0.0)
-    clipped = max(clipped - before.get("saturation", 0.0), 0.0)
-    excess = max(total - samples / 2 * noise_n**2, 1e-12)
+        c.add(r, prediction, noise_n)
+    events = c.faulty**2 / c.fourth if c.fourth > 0.0 else np.inf
+    before = {k: v * c.readings for k, v in known.items()}
+    faulty = max(c.faulty - before.get("acquisition_faults", 0.0), 0.0)
+    clipped = max(c.clipped - before.get("saturation", 0.0), 0.0)
+    excess = max(c.total - c.readings * noise_n**2, 1e-12)
     found = []
-    if spikes + frozen >= MIN_FAULTY and faulty > 0.0:
-        values = {"spike_pct": 100.0 * spikes / samples, "frozen_pct": 100.0 * frozen / samples}
+    if c.spikes + c.frozen >= MIN_FAULTY and faulty > 0.0:
+        values = {"spike_pct": 100.0 * c.spikes / (2 * c.readings), "frozen_pct": 100.0 * c.frozen / (2 * c.readings)}
         found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n, events))
-    if clip_count and clipped > 0.0:
-        values = {}
-        if np.isfinite(level_in):
-            values["t_max_in_n"] = float(level_in)
-        if np.isfinite(level_out):
-            values["t_max_out_n"] = float(level_out)
+    if c.clips and clipped > 0.0:
+        levels = {"t_max_in_n": c.level_in, "t_max_out_n": c.level_out}
+        values = {k: float(v) for k, v in levels.items() if np.isfinite(v)}
         found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n))
-    rest = max(total - faulty - clipped, 1e-12)
-    stepped = max(stepped - before.get("quantisation", 0.0), 0.0)
+    rest = max(c.total - faulty - clipped, 1e-12)
+    stepped = max(c.stepped - before.get("quantisation", 0.0), 0.0)
     if min(stepped, rest) > 2.0 * noise_n**2:
         # the noise was measured on rounded samples: what rounding adds to it is no noise
-        noise2 = max(noise_n**2 - step_out**2 / 12.0, 0.0)
-        unexplained = max(rest - samples / 2 * noise2, stepped)
-        values = {"q_in_n": step_in, "q_out_n": step_out}
+        noise2 = max(noise_n**2 - c.step_out**2 / 12.0, 0.0)
+        unexplained = max(rest - c.readings * noise2, stepped)
+        values = {"q_in_n": c.step_in, "q_out_n": c.step_out}
         found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n))
     # what carries next to nothing of the error is no cause of it
     return sorted((e for e in found if e.share >= LEAST_SHARE), key=lambda e: -e.share)
