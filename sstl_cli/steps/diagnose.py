@@ -157,8 +157,15 @@ def run(
     _add_downstream(result, deadline)
     if options.odd_runs:
         body["verdict"]["odd_runs"] = odd_runs(result, deadline)
-    body["notes"] += [*by_another(options.sim and options.sim.package_version, "the simulator"), *deadline.notes]
+    body["notes"] += [*by_another(options.sim and options.sim.package_version, "the simulator"), *_unsaid(options.sim), *deadline.notes]
     return result
+
+
+def _unsaid(sim: Scenario | None) -> list[str]:
+    """Return what a saved simulator should say and does not."""
+    if sim is None or not sim.misfits or sim.wander is not None:
+        return []
+    return ["the simulator does not say how much the rig varies, which may be taken for a change: save it again with --save-sim"]
 
 
 def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[Run], dict[str, str]]:

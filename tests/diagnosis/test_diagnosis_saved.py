@@ -70,6 +70,18 @@ def test_a_model_of_another_version_is_noted_in_the_diagnosis(older):
     assert note.startswith(f"the simulator was made by sstl {OLDER}, this is {__version__}")
 
 
+def test_a_model_that_does_not_say_how_much_the_rig_varies_is_noted(tmp_path):
+    options = DiagnoseOptions(sim=load(str(SAVED / "rig.toml")), effects=("zero_offset",), max_effects=1)
+    log = record({}, 5)[:4]
+    found = run(log, options)
+    assert [n for n in found.document()["notes"] if "does not say how much the rig varies" in n]
+    again = found.model()
+    assert again.wander is not None
+    (tmp_path / "again.toml").write_text(dump(again), encoding="utf-8")
+    notes = run(log, DiagnoseOptions(sim=load(str(tmp_path / "again.toml")), effects=("zero_offset",), max_effects=1)).document()["notes"]
+    assert not [n for n in notes if "varies" in n]
+
+
 def test_a_model_of_another_version_is_noted_where_it_is_simulated(older):
     (older / "still.toml").write_text(
         (older / "rig.toml").read_text(encoding="utf-8") + '\n[[trajectories]]\nkind = "trapezoid"\nduration_s = 4.0\n', encoding="utf-8"
