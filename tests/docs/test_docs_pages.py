@@ -66,6 +66,7 @@ def test_examples_for_build_servers_parse_and_use_real_options() -> None:
     lines = [s["run"] for s in flow["jobs"]["gap"]["steps"] if "run" in s] + [h["entry"] for r in hooks["repos"] for h in r["hooks"]]
     commands = [c for line in lines for c in re.findall(r"sstl [^\n&]+(?:\\\n[^\n]+)*", line.replace("\\\n", " ")) if "pip" not in line]
     assert len(commands) >= 5
+    program._register()
     root = typer.main.get_command(program.app)
     for command in commands:
         words = command.split()
