@@ -110,7 +110,7 @@ def rows_without(found: Search, rows: Rows, beside: Callable[[int], Sequence[Can
     out = []
     for i in range(len(count)):
         kept = max(total - float(count[i]), 1.0)
-        gains = {k: _gain(found, w, base, left, i) for k, (w, left) in models.items()}
+        gains = {k: float(base.cost[i] - left.cost[i]) for k, (_, left) in models.items()}
         evidence = {k: w.evidence + _worth(found, w, gains) for k, (w, _) in models.items()}
         candidates = [_row(c, models[c.ids][1], i, kept, total, gains, evidence) for c in fitted]
         calmer = _calmer(base, i, kept, total)
@@ -137,11 +137,6 @@ def _calmer(left: _Left, i: int, kept: float, total: float) -> float:
     """Return by what factor tests of what is left fall without a run: as its excess over chance does, where it has one."""
     excess = left.all_squared - total
     return float(np.clip((left.squared[i] - kept) / excess, 0.0, 1.0)) if excess > 0.0 else 1.0
-
-
-def _gain(found: Search, w: Weighed, base: _Left, left: _Left, i: int) -> float:
-    """Return the gain (nats) of a model over the base without a run."""
-    return float(base.cost[i] - left.cost[i])
 
 
 def _worth(found: Search, w: Weighed, gains: Mapping[Ids, float]) -> float:

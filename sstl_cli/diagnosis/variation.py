@@ -105,13 +105,17 @@ def of_the_whole(sim: Simulator, base: Fit, own: Ways) -> Variation:
 
 def _stretch_s(r: Record) -> float:
     """Return how long a stretch of a record is (s): a part of it, and no shorter than a loop, within which nothing is alike."""
-    whole = len(r) * r.dt_s * r.factor
+    whole = _duration_s(r)
     way, _ = misfit.turning(block_mean(r.u, r.factor))
     return max(whole / STRETCHES, 2.0 * whole / max(int(np.count_nonzero(np.diff(way))), 1))
 
 
 def _cut(r: Record, stretch_s: float) -> list[slice]:
-    return wander.cut(len(r), len(r) * r.dt_s * r.factor, stretch_s)
+    return wander.cut(len(r), _duration_s(r), stretch_s)
+
+
+def _duration_s(r: Record) -> float:
+    return len(r) * r.dt_s * r.factor
 
 
 def applied(sim: Simulator, theta: Array, section: WanderSection | None, unit_n: float) -> Simulator:

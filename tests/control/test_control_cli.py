@@ -12,23 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 from helpers_control import TABLE_II, paper_controller, play, theta_row, write_theta
 
-from sstl_cli.cli.app import main
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
 
 SSTL_LINES = (0.271, 0.033, 3.314, 4.366)
-
-
-@pytest.fixture
-def sstl(monkeypatch, capsys):
-    def call(*args):
-        monkeypatch.setattr(sys, "argv", ["sstl", *map(str, args)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        shown = capsys.readouterr()
-        return ended.value.code or 0, shown.out, shown.err
-
-    return call
 
 
 @pytest.fixture

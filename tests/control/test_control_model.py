@@ -3,30 +3,16 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
-from sstl_cli.cli.app import main
 from sstl_cli.diagnosis.constants import STROKE_N
 from sstl_cli.physics.scenario import Configuration, MisfitSection, Scenario
 from sstl_cli.physics.scenario_file import dump
 from sstl_cli.steps.compensate_model import cases_of, stroke_of
 
 BENDS = (Configuration(id="CP-1", location="CP", theta=0.53), Configuration(id="ND-1", theta=0.7))
-
-
-@pytest.fixture
-def sstl(monkeypatch, capsys):
-    def call(*args):
-        monkeypatch.setattr(sys, "argv", ["sstl", *map(str, args)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        shown = capsys.readouterr()
-        return ended.value.code or 0, shown.out, shown.err
-
-    return call
 
 
 def model(effects=None, **more):
