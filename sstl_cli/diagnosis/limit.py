@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import DECIDABLE, REFIT_ITERATIONS
-from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.constants import DECIDABLE, ENOUGH_NATS, MAX_ITERATIONS, REFIT_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
@@ -32,22 +31,56 @@ class Shown:
 
 def distance2(sim: Simulator, truth: Fit, rival: Fit) -> float:
     """Return D^2 from a fitted model to a rival: the rival refitted to what the model predicts, without noise."""
+    return _squared(truth, _nearest(sim, truth, rival))
+
+
+def _nearest(sim: Simulator, truth: Fit, rival: Fit) -> Fit:
     made = copy(sim)
     made.y = truth.prediction
-    near = fit(made, truth.whiten, rival.hypothesis, rival.theta, rival.values, REFIT_ITERATIONS, rival)
+    return fit(made, truth.whiten, rival.hypothesis, rival.theta, rival.values, REFIT_ITERATIONS, rival)
+
+
+def _squared(truth: Fit, near: Fit) -> float:
     return max(2.0 * near.cost - truth.whiten.log_det, 0.0)
 
 
 def least_shown(found: Search) -> list[Shown]:
-    """Return for each effect the smallest size that this log would have shown, its best direction, theta refitted."""
-    rows = []
-    for effect_id, models in sorted(found.singles.items()):
-        rows += _least(found.sim, effect_id, models[0])
-    return rows
+    """Return for each effect the smallest size that this log would have shown: the base refitted to it stays D^2 = 24 behind.
+
+    An effect that would not have shown within its bounds has no row.
+    """
+    rows = [_least(found, effect_id, models[0].fit) for effect_id, models in sorted(found.singles.items())]
+    return [row for row in rows if row is not None]
 
 
-def _least(sim: Simulator, effect_id: str, w: Weighed) -> list[Shown]:
-    f = w.fit
+def _least(found: Search, effect_id: str, f: Fit) -> Shown | None:
+    sim = found.sim
+    started = _linear(sim, f)
+    if started is None:
+        return None
+    i, size = started
+    p = f.free[i].parameter
+    up = p.high > p.neutral
+    reach = p.most - p.neutral if up else p.neutral - p.least
+    for _ in range(MAX_ITERATIONS):
+        if size > reach:
+            return None
+        values = np.array([v if x.parameter.shape else x.parameter.neutral for x, v in zip(f.free, f.values, strict=True)])
+        values[i] += size if up else -size
+        truth = fit(sim, found.base.whiten, f.hypothesis, found.base.theta, values, 0)
+        near = _nearest(sim, truth, found.base)
+        d2 = _squared(truth, near)
+        if d2 >= DECIDABLE - 2.0 * ENOUGH_NATS:
+            left = truth.prediction - near.prediction
+            gap = float(np.sqrt(np.sum(sim.weight * left**2) / max(sim.weight.sum(), 1.0)))
+            return Shown(effect_id, p.name, p.unit, size, gap)
+        # a response that saturates, or that theta takes up, needs more than the linear one says
+        size *= min(float(np.sqrt(DECIDABLE / d2)), 2.0) if d2 > 0.0 else 2.0
+    return None
+
+
+def _linear(sim: Simulator, f: Fit) -> tuple[int, float] | None:
+    """Return the strength whose linear response shows with the smallest gap, theta refitted, and its size."""
     a, _ = normal_equations(sim, f.whiten(f.jacobian), np.zeros(len(sim.y)))
     configs = len(f.theta)
     rows = []
@@ -61,6 +94,5 @@ def _least(sim: Simulator, effect_id: str, w: Weighed) -> list[Shown]:
             continue
         size = float(np.sqrt(DECIDABLE / information))
         column = f.jacobian[:, 1 + i] - f.jacobian[:, 0] * cross[sim.config]
-        gap = size * float(np.sqrt(np.sum(sim.weight * column**2) / max(sim.weight.sum(), 1.0)))
-        rows.append(Shown(effect_id, x.parameter.name, x.parameter.unit, size, gap))
-    return sorted(rows, key=lambda s: s.gap_n)[:1]
+        rows.append((size * float(np.sqrt(np.sum(sim.weight * column**2))), i, size))
+    return min(rows)[1:] if rows else None

@@ -15,6 +15,7 @@ from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.whitening import Noise, Phases
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
+from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
 from sstl_cli.physics.transmission.batch import laid, predict_runs
 from sstl_cli.physics.transmission.model import Hooked, drive_of, knots, sensed, unsensed
@@ -142,6 +143,11 @@ class Simulator:
             self._entering = (noise, self.phases(self.accepted, {}, noise))
         return self._entering[1]
 
+    def read_records(self, effects: Effects) -> tuple[Record, ...]:
+        """Return the records with their known scatter as the output's channel reads it: it arises in the rig, before any lag."""
+        active = activate(effects).of_hook("late_s")
+        return tuple(_read_late(r, sum(e.late_s(r.system, v) for e, v in active)) for r in self.problem.records)  # type: ignore[misc]
+
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
         return self._each(self._fine(theta, effects))
@@ -225,6 +231,14 @@ def _error_n(r: Record, noise: Noise | None) -> Array:
     if noise is None:
         return r.error_n
     return np.asarray(np.hypot(noise.smoother[r.system] * r.error_n, 0.0 if r.told_n else noise.input[r.system].coloured_n))
+
+
+def _read_late(r: Record, late_s: float) -> Record:
+    if late_s == 0.0:
+        return r
+    steps = late_s / (r.dt_s * r.factor)
+    scatter = None if r.misfit_n is None else delayed(r.misfit_n, steps)
+    return replace(r, misfit_n=scatter, wander=None if r.wander is None else r.wander.late(steps))
 
 
 def neighbour_of(r: Record) -> Array | None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import ENOUGH_NATS, VARIANCES
+from sstl_cli.physics.filters import delayed
 
 Array = NDArray[np.float64]
 
@@ -30,6 +31,14 @@ class Wander:
     run: Array
     whole: Array
     stretches: tuple[slice, ...]
+
+    def late(self, samples: float) -> Wander:
+        """Return how it varies where the output is read late by a number of samples."""
+        return Wander(_late(self.stretch, samples), _late(self.run, samples), _late(self.whole, samples), self.stretches)
+
+
+def _late(columns: Array, samples: float) -> Array:
+    return np.column_stack([delayed(c, samples) for c in columns.T]) if columns.size else columns
 
 
 def levels(records: Sequence[Wander | None], count: Sequence[int]) -> tuple[tuple[Array, list[slice]], ...] | None:

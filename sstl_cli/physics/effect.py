@@ -174,7 +174,8 @@ class Effect:
 
     At neutral parameter values every hook is exactly the identity, so that models nest.
     ``output`` maps a true to a measured output; ``input`` a true to a measured input and
-    ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside. ``variants`` names the
+    ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside; ``late_s`` says by how much (s) the output of a
+    system is read late where all is slow. ``variants`` names the
     sets of strengths that stand for one cause each (which sensor, which law); without them every strength alone, every
     two and all together are tried. A shape that no variant names belongs to all. What strengths that
     are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base.
@@ -202,6 +203,7 @@ class Effect:
     input_inverse: Hook | None = None
     position: Callable[[Position, Values], None] | None = None
     loop: Callable[[Array, float, Values], Array] | None = None
+    late_s: Callable[[str, Values], float] | None = None
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by name; SstlError with the nearest name if there is none."""

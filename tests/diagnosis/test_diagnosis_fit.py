@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from made_fits import NOTHING, THETA, made, noise, simulator
+from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import THETA_HIGH
 from sstl_cli.diagnosis.evidence import standard_errors
-from sstl_cli.diagnosis.fit import fit, normal_equations
-from sstl_cli.diagnosis.hypotheses import full
+from sstl_cli.diagnosis.fit import fit, normal_equations, settle
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.simulator import as_effects
+from sstl_cli.diagnosis.whitening import Noise, Sensor
+from sstl_cli.physics.filters import delayed
 
 
 def expanded(sim, j):
@@ -54,3 +59,25 @@ def test_a_parameter_at_its_end_stays_there_and_the_others_move():
         assert found.theta == pytest.approx(0.9 * THETA, abs=5e-3) and np.all(found.theta < THETA_HIGH)
     finally:
         sim.y = sim_y
+
+
+def test_the_known_scatter_of_a_rig_is_late_where_its_output_is_read_late():
+    """A rig is known to be off by 1 N in a tenth of every run; the delay is told by the rest, not by where it is off."""
+    sim, late_s = simulator(), 0.3
+    off = [np.where(np.arange(len(r)) % (len(r) // 2) < len(r) // 20, 1.0, 1e-3) for r in sim.problem.records]
+    records = tuple(replace(r, misfit_n=sd, misfit_s=1.0) for r, sd in zip(sim.problem.records, off, strict=True))
+    known = replace(sim, problem=replace(sim.problem, records=records))
+    steps = late_s / (records[0].dt_s * records[0].factor)
+    scatter = np.concatenate([delayed(sd * np.sin(np.arange(len(sd)) / 9.0), steps) for sd in off])
+    h = next(v for v in variants("channel_delay", ("act",)) if [f.parameter.name for f in v.free] == ["tau_act_s"])
+    sensor = Sensor(NOISE_N, 0.0, 0.1)
+    noise_of = Noise({"act": Sensor(1e-4, 0.0, 0.1)}, {"act": sensor}, {"act": 1.0})
+    known.y = known.predict(THETA, as_effects(h.free, np.array([late_s]))) + scatter + noise(3)
+    start = fit(known, made().whiten, h, THETA, np.array([0.2]), 0)
+    found = settle(known, noise_of, start)
+    assert found.values[0] == pytest.approx(late_s, abs=0.01)
+    # where the scatter was thought to be on time, its end would stand beyond the noise
+    assert float(np.max(np.abs(found.whiten(found.residual)))) < 5.0
+    (read, plain) = known.read_records(found.effects)[0], records[0]
+    assert read.misfit_n == pytest.approx(delayed(plain.misfit_n, found.values[0] / (plain.dt_s * plain.factor)))
+    assert known.read_records({}) == records

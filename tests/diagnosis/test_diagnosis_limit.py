@@ -62,7 +62,9 @@ def test_the_distance_grows_with_the_square_of_size_over_noise():
 def test_what_a_log_would_have_shown_scales_with_its_noise_and_leaves_the_distance_that_decides():
     (quiet,), (loud,) = least_shown(search(NOISE_N)), least_shown(search(3.0 * NOISE_N))
     assert (quiet.effect, quiet.unit) == ("zero_offset", "N")
-    assert loud.size == pytest.approx(3.0 * quiet.size) and loud.gap_n == pytest.approx(3.0 * quiet.gap_n)
+    assert loud.size == pytest.approx(3.0 * quiet.size)
+    # theta follows a larger offset by a curve, no longer by a line
+    assert loud.gap_n == pytest.approx(3.0 * quiet.gap_n, rel=1e-3)
     # D^2 = sum of (gap over noise)^2
     assert (quiet.gap_n / NOISE_N) ** 2 * np.sum(simulator().weight > 0) == pytest.approx(DECIDABLE, rel=0.02)
 
@@ -70,3 +72,20 @@ def test_what_a_log_would_have_shown_scales_with_its_noise_and_leaves_the_distan
 def test_the_least_size_is_indeed_at_the_distance_that_decides():
     (shown,) = least_shown(search(NOISE_N))
     assert distance2(simulator(), made(0.0, OFFSET, (shown.size,)), made()) == pytest.approx(DECIDABLE, rel=0.1)
+
+
+def test_no_size_is_promised_that_the_effect_cannot_have():
+    sane = search(NOISE_N)
+    loud = search(1e5 * NOISE_N)
+    assert least_shown(sane) and least_shown(loud) == []
+
+
+def test_a_response_that_theta_takes_up_needs_a_size_beyond_the_linear_one():
+    noise_n = 20.0 * NOISE_N
+    quiet = Sensor(noise_n, 0.0, 0.1)
+    friction = next(h for h in variants("const_friction", ("act",)) if [f.parameter.name for f in h.free] == ["w_l_n"])
+    base, one = made(noise_n=noise_n), made(0.0, friction, (0.3,), noise_n)
+    found = Search(simulator(), Noise({"act": quiet}, {"act": quiet}, {"act": 1.0}), Noise({}, {}, {}), base, {"const_friction": (Weighed(one, 0.0, 0.0),)}, {})
+    (shown,) = least_shown(found)
+    at = made(0.0, friction, (shown.size,), noise_n)
+    assert distance2(simulator(), at, base) == pytest.approx(DECIDABLE, rel=0.1)

@@ -96,3 +96,12 @@ def test_stretches_are_as_long_as_asked_and_fill_the_record():
     assert cut(10, 5.0, 99.0) == [slice(0, 10)]
     parts = cut(11, 5.0, 1.6)
     assert [s.start for s in parts[1:]] == [s.stop for s in parts[:-1]] and parts[-1].stop == 11
+
+
+def test_what_is_read_late_varies_late():
+    rng = np.random.default_rng(5)
+    known = Wander(rng.standard_normal((30, 2)), np.zeros((30, 0)), rng.standard_normal((30, 1)), (slice(0, 30),))
+    late = known.late(3.0)
+    assert late.stretch[3:] == pytest.approx(known.stretch[:-3]) and late.whole[3:] == pytest.approx(known.whole[:-3])
+    assert late.stretch[:3] == pytest.approx(np.repeat(known.stretch[:1], 3, axis=0))
+    assert late.run.shape == (30, 0) and late.stretches == known.stretches

@@ -8,6 +8,10 @@ def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     return delayed(tension, v[f"tau_{run.system}_s"] / run.dt_s)
 
 
+def _late_s(system: str, v: Values) -> float:
+    return v[f"tau_{system}_s"]
+
+
 EFFECT = Effect(
     id="channel_delay",
     title="Delay of the output channel",
@@ -22,4 +26,5 @@ EFFECT = Effect(
     order=75,
     look_alikes=("channel_lowpass", "viscous"),
     output=_output,
+    late_s=_late_s,
 )

@@ -8,6 +8,10 @@ def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     return low_pass(tension, run.dt_s, v[f"tau_{run.system}_s"])
 
 
+def _late_s(system: str, v: Values) -> float:
+    return v[f"tau_{system}_s"]
+
+
 EFFECT = Effect(
     id="channel_lowpass",
     title="First-order low-pass on the output channel",
@@ -22,4 +26,5 @@ EFFECT = Effect(
     order=70,
     look_alikes=("channel_delay", "viscous", "presliding"),
     output=_output,
+    late_s=_late_s,
 )
