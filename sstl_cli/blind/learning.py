@@ -39,6 +39,7 @@ PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 # kind of the cases whose effect is no candidate
 EXCLUDED = "excluded"
+SCHEMA = "sstl.weights/1"
 COMMITS = np.linspace(0.5, 0.98, 25)
 # share of its response by which a law is usually off
 USUAL_SHARE = MISFITS[1]
@@ -253,7 +254,7 @@ def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, floa
 def to_document(w: Weights) -> dict[str, Any]:
     """Return weights as their document (``weights.json``)."""
     return {
-        "schema": "sstl.weights/1",
+        "schema": SCHEMA,
         "provenance": dict(w.provenance),
         "commit": w.commit,
         "member": dict(w.member),

@@ -43,19 +43,40 @@ def judge(paths: Sequence[Path], screen: Screen) -> Judged:
 
 
 def _runs(paths: Sequence[Path]) -> Iterator[tuple[str, Run]]:
+    from sstl_cli.cli._other_files import other_kind
     from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import schema_id_of
     from sstl_cli.core.runs import recorded_runs
     from sstl_cli.core.tables import LOG
 
     for path in paths:
         try:
-            if schema_id_of(path) in (LOG.id, None):
+            if other_kind(path):
+                continue
+            if path.is_file() and kind_of(path) == "text":
+                for run in _of_text(path):
+                    yield str(path), run
+            elif schema_id_of(path) in (LOG.id, None):
                 for run in recorded_runs(path):
                     yield str(path), run
         except SstlError:
             # the table's own checks have told it
             continue
+
+
+def _of_text(path: Path) -> Iterator[Run]:
+    """Yield the runs of a log written as CSV."""
+    import pyarrow as pa
+
+    from sstl_cli.cli._text_table import TextTable
+    from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
+    from sstl_cli.core.runs import runs_of, units_of
+    from sstl_cli.core.tables import LOG
+
+    table = TextTable(path)
+    batches = (pa.Table.from_batches([b]) for b in table.iter_batches(ROWS_PER_BLOCK))
+    yield from runs_of((conform(b, LOG, str(path)) for b in batches), str(path), units_of(table.schema_arrow))
 
 
 def findings(judged: Judged) -> list[dict[str, Any]]:

@@ -32,7 +32,7 @@ class TextTable:
         self.metadata: dict[str, object] = {}
         known = {c.name: c for c in (*LOG.columns, TENDON)}
         try:
-            names = [c.name for c in text.channels(path, self._layout)]
+            stated = {c.name: c.unit for c in text.channels(path, self._layout)}
         except SstlError as error:
             raise SstlError(
                 f"is text that holds no table ({error.what})",
@@ -40,15 +40,15 @@ class TextTable:
                 fix=f"give a log; sstl import --guess {path.name} looks at recordings",
                 code=error.code,
             ) from None
-        self.fields = [known[n] for n in names if n in known]
+        self.fields = [known[n] for n in stated if n in known]
         if not self.fields:
             raise SstlError(
-                f"has none of the log's columns ({', '.join(names[:6])})",
+                f"has none of the log's columns ({', '.join(list(stated)[:6])})",
                 where=str(path),
                 fix=f"sstl import --guess {path.name} proposes a mapping",
                 code="E134",
             )
-        units = [{"unit": c.unit} for c in self.fields]
+        units = [{"unit": stated[c.name] or c.unit} for c in self.fields]
         self.schema_arrow = pa.schema(
             [pa.field(c.name, c.type, True, u) for c, u in zip(self.fields, units, strict=True)]
         )

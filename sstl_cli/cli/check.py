@@ -86,6 +86,8 @@ def _entry(finding: Finding, run_id: str | None = None) -> dict[str, Any]:
 
 
 def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
+    from sstl_cli.cli._other_files import findings as of_others
+    from sstl_cli.cli._other_files import other_kind
     from sstl_cli.cli._text_table import TextTable
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.kinds import kind_of
@@ -93,12 +95,10 @@ def _check_file(path: Path, screen: Screen) -> Iterator[dict[str, Any]]:
     from sstl_cli.core.tables import LOG, SCHEMAS, Schema
     from sstl_cli.steps.check import FAILURE, REMARK, Finding
 
-    kind = kind_of(path) if path.is_file() else ""
-    if kind in ("json", "safetensors"):
-        from sstl_cli.cli._other_files import findings as of_others
-
-        yield from map(_entry, of_others(path, kind))
+    if other := other_kind(path):
+        yield from map(_entry, of_others(path, other))
         return
+    kind = kind_of(path) if path.is_file() else ""
     try:
         name = LOG.id if kind == "text" else schema_id_of(path)
         schema = SCHEMAS.get(name or LOG.id)

@@ -36,16 +36,15 @@ def info(
 
 
 def _describe(path: Path, screen: Screen) -> dict[str, Any]:
+    from sstl_cli.cli._other_files import describe, other_kind
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import open_table, schema_id_of
     from sstl_cli.core.tables import LOG, SCHEMAS
 
+    if other := other_kind(path):
+        return describe(path, other, screen)
     kind = kind_of(path) if path.is_file() else ""
-    if kind in ("json", "safetensors"):
-        from sstl_cli.cli._other_files import describe
-
-        return describe(path, kind, screen)
     name = LOG.id if kind == "text" else schema_id_of(path)
     schema = SCHEMAS.get(name or LOG.id)
     if schema is None:

@@ -12,6 +12,7 @@ from sstl_cli.control.controller import Controller
 
 MAX_LINE_BYTES = 65_536
 CSV_HEADER = ("t_ref", "t_in")
+ANSWER_HEADER = ("t_cmd", "phase")
 
 
 class LineServer:
@@ -39,7 +40,7 @@ class LineServer:
         if text:
             self._json = text.startswith("{")
         if not self._json and tuple(w.strip().lower() for w in text.split(",")) == CSV_HEADER:
-            return "t_cmd,phase"
+            return ",".join(ANSWER_HEADER)
         t_ref, t_in, why = read_json_sample(text) if self._json else read_csv_sample(text)
         return self._step(t_ref, t_in, why)
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from program import inside as sstl
 
+import sstl_cli
+from sstl_cli.control import parameters
+from sstl_cli.control.controller import Controller, Options, Theta
+from sstl_cli.control.streaming import LineServer
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
@@ -103,3 +108,96 @@ def test_a_parameter_out_of_range_names_the_nearest_allowed() -> None:
     name = effect.parameters[0].name
     with pytest.raises(SstlError, match=r"\[E702\].*nearest allowed is .*sstl effects show pulley_friction"):
         effect.complete({name: 1e9})
+
+
+def found_in(path: Path) -> tuple[int, list[tuple[str, str]]]:
+    """Return the exit code of ``check`` of a file, and level and kind of what it found."""
+    done = sstl("check", path, "--json")
+    return done.returncode, [(f["level"], f["what"]) for f in json.loads(done.stdout)["findings"]]
+
+
+def test_a_log_as_csv_is_judged_by_physics(folder: Path) -> None:
+    whole = (folder / "log.csv").read_text()
+    assert found_in(folder / "log.csv") == found_in(folder / "log.parquet")
+    assert json.loads(sstl("check", folder / "log.csv", "--json").stdout)["sensors"]
+    rows = [line.split(",") for line in whole.splitlines()]
+    at = [rows[0].index(n) for n in ("tension_in_n", "tension_out_n")]
+    for row in rows[1:]:
+        for i in at:
+            row[i] = str(round(300 * float(row[i])))
+    (folder / "counts.csv").write_text("\n".join(",".join(r) for r in rows) + "\n")
+    code, found = found_in(folder / "counts.csv")
+    assert code == 1 and ("failure", "physics: counts") in found
+
+
+def test_the_unit_of_an_output_that_is_no_tension_is_read_from_the_csv(folder: Path) -> None:
+    t = np.arange(500) * 0.01
+    x = 10 - 8 * np.cos(2 * np.pi * t / 5)
+    write_runs(folder / "deg.parquet", [Run("r", "act", t, x, 0.7 * x, unit_out="deg")], Provenance("test"))
+    assert sstl("export", folder / "deg.parquet", "--format", "csv", "--out", folder / "deg.csv").returncode == 0
+    assert "T_out deg" in sstl("info", folder / "deg.csv").stdout
+    assert found_in(folder / "deg.csv") == found_in(folder / "deg.parquet")
+
+
+def controller_file(path: Path, **lines: float) -> Path:
+    """Write parameters of a controller for two configurations, the lines of the second changed."""
+    sound = {"gamma_p": 0.7, "beta_p": 0.1, "gamma_r": 1.3, "beta_r": -0.1}
+    document = parameters.document({"a": Theta(**sound), "b": Theta(**sound)}, Options(), "DI")
+    document["configurations"][1]["theta"].update(lines)
+    path.write_text(json.dumps(document))
+    return path
+
+
+def test_parameters_of_the_controller_are_described_and_checked(folder: Path) -> None:
+    sound = controller_file(folder / "controller.json")
+    assert found_in(sound) == (0, [])
+    shown = sstl("info", sound)
+    assert shown.returncode == 0 and "sstl.controller/1" in shown.stdout and "1.3" in shown.stdout
+    assert found_in(controller_file(folder / "crossed.json", gamma_p=1.4)) == (1, [("failure", "no such controller")])
+    nan = controller_file(folder / "nan.json", beta_r=float("nan"))
+    assert found_in(nan)[0] == 1
+    document = json.loads(sound.read_text())
+    document["configurations"][1]["config_id"] = "a"
+    (folder / "twice.json").write_text(json.dumps(document))
+    assert found_in(folder / "twice.json") == (1, [("failure", "configuration comes twice")])
+    del document["configurations"][0]["theta"]["beta_p"]
+    (folder / "lacks.json").write_text(json.dumps(document))
+    assert found_in(folder / "lacks.json") == (1, [("failure", "does not fit its schema")])
+    assert sstl("info", folder / "lacks.json").returncode == 1
+
+
+@pytest.mark.parametrize("form", ["csv", "jsonl"])
+def test_answers_of_a_stream_are_described_and_checked(folder: Path, form: str) -> None:
+    server = LineServer(Controller(Theta(0.7, 0.1, 1.3, -0.1), Options()), lambda said: None)
+    asked = ["t_ref,t_in", "1,0", "2,1"] if form == "csv" else ['{"t_ref": 1, "t_in": 0}', '{"t_ref": 2, "t_in": 1}']
+    path = folder / f"answers.{form}"
+    path.write_text("\n".join(map(server.answer, asked)) + "\n")
+    assert found_in(path) == (0, [])
+    assert "2 answers of compensate --stream" in sstl("info", path).stdout
+    path.write_text(path.read_text() + server.answer("nonsense") + "\n")
+    assert found_in(path) == (0, [("remark", "safe command")])
+    path.write_text(path.read_text() + "1.5,P\n")
+    assert found_in(path) == (1, [("failure", "no answer"), ("remark", "safe command")])
+
+
+def test_scenarios_and_mappings_are_described_and_checked(folder: Path) -> None:
+    (folder / "rig.toml").write_text(
+        'schema = "sstl.scenario/1"\n[[configurations]]\nid = "a"\ntheta = 0.5\n'
+        '[[trajectories]]\nkind = "trapezoid"\nlabel = "slow"\nduration_s = 12.0\n'
+    )
+    (folder / "map.toml").write_text('[columns]\ntime_s = 1\n[constants]\nsystem = "act"\n')
+    for name, words in (("rig.toml", "is a scenario sstl.scenario/1"), ("map.toml", "is a mapping")):
+        assert found_in(folder / name) == (0, []) and words in sstl("info", folder / name).stdout
+    (folder / "asks.toml").write_text('[columns]\ntime_s = 1  # (?) which is it\n')
+    assert found_in(folder / "asks.toml") == (1, [("failure", "open question")])
+    (folder / "bad.toml").write_text((folder / "rig.toml").read_text().replace("duration_s", "duration"))
+    assert found_in(folder / "bad.toml")[0] == 1
+
+
+def test_check_knows_every_document_that_the_program_writes(folder: Path) -> None:
+    source = "".join(p.read_text() for p in sorted(Path(sstl_cli.__file__).parent.rglob("*.py")))
+    for schema in sorted(set(re.findall(r'"(sstl\.[a-z.-]+/1)"', source)) - {"sstl.scenario/1"}):
+        (folder / "any.json").write_text(json.dumps({"schema": schema}))
+        assert not any(what == "unknown document" for _, what in found_in(folder / "any.json")[1]), schema
+    (folder / "schema.json").write_text(sstl("schema", "diagnosis").stdout)
+    assert found_in(folder / "schema.json") == (0, [])

@@ -6,6 +6,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict
 
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
 
 class Part(BaseModel):
     """A part of a document: frozen, and open to fields that a later version adds."""
@@ -26,7 +28,7 @@ class Document(Part):
         """Return the JSON Schema (draft 2020-12) that every such document validates against."""
         found = cls.model_json_schema(by_alias=True)
         return {
-            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "$schema": DIALECT,
             "$id": f"urn:sstl:{cls.schema_name().replace('/', ':')}",
             **found,
             "title": cls.schema_name(),
