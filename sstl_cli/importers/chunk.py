@@ -32,9 +32,10 @@ def rows_of(chunk: Chunk, rows: slice | NDArray[np.bool_]) -> Chunk:
     return Chunk({k: v[rows] for k, v in chunk.signals.items()}, labels)
 
 
-def joined(a: Chunk, b: Chunk) -> Chunk:
-    """Return two chunks one after the other."""
+def joined(*chunks: Chunk) -> Chunk:
+    """Return chunks one after the other as one."""
+    first = chunks[0]
     return Chunk(
-        {k: np.concatenate((v, b.signals[k])) for k, v in a.signals.items()},
-        {k: pa.concat_arrays([v, b.labels[k]]) for k, v in a.labels.items()},
+        {k: np.concatenate([c.signals[k] for c in chunks]) for k in first.signals},
+        {k: pa.concat_arrays([c.labels[k] for c in chunks]) for k in first.labels},
     )

@@ -278,15 +278,12 @@ class Splitter:
 
     def _flush(self) -> Iterator[Run]:
         """Yield what waits as one piece of the current run."""
-        joined = Chunk(
-            {k: np.concatenate([c.signals[k] for c in self.waiting]) for k in self.waiting[0].signals},
-            {k: pa.concat_arrays([c.labels[k] for c in self.waiting]) for k in self.waiting[0].labels},
-        )
+        piece = joined(*self.waiting)
         self.waiting, self.waiting_rows = [], 0
         if not self.open:
             self._name_run()
             self.open = True
-        run = self._run(self._spikes(joined))
+        run = self._run(self._spikes(piece))
         self.counts.samples_out += len(run)
         yield run
 

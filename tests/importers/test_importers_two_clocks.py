@@ -1,0 +1,134 @@
+"""Recordings with two clocks read in pieces: the same numbers as whole, in bounded memory."""
+
+from __future__ import annotations
+
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.importers import npz, overlap, repair, text, thinned
+from sstl_cli.importers.mapping import mapping_of
+from sstl_cli.steps import import_ as step
+
+COLUMNS = {
+    "time_s": {"column": "t", "file": "in"},
+    "tension_in_n": {"column": "force", "unit": "N"},
+    "tension_out_n": {"column": "load", "unit": "N", "time": "t"},
+    "position_in_mm": {"column": "pos", "unit": "mm", "time": "t", "file": "out"},
+}
+
+
+def motion(t: np.ndarray) -> np.ndarray:
+    """Return a movement that does not repeat, in N."""
+    return 5 + np.sin(t) + 0.5 * np.sin(2.7 * t)
+
+
+def imported(folder: Path, a: np.ndarray, b: np.ndarray, **document: object) -> tuple[step.Import, list[Run]]:
+    """Write input (t, force) and output (t, load, pos) and import both."""
+    np.savetxt(folder / "in.csv", a, header="t,force", comments="", delimiter=",")
+    np.savetxt(folder / "out.csv", b, header="t,load,pos", comments="", delimiter=",")
+    whole = {"columns": COLUMNS, "constants": {"system": "act"}, "files": {"merge": "channels"}, **document}
+    result = step.run([folder / "in.csv", folder / "out.csv"], mapping_of(whole, "test"))
+    return result, list(result.runs)
+
+
+def rows(runs: list[Run]) -> np.ndarray:
+    """Return all samples of runs below one another, shape (n, 4)."""
+    empty = [np.full(len(r), np.nan) if r.position_in_mm is None else r.position_in_mm for r in runs]
+    return np.concatenate([np.c_[r.time_s, r.tension_in_n, r.tension_out_n, p] for r, p in zip(runs, empty, strict=True)])
+
+
+def two(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return input and output whose clocks are unsteady, the output with dropouts inside and none at its ends."""
+    rng = np.random.default_rng(seed)
+    ta = np.cumsum(rng.uniform(0.01, 0.03, 1200))
+    tb = np.cumsum(rng.uniform(0.015, 0.045, 700)) + 1.0
+    b = np.c_[tb, 2 * motion(tb - 0.4), tb]
+    b[rng.integers(20, 650, 30), 1] = np.nan
+    b[:9, 2] = b[-60:, 2] = np.nan
+    return np.c_[ta, motion(ta)], b
+
+
+@pytest.mark.parametrize("align", ["report", "apply", "start", "none"])
+@pytest.mark.parametrize("restart", [False, True])
+def test_pieces_give_what_the_whole_gives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, align: str, restart: bool
+) -> None:
+    a, b = two(1)
+    if restart:
+        # the recorder of the input begins anew: the output is read again from its beginning
+        a[700:, 0] -= a[700, 0] - a[40, 0]
+    document = {"clocks": {"align": align}, "skip_samples": 5}
+    whole, expected = imported(tmp_path, a, b, **document)
+    monkeypatch.setattr(text, "BLOCK_BYTES", 700)
+    monkeypatch.setattr(overlap, "LEAST_ROWS", 200)
+    pieces, found = imported(tmp_path, a, b, **document)
+    np.testing.assert_array_equal(rows(found), rows(expected))
+    # what counts as a gap is learned from the first piece
+    told = [{k: v for k, v in r.document().items() if k not in ("step_s", "gap_s")} for r in (whole, pieces)]
+    assert len(rows(found)) > 200 and told[0] == told[1]
+
+
+def test_an_end_far_behind_is_looked_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    a, b = two(2)
+    b[200:500, 1] = np.nan
+    b = b[:550]
+    whole, expected = imported(tmp_path, a, b)
+    monkeypatch.setattr(text, "BLOCK_BYTES", 700)
+    monkeypatch.setattr(overlap, "WAITING_ROWS", 50)
+    pieces, found = imported(tmp_path, a, b)
+    np.testing.assert_array_equal(rows(found), rows(expected))
+    assert whole.document()["set_aside_by"] == pieces.document()["set_aside_by"]
+    # behind the gap there are values again
+    assert rows(found)[-1, 0] > b[500, 0]
+
+
+def test_a_thinned_series_keeps_offset_and_drift(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    a, b = two(3)
+    b[:, 1:] = np.c_[2 * motion(b[:, 0] * (1 - 2e-3) - 0.4), b[:, 0]]
+    (whole,) = imported(tmp_path, a, b)[0].clocks
+    monkeypatch.setattr(thinned, "MOST", 200)
+    (few,) = imported(tmp_path, a, b)[0].clocks
+    assert whole.offset_s is not None and few.offset_s == pytest.approx(whole.offset_s, abs=2e-3)
+    assert few.drift_ppm == pytest.approx(whole.drift_ppm, abs=5 * (few.drift_se_ppm or 0) + 20)
+
+
+def test_a_thinned_series_is_means_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(thinned, "MOST", 8)
+    series = thinned.Thinned()
+    t = np.arange(31.0)
+    for part in np.split(t, [3, 4, 17, 30]):
+        series.add(part, 2 * part)
+    series.add(np.array([5.0, np.nan]), np.array([0.0, 0.0]))
+    time, values = series.arrays()
+    assert len(time) <= 8 and np.all(np.diff(time) > 0)
+    np.testing.assert_allclose(values, 2 * time)
+    np.testing.assert_allclose(time[:7], np.arange(1.5, 28, 4))
+
+
+def test_memory_does_not_grow_with_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(thinned, "MOST", 1 << 14)
+    monkeypatch.setattr(npz, "ROWS_PER_BLOCK", 8192)
+    monkeypatch.setattr(repair, "PIECE_ROWS", 8192)
+    peaks = []
+    for n in (100_000, 400_000):
+        path = tmp_path / f"{n}.npz"
+        ta, tb = np.arange(n) * 1e-3, np.arange(n // 2) * 2e-3
+        np.savez(path, ta=ta, fin=motion(ta), tb=tb, fout=motion(tb))
+        document = {
+            "columns": {
+                "time_s": "ta",
+                "tension_in_n": {"column": "fin", "unit": "N"},
+                "tension_out_n": {"column": "fout", "unit": "N", "time": "tb"},
+            },
+            "constants": {"system": "act"},
+        }
+        tracemalloc.start()
+        samples = sum(len(run) for run in step.run([path], mapping_of(document, "test")).runs)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert samples > 0.99 * n
+    assert peaks[1] < 1.3 * peaks[0]
