@@ -278,3 +278,35 @@ def test_small_and_large_rigs_are_sound(largest):
     runs = [loop(0.5 * n, system, n, config_id="a", run_id=system) for n, system in ((1, "act"), (2, "sstl"))]
     f = largest / max(float(r.tension_in_n.max()) for r in runs)
     assert gate.remarks([scaled(f)(r) for r in runs]) == ()
+
+
+def passes_of(runs):
+    return [r.run_ids for r in gate.remarks(runs) if r.rule == "passes"]
+
+
+def test_a_loop_that_swallows_the_motion_says_that_the_other_run_is_a_single_pass():
+    bend = {"config_id": "a", "location": "CP"}
+    single = loop(1.0, "act", 1, run_id="single", **bend)
+    double = loop(1.0, "sstl", 2, run_id="double", **bend)
+    # a movement within the backlash: the output rests and shows no slopes
+    x = double.tension_in_n
+    rests = double.tension_out_n.mean() + 0.02 * np.random.default_rng(6).standard_normal(len(x))
+    double = replace(double, tension_in_n=x.mean() + 0.3 * (x - x.mean()), tension_out_n=rests)
+    assert not gate.evidence_of(double).slopes.known
+    assert passes_of([single]) == [("single",)]
+    assert passes_of([single, double]) == []
+    # on another bend it says nothing
+    assert passes_of([single, replace(double, config_id="b")]) == [("single",)]
+
+
+def test_a_small_movement_says_nothing_of_the_size_of_friction():
+    wide = loop(0.4, "sstl", 3, run_id="wide")
+    t, x = wide.time_s, wide.tension_in_n
+    # presliding: many plays side by side have no line in common
+    spread = [play(x, (np.exp(-a), 0.0, np.exp(a), 0.0)) for a in np.linspace(0.0, 1.6, 9)]
+    wide = replace(wide, tension_out_n=np.mean(spread, axis=0) + 0.02 * np.random.default_rng(5).standard_normal(len(t)))
+    assert not gate.evidence_of(wide).slopes.known
+    small = loop(0.1, "sstl", 4, run_id="small", sd=0.002)
+    small = replace(small, tension_in_n=0.1 * small.tension_in_n, tension_out_n=0.1 * small.tension_out_n)
+    assert passes_of([small]) == [("small",)]
+    assert passes_of([small, wide]) == []

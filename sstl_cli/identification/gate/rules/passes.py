@@ -20,6 +20,8 @@ LEAST = 0.12
 GAIN = 0.45
 # n theta that divides single from double passes where nothing else does: theta is 0.3 to 0.7 in published rigs
 BETWEEN, SINGLE, DOUBLE = 0.8, 0.5, 0.9
+# part of the log's widest movement over which a run must go for the size of its friction to count
+WIDE = 0.5
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -34,7 +36,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     wrong = [e for bend in pairs for e in _wrong(bend, known)]
     yield from _told(wrong, "failure", "beside the other runs of the same bend")
     if not pairs and known:
-        yield from _alone(known)
+        yield from _alone(known, log)
 
 
 def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
@@ -68,13 +70,24 @@ def _middle(runs: list[Evidence], system: str) -> float:
     return float(np.median(found)) if found else float("nan")
 
 
-def _alone(known: list[Evidence]) -> Iterator[Remark]:
-    """Yield what the size alone says, where no bend was recorded with both systems."""
-    single, double = _middle(known, "act"), _middle(known, "sstl")
-    if single > DOUBLE:
-        yield from _told([e for e in known if e.system == "act" and e.slopes.friction > BETWEEN], "remark", "by its size")
-    if double < SINGLE:
-        yield from _told([e for e in known if e.system == "sstl"], "remark", "by its size")
+def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield what the size alone says, where no bend shows the slopes of both systems."""
+    # a second pass that swallows the motion has no slopes, but tells that the first one is single
+    single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in log)]
+    # a movement of part of the range may stay within presliding, where lines show too little friction
+    widest = max(e.ranges[0].span for e in log)
+    double = [e for e in known if e.system == "sstl" and e.ranges[0].span > WIDE * widest]
+    if _middle(single, "act") > DOUBLE:
+        yield from _told([e for e in single if e.slopes.friction > BETWEEN], "remark", "by its size")
+    if _middle(double, "sstl") < SINGLE:
+        yield from _told(double, "remark", "by its size")
+
+
+def _swallows(loop: Evidence, e: Evidence) -> bool:
+    """Whether a run of the other system on the same bend passes on less of what it is driven by."""
+    same = e.config_id is not None and (loop.config_id, loop.location) == (e.config_id, e.location)
+    passed = [o.ranges[1].span / max(o.ranges[0].span, 1e-300) for o in (loop, e)]
+    return same and loop.usable and loop.system == "sstl" and passed[0] < passed[1]
 
 
 def _told(wrong: list[Evidence], severity: Severity, by: str) -> Iterator[Remark]:
