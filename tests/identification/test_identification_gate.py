@@ -310,3 +310,20 @@ def test_a_small_movement_says_nothing_of_the_size_of_friction():
     small = replace(small, tension_in_n=0.1 * small.tension_in_n, tension_out_n=0.1 * small.tension_out_n)
     assert passes_of([small]) == [("small",)]
     assert passes_of([small, wide]) == []
+
+
+@pytest.mark.parametrize("label", ["act", "sstl"])
+def test_both_systems_under_one_label(label):
+    runs = [
+        replace(loop(th, system, 10 * i + 2 * k + len(system), run_id=f"{name}-{system}-{k}", config_id=name, trajectory="t"), system=label)
+        for i, (name, th) in enumerate({"a": 0.35, "b": 0.45}.items())
+        for system in ("act", "sstl")
+        for k in range(2 if system == label else 1)
+    ]
+    (told,) = [r for r in gate.remarks(runs) if r.rule == "passes"]
+    other = {"act": "sstl", "sstl": "act"}[label]
+    assert told.failed and told.run_ids == (f"a-{other}-0", f"b-{other}-0")
+    assert told.mend == f'[constants] system = "{other}"'
+    # on a single bend a file of another bend may look like that
+    (doubt,) = [r for r in gate.remarks([r for r in runs if r.config_id == "a"]) if r.rule == "passes"]
+    assert not doubt.failed and doubt.run_ids == (f"a-{other}-0",)

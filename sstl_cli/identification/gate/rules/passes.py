@@ -36,7 +36,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     wrong = [e for bend in pairs for e in _wrong(bend, known)]
     yield from _told(wrong, "failure", "beside the other runs of the same bend")
     if not pairs and known:
-        yield from _alone(known, log)
+        mixed = [hit for bend in bends.values() if bend[0].config_id is not None and (hit := _two_kinds(bend, log))]
+        one_bend = "beside other runs of the same bend and label"
+        yield from _told([e for hit in mixed for e in hit], "failure" if len(mixed) > 1 else "remark", one_bend)
+        if not mixed:
+            yield from _alone(known, log)
 
 
 def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
@@ -70,13 +74,31 @@ def _middle(runs: list[Evidence], system: str) -> float:
     return float(np.median(found)) if found else float("nan")
 
 
+def _two_kinds(bend: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the runs of a bend with one label that are of the other kind: half of them rub as two passes, half as one."""
+    wide = sorted(_wide(bend, log), key=lambda e: e.slopes.friction)
+    logs = np.log([e.slopes.friction for e in wide])
+    if len(wide) < 2 or len({(e.system, e.tendon) for e in wide}) > 1 or wide[-1].slopes.friction < LEAST:
+        return []
+    at = 1 + int(np.argmax(np.diff(logs)))
+    spread = max(float(np.ptp(logs[:at])), float(np.ptp(logs[at:])))
+    apart = float(np.mean(logs[at:]) - np.mean(logs[:at]))
+    if not math.log(TWICE) < apart < math.log(2.0 * TWICE) or logs[at] - logs[at - 1] < 2.0 * spread:
+        return []
+    return wide[at:] if wide[0].system == "act" else wide[:at]
+
+
+def _wide(runs: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the runs whose movement is wide: one of a part of the range may stay within presliding and rub too little."""
+    widest = max(e.ranges[0].span for e in log)
+    return [e for e in runs if e.ranges[0].span > WIDE * widest]
+
+
 def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield what the size alone says, where no bend shows the slopes of both systems."""
     # a second pass that swallows the motion has no slopes, but tells that the first one is single
     single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in log)]
-    # a movement of part of the range may stay within presliding, where lines show too little friction
-    widest = max(e.ranges[0].span for e in log)
-    double = [e for e in known if e.system == "sstl" and e.ranges[0].span > WIDE * widest]
+    double = [e for e in _wide(known, log) if e.system == "sstl"]
     if _middle(single, "act") > DOUBLE:
         yield from _told([e for e in single if e.slopes.friction > BETWEEN], "remark", "by its size")
     if _middle(double, "sstl") < SINGLE:
