@@ -137,6 +137,8 @@ def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:
         if word == "f" or (word == "t" and i == 0 and len(words) > 1):
             # F1, F_in, T_out: a force; t alone is time; T1 may be anything
             kind = "force" if word == "f" or any(w in SIDE_OF for w in words[1:]) else ""
+            if word == "t" and words[1:] in (("s",), ("ms",), ("us",), ("ns",)):
+                kind = "time"
         if side:
             sides.append(side)
         elif kind:

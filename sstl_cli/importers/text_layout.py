@@ -123,7 +123,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
                 width, rest_at = len(texts), i + 1
                 break
     else:
-        raise SstlError("holds no number in its first lines", where=str(path), fix="raise skip_rows", code="E323")
+        raise _no_number(path, data)
     position += sum(len(line) + len(line_end) for line in rest[:rest_at])
     if width > MAX_CHANNELS:
         raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
@@ -173,6 +173,16 @@ def unit_in(name: str) -> str:
         return unit
     # canonical column names end in lower-case units
     return {"n": "N", "v": "V", "pa": "Pa", "mn": "mN", "kn": "kN"}.get(unit, "") if "_" in name else ""
+
+
+def _no_number(path: Path, data: list[str]) -> SstlError:
+    """Return why no number was found; serial plotters want a name in front of each."""
+    labelled = re.search(r"[A-Za-z]\w*\s*[:=]\s*[-+]?\d", data[-1])
+    if labelled:
+        what, fix = f"has a name in front of every number ('{labelled[0][:24]}...')", "keep the numbers, and the names once as a header"
+    else:
+        what, fix = "holds no number in its first lines", "raise skip_rows"
+    return SstlError(what, where=str(path), fix=fix, code="E323")
 
 
 def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:

@@ -118,3 +118,18 @@ def test_an_unknown_part_of_the_name_is_asked() -> None:
 def test_what_names_say(name: str, quantity: str, side: str, unit: str, tension: bool) -> None:
     found = said(name)
     assert (found.quantity, found.side, found.unit, found.tension) == (quantity, side, unit, tension)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("t_s", "s"), ("t_ms", "ms"), ("T ms", "ms")])
+def test_a_short_clock_with_its_unit_is_a_clock(name: str, unit: str) -> None:
+    found = said(name)
+    assert (found.quantity, found.unit) == ("time", unit)
+    # a letter alone says time, with a side it is a tension
+    assert said("T_s_out").quantity != "time" and said("T_in").quantity == "force"
+
+
+def test_names_in_front_of_numbers_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "serial.txt"
+    path.write_text("".join(f"Tin:{i}.0,Tout:{i}.5\n" for i in range(50)))
+    with pytest.raises(SstlError, match=r"name in front of every number \('Tin:.*as a header"):
+        guess([path])
