@@ -45,7 +45,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E141") from None
     except (ValueError, RecursionError) as error:
-        raise SstlError(f"is not valid TOML ({str(error)[:120]})", where=str(path), code="E142") from None
+        raise SstlError(
+            f"is not valid TOML ({str(error)[:120]})", where=str(path), fix="correct that place; texts stand in quotes", code="E142"
+        ) from None
 
 
 def parse(model: type[M], document: Any, where: str) -> M:

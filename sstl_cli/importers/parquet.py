@@ -26,16 +26,18 @@ ID = "parquet"
 TITLE = "Parquet"
 EXTENSIONS = (".parquet", ".pq")
 RANK = 10
+MAGIC = b"PAR1"
 
 
 def sniff(head: bytes, path: Path) -> bool:
     """Return whether the file begins with the Parquet magic."""
-    return head.startswith(b"PAR1")
+    return head.startswith(MAGIC)
 
 
 def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the columns that are numbers, times or strings."""
     with guarded(path, TITLE):
+        _complete(path)
         file = pq.ParquetFile(path)
         out = []
         for field in list(file.schema_arrow)[:MAX_CHANNELS]:
@@ -47,6 +49,15 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
             elif _is_text(field.type):
                 out.append(Channel(field.name, file.metadata.num_rows, text=True))
         return out
+
+
+def _complete(path: Path) -> None:
+    """Refuse a file without its end, where Parquet keeps what it holds: a copy or a recorder that stopped."""
+    with open(path, "rb") as file:
+        file.seek(max(path.stat().st_size - len(MAGIC), 0))
+        if file.read() != MAGIC:
+            fix = "copy it again; a recorder that was stopped leaves such files: close it first"
+            raise SstlError("is a Parquet file without its end", where=str(path), fix=fix, code="E310")
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:

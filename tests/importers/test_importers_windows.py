@@ -13,7 +13,7 @@ from test_importers_repair import even, load, write
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.runs import read_runs, write_runs
+from sstl_cli.core.runs import Run, read_runs, write_runs
 from sstl_cli.importers import text
 from sstl_cli.importers.mapping import mapping_of
 from sstl_cli.steps import import_ as step
@@ -189,3 +189,12 @@ def test_a_bad_file_of_a_batch_is_set_aside(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setattr(text, "BLOCK_BYTES", 1000)
     with pytest.raises(SstlError, match="line 502"):
         load([files[1], good])
+
+
+def test_a_parquet_file_without_its_end_says_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "cut.parquet"
+    write_runs(path, [Run("r", "act", np.arange(50.0), np.arange(50.0), np.arange(50.0))], Provenance("test"))
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(SstlError, match=r"without its end.*copy it again") as caught:
+        load(path)
+    assert "magic" not in str(caught.value)
