@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.importers.guess_files import Named, name_pattern, side_of
+from sstl_cli.importers.guess_files import Named, name_pattern, side_of, side_words, taken
 from sstl_cli.importers.guess_look import Look, look_at
 from sstl_cli.importers.guess_roles import Roles
 from sstl_cli.importers.guess_toml import Pair, Proposal, written
@@ -57,7 +57,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     reasons += [*look.time.reasons, *roles.reasons]
     if all(n in look.channels for n in REQUIRED):
         reasons.append("the columns are canonical: no mapping is needed")
-    named = name_pattern([p.stem for p in paths]) if pair is None else Named()
+    named = name_pattern([p.stem for p in paths]) if pair is None else _pair_labels(looks, pair)
     if named.reason:
         reasons.append(named.reason)
     toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair))
@@ -94,6 +94,13 @@ def _pair(looks: list[Look]) -> Pair | None:
     if not sides["in"] or len(sides["in"]) != len(sides["out"]):
         return None
     return Pair(sides["in"][0], sides["out"][0], len(looks))
+
+
+def _pair_labels(looks: list[Look], pair: Pair) -> Named:
+    """Return what the names of pairs say besides the side."""
+    sides = side_words([pair.first.path.stem, pair.second.path.stem])
+    shared = sorted({taken(x.path.stem, sides)[0] for x in looks}) if sides else []
+    return name_pattern(shared, takes=True) if shared and all(shared) else Named()
 
 
 def _preview(look: Look, roles: Roles, pair: Pair | None) -> list[str]:

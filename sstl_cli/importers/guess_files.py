@@ -27,13 +27,15 @@ class Named:
     constants: tuple[tuple[str, str], ...] = ()
 
 
-def name_pattern(stems: list[str]) -> Named:
+def name_pattern(stems: list[str], takes: bool = False) -> Named:
     """Return the pattern that the names of recordings share.
 
     Parameters
     ----------
     stems : list of str
         File names without extension.
+    takes : bool
+        Whether parts that vary and have no meaning count takes, which is no question.
 
     Examples
     --------
@@ -51,7 +53,7 @@ def name_pattern(stems: list[str]) -> Named:
         label = _label(i, values, columns)
         if label and label not in labels.values():
             labels[i] = label
-        elif label is None and len(set(values)) > 1:
+        elif label is None and len(set(values)) > 1 and not takes:
             unknown.append(i)
     question = ""
     if unknown and "config_id" not in labels.values():
@@ -88,6 +90,13 @@ def side_of(stem: str) -> str:
 def side_words(stems: list[str]) -> list[str]:
     """Return the words of the names that tell the side, as they are written."""
     return sorted({w for s in stems for w in _PARTS.findall(s) if w.lower() in SIDE_OF})
+
+
+def taken(stem: str, sides: list[str]) -> tuple[str, bool]:
+    """Return the part of a name that both files of a pair share, and whether the word for the side stands in front."""
+    words = "|".join(sides)
+    front = re.match(rf"(?:{words})(?![A-Za-z])[-_ ]*", stem)
+    return (stem[front.end() :], True) if front else (re.split(rf"[-_ ]*(?:{words})(?![A-Za-z])", stem)[0], False)
 
 
 def _kind(part: str) -> str:

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.importers.guess_files import Named, side_words
+from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_look import Look
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
@@ -47,16 +48,16 @@ class Proposal:
 def written(p: Proposal) -> str:
     """Return the mapping as TOML."""
     lines = [HEAD, f"format = {json.dumps(p.format)}"]
-    if p.named.pattern:
-        lines.append(f"file_name = '{p.named.pattern}'" + _mark(p.named.question))
-    lines += _pair_name(p.pair) if p.pair else []
+    pattern = p.named.pattern if p.pair is None else _pair_name(p.pair, p.named)
+    if pattern:
+        lines.append(f"file_name = '{pattern}'" + _mark(p.named.question))
     files = _files(p.pair) if p.pair else ("", "")
     lines += ["", "[columns]", _with(p.time.line, files[0])]
     for target, file in zip(SIDES, files, strict=True):
         data = p.data if p.pair is None else (p.pair.first if target == "tension_in_n" else p.pair.second).data
         line = _tension(target, p.roles, data)
         if p.pair is not None and target == "tension_out_n":
-            line = _with(line, f"{file}{_own_time(p.pair)}")
+            line = _asked(_with(line, f"{file}{_own_time(p.pair)}"), p.pair.second.time)
         else:
             line = _with(line, file)
         lines.append(line)
@@ -70,6 +71,7 @@ def written(p: Proposal) -> str:
     if p.pair is not None or only_one:
         lines += ["", "[files]", 'merge = "channels"']
         lines += ['key = "take"'] if p.pair is not None and p.pair.files > 2 else []
+    lines += _clocks(p.pair) if p.pair is not None else []
     return "\n".join([*lines, ""])
 
 
@@ -166,11 +168,37 @@ def _own_time(pair: Pair) -> str:
     return f", time = {json.dumps(channel, ensure_ascii=False)}, time_unit = {json.dumps(unit[1] if unit else 's')}"
 
 
-def _pair_name(pair: Pair) -> list[str]:
-    """Return the pattern that tells which files belong together, where there are several pairs."""
-    if pair.files <= 2:
+def _asked(line: str, clock: TimeGuess) -> str:
+    """Return the line of the output with the question that its own clock leaves."""
+    question = clock.line.partition("  # (?) ")[2]
+    if not question:
+        return line
+    return f"{line}; its time: {question}" if "  # (?) " in line else line + _mark(f"its time: {question}")
+
+
+def _clocks(pair: Pair) -> list[str]:
+    """Return how clocks with another zero, such as unix time beside one from 0 s, may meet; it must be asked."""
+    spans = []
+    for look in (pair.first, pair.second):
+        unit = re.search(r'unit = "(\w+)"', look.time.line)
+        if look.time.channel is None or unit is None:
+            return []
+        values = look.data[look.time.channel] * unit_of(unit[1])[1]
+        spans.append((float(np.nanmin(values)), float(np.nanmax(values))))
+    (a, b), (c, d) = spans
+    if a <= d and c <= b:
         return []
-    words = "|".join(side_words([pair.first.path.stem, pair.second.path.stem]))
-    at_start = re.match(rf"(?:{words})(?![A-Za-z])", pair.first.path.stem) is not None
-    body = rf"^(?:{words})[-_ ]*(?P<take>.*)\." if at_start else rf"^(?P<take>.*?)[-_ ]*(?:{words})(?![A-Za-z])"
-    return [f"file_name = '{body}'"]
+    how = 'the clocks never meet: "start" if both recorders began together, "apply" to find it by the motion'
+    return ["", "[clocks]", 'align = "start"' + _mark(how)]
+
+
+def _pair_name(pair: Pair, named: Named) -> str:
+    """Return the pattern for the labels, and for what tells which files belong together where there are several pairs."""
+    if pair.files <= 2 and not named.pattern:
+        return ""
+    sides = side_words([pair.first.path.stem, pair.second.path.stem])
+    words, body = "|".join(sides), named.pattern.removeprefix("^")
+    if taken(pair.first.path.stem, sides)[1]:
+        return rf"^(?:{words})[-_ ]*(?P<take>{body}.*)\."
+    # RE2 does not look ahead
+    return rf"^(?P<take>{body}.*?)[-_ ]*(?:{words})(?:[^A-Za-z]|$)"

@@ -133,3 +133,32 @@ def test_names_in_front_of_numbers_are_told(tmp_path: Path) -> None:
     path.write_text("".join(f"Tin:{i}.0,Tout:{i}.5\n" for i in range(50)))
     with pytest.raises(SstlError, match=r"name in front of every number \('Tin:.*as a header"):
         guess([path])
+
+
+def pairs(folder: Path, names: str) -> list[Path]:
+    """Write two pairs: unix time and N on the motor's side, milliseconds from zero and mN at the tip."""
+    files = []
+    for bend in (20, 40):
+        for side in ("motor", "tip"):
+            files.append(folder / names.format(side=side, bend=bend))
+        files[-2].write_text("time,Force (N)\n" + rows(1.718e9 + T, X, digits=4))
+        files[-1].write_text("ms;Force [mN]\n" + rows(1000 * T, 1000 * Y, sep=";", digits=2))
+    return files
+
+
+@pytest.mark.parametrize("names", ["{side}_NP_{bend:03d}mm_{bend}.csv", "NP_{bend:03d}mm_{side}.csv"])
+def test_names_of_pairs_give_labels_too(names: str, tmp_path: Path) -> None:
+    files = pairs(tmp_path, names)
+    toml = guess(files).toml.replace("# (?)", "#")
+    (tmp_path / "rig.toml").write_text(toml)
+    runs = list(run(files, read_mapping(tmp_path / "rig.toml")).runs)
+    assert [(r.location, r.lead_mm, len(r)) for r in runs] == [("NP", 20.0, N), ("NP", 40.0, N)]
+
+
+def test_clocks_of_a_pair_are_asked_for(tmp_path: Path) -> None:
+    found = guess(pairs(tmp_path, "{side}_{bend}.csv"))
+    assert {q.target for q in found.questions} == {"tension_out_n", "system", "align"}
+    assert "its time: no unit is stated: ms fits steps of 4" in found.toml
+    (tmp_path / "rig.toml").write_text(found.toml)
+    with pytest.raises(SstlError, match="still asks.*the clocks never meet"):
+        read_mapping(tmp_path / "rig.toml", ["tension_out_n", "system"])
