@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import ENOUGH_NATS, VARIANCES
+from sstl_cli.diagnosis.constants import DECIDES_NATS, VARIANCES
 from sstl_cli.physics.filters import delayed
 
 Array = NDArray[np.float64]
@@ -106,8 +106,8 @@ def turned(directions: Array, stretches: Sequence[slice]) -> Turned:
 def components(directions: Array, remains: Array, stretches: Sequence[slice]) -> Array:
     """Return the standard deviation of each direction from stretch to stretch, in units of the directions; 0 where none is seen.
 
-    One at a time, each time the one whose variance makes what is left most likely beside those before it: directions that
-    show alike are then one, and never large against each other.
+    One at a time, each time the one whose variance makes what is left most likely beside those before it, as long as that is
+    beyond doubt (49 to 1): directions that show alike are then one, and never large against each other.
 
     Parameters
     ----------
@@ -124,7 +124,8 @@ def components(directions: Array, remains: Array, stretches: Sequence[slice]) ->
         variance, gain = _likeliest(information, score)
         gain[found > 0.0] = 0.0
         best = int(np.argmax(gain))
-        if gain[best] < ENOUGH_NATS:
+        # one of many directions and few stretches gains a little by chance: what is known to vary is beyond that
+        if gain[best] < DECIDES_NATS:
             break
         found[best] = np.sqrt(variance[best])
         turn = turned(seen[:, best : best + 1] * found[best], stretches)

@@ -81,6 +81,15 @@ def test_nothing_varies_where_nothing_does():
     assert np.max(components(directions, drawn(np.zeros(3), many, directions, 6), many)) < 0.2
 
 
+def test_two_runs_and_many_directions_that_do_not_vary_leave_nothing_that_does():
+    two = [slice(0, 200), slice(200, 400)]
+    seen = 0
+    for seed in range(20):
+        directions = np.random.default_rng(seed).standard_normal((400, 12))
+        seen += np.count_nonzero(components(directions, drawn(np.zeros(12), two, directions, 100 + seed), two))
+    assert seen <= 4
+
+
 def test_directions_that_show_alike_are_never_large_against_each_other():
     rng = np.random.default_rng(8)
     many = [slice(20 * i, 20 * i + 20) for i in range(5)]
