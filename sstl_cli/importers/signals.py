@@ -17,6 +17,8 @@ from sstl_cli.importers.plan import Plan, Signal
 
 Array = NDArray[np.float64]
 Advance = Callable[[float], None]
+# time and values by target, of every clock
+Held = dict[TimeBase, tuple[Array, dict[str, Array]]]
 
 
 def chunks(
@@ -111,8 +113,33 @@ def _gridded(
     reports: list[ClockReport],
     advance: Advance,
 ) -> Iterator[Chunk]:
+    held, labels = _held(plan, notes, advance)
+    reference, at_reference = held[plan.clock]
+    signals = {"time_s": reference, **{k: v for k, v in at_reference.items() if not k.startswith("content")}}
+    for clock in plan.clocks[1:]:
+        time, report = _met(plan, held, clock, align, max_offset_s)
+        if report is not None:
+            reports.append(report)
+        for name, series in held[clock][1].items():
+            if not name.startswith("content"):
+                signals[name] = on_grid(reference, time, series)
+    inside = np.ones(len(reference), bool)
+    for clock in plan.clocks[1:]:
+        for signal in plan.signals:
+            if signal.clock == clock:
+                inside &= ~_outside(signals[signal.target])
+    notes.aside("outside the overlap of the clocks", int(len(inside) - inside.sum()))
+    keep = np.flatnonzero(inside)
+    keep = keep[keep >= skip]
+    for a in range(0, len(keep), ROWS_PER_BLOCK):
+        rows = keep[a : a + ROWS_PER_BLOCK]
+        yield Chunk({k: v[rows] for k, v in signals.items()}, {k: v.take(pa.array(rows)) for k, v in labels.items()})
+
+
+def _held(plan: Plan, notes: Notes, advance: Advance) -> tuple[Held, dict[str, pa.Array]]:
+    """Return time and values of every clock, and the labels of the reference."""
     every = [*plan.signals, *(plan.content or ())]
-    held: dict[TimeBase, tuple[Array, dict[str, Array]]] = {}
+    held: Held = {}
     labels: dict[str, list[pa.Array]] = {k: [] for k in plan.labels}
     for clock in dict.fromkeys([*plan.clocks, *(s.clock for s in plan.content or ())]):
         mine = [s for s in every if s.clock == clock]
@@ -135,45 +162,25 @@ def _gridded(
             notes,
             keep_all=clock == plan.clock,
         )
-    reference, at_reference = held[plan.clock]
-    signals = {"time_s": reference, **{k: v for k, v in at_reference.items() if not k.startswith("content")}}
-    for clock in plan.clocks[1:]:
-        time, values_of = held[clock]
-        _must_meet(plan, clock, reference, time, align)
-        report = (
-            compare(
-                _name(plan, plan.clock),
-                _name(plan, clock),
-                *_content(plan, held, clock),
-                max_offset_s,
-                shared=plan.content is not None,
-            )
-            if align in ("report", "apply")
-            else None
-        )
-        if align == "start" and len(time) and len(reference):
-            # both recorders were started together: their first samples are the same instant
-            time = time - time[0] + reference[0]
-        applied = report is not None and align == "apply" and report.estimated
-        if report is not None:
-            reports.append(report.applied(applied))
-            if applied:
-                time = report.to_reference(time)
-        for name, series in values_of.items():
-            if not name.startswith("content"):
-                signals[name] = on_grid(reference, time, series)
-    inside = np.ones(len(reference), bool)
-    for clock in plan.clocks[1:]:
-        for signal in plan.signals:
-            if signal.clock == clock:
-                inside &= ~_outside(signals[signal.target])
-    notes.aside("outside the overlap of the clocks", int(len(inside) - inside.sum()))
-    texts = {k: pa.concat_arrays(v) for k, v in labels.items()}
-    keep = np.flatnonzero(inside)
-    keep = keep[keep >= skip]
-    for a in range(0, len(keep), ROWS_PER_BLOCK):
-        rows = keep[a : a + ROWS_PER_BLOCK]
-        yield Chunk({k: v[rows] for k, v in signals.items()}, {k: v.take(pa.array(rows)) for k, v in texts.items()})
+    return held, {k: pa.concat_arrays(v) for k, v in labels.items()}
+
+
+def _met(
+    plan: Plan, held: Held, clock: TimeBase, align: str, max_offset_s: float | None
+) -> tuple[Array, ClockReport | None]:
+    """Return the time of a clock as the reference counts it, and what they differ by where that is asked for."""
+    reference, time = held[plan.clock][0], held[clock][0]
+    _must_meet(plan, clock, reference, time, align)
+    if align == "start" and len(time) and len(reference):
+        # both recorders were started together: their first samples are the same instant
+        return time - time[0] + reference[0], None
+    if align not in ("report", "apply"):
+        return time, None
+    content = _content(plan, held, clock)
+    shared = plan.content is not None
+    report = compare(_name(plan, plan.clock), _name(plan, clock), *content, max_offset_s, shared=shared)
+    applied = align == "apply" and report.estimated
+    return report.to_reference(time) if applied else time, report.applied(applied)
 
 
 def _must_meet(plan: Plan, clock: TimeBase, reference: Array, time: Array, align: str) -> None:
@@ -213,7 +220,7 @@ def _increasing(time: Array, values: dict[str, Array], notes: Notes, keep_all: b
 
 
 def _content(
-    plan: Plan, held: dict[TimeBase, tuple[Array, dict[str, Array]]], clock: TimeBase
+    plan: Plan, held: Held, clock: TimeBase
 ) -> tuple[Array, Array, Array, Array]:
     """Return time and values of what the two clocks are compared by: shared content, else input and output."""
     if plan.content is not None:
@@ -229,7 +236,7 @@ def _content(
     return (*_pair(held, mine[0]), *_pair(held, theirs[0]))
 
 
-def _pair(held: dict[TimeBase, tuple[Array, dict[str, Array]]], signal: Signal) -> tuple[Array, Array]:
+def _pair(held: Held, signal: Signal) -> tuple[Array, Array]:
     time, values = held[signal.clock]
     return time, values[signal.target]
 
