@@ -24,7 +24,9 @@ class Asked:
     ] = None
     sim: Annotated[
         Path | None,
-        typer.Option(help="Instead of --theta: simulator (TOML, as diagnose --save-sim writes it) for lines and plant."),
+        typer.Option(
+            help="Instead of --theta: simulator (TOML, as diagnose --save-sim writes it) for lines and plant."
+        ),
     ] = None
     model: shared.ModelFile = None
     reference: Annotated[

@@ -30,7 +30,12 @@ def register(app: typer.Typer) -> None:
 class Asked:
     """What a call asks for."""
 
-    source: Annotated[Path, typer.Argument(metavar="INPUT", help="Theta table, parameters (JSON), simulator (TOML), mapping model, or log.")]
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="INPUT", help="Theta table, parameters (JSON), simulator (TOML), mapping model, or log."
+        ),
+    ]
     out_name: Annotated[
         str, typer.Option("--out", "-o", metavar="PATH", help="Output file; for c also a folder (NAME/ makes it).")
     ]

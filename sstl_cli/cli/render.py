@@ -45,6 +45,13 @@ class Screen:
         if "quiet" not in _asked:
             print(printable(text), file=sys.stderr)
 
+    def note_some(self, title: str, lines: Sequence[str], most: int) -> None:
+        """Print narration with a list below it, of at most so many lines."""
+        for text in (title, *(f"  {line}" for line in lines[:most])):
+            self.note(text)
+        if len(lines) > most:
+            self.note(f"  and {len(lines) - most} more")
+
     def line(self, text: str = "") -> None:
         """Print a line of the result (not with --json)."""
         if not self.as_json:

@@ -77,11 +77,9 @@ def segment(asked: Asked) -> None:
     screen.say(_sentence(rows, total, len(aside), asked.out))
     _show(screen, found)
     if aside:
-        screen.note(f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):")
-        for entry in aside[:SHOWN]:
-            screen.note(f"  {entry['run_id']}: {entry['status']}")
-        if len(aside) > SHOWN:
-            screen.note(f"  and {len(aside) - SHOWN} more")
+        told = [f"{entry['run_id']}: {entry['status']}" for entry in aside]
+        title = f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):"
+        screen.note_some(title, told, SHOWN)
     document = {
         "schema": "sstl.segment/1",
         "out": str(asked.out),
