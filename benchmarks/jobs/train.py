@@ -54,8 +54,8 @@ def run(quick: bool, folder: Path) -> list[Row]:
     def loop() -> None:
         for v in nets:
             for s in range(peers):
-                args = (float(v.alpha or 0.0), v.weight_inv, s, options.epochs, options.patience)
-                _, used = torch_loop.train(*tensors[s], *args, options.learning_rate, options.weight_decay)
+                how = torch_loop.How(options.epochs, options.patience, options.learning_rate, options.weight_decay)
+                _, used = torch_loop.train(*tensors[s], float(v.alpha or 0.0), v.weight_inv, s, how)
                 epochs.append(used)
 
     def regressor() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -28,18 +29,26 @@ class SkipMLP(nn.Module):
         return self.head(h)
 
 
+class How(NamedTuple):
+    """How long to train, and how fast."""
+
+    epochs: int
+    patience: int
+    learning_rate: float
+    weight_decay: float
+
+
 def train(
-    x: Tensor, y: Tensor, xv: Tensor, yv: Tensor, alpha: float, weight_inv: float, seed: int,
-    epochs: int, patience: int, learning_rate: float, weight_decay: float,
+    x: Tensor, y: Tensor, xv: Tensor, yv: Tensor, alpha: float, weight_inv: float, seed: int, how: How
 ) -> tuple[SkipMLP, int]:
     """Return the network with the least validation error, and the epochs it took; y is in physical units."""
     torch.manual_seed(seed)
     mean, scale = y.mean(0), y.std(0)
     net = SkipMLP(x.shape[1], alpha)
-    optimiser = torch.optim.AdamW(net.parameters(), lr=learning_rate, weight_decay=weight_decay)
+    optimiser = torch.optim.AdamW(net.parameters(), lr=how.learning_rate, weight_decay=how.weight_decay)
     best, since, kept = float("inf"), 0, copy.deepcopy(net.state_dict())
     used = 0
-    for used in range(1, epochs + 1):  # noqa: B007
+    for used in range(1, how.epochs + 1):  # noqa: B007
         optimiser.zero_grad()
         out = mean + scale * net(x)
         loss = ((out - y) ** 2).sum(1).mean() + weight_inv * ((out[:, 0] * out[:, 1] - 1.0) ** 2).mean()
@@ -51,7 +60,7 @@ def train(
             best, since, kept = error, 0, copy.deepcopy(net.state_dict())
         else:
             since += 1
-            if since >= patience:
+            if since >= how.patience:
                 break
     net.load_state_dict(kept)
     return net, used

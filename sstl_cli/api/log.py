@@ -13,7 +13,7 @@ import pyarrow as pa
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.provenance import Provenance, inputs_of
-from sstl_cli.core.runs import Run, read_runs, run_table, runs_of, write_runs
+from sstl_cli.core.runs import Run, read_logs, run_table, runs_of, write_runs
 from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions
@@ -148,7 +148,7 @@ def read(*paths: str | PathLike[str]) -> Log:
         If a file is missing, no log, or two of them hold the same run.
     """
     files = [Path(p) for p in paths]
-    runs = tuple(run for path in files for run in read_runs(path))
+    runs = tuple(read_logs(files))
     seen: set[str] = set()
     for run in runs:
         if run.run_id in seen:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from typing import Annotated, Any
 
 import typer
@@ -21,18 +22,31 @@ GATES = {
 MISSES_SHOWN = 12
 
 
-def gate(name: str) -> Any:
-    """Return the annotated type of a gate option."""
+def _gate(name: str) -> Any:
+    """Return the option of a gate."""
     score, upper = GATES[name]
     what = score.replace("_", " ").replace(" weak", " below 0.6 x noise").replace("ece", "ECE")
     help_text = f"Gate: {what} at {'most' if upper else 'least'} this share (exit 4 if missed)."
-    return Annotated[float | None, typer.Option("--" + name.replace("_", "-"), min=0, max=1, help=help_text)]
+    return typer.Option("--" + name.replace("_", "-"), min=0, max=1, help=help_text)
 
 
-def missed(document: dict[str, Any], gates: dict[str, float | None]) -> list[str]:
+@dataclass(frozen=True, kw_only=True)
+class Gates:
+    """Bounds on the scores, as far as a call gives them."""
+
+    max_false_alarm: Annotated[float | None, _gate("max_false_alarm")] = None
+    min_isolation: Annotated[float | None, _gate("min_isolation")] = None
+    min_isolation_weak: Annotated[float | None, _gate("min_isolation_weak")] = None
+    max_wrong_commits: Annotated[float | None, _gate("max_wrong_commits")] = None
+    min_unknown_recall: Annotated[float | None, _gate("min_unknown_recall")] = None
+    min_pairs: Annotated[float | None, _gate("min_pairs")] = None
+    max_ece: Annotated[float | None, _gate("max_ece")] = None
+
+
+def missed(document: dict[str, Any], gates: Gates) -> list[str]:
     """Return the gates that a score misses, each as a sentence; no case at all misses a gate, too."""
     texts = []
-    for name, bound in gates.items():
+    for name, bound in asdict(gates).items():
         if bound is None:
             continue
         score, upper = GATES[name]
@@ -48,20 +62,38 @@ def missed(document: dict[str, Any], gates: dict[str, float | None]) -> list[str
 
 def score(screen: Screen, document: dict[str, Any]) -> None:
     """Print targets, scores by strength and effect, baselines, misses and wrong names."""
-    from sstl_cli.blind.strength import STRENGTHS
+    _targets(screen, document["targets"])
+    sides(screen, "by simulator", document["by_simulator"])
+    if document["decidable"] is not None:
+        sides(screen, "decidable cases only (D^2 of at least 24 to base and nearest rival)", document["decidable"])
+        by_d2(screen, document["by_d2"])
+    _strengths(screen, document)
+    _misses(screen, [v for e in document["by_effect"] for v in e["misses"]])
+    _wrong(screen, [v for v in document["verdicts"] if v["wrong_commit"]])
+    size, off = document["group"]["mean_size"], document["shrink_mean_difference_pct"]
+    if size is not None:
+        screen.line(f"ambiguity set: {size:.2f} members on average")
+    if off is not None:
+        screen.line(f"shrinkage: predicted and realised differ by {off:.1f} percentage points on average")
+    seconds = document["seconds"]
+    screen.line(f"time a case: {seconds['mean']:.1f} s on average, {seconds['max']:.1f} s at most")
 
+
+def _targets(screen: Screen, targets: list[dict[str, Any]]) -> None:
     rows: list[tuple[object, ...]] = []
-    for t in document["targets"]:
+    for t in targets:
         sign = {"max": "<=", "min": ">=", "within": "+-0.05 of"}[t["rule"]]
         count = f"{t['k']}/{t['n']}" if "k" in t else ""
         spread = f"{t['low']:.2f}-{t['high']:.2f}" if "k" in t else ""
         verdict = {True: "met", False: "MISSED", None: "no case"}[t["met"]]
         rows.append((t["name"], _pct(t["value"]), count, spread, f"{sign} {t['target']:g}", verdict))
     screen.table("targets", ("score", "value", "cases", "95 %", "target", ""), rows)
-    sides(screen, "by simulator", document["by_simulator"])
-    if document["decidable"] is not None:
-        sides(screen, "decidable cases only (D^2 of at least 24 to base and nearest rival)", document["decidable"])
-        by_d2(screen, document["by_d2"])
+
+
+def _strengths(screen: Screen, document: dict[str, Any]) -> None:
+    """Print the scores by strength, beside simple rules, and by effect."""
+    from sstl_cli.blind.strength import STRENGTHS
+
     header = ("strength", "isolation", "in group", "wrong commits", "unknown recall", "pairs", "coverage")
     fields = ("isolation", "in_group", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
     strengths: list[tuple[object, ...]] = [
@@ -81,34 +113,33 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
         ("effect", *(f"{s:g}" for s in STRENGTHS), "misses"),
         [(e["effect"], *map(_share, e["isolation"].values()), e["reason"]) for e in document["by_effect"]],
     )
-    misses = [v for e in document["by_effect"] for v in e["misses"]]
-    if misses:
-        screen.table(
-            "missed single effects",
-            ("case", "withheld", "strength", "verdict", "named or grouped"),
-            [
-                (m["case"], "+".join(m["withheld"]), m["strength"], m["status"], ", ".join(m["ambiguity_group"]))
-                for m in misses[:MISSES_SHOWN]
-            ],
-            f"and {len(misses) - MISSES_SHOWN} more in --json" if len(misses) > MISSES_SHOWN else "",
-        )
-    wrong = [v for v in document["verdicts"] if v["wrong_commit"]]
-    if wrong:
-        screen.table(
-            "wrong names",
-            ("case", "kind", "withheld", "strength", "named", "confidence"),
-            [
-                (w["case"], w["kind"], "+".join(w["withheld"]), w["strength"], "+".join(w["effects"]), w["confidence"])
-                for w in wrong[:MISSES_SHOWN]
-            ],
-        )
-    size, off = document["group"]["mean_size"], document["shrink_mean_difference_pct"]
-    if size is not None:
-        screen.line(f"ambiguity set: {size:.2f} members on average")
-    if off is not None:
-        screen.line(f"shrinkage: predicted and realised differ by {off:.1f} percentage points on average")
-    seconds = document["seconds"]
-    screen.line(f"time a case: {seconds['mean']:.1f} s on average, {seconds['max']:.1f} s at most")
+
+
+def _misses(screen: Screen, misses: list[dict[str, Any]]) -> None:
+    if not misses:
+        return
+    screen.table(
+        "missed single effects",
+        ("case", "withheld", "strength", "verdict", "named or grouped"),
+        [
+            (m["case"], "+".join(m["withheld"]), m["strength"], m["status"], ", ".join(m["ambiguity_group"]))
+            for m in misses[:MISSES_SHOWN]
+        ],
+        f"and {len(misses) - MISSES_SHOWN} more in --json" if len(misses) > MISSES_SHOWN else "",
+    )
+
+
+def _wrong(screen: Screen, wrong: list[dict[str, Any]]) -> None:
+    if not wrong:
+        return
+    screen.table(
+        "wrong names",
+        ("case", "kind", "withheld", "strength", "named", "confidence"),
+        [
+            (w["case"], w["kind"], "+".join(w["withheld"]), w["strength"], "+".join(w["effects"]), w["confidence"])
+            for w in wrong[:MISSES_SHOWN]
+        ],
+    )
 
 
 def by_d2(screen: Screen, rows: list[dict[str, Any]]) -> None:

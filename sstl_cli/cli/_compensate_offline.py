@@ -8,40 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sstl_cli.cli import _controller as shared
+from sstl_cli.cli._compensate_asked import Job
 from sstl_cli.cli.render import Screen, cell
 
 if TYPE_CHECKING:
-    from sstl_cli.control.controller import Options
     from sstl_cli.control.references import Reference
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.steps.compensate import Case, Result
     from sstl_cli.steps.compensate_setup import Plan
     from sstl_cli.steps.compensate_summary import Gain
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What a call asks for; ``insist``: the methods were named, so that none may be left out."""
-
-    theta: Path
-    model: Path | None
-    references: list[str]
-    methods: list[str]
-    insist: bool
-    out: Path | None
-    scores: Path | None
-    plant: Path | None
-    plant_sim: str | None
-    recorded: Path | None
-    config_id: str | None
-    biases: shared.Biases
-    cycles: int
-    loop_tau_s: float | None
-    floor_n: float
-    options: Options
-    max_rmse_n: float | None
-    seed: int
-    force: bool
 
 
 @dataclass(frozen=True)
@@ -52,30 +27,29 @@ class Done:
     runs: list[dict[str, Any]]
 
 
-def run(screen: Screen, asked: Asked) -> None:
+def run(screen: Screen, job: Job) -> None:
     """Compensate, write what was asked for, show it, and end."""
     from sstl_cli.cli.origin import files_among, provenance
-    from sstl_cli.core.errors import EXIT_DONE, EXIT_SET_ASIDE, GateError
-    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.errors import GateError
+    from sstl_cli.core.files import require_outputs
     from sstl_cli.steps import compensate_summary as summing
 
-    for path in (asked.out, asked.scores):
-        if path is not None:
-            require_writable(path, asked.force)
-    plan = _plan(screen, asked)
+    asked = job.asked
+    require_outputs(asked.force, asked.out, asked.scores)
+    plan = _plan(screen, job)
     for name, reason in plan.impossible.items():
         screen.note(f"left out method '{name}': {reason}")
-    read = (asked.theta, asked.model, asked.plant, asked.recorded, asked.biases[2], *asked.references, asked.plant_sim)
-    done = _run(screen, asked, plan, provenance(asked.seed, files_among(*read)))
+    read = (job.source, asked.model, asked.plant, asked.recorded, asked.biases.bias_theta, *job.references, job.plant_sim)
+    done = _run(screen, job, plan, provenance(asked.seed, files_among(*read)))
     summary, worst = summing.means(done.rows), summing.worst_rmse_n(done.rows)
     outside = sorted(c.config_id for c in plan.cases if c.outside)
-    _show(screen, asked, plan, done, summary, outside)
+    _show(screen, asked.mape_floor, plan, done, summary, outside)
     document = {
         "schema": "sstl.compensate/1",
         "seed": asked.seed,
         "out": str(asked.out) if asked.out else None,
         "scores_file": str(asked.scores) if asked.scores else None,
-        "options": asked.options.model_dump(mode="json"),
+        "options": job.options.model_dump(mode="json"),
         "methods": plan.methods,
         "left_out_methods": plan.impossible,
         "summary": summary,
@@ -84,62 +58,61 @@ def run(screen: Screen, asked: Asked) -> None:
         "set_aside": plan.aside,
         "outside_trained_range": outside,
         "worst_rmse_n": worst,
-        "max_rmse_n": asked.max_rmse_n,
+        "max_rmse_n": asked.max_rmse,
     }
     gate = None
-    if asked.max_rmse_n is not None and worst > asked.max_rmse_n:
-        gate = GateError(f"RMSE {worst:.4g} N is above --max-rmse {asked.max_rmse_n:g} N", code="E411")
-    screen.finish(document, EXIT_SET_ASIDE if plan.aside else EXIT_DONE, gate)
+    if asked.max_rmse is not None and worst > asked.max_rmse:
+        gate = GateError(f"RMSE {worst:.4g} N is above --max-rmse {asked.max_rmse:g} N", code="E411")
+    screen.finish(document, aside=bool(plan.aside), gate=gate)
 
 
-def _plan(screen: Screen, asked: Asked) -> Plan:
+def _plan(screen: Screen, job: Job) -> Plan:
     """Read the configurations and their plants, and say what of it is possible."""
     from sstl_cli.control.plant import TensionLoop
     from sstl_cli.core.parquet import open_table
-    from sstl_cli.core.provenance import by_another
     from sstl_cli.core.tables import THETA
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import compensate as step
     from sstl_cli.steps import compensate_setup as setup
 
-    cases, aside = shared.load_cases(asked.theta, asked.model, asked.biases, asked.config_id)
+    asked = job.asked
+    cases, aside = shared.load_cases(job.source, asked.model, asked.biases, asked.config_id)
     truth = cases if asked.plant is None else step.cases_of(open_table(asked.plant, THETA).table())[0]
-    scenario = load(asked.plant_sim) if asked.plant_sim is not None else None
-    for text in by_another(scenario and scenario.package_version, "the plant"):
-        screen.note(f"note: {text}")
-    loop = TensionLoop(asked.loop_tau_s) if asked.loop_tau_s is not None else None
+    scenario = load(job.plant_sim) if job.plant_sim is not None else None
+    screen.note_versions(scenario and scenario.package_version, "the plant")
+    loop = TensionLoop(asked.loop_tau) if asked.loop_tau is not None else None
     plant_of = setup.plants(truth, scenario, loop)
-    return setup.plan(cases, aside, asked.methods, asked.insist, plant_of, str(asked.theta))
+    return setup.plan(cases, aside, job.methods, job.insist, plant_of, str(job.source))
 
 
-def _results(asked: Asked, plan: Plan) -> tuple[Iterator[Result], int | None]:
+def _results(job: Job, plan: Plan) -> tuple[Iterator[Result], int | None]:
     """Return the runs to come, and how many they are (None where only the recording knows)."""
     from sstl_cli.control import reference_file, references
     from sstl_cli.core.rng import stream
     from sstl_cli.core.runs import read_runs
     from sstl_cli.steps import compensate as step
 
-    period, names = asked.options.dt_s, asked.references
+    asked, options, names = job.asked, job.options, job.references
     if asked.recorded is not None:
         runs = read_runs(asked.recorded)
-        return step.run_recorded(plan.cases, runs, plan.methods, asked.options, asked.floor_n, plan.plant_of), None
-    loaded = {n: reference_file.read(Path(n), period) for n in names if n not in references.NAMES}
+        return step.run_recorded(plan.cases, runs, plan.methods, options, asked.mape_floor, plan.plant_of), None
+    loaded = {n: reference_file.read(Path(n), options.dt_s) for n in names if n not in references.NAMES}
 
     def references_of(case: Case) -> list[Reference]:
         # three distinct random references, one a location, as in Section V
         return [
             loaded.get(n)
-            or references.make(n, stream(asked.seed, "reference", n, case.location or ""), period, asked.cycles)
+            or references.make(n, stream(asked.seed, "reference", n, case.location or ""), options.dt_s, asked.cycles)
             for n in names
         ]
 
     results = step.run(
-        plan.cases, references_of, plan.plant_of, plan.methods, asked.options, asked.seed, asked.floor_n
+        plan.cases, references_of, plan.plant_of, plan.methods, options, asked.seed, asked.mape_floor
     )
     return results, len(plan.cases) * len(names) * len(plan.methods)
 
 
-def _run(screen: Screen, asked: Asked, plan: Plan, made: Provenance) -> Done:
+def _run(screen: Screen, job: Job, plan: Plan, made: Provenance) -> Done:
     """Run everything, and write commands and scores as they come."""
     from contextlib import ExitStack
 
@@ -148,7 +121,8 @@ def _run(screen: Screen, asked: Asked, plan: Plan, made: Provenance) -> Done:
     from sstl_cli.steps import compensate as step
     from sstl_cli.steps.compensate_summary import run_entry
 
-    results, total = _results(asked, plan)
+    asked = job.asked
+    results, total = _results(job, plan)
     done = Done([], [])
     with ExitStack() as stack:
         advance = stack.enter_context(screen.progress("compensating", total))
@@ -167,7 +141,7 @@ def _run(screen: Screen, asked: Asked, plan: Plan, made: Provenance) -> Done:
 
 
 def _show(
-    screen: Screen, asked: Asked, plan: Plan, done: Done, summary: list[dict[str, Any]], outside: list[str]
+    screen: Screen, floor_n: float, plan: Plan, done: Done, summary: list[dict[str, Any]], outside: list[str]
 ) -> None:
     from sstl_cli.steps.compensate_summary import gain
 
@@ -179,7 +153,7 @@ def _show(
         # an exact inverse leaves rounding errors: 1e-10 N is zero to a reader
         [[round(v, 5) if isinstance(v, float) else v for v in (s[k] for k in shown)] for s in summary],
         notes=f"Means over n configurations; window: {summary[0]['window']}; "
-        f"MAPE above a reference of {asked.floor_n:g} N.",
+        f"MAPE above a reference of {floor_n:g} N.",
     )
     costs = [e["bound_cost_n"] for e in done.runs if e["bound_cost_n"] is not None]
     if costs:

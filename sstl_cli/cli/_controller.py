@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -33,20 +34,31 @@ BetaR = Annotated[float | None, typer.Option(help="Constant bias in release in N
 BiasTheta = Annotated[Path | None, typer.Option(help="Theta table whose mean biases are used instead.")]
 ConfigId = Annotated[str | None, typer.Option(help="Only this configuration.")]
 
-Biases = tuple[float | None, float | None, Path | None]
+
+@dataclass(frozen=True, kw_only=True)
+class Biases:
+    """The biases that a mapping's slopes are driven with, where they are not those of its training data."""
+
+    beta_p: BetaP = None
+    beta_r: BetaR = None
+    bias_theta: BiasTheta = None
 
 
-def controller_options(
-    source: Path,
-    t_max: float | None,
-    max_rate: float | None,
-    max_jump: float | None,
-    lead: float | None,
-    reversal: str | None,
-    presliding: float | None,
-    doubled: bool | None,
-    dt: float | None,
-) -> Options:
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How the controller acts, as far as a call says so."""
+
+    t_max: TMax = None
+    max_rate: MaxRate = None
+    max_jump: MaxJump = None
+    lead: Lead = None
+    reversal: Reversal = None
+    presliding: Presliding = None
+    doubled: Doubled = None
+    dt: Period = None
+
+
+def controller_options(source: Path, given: Settings) -> Options:
     """Return the options of the controller: as given, else as stored in a parameter file, else the defaults.
 
     Raises
@@ -63,17 +75,17 @@ def controller_options(
     stored = Options()
     if source.suffix == ".json":
         stored = parameters.read(read_json(source, parameters.SCHEMA), str(source)).options
-    given = {
-        "t_max_n": t_max,
-        "max_rate_n_s": max_rate,
-        "max_jump_n": max_jump,
-        "lead_s": lead,
-        "reversal": reversal,
-        "presliding": presliding,
-        "doubled": doubled,
-        "dt_s": dt,
+    named = {
+        "t_max_n": given.t_max,
+        "max_rate_n_s": given.max_rate,
+        "max_jump_n": given.max_jump,
+        "lead_s": given.lead,
+        "reversal": given.reversal,
+        "presliding": given.presliding,
+        "doubled": given.doubled,
+        "dt_s": given.dt,
     }
-    values = {**stored.model_dump(), **{k: v for k, v in given.items() if v is not None}}
+    values = {**stored.model_dump(), **{k: v for k, v in named.items() if v is not None}}
     try:
         return parse(Options, values, "controller options")
     except SstlError as error:
@@ -127,10 +139,9 @@ def _chosen(
         from sstl_cli.mapping import load_model
         from sstl_cli.steps import compensate_setup as setup
 
-        beta_p, beta_r, bias_theta = biases
         # biases are pre-calibrated: those of the training data, unless the user gives others
-        known = step.mean_biases(step.cases_of(open_table(bias_theta, THETA).table())[0]) if bias_theta else None
-        cases, unmapped = setup.mapped_cases(cases, load_model(model), setup.Biases(beta_p, beta_r, known))
+        known = step.mean_biases(step.cases_of(open_table(biases.bias_theta, THETA).table())[0]) if biases.bias_theta else None
+        cases, unmapped = setup.mapped_cases(cases, load_model(model), setup.Biases(biases.beta_p, biases.beta_r, known))
         aside.update(unmapped)
     if config_id is not None:
         cases = [cases[parameters.index_of([c.config_id for c in cases], config_id)]]

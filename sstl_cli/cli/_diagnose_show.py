@@ -10,6 +10,18 @@ SHOWN = 6
 PARAMETERS = 3
 
 
+def diagnosis(screen: Screen, document: dict[str, Any]) -> None:
+    """Print the sentence, what bears on it, what physics says of the recording, and the tables."""
+    from sstl_cli.diagnosis.sentence import lines
+    from sstl_cli.steps import diagnose_tendons as tendons
+
+    for line in [document["sentence"], *lines(document), *tendons.lines(document)]:
+        screen.line(line)
+    for remark in document.get("remarks") or []:
+        screen.say(f"Physics ({remark['rule']}): {remark['sentence']}. Mend: {remark['mend']}")
+    tables(screen, document)
+
+
 def tables(screen: Screen, document: dict[str, Any]) -> None:
     """Print the candidates (none where nothing is missing) and the recording that would tell the first two apart."""
     unit = document.get("unit") or "N"

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.provenance import Provenance
-    from sstl_cli.paper.figures import Drawing
     from sstl_cli.paper.grid import Grid
     from sstl_cli.steps.reproduce import Reproduction
 
@@ -42,35 +41,50 @@ def require(folder: Path, wanted: Sequence[str], force: bool) -> None:
         require_writable(folder / name, force)
 
 
-def write(
-    folder: Path,
-    found: Reproduction,
-    grids: Sequence[Grid],
-    drawings: Sequence[Drawing],
-    facts: Sequence[str],
-    counts: dict[str, int],
-    provenance: Provenance,
-    force: bool,
-) -> list[str]:
+@dataclass(frozen=True)
+class Shown:
+    """What is shown of a reproduction: tables, sentences, and how many entries have each verdict."""
+
+    grids: Sequence[Grid]
+    facts: Sequence[str]
+    counts: dict[str, int]
+
+
+def write(folder: Path, found: Reproduction, shown: Shown, provenance: Provenance, force: bool) -> list[str]:
     """Write Parquet, LaTeX, HTML and SVG; return the names."""
+    from sstl_cli.core.files import atomic, write_text
+    from sstl_cli.core.parquet import write_table
+    from sstl_cli.paper import page
+    from sstl_cli.paper.compare import COMPARISON, table_of
+    from sstl_cli.paper.latex import document
+    from sstl_cli.reporting.drawing import picture, save
+    from sstl_cli.steps import reproduce_figures
+
+    drawings = reproduce_figures.drawings(found) if found.figures or found.better or found.probes else []
+    done = list(FIXED)
+    write_table(folder / FIXED[0], table_of(found.compared), COMPARISON, provenance, force)
+    write_text(folder / FIXED[1], document(shown.grids), force)
+    pictures = [page.Shown(d.name, str(picture(d, None, d.name).svg), d.caption) for d in drawings]  # type: ignore[arg-type]
+    write_text(folder / FIXED[2], page.page(shown.grids, pictures, shown.counts, shown.facts, provenance.command), force)
+    done += _write_tables(folder, found, provenance, force)
+    for d in drawings:
+        with atomic(folder / f"{d.name}.svg", force) as temporary:
+            save(d, None, temporary, "svg")  # type: ignore[arg-type]
+        done.append(f"{d.name}.svg")
+    return done
+
+
+def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, force: bool) -> list[str]:
+    """Write the Theta tables, the errors of the mapping and the scores that were rebuilt; return their names."""
     import pyarrow as pa
 
-    from sstl_cli.core.files import atomic, write_text
     from sstl_cli.core.parquet import write_table
     from sstl_cli.core.tables import EVALUATION as EVALUATION_SCHEMA
     from sstl_cli.core.tables import SCORE
     from sstl_cli.core.tables import THETA as THETA_SCHEMA
-    from sstl_cli.paper.compare import COMPARISON, table_of
-    from sstl_cli.paper.latex import document
-    from sstl_cli.paper.page import Shown, page
-    from sstl_cli.reporting.drawing import picture, save
     from sstl_cli.steps.compensate import score_rows
 
-    done = list(FIXED)
-    write_table(folder / FIXED[0], table_of(found.compared), COMPARISON, provenance, force)
-    write_text(folder / FIXED[1], document(grids), force)
-    shown = [Shown(d.name, str(picture(d, None, d.name).svg), d.caption) for d in drawings]  # type: ignore[arg-type]
-    write_text(folder / FIXED[2], page(grids, shown, counts, facts, provenance.command), force)
+    done = []
     for name, part in THETA.items():
         made = getattr(found, part)
         if made is not None:
@@ -94,10 +108,6 @@ def write(
         ]
         write_table(folder / SCORES, pa.Table.from_pylist(rows, schema=SCORE.arrow()), SCORE, provenance, force)
         done.append(SCORES)
-    for d in drawings:
-        with atomic(folder / f"{d.name}.svg", force) as temporary:
-            save(d, None, temporary, "svg")  # type: ignore[arg-type]
-        done.append(f"{d.name}.svg")
     return done
 
 

@@ -38,13 +38,9 @@ def read(paths: list[Path]) -> Any:
 
 def note_aside(screen: Screen, pairs: Any) -> None:
     """Say on standard error how many rows were set aside, and why."""
-    if not pairs.aside:
-        return
-    screen.note(f"{len(pairs.aside)} of {pairs.rows} rows set aside:")
-    for run, why in list(pairs.aside.items())[:SHOWN]:
-        screen.note(f"  {run}: {why}")
-    if len(pairs.aside) > SHOWN:
-        screen.note(f"  and {len(pairs.aside) - SHOWN} more")
+    if pairs.aside:
+        told = [f"{run}: {why}" for run, why in pairs.aside.items()]
+        screen.note_some(f"{len(told)} of {pairs.rows} rows set aside:", told, SHOWN)
 
 
 def aside_fields(pairs: Any) -> dict[str, object]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
@@ -47,19 +49,25 @@ def register(app: typer.Typer) -> None:
     app.command("batch", cls=WithRest, epilog=EPILOG)(batch)
 
 
-def batch(
-    context: typer.Context,
-    command: Annotated[str, typer.Argument(metavar="COMMAND", help="import, check, segment, diagnose, report, ...")],
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Files, or addresses such as s3://rig/*.csv.")],
-    out_dir: Annotated[str, typer.Option("--out-dir", help="Folder (or address) for one output a file.")],
-    workers: Annotated[int, typer.Option(min=0, max=1024, help="Local processes (0: one a core).")] = 0,
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    context: typer.Context
+    command: Annotated[str, typer.Argument(metavar="COMMAND", help="import, check, segment, diagnose, report, ...")]
+    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Files, or addresses such as s3://rig/*.csv.")]
+    out_dir: Annotated[str, typer.Option("--out-dir", help="Folder (or address) for one output a file.")]
+    workers: Annotated[int, typer.Option(min=0, max=1024, help="Local processes (0: one a core).")] = 0
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Run on the workers of this Dask scheduler instead.")
-    ] = None,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
+@gathered
+def batch(asked: Asked) -> None:
     """Run a subcommand over many files; its options stand after --.
 
     What an earlier batch completed from the same input is skipped. A bad file is listed and does not stop the rest
@@ -71,25 +79,27 @@ def batch(
     from sstl_cli.core.errors import SstlError
     from sstl_cli.steps import batch as step
 
-    screen = Screen(as_json)
+    screen, command, context = Screen(asked.as_json), asked.command, asked.context
     rest: list[str] = context.meta.get(REST, [])
     step.form_of(command, rest)
-    sources = places.expand(files)
+    sources = places.expand(asked.files)
     items = step.plan(command, sources, rest)
     _parse_once(context, command, items[0])
-    out = places.place(out_dir)
+    out, workers = places.place(asked.out_dir), asked.workers
     if out.own or any(places.place(s).own for s in sources):
-        if scheduler:
-            raise SstlError("memory:// exists in one process only", where=scheduler, fix="leave out --scheduler", code="E045")
+        if asked.scheduler:
+            raise SstlError(
+                "memory:// exists in one process only", where=asked.scheduler, fix="leave out --scheduler", code="E045"
+            )
         workers = 1
     prefix = f"SSTL_{command.upper()}_"
     environment = {k: v for k, v in sorted(os.environ.items()) if k.startswith(prefix)}
     _keep_inputs(out, items)
-    jobs = [Job(command, item, out_dir, force, environment, os.getcwd()) for item in items]
+    jobs = [Job(command, item, asked.out_dir, asked.force, environment, os.getcwd()) for item in items]
     with _folder(out), screen.progress(f"batch {command}", len(jobs)) as advance:
-        outcomes = run_all(jobs, min(workers or default_workers(), len(jobs)), scheduler, lambda _: advance(1))
+        outcomes = run_all(jobs, min(workers or default_workers(), len(jobs)), asked.scheduler, lambda _: advance(1))
     _show(screen, command, outcomes)
-    screen.finish(step.document(command, out_dir, rest, outcomes), step.exit_code(outcomes))
+    screen.finish(step.document(command, asked.out_dir, rest, outcomes), step.exit_code(outcomes))
 
 
 def _keep_inputs(out: Place, items: list[Any]) -> None:

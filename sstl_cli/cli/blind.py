@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NoReturn
 
 import typer
 
 from sstl_cli.cli import _blind_show
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed, effect_ids
 from sstl_cli.cli.render import Screen
 
@@ -31,23 +33,29 @@ def register(app: typer.Typer) -> None:
     app.add_typer(blind, name="blind", epilog="Example: sstl blind make set --cases 60; sstl blind run set")
 
 
-@blind.command("make", epilog="Example: sstl blind make set --cases 60 --simulator mixed")
-def make(
-    out: Set,
+@dataclass(frozen=True, kw_only=True)
+class Making:
+    """What ``sstl blind make`` asks for."""
+
+    out: Set
     cases: Annotated[
         int | None, typer.Option(min=1, max=100_000, help=f"Cases (default {FULL_CASES}, quick {QUICK_CASES}).")
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False,
-    simulator: Simulator = "mixed",
-    recordings: Recordings = "mixed",
-    workers: Workers = 2,
+    ] = None
+    quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False
+    simulator: Simulator = "mixed"
+    recordings: Recordings = "mixed"
+    workers: Workers = 2
     seed: Annotated[
         int | None, typer.Option(min=0, max=2**63 - 1, help="Seed (default: one that nobody knows, kept under the seal).")
-    ] = None,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
+@blind.command("make", epilog="Example: sstl blind make set --cases 60 --simulator mixed")
+@gathered
+def make(asked: Making) -> None:
     """Draw cases from simulators that stand in for hardware: recordings under neutral names, truth sealed apart."""
     import secrets
     from contextlib import closing
@@ -55,15 +63,15 @@ def make(
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.steps import blind_make
 
-    screen = Screen(as_json)
-    count = cases or (QUICK_CASES if quick else FULL_CASES)
+    screen, out, quick = Screen(asked.as_json), asked.out, asked.quick
+    count = asked.cases or (QUICK_CASES if quick else FULL_CASES)
     folder = files.Folder(out)
-    drawn_from = secrets.randbelow(LARGEST_SEED) if seed is None else seed
+    drawn_from = secrets.randbelow(LARGEST_SEED) if asked.seed is None else asked.seed
     with (
         screen.progress("drawing cases", count) as advance,
-        closing(blind_make.run(count, drawn_from, quick, workers, advance, simulator, recordings)) as drawn,
+        closing(blind_make.run(count, drawn_from, quick, asked.workers, advance, asked.simulator, asked.recordings)) as drawn,
     ):
-        made = files.write_set(folder, drawn, count, drawn_from, quick, force)
+        made = files.write_set(folder, drawn, count, drawn_from, quick, asked.force)
     screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
     screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})
 
@@ -88,36 +96,35 @@ def run(
     screen.finish({"schema": "sstl.blind.run/1", "out": str(out), "diagnosed": done, "kept": there})
 
 
+@dataclass(frozen=True, kw_only=True)
+class Scoring:
+    """What ``sstl blind score`` asks for."""
+
+    out: Set
+    out_file: Annotated[Path | None, typer.Option("--out", "-o", help="Write the score as JSON.")] = None
+    realised: Annotated[bool, typer.Option(help="Apply accepted models to recordings nobody diagnosed.")] = True
+    gates: _blind_show.Gates
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
 @blind.command("score", epilog="Example: sstl blind score set --max-false-alarm 0.05 --out score.json")
-def score(
-    out: Set,
-    out_file: Annotated[Path | None, typer.Option("--out", "-o", help="Write the score as JSON.")] = None,
-    realised: Annotated[bool, typer.Option(help="Apply accepted models to recordings nobody diagnosed.")] = True,
-    max_false_alarm: _blind_show.gate("max_false_alarm") = None,  # type: ignore[valid-type]
-    min_isolation: _blind_show.gate("min_isolation") = None,  # type: ignore[valid-type]
-    min_isolation_weak: _blind_show.gate("min_isolation_weak") = None,  # type: ignore[valid-type]
-    max_wrong_commits: _blind_show.gate("max_wrong_commits") = None,  # type: ignore[valid-type]
-    min_unknown_recall: _blind_show.gate("min_unknown_recall") = None,  # type: ignore[valid-type]
-    min_pairs: _blind_show.gate("min_pairs") = None,  # type: ignore[valid-type]
-    max_ece: _blind_show.gate("max_ece") = None,  # type: ignore[valid-type]
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+@gathered
+def score(asked: Scoring) -> None:
     """Check the seals, open the truth, and say how well the diagnosis did, by strength."""
     from sstl_cli.blind import seal
     from sstl_cli.cli import _blind_files as files
-    from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, SstlError
-    from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import require_outputs, write_json
     from sstl_cli.diagnosis.verdict import learned
     from sstl_cli.steps import blind_score as step
 
-    screen = Screen(as_json)
-    if out_file is not None:
-        require_writable(out_file, force)
+    screen, out = Screen(asked.as_json), asked.out
+    require_outputs(asked.force, asked.out_file)
     folder = files.Folder(out)
     plan = files.read_plan(folder)
-    results = {c: r for c, asked in plan.items() if (r := files.finished(folder, c, asked)) is not None}
+    results = {c: r for c, told in plan.items() if (r := files.finished(folder, c, told)) is not None}
     if not results:
         raise SstlError("no case has a result", where=str(out), fix="run 'sstl blind run' first", code="E959")
     truth = files.open_truth(folder)
@@ -127,30 +134,16 @@ def score(
         seal.require_apart(truth["seeds"], seeds, str(out))
     distances = files.read_limit(folder)
     with screen.progress("scoring", len(results)) as advance:
-        fresh = (lambda case: files.fresh_runs(folder, case)) if realised else None
+        fresh = (lambda case: files.fresh_runs(folder, case)) if asked.realised else None
         document = step.run(truth, plan, results, fresh, advance, distances)
     document["seal"] = files.published_seal(folder)
     document["learned_from"] = learned_from
-    gates = {
-        "max_false_alarm": max_false_alarm,
-        "min_isolation": min_isolation,
-        "min_isolation_weak": min_isolation_weak,
-        "max_wrong_commits": max_wrong_commits,
-        "min_unknown_recall": min_unknown_recall,
-        "min_pairs": min_pairs,
-        "max_ece": max_ece,
-    }
-    missed = _blind_show.missed(document, gates)
-    document["gates_missed"] = missed
-    if out_file is not None:
-        write_json(out_file, document, force)
+    missed = document["gates_missed"] = _blind_show.missed(document, asked.gates)
+    if asked.out_file is not None:
+        write_json(asked.out_file, document, asked.force)
     _blind_show.score(screen, document)
-    for text in missed:
-        screen.note(f"gate missed: {text}")
-    if document["missing_results"]:
-        screen.note(f"set aside: {document['missing_results']} cases without a result")
-    code = EXIT_GATE if missed else (EXIT_SET_ASIDE if document["missing_results"] else EXIT_DONE)
-    screen.finish(document, code)
+    lacking = document["missing_results"]
+    screen.finish(document, missed=missed, aside=[f"{lacking} cases without a result"] if lacking else ())
 
 
 @blind.command("limit", epilog="Example: sstl blind limit set --workers 2; sstl blind score set")
@@ -186,33 +179,40 @@ def limit(
     screen.finish(document)
 
 
-@blind.command("library", epilog="Example: sstl blind library library.parquet --cases 600 --quick --workers 2")
-def library(
-    file: Annotated[Path, typer.Argument(help="Library to write (Parquet).")],
-    cases: Annotated[int, typer.Option(min=1, max=100_000, help="Cases to draw and search.")],
-    simulator: Simulator = "mixed",
-    recordings: Recordings = "mixed",
+@dataclass(frozen=True, kw_only=True)
+class Library:
+    """What ``sstl blind library`` asks for."""
+
+    file: Annotated[Path, typer.Argument(help="Library to write (Parquet).")]
+    cases: Annotated[int, typer.Option(min=1, max=100_000, help="Cases to draw and search.")]
+    simulator: Simulator = "mixed"
+    recordings: Recordings = "mixed"
     strength: Annotated[
         list[float] | None, typer.Option(min=0.05, max=100, help="Gap over the noise; again for more (default: 0.4, 1.2 and 4).")
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False,
-    workers: Workers = 2,
-    seed: Seed = 0,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False
+    workers: Workers = 2
+    seed: Seed = 0
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
+@blind.command("library", epilog="Example: sstl blind library library.parquet --cases 600 --quick --workers 2")
+@gathered
+def library(asked: Library) -> None:
     """Draw cases and keep the evidence that a verdict is made from; an interrupted run goes on where it stopped."""
     from sstl_cli.blind.strength import STRENGTHS
     from sstl_cli.steps import blind_library as step
 
-    screen = Screen(as_json)
-    with screen.progress("drawing and searching cases", cases) as advance:
-        made = step.run(file, cases, seed, simulator, quick, workers, force, advance, recordings=recordings, strengths=strength or STRENGTHS)
+    screen, strengths = Screen(asked.as_json), tuple(asked.strength or STRENGTHS)
+    options = step.Options(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, strengths)
+    with screen.progress("drawing and searching cases", asked.cases) as advance:
+        made = step.run(asked.file, options, asked.workers, asked.force, advance)
     if made["failed"]:
         screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
-    screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {file}")
-    screen.finish({"schema": "sstl.blind.library/1", "out": str(file), **made})
+    screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {asked.file}")
+    screen.finish({"schema": "sstl.blind.library/1", "out": str(asked.file), **made})
 
 
 @blind.command("learn", epilog="Example: sstl blind learn library.parquet --out weights.json")
@@ -237,55 +237,67 @@ def learn(
     screen.finish(document)
 
 
-@blind.command("real", epilog="Example: sstl blind real log.parquet --plant zero_offset,channel_delay")
-def real(
-    logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) of a real rig.")],
-    model: Annotated[str | None, typer.Option(help="The accepted simulator (default: diagnose the logs).")] = None,
+@dataclass(frozen=True, kw_only=True)
+class Real:
+    """What ``sstl blind real`` asks for."""
+
+    logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) of a real rig.")]
+    model: Annotated[str | None, typer.Option(help="The accepted simulator (default: diagnose the logs).")] = None
     plant: Annotated[
         str | None, typer.Option(help="Effects to add and take out again, comma-separated (default: if none is there).")
-    ] = None,
-    strength: Annotated[float, typer.Option(min=0.05, max=100, help="Their gap over the residual RMS.")] = 2.0,
+    ] = None
+    strength: Annotated[float, typer.Option(min=0.05, max=100, help="Their gap over the residual RMS.")] = 2.0
     inject: Annotated[
         str | None,
         typer.Option(help="Put effects into the second half of each log: a TOML file (effect = size), or all at 7 % of the span."),
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the result as JSON.")] = None,
-    seed: Seed = 0,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the result as JSON.")] = None
+    seed: Seed = 0
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
+@blind.command("real", epilog="Example: sstl blind real log.parquet --plant zero_offset,channel_delay")
+@gathered
+def real(asked: Real) -> None:
     """Fit the accepted model to recordings, take one term out of it, and diagnose it back."""
     from sstl_cli.cli.origin import files_among, inputs
-    from sstl_cli.core.config import read_toml
-    from sstl_cli.core.files import require_writable, write_json
-    from sstl_cli.core.runs import read_runs
+    from sstl_cli.core.files import require_outputs, write_json
+    from sstl_cli.core.runs import read_logs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import blind_real as step
+
+    screen = Screen(asked.as_json)
+    require_outputs(asked.force, asked.out)
+    if asked.inject is not None:
+        _inject(screen, asked, asked.inject)
+    runs = read_logs(asked.logs)
+    terms = None if asked.plant is None else list(effect_ids(asked.plant, "--plant"))
+    with screen.progress("diagnosing back") as advance:
+        document = step.run(runs, load(asked.model) if asked.model else None, terms, asked.strength, asked.seed, advance=advance)
+    document["inputs"] = inputs([*asked.logs, *files_among(asked.model)])
+    if asked.out is not None:
+        write_json(asked.out, document, asked.force)
+    _blind_show.real(screen, document)
+    screen.finish(document)
+
+
+def _inject(screen: Screen, asked: Real, inject: str) -> NoReturn:
+    """Put effects into the second half of each log, diagnose them, and end."""
+    from sstl_cli.cli.origin import inputs
+    from sstl_cli.core.config import read_toml
+    from sstl_cli.core.files import write_json
+    from sstl_cli.core.runs import read_logs
+    from sstl_cli.steps import blind_inject
     from sstl_cli.steps.diagnose import odds
 
-    screen = Screen(as_json)
-    if out is not None:
-        require_writable(out, force)
-    if inject is not None:
-        from sstl_cli.steps import blind_inject
-
-        each = {path.stem: list(read_runs(path)) for path in logs}
-        asked = None if inject == "all" else odds(read_toml(Path(inject)), inject)
-        with screen.progress("putting effects in") as advance:
-            document = blind_inject.run(each, asked, advance=advance)
-        document["inputs"] = inputs([*logs, *([] if asked is None else [Path(inject)])])
-        if out is not None:
-            write_json(out, document, force)
-        _blind_show.injected(screen, document)
-        screen.finish(document)
-        return
-    runs = [r for path in logs for r in read_runs(path)]
-    terms = None if plant is None else list(effect_ids(plant, "--plant"))
-    with screen.progress("diagnosing back") as advance:
-        document = step.run(runs, load(model) if model else None, terms, strength, seed, advance=advance)
-    document["inputs"] = inputs([*logs, *files_among(model)])
-    if out is not None:
-        write_json(out, document, force)
-    _blind_show.real(screen, document)
+    each = {path.stem: read_logs([path]) for path in asked.logs}
+    sizes = None if inject == "all" else odds(read_toml(Path(inject)), inject)
+    with screen.progress("putting effects in") as advance:
+        document = blind_inject.run(each, sizes, advance=advance)
+    document["inputs"] = inputs([*asked.logs, *([] if sizes is None else [Path(inject)])])
+    if asked.out is not None:
+        write_json(asked.out, document, asked.force)
+    _blind_show.injected(screen, document)
     screen.finish(document)

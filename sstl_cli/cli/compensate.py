@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from sstl_cli.cli import _compensate_offline as offline
 from sstl_cli.cli import _controller as shared
-from sstl_cli.cli.options import Config, Force, Json, Seed
+from sstl_cli.cli._compensate_asked import Asked, Job
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
-    from sstl_cli.control.controller import Options
     from sstl_cli.steps.compensate import Case
 
 EPILOG = (
@@ -28,88 +28,58 @@ def register(app: typer.Typer) -> None:
     app.command("compensate", epilog=EPILOG)(compensate)
 
 
-def compensate(
-    theta: Annotated[
-        Path | None, typer.Option(help="Theta table of sstl segment, or parameters of sstl export (JSON).")
-    ] = None,
-    sim: Annotated[
-        Path | None,
-        typer.Option(help="Instead of --theta: simulator (TOML, as diagnose --save-sim writes it) for lines and plant."),
-    ] = None,
-    model: shared.ModelFile = None,
-    reference: Annotated[
-        list[str] | None, typer.Option(help="sinusoid, random, trapezoid, or a Parquet or CSV file (repeatable).")
-    ] = None,
-    methods: Annotated[str | None, typer.Option(help="none,no-bias,proposed,DI or some of them.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Command stream (Parquet).")] = None,
-    scores: Annotated[Path | None, typer.Option(help="Scores (Parquet).")] = None,
-    plant: Annotated[Path | None, typer.Option(help="Theta table of the plant (default: act rows of --theta).")] = None,
-    plant_sim: Annotated[str | None, typer.Option(help="Scenario (TOML or built-in) simulated as the plant.")] = None,
-    recorded: Annotated[Path | None, typer.Option(help="Log whose measured input drives the controller.")] = None,
-    config_id: shared.ConfigId = None,
-    beta_p: shared.BetaP = None,
-    beta_r: shared.BetaR = None,
-    bias_theta: shared.BiasTheta = None,
-    cycles: Annotated[int, typer.Option(min=1, max=10_000, help="Cycles of the sinusoid and the trapezoid.")] = 2,
-    loop_tau: Annotated[float | None, typer.Option(min=0, max=10, help="Lag of the plant's tension loop in s.")] = None,
-    mape_floor: Annotated[float, typer.Option(min=1e-6, help="References below this (N) are left out of MAPE.")] = 0.5,
-    t_max: shared.TMax = None,
-    max_rate: shared.MaxRate = None,
-    max_jump: shared.MaxJump = None,
-    lead: shared.Lead = None,
-    reversal: shared.Reversal = None,
-    presliding: shared.Presliding = None,
-    doubled: shared.Doubled = None,
-    dt: shared.Period = None,
-    max_rmse: Annotated[float | None, typer.Option(min=0, help="Exit 4 if proposed or DI is worse (N).")] = None,
-    stream: Annotated[bool, typer.Option("--stream", help="Answer lines t_ref,t_in (CSV or JSON) on stdin.")] = False,
-    timeout: Annotated[float, typer.Option(min=0, help="With --stream: silence (s) that is a loss; 0 is never.")] = 0.0,
-    seed: Seed = 0,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+@gathered
+def compensate(asked: Asked) -> None:
     """Compensate the hysteresis along a reference (Algorithm 1) and score it, or control a live stream."""
+    from sstl_cli.core.errors import UsageError
+
+    methods = _methods(asked.methods)
+    _check_references(asked.reference or [])
+    source = _source(asked.theta, asked.sim)
+    job = Job(asked, source, methods, shared.controller_options(source, asked.settings))
+    if asked.stream:
+        forbid_with_stream(
+            out=asked.out,
+            scores=asked.scores,
+            recorded=asked.recorded,
+            plant=asked.plant,
+            plant_sim=asked.plant_sim,
+            reference=asked.reference,
+            max_rmse=asked.max_rmse,
+            json=asked.as_json,
+        )
+        _stream(job)
+        return
+    both = asked.plant is not None and asked.plant_sim is not None
+    if both or (asked.recorded is not None and asked.reference):
+        what = "--plant and --plant-sim" if both else "--recorded and --reference"
+        raise UsageError(f"{what} exclude one another", fix="give one", code="E413")
+    offline.run(Screen(asked.as_json), job)
+
+
+def _methods(text: str | None) -> list[str]:
+    """Return the methods of a list with commas; all where none was given."""
     from sstl_cli.control.controller import METHODS
-    from sstl_cli.control.references import NAMES
     from sstl_cli.core.errors import UsageError, nearest
 
-    asked = [m.strip() for m in methods.split(",") if m.strip()] if methods is not None else list(METHODS)
+    asked = [m.strip() for m in text.split(",") if m.strip()] if text is not None else list(METHODS)
     for name in asked:
         if name not in METHODS:
             raise UsageError(f"no method '{name}' ({nearest(name, METHODS)})", where="--methods", code="E404")
     if not asked:
         raise UsageError("no method given", where="--methods", fix=f"use some of {','.join(METHODS)}", code="E404")
-    for given in reference or []:
-        if given not in NAMES and not Path(given).exists():
-            hint = nearest(given, NAMES)
-            raise UsageError(f"'{given}' is neither a reference ({hint}) nor a file", where="--reference", code="E407")
-    source = _source(theta, sim)
-    options = shared.controller_options(source, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
-    if stream:
-        forbid_with_stream(
-            out=out,
-            scores=scores,
-            recorded=recorded,
-            plant=plant,
-            plant_sim=plant_sim,
-            reference=reference,
-            max_rmse=max_rmse,
-            json=as_json,
-        )
-        _stream(source, model, asked if methods else None, config_id, (beta_p, beta_r, bias_theta), options, timeout)
-        return
-    chosen = [x for x in (plant, plant_sim) if x is not None]
-    if len(chosen) > 1 or (recorded is not None and reference):
-        what = "--plant and --plant-sim" if len(chosen) > 1 else "--recorded and --reference"
-        raise UsageError(f"{what} exclude one another", fix="give one", code="E413")
-    if sim is not None and not chosen:
-        plant_sim = str(sim)
-    asked_for = offline.Asked(
-        source, model, reference or ["sinusoid"], asked, methods is not None, out, scores, plant, plant_sim, recorded,
-        config_id, (beta_p, beta_r, bias_theta), cycles, loop_tau, mape_floor, options, max_rmse, seed, force,
-    )  # fmt: skip
-    offline.run(Screen(as_json), asked_for)
+    return asked
+
+
+def _check_references(given: list[str]) -> None:
+    """Raise UsageError for a reference that is neither a name nor a file."""
+    from sstl_cli.control.references import NAMES
+    from sstl_cli.core.errors import UsageError, nearest
+
+    for name in given:
+        if name not in NAMES and not Path(name).exists():
+            hint = nearest(name, NAMES)
+            raise UsageError(f"'{name}' is neither a reference ({hint}) nor a file", where="--reference", code="E407")
 
 
 def _source(theta: Path | None, sim: Path | None) -> Path:
@@ -123,7 +93,9 @@ def _source(theta: Path | None, sim: Path | None) -> Path:
     if theta is not None:
         raise UsageError("--theta and --sim exclude one another", fix="give one", code="E413")
     if sim.suffix != ".toml":
-        raise UsageError("is not a simulator", where=str(sim), fix="give a TOML file, as diagnose --save-sim writes it", code="E413")
+        raise UsageError(
+            "is not a simulator", where=str(sim), fix="give a TOML file, as diagnose --save-sim writes it", code="E413"
+        )
     return sim
 
 
@@ -137,29 +109,23 @@ def forbid_with_stream(**given: object) -> None:
             raise UsageError(f"{option} has no meaning with --stream", fix="leave it out", code="E413")
 
 
-def _stream(
-    theta: Path,
-    model: Path | None,
-    methods: list[str] | None,
-    config_id: str | None,
-    biases: shared.Biases,
-    options: Options,
-    timeout_s: float,
-) -> None:
+def _stream(job: Job) -> None:
+    """Answer the lines of standard input."""
     import sys
 
     from sstl_cli.control.controller import IDENTITY, Controller
     from sstl_cli.control.streaming import LineServer, read_lines
     from sstl_cli.core.errors import UsageError, printable
 
-    cases, _ = shared.load_cases(theta, model, biases, config_id)
-    case = cases[parameters_index(cases, config_id)]
-    if methods is not None and len(methods) != 1:
+    asked, options = job.asked, job.options
+    cases, _ = shared.load_cases(job.source, asked.model, asked.biases, asked.config_id)
+    case = cases[parameters_index(cases, asked.config_id)]
+    if job.insist and len(job.methods) != 1:
         raise UsageError("a stream runs one method", where="--methods", fix="give one", code="E413")
-    method = methods[0] if methods else case.usual_method()
+    method = job.methods[0] if job.insist else case.usual_method()
     lines = case.lines(method)
     if lines is None and method != "none":
-        raise UsageError(f"method '{method}' is not possible for {case.config_id}", where=str(theta), code="E405")
+        raise UsageError(f"method '{method}' is not possible for {case.config_id}", where=str(job.source), code="E405")
     controller = Controller(lines or IDENTITY, options, method != "none")
     # the first call loads compiled code: not while the rig waits for its answer
     controller.step(0.0, 0.0)
@@ -170,8 +136,8 @@ def _stream(
 
     log(f"{method} on {case.config_id}, {options.dt_s:g} s a line, command 0..{options.t_max_n:g} N")
     server = LineServer(controller, log)
-    for line in read_lines(sys.stdin.fileno(), timeout_s or None):
-        answer = server.silence(timeout_s) if line is None else server.answer(line)
+    for line in read_lines(sys.stdin.fileno(), asked.timeout or None):
+        answer = server.silence(asked.timeout) if line is None else server.answer(line)
         sys.stdout.write(answer + "\n")
         sys.stdout.flush()
     log(f"end of input: {server.lines} lines, {server.faulty_samples} without sound input")

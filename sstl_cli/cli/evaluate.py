@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from sstl_cli.cli import _theta
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
@@ -22,72 +24,83 @@ def register(app: typer.Typer) -> None:
     app.command("evaluate", epilog=EPILOG)(evaluate)
 
 
-def evaluate(
-    theta: Annotated[list[Path], typer.Option("--theta", help="Theta table of sstl segment (repeatable).")],
-    model: Annotated[Path | None, typer.Argument(metavar="[MODEL]", help="Model of sstl train.")] = None,
-    tables: Annotated[bool, typer.Option("--tables", help="Tables I and II of the Theta table.")] = False,
-    everything: Annotated[bool, typer.Option("--all", help="Judge on trained configurations too.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="RMSE of every variant and seed (Parquet).")] = None,
-    predictions: Annotated[Path | None, typer.Option(help="True and predicted slopes (Parquet).")] = None,
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    theta: Annotated[list[Path], typer.Option("--theta", help="Theta table of sstl segment (repeatable).")]
+    model: Annotated[Path | None, typer.Argument(metavar="[MODEL]", help="Model of sstl train.")] = None
+    tables: Annotated[bool, typer.Option("--tables", help="Tables I and II of the Theta table.")] = False
+    everything: Annotated[bool, typer.Option("--all", help="Judge on trained configurations too.")] = False
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="RMSE of every variant and seed (Parquet).")] = None
+    predictions: Annotated[Path | None, typer.Option(help="True and predicted slopes (Parquet).")] = None
     max_rmse: Annotated[
         float | None, typer.Option(min=0, help="Exit 4 if Total of the default variant is above this.")
-    ] = None,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
-    """Judge a mapping on held-out configurations, variant by variant; or relate the slopes of both systems."""
-    from sstl_cli.core.errors import EXIT_SET_ASIDE, GateError, UsageError
-    from sstl_cli.core.files import require_writable
+    ] = None
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
 
-    screen = Screen(as_json)
-    if model is None and not tables:
+    @property
+    def where(self) -> str:
+        """The tables by name, for messages."""
+        return ", ".join(map(str, self.theta))
+
+
+@gathered
+def evaluate(asked: Asked) -> None:
+    """Judge a mapping on held-out configurations, variant by variant; or relate the slopes of both systems."""
+    from sstl_cli.core.errors import GateError, UsageError
+    from sstl_cli.core.files import require_outputs
+
+    screen, model = Screen(asked.as_json), asked.model
+    if model is None and not asked.tables:
         raise UsageError("needs a model, or --tables", fix="give MODEL, or --tables for Tables I and II", code="E514")
-    if model is None and (out or predictions or everything or max_rmse is not None):
+    if model is None and (asked.out or asked.predictions or asked.everything or asked.max_rmse is not None):
         raise UsageError("--out, --predictions, --all and --max-rmse need a model", fix="give MODEL", code="E514")
-    for path in (out, predictions):
-        if path is not None:
-            require_writable(path, force)
-    table = _theta.read(theta)
-    where = ", ".join(map(str, theta))
+    require_outputs(asked.force, asked.out, asked.predictions)
+    table = _theta.read(asked.theta)
     document: dict[str, Any] = {"schema": "sstl.evaluate/1"}
 
     from sstl_cli.steps import evaluate as step
 
-    pairs = None
-    if tables:
-        related = step.run_tables(table, where)
+    pairs, gate = None, None
+    if asked.tables:
+        related = step.run_tables(table, asked.where)
         document.update(step.tables_document(related))
         _show_tables(screen, related)
         pairs = related.pairs
-    missed = None
     if model is not None:
-        from sstl_cli.cli.origin import provenance
-        from sstl_cli.core.parquet import write_table
-        from sstl_cli.core.tables import EVALUATION
-        from sstl_cli.mapping import load_model
-        from sstl_cli.mapping.tables import PREDICTIONS
-
-        mapping = load_model(model)
-        found = step.run(mapping, table, everything, where)
+        found, judged = _judged(screen, asked, model, table)
+        document.update(judged)
         pairs = found.pairs
-        made = provenance(mapping.header.seed, [model, *theta])
-        if out is not None:
-            write_table(out, step.evaluation_table(found, mapping.header.seeds), EVALUATION, made, force)
-        if predictions is not None:
-            write_table(predictions, step.predictions_table(found), PREDICTIONS, made, force)
-        document.update(_document(mapping.header, found, out, predictions))
-        _show(screen, mapping.header, found, everything)
-        if max_rmse is not None and document["rmse_total"] > max_rmse:
-            missed = f"Total RMSE {document['rmse_total']:.4g} is above --max-rmse {max_rmse:g}"
     if pairs is not None:
         _theta.note_aside(screen, pairs)
         document.update(_theta.aside_fields(pairs))
-    gate = None
-    if missed is not None:
-        document["gate"] = missed
-        gate = GateError(missed, where=str(model), code="E513")
-    screen.finish(document, EXIT_SET_ASIDE if pairs is not None and pairs.aside else 0, gate)
+    if asked.max_rmse is not None and document["rmse_total"] > asked.max_rmse:
+        document["gate"] = f"Total RMSE {document['rmse_total']:.4g} is above --max-rmse {asked.max_rmse:g}"
+        gate = GateError(document["gate"], where=str(model), code="E513")
+    screen.finish(document, aside=pairs is not None and bool(pairs.aside), gate=gate)
+
+
+def _judged(screen: Screen, asked: Asked, model: Path, table: Any) -> tuple[Any, dict[str, Any]]:
+    """Judge a mapping, write what was asked for and show it; return what was found and its part of the document."""
+    from sstl_cli.cli.origin import provenance
+    from sstl_cli.core.parquet import write_table
+    from sstl_cli.core.tables import EVALUATION
+    from sstl_cli.mapping import load_model
+    from sstl_cli.mapping.tables import PREDICTIONS
+    from sstl_cli.steps import evaluate as step
+
+    mapping = load_model(model)
+    found = step.run(mapping, table, asked.everything, asked.where)
+    made = provenance(mapping.header.seed, [model, *asked.theta])
+    if asked.out is not None:
+        write_table(asked.out, step.evaluation_table(found, mapping.header.seeds), EVALUATION, made, asked.force)
+    if asked.predictions is not None:
+        write_table(asked.predictions, step.predictions_table(found), PREDICTIONS, made, asked.force)
+    _show(screen, mapping.header, found, asked.everything)
+    return found, _document(mapping.header, found, asked.out, asked.predictions)
 
 
 def _document(header: Any, found: Any, out: Path | None, predictions: Path | None) -> dict[str, Any]:

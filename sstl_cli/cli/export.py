@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
 from sstl_cli.cli import _controller as shared
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
-    from sstl_cli.control.controller import Options
+    from sstl_cli.control.controller import Options, Theta
 
 EPILOG = "Example: sstl export theta.parquet --format c --config-id CP-040 --out firmware/"
 FOR_LOGS = ("csv", "mat", "mcap")
@@ -24,108 +26,117 @@ def register(app: typer.Typer) -> None:
     app.command("export", epilog=EPILOG)(export)
 
 
-def export(
-    source: Annotated[Path, typer.Argument(metavar="INPUT", help="Theta table, parameters (JSON), simulator (TOML), mapping model, or log.")],
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="INPUT", help="Theta table, parameters (JSON), simulator (TOML), mapping model, or log."
+        ),
+    ]
     out_name: Annotated[
         str, typer.Option("--out", "-o", metavar="PATH", help="Output file; for c also a folder (NAME/ makes it).")
-    ],
+    ]
     format_: Annotated[
         Literal["c", "json", "onnx", "csv", "mat", "mcap"],
         typer.Option("--format", "-f", help="c, json: controller; onnx: mapping model; csv, mat, mcap: log."),
-    ] = "json",
-    config_id: shared.ConfigId = None,
+    ] = "json"
+    config_id: shared.ConfigId = None
     method: Annotated[
         Literal["none", "no-bias", "proposed", "DI"] | None,
         typer.Option(help="Whose lines (default: proposed, else DI)."),
-    ] = None,
-    model: shared.ModelFile = None,
-    beta_p: shared.BetaP = None,
-    beta_r: shared.BetaR = None,
-    bias_theta: shared.BiasTheta = None,
-    real: Annotated[Literal["double", "float"], typer.Option(help="Number type of the C code.")] = "double",
-    t_max: shared.TMax = None,
-    max_rate: shared.MaxRate = None,
-    max_jump: shared.MaxJump = None,
-    lead: shared.Lead = None,
-    reversal: shared.Reversal = None,
-    presliding: shared.Presliding = None,
-    doubled: shared.Doubled = None,
-    dt: shared.Period = None,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    model: shared.ModelFile = None
+    biases: shared.Biases
+    real: Annotated[Literal["double", "float"], typer.Option(help="Number type of the C code.")] = "double"
+    settings: shared.Settings
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+    @property
+    def out(self) -> Path:
+        """The output as a path; its name tells a folder that is still to be made."""
+        return Path(self.out_name)
+
+    def named(self) -> dict[str, Any]:
+        """Return what every document of an export begins with."""
+        return {"schema": "sstl.export/1", "format": self.format_, "input": str(self.source)}
+
+
+@gathered
+def export(asked: Asked) -> None:
     """Write a controller, a mapping or a log in a form that other programs and a rig can use."""
-    from sstl_cli.core.errors import EXIT_DONE, EXIT_SET_ASIDE, SstlError
+    from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import require_writable
 
-    screen = Screen(as_json)
-    out = Path(out_name)
-    document: dict[str, Any] = {"schema": "sstl.export/1", "format": format_, "input": str(source)}
+    screen, source = Screen(asked.as_json), asked.source
     if not source.is_file():
         raise SstlError("file not found" if not source.exists() else "is not a file", where=str(source), code="E130")
-    if format_ != "c":
-        require_writable(out, force)
-    if format_ in FOR_LOGS:
+    if asked.format_ != "c":
+        require_writable(asked.out, asked.force)
+    if asked.format_ in FOR_LOGS:
         from sstl_cli.steps import export_log
 
-        export_log.run(source, out, format_, force)
-        screen.say(f"Wrote the log as {format_} -> {out}")
-        screen.finish({**document, "out": [str(out)]})
-    if format_ == "onnx":
+        export_log.run(source, asked.out, asked.format_, asked.force)
+        screen.say(f"Wrote the log as {asked.format_} -> {asked.out}")
+        screen.finish({**asked.named(), "out": [str(asked.out)]})
+    if asked.format_ == "onnx":
         from sstl_cli.core.files import atomic
         from sstl_cli.mapping import export_onnx
 
-        with atomic(out, force) as temporary:
+        with atomic(asked.out, asked.force) as temporary:
             export_onnx(source, temporary)
-        screen.say(f"Wrote the mapping -> {out}")
-        screen.finish({**document, "out": [str(out)]})
-    options = shared.controller_options(source, t_max, max_rate, max_jump, lead, reversal, presliding, doubled, dt)
-    cases, aside = shared.load_cases(source, model, (beta_p, beta_r, bias_theta), config_id)
+        screen.say(f"Wrote the mapping -> {asked.out}")
+        screen.finish({**asked.named(), "out": [str(asked.out)]})
+    _controller(screen, asked)
+
+
+def _controller(screen: Screen, asked: Asked) -> NoReturn:
+    """Write the lines of a controller as C or JSON, and end."""
     from sstl_cli.steps import export_controller as step
 
-    lines, chosen = step.lines_for(cases, method)
+    options = shared.controller_options(asked.source, asked.settings)
+    cases, aside = shared.load_cases(asked.source, asked.model, asked.biases, asked.config_id)
+    lines, chosen = step.lines_for(cases, asked.method)
     aside.update({c.config_id: f"method '{chosen}' is not possible" for c in cases if c.config_id not in lines})
-    if format_ == "json":
+    if asked.format_ == "json":
         from sstl_cli.core.files import write_json
 
-        write_json(out, step.to_json(lines, chosen, options), force)
-        written = [out]
+        write_json(asked.out, step.to_json(lines, chosen, options), asked.force)
+        written = [asked.out]
     else:
-        written = _write_c(lines, config_id, chosen, options, real, out_name, force)
+        written = _write_c(asked, lines, chosen, options)
     shown = ", ".join(list(lines)[:6]) + (", ..." if len(lines) > 6 else "")
     screen.say(f"Wrote the controller (method {chosen}) of {shown} -> {', '.join(map(str, written))}")
     if aside:
         screen.note(f"set aside {len(aside)}: " + "; ".join(f"{k}: {v}" for k, v in list(aside.items())[:5]))
-    document.update(
-        out=[str(p) for p in written],
-        method=chosen,
-        configurations=list(lines),
-        set_aside=aside,
-        options=options.model_dump(mode="json"),
-    )
-    screen.finish(document, EXIT_SET_ASIDE if aside and format_ == "json" else EXIT_DONE)
+    document = {
+        **asked.named(),
+        "out": [str(p) for p in written],
+        "method": chosen,
+        "configurations": list(lines),
+        "set_aside": aside,
+        "options": options.model_dump(mode="json"),
+    }
+    # C source drives one configuration: that others are set aside takes nothing from it
+    screen.finish(document, aside=bool(aside) and asked.format_ == "json")
 
 
-def _write_c(
-    lines: dict[str, Any],
-    config_id: str | None,
-    method: str,
-    options: Options,
-    real: Literal["double", "float"],
-    out_name: str,
-    force: bool,
-) -> list[Path]:
+def _write_c(asked: Asked, lines: dict[str, Theta], method: str, options: Options) -> list[Path]:
+    """Write the C source of one configuration; return its header and its source."""
     import re
 
     from sstl_cli.control.parameters import index_of
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import make_folder, require_writable, write_text
+    from sstl_cli.core.files import make_folder, require_outputs, write_text
     from sstl_cli.steps import export_controller as step
 
-    name = list(lines)[index_of(list(lines), config_id)]
-    out = Path(out_name)
-    folder = out.is_dir() or out_name.endswith(("/", os.sep))
+    name = list(lines)[index_of(list(lines), asked.config_id)]
+    out = asked.out
+    folder = out.is_dir() or asked.out_name.endswith(("/", os.sep))
     if out.suffix and not folder and out.suffix not in (".c", ".h"):
         raise UsageError("is not a name for C source", where=str(out), fix="give a folder or a .c file", code="E412")
     base = out / "sstl_controller" if folder else out.with_suffix("")
@@ -134,11 +145,10 @@ def _write_c(
             f"'{base.name}' is not a portable file name", where="--out", fix="use letters, digits, _ . -", code="E412"
         )
     header, source = base.with_name(base.name + ".h"), base.with_name(base.name + ".c")
-    code = step.to_c(name, lines[name], method, options, real, header.name)
+    code = step.to_c(name, lines[name], method, options, asked.real, header.name)
     if folder:
         make_folder(out)
-    for path in (header, source):
-        require_writable(path, force)
-    write_text(header, code.header, force)
-    write_text(source, code.source, force)
+    require_outputs(asked.force, header, source)
+    write_text(header, code.header, asked.force)
+    write_text(source, code.source, asked.force)
     return [header, source]

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen, many
+
+if TYPE_CHECKING:
+    from sstl_cli.importers.mapping import Mapping
 
 EPILOG = """Examples:
 
@@ -35,87 +40,91 @@ def register(app: typer.Typer) -> None:
     )(import_)
 
 
-def import_(
-    files: Annotated[list[Path], typer.Argument(help="Recordings.", show_default=False)],
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Log table to write (Parquet).")] = None,
-    mapping: Annotated[Path | None, typer.Option("--mapping", metavar="FILE.toml", help="Mapping file.")] = None,
-    map_: Annotated[str | None, typer.Option("--map", help="Mapping in short: target=source[:unit],...")] = None,
-    format_: Annotated[str | None, typer.Option("--format", help="Format id, instead of detection.")] = None,
-    on_gap: Annotated[str | None, typer.Option("--on-gap", help="split, fill or fail (default split).")] = None,
-    manifest: Annotated[Path | None, typer.Option("--manifest", help="CSV with labels by file name.")] = None,
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    files: Annotated[list[Path], typer.Argument(help="Recordings.", show_default=False)]
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Log table to write (Parquet).")] = None
+    mapping: Annotated[Path | None, typer.Option("--mapping", metavar="FILE.toml", help="Mapping file.")] = None
+    map_: Annotated[str | None, typer.Option("--map", help="Mapping in short: target=source[:unit],...")] = None
+    format_: Annotated[str | None, typer.Option("--format", help="Format id, instead of detection.")] = None
+    on_gap: Annotated[str | None, typer.Option("--on-gap", help="split, fill or fail (default split).")] = None
+    manifest: Annotated[Path | None, typer.Option("--manifest", help="CSV with labels by file name.")] = None
     merge: Annotated[
         str | None,
         typer.Option(
             "--merge", help="append (files follow in time), channels (each with its clock) or rows (row n of each)."
         ),
-    ] = None,
-    guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping for files of one kind, with reasons; what it cannot know it asks.")] = False,
-    json_: Json = False,
-    force: Force = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping for files of one kind, with reasons; what it cannot know it asks.")] = False
+    json_: Json = False
+    force: Force = False
+    config: Config = None
+
+
+@gathered
+def import_(asked: Asked) -> None:
     """Import recordings into a log table."""
     from sstl_cli.core.errors import UsageError
 
-    screen = Screen(json_)
-    if mapping is not None and map_ is None and mapping.suffix.lower() != ".toml":
+    screen, mapping = Screen(asked.json_), asked.mapping
+    if mapping is not None and asked.map_ is None and mapping.suffix.lower() != ".toml":
         raise UsageError(
             f"--mapping takes a TOML file, found '{mapping}'", fix=f"for a mapping in short write --map '{mapping}'", code="E346"
         )
-    if guess:
-        _guess(screen, files, format_, out, force)
-    if out is None:
+    if asked.guess:
+        _guess(screen, asked)
+    if asked.out is None:
         raise UsageError(
-            "--out is missing", fix=f"add --out {files[0].stem}.parquet, or --guess to see what the file holds", code="E346"
+            "--out is missing",
+            fix=f"add --out {asked.files[0].stem}.parquet, or --guess to see what the file holds",
+            code="E346",
         )
-    _import(screen, files, out, mapping, map_, format_, on_gap, manifest, merge, force)
+    _import(screen, asked, asked.out)
 
 
-def _import(
-    screen: Screen,
-    files: list[Path],
-    out: Path,
-    mapping: Path | None,
-    map_: str | None,
-    format_: str | None,
-    on_gap: str | None,
-    manifest: Path | None,
-    merge: str | None,
-    force: bool,
-) -> None:
+def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
+    """Import the recordings, and end."""
     from sstl_cli.cli.origin import provenance as provenance_of
-    from sstl_cli.core.errors import EXIT_SET_ASIDE
     from sstl_cli.core.files import keep_safe, require_writable
     from sstl_cli.core.runs import write_runs
     from sstl_cli.importers.base import head_of, members
-    from sstl_cli.importers.inline import inline_mapping, targets_of, with_policy
-    from sstl_cli.importers.mapping import Mapping, read_mapping, still_open
     from sstl_cli.importers.sources import read_manifest
     from sstl_cli.steps.import_ import provenance_extra, run
 
-    answered = targets_of(map_ or "")
-    for question in still_open(mapping, answered)[1:] if mapping is not None else ():
-        screen.note(f"{mapping}, line {question.line} asks too: {question.text}")
-    chosen = read_mapping(mapping, answered) if mapping is not None else Mapping()
-    if map_ is not None:
-        chosen = inline_mapping(map_, chosen)
-    chosen = with_policy(chosen, on_gap=on_gap, merge=merge)
-    table = manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
+    files, mapping = asked.files, asked.mapping
+    chosen = _mapping(screen, asked)
+    table = asked.manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
     parts = [m for path in files for m in members(path)]
     keep_safe([*parts, *filter(None, (table,))], "the recordings")
-    require_writable(out, force)
+    require_writable(out, asked.force)
     if len(files) == 1:
         head_of(files[0])
     labels = read_manifest(table) if table is not None else {}
     provenance = provenance_of(None, [*parts, *filter(None, (mapping, table))], provenance_extra(chosen))
     with screen.progress("import, bytes", float(sum(p.stat().st_size for p in parts))) as advance:
-        result = run(files, chosen, wanted=format_, manifest=labels, advance=advance)
-        write_runs(out, result.runs, provenance, force, lambda: bool(result.tendons))
+        result = run(files, chosen, wanted=asked.format_, manifest=labels, advance=advance)
+        write_runs(out, result.runs, provenance, asked.force, lambda: bool(result.tendons))
     document = {"schema": "sstl.import/1", "out": str(out), **result.document()}
     if "not_a_tension" in provenance.extra:
         document["not_a_tension"] = provenance.extra["not_a_tension"]
     _show(screen, document, [r.sentence() for r in result.clocks])
-    screen.finish(document, EXIT_SET_ASIDE if result.counts.set_aside or result.bad else 0)
+    screen.finish(document, aside=bool(result.counts.set_aside or result.bad))
+
+
+def _mapping(screen: Screen, asked: Asked) -> Mapping:
+    """Return the mapping: that of the file, with what the options say on top."""
+    from sstl_cli.importers.inline import inline_mapping, targets_of, with_policy
+    from sstl_cli.importers.mapping import Mapping, read_mapping, still_open
+
+    answered = targets_of(asked.map_ or "")
+    for question in still_open(asked.mapping, answered)[1:] if asked.mapping is not None else ():
+        screen.note(f"{asked.mapping}, line {question.line} asks too: {question.text}")
+    chosen = read_mapping(asked.mapping, answered) if asked.mapping is not None else Mapping()
+    if asked.map_ is not None:
+        chosen = inline_mapping(asked.map_, chosen)
+    return with_policy(chosen, on_gap=asked.on_gap, merge=asked.merge)
 
 
 def _beside(mapping: Path | None, name: str) -> Path:
@@ -144,15 +153,16 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
         screen.note(text)
 
 
-def _guess(screen: Screen, files: list[Path], format_: str | None, out: Path | None, force: bool) -> None:
-    from sstl_cli.core.files import require_writable, write_text
+def _guess(screen: Screen, asked: Asked) -> NoReturn:
+    """Propose a mapping, and end."""
+    from sstl_cli.core.files import require_outputs, write_text
     from sstl_cli.importers.guess import guess
 
-    if out is not None:
-        require_writable(out, force)
-    found = guess(files, format_)
-    if out is not None:
-        write_text(out, found.toml, force)
+    files = asked.files
+    require_outputs(asked.force, asked.out)
+    found = guess(files, asked.format_)
+    if asked.out is not None:
+        write_text(asked.out, found.toml, asked.force)
     for line in found.toml.splitlines():
         screen.line(line)
     for line in [*found.reasons, *found.preview]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
 
 EPILOG = "Example: sstl info log.parquet"
 SHOWN = 20
-LOOP_POINTS = 3000
 
 
 def register(app: typer.Typer) -> None:
@@ -25,7 +23,9 @@ def register(app: typer.Typer) -> None:
 
 
 def info(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of sstl: tables, logs as CSV, JSON, models.")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Files of sstl: tables, logs as CSV, JSON, models.")
+    ],
     as_json: Json = False,
     config: Config = None,
 ) -> None:
@@ -81,9 +81,9 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
 
 
 def _text(path: Path) -> Any:
-    from sstl_cli.cli._text_table import TextTable
     from sstl_cli.core.parquet import check_columns
     from sstl_cli.core.tables import LOG
+    from sstl_cli.importers.text_table import TextTable
 
     table = TextTable(path)
     check_columns(table.schema_arrow.names, LOG, str(path))
@@ -94,11 +94,10 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
     from dataclasses import asdict
 
     from sstl_cli.core.runs import units_of
-    from sstl_cli.steps import info as step
+    from sstl_cli.steps import info_table as step
 
-    lost = _Lost()
-    runs = step.run([s for table in _tables(reader) for s in _summaries(table, lost)])
-    screen.aside.entries += lost.entries(runs)
+    runs, aside = step.runs_of(reader)
+    screen.aside.entries += aside
     rows = [
         (
             r.run_id,
@@ -116,149 +115,13 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
     header = ("run", "config", "system", "samples", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
     screen.table(f"{len(runs)} runs", header, rows, most=SHOWN)
     if not screen.as_json and runs:
-        for line in _loop(reader, runs[0], units["unit_in"], units["unit_out"]):
+        for line in _loop(step.loop_of(reader, runs[0]), runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
     return [{**asdict(r), "duration_s": r.end_s - r.start_s, "rate_hz": r.rate_hz} for r in runs]
 
 
-COLUMNS = ("run_id", "config_id", "system", "location", "time_s", "tension_in_n", "tension_out_n")
-
-
-def _tables(reader: Any) -> Iterator[Any]:
-    import pyarrow as pa
-
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
-    from sstl_cli.core.tables import LOG, Schema
-
-    # only what is shown is read; empty values are for sstl check to judge
-    wanted = Schema(LOG.id, LOG.version, tuple(_relaxed(c) for c in LOG.columns if c.name in COLUMNS))
-    present = [n for n in COLUMNS if n in reader.file.schema_arrow.names]
-    try:
-        for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=present):
-            yield conform(pa.Table.from_batches([batch]), wanted, str(reader.path))
-    except (pa.ArrowException, OSError) as error:
-        raise SstlError(
-            f"is damaged ({str(error)[:120]})", where=str(reader.path), fix="make the file again", code="E241"
-        ) from None
-
-
-def _relaxed(column: Any) -> Any:
-    from dataclasses import replace
-
-    return replace(column, nullable=True)
-
-
-class _Lost:
-    """Values that no recorder can have given, counted by run and reason; the ranges shown leave them out."""
-
-    def __init__(self) -> None:
-        self.by_run: dict[str, dict[str, int]] = {}
-
-    def ranges(self, name: str, column: Any, starts: Any, run_ids: list[str]) -> tuple[list[float], list[float]]:
-        """Return the smallest and largest sound value of each stretch of rows (NaN where it has none), and count the others.
-
-        Parameters
-        ----------
-        column : Arrow chunked array, shape (n,)
-            The values; empty ones are for sstl check to judge.
-        starts : ndarray of int, shape (m,)
-            First row of each stretch.
-        run_ids : list of str
-            The run of each stretch.
-        """
-        import numpy as np
-        import pyarrow.compute as pc
-
-        from sstl_cli.core.sound import unsound, why_unsound
-
-        null = pc.is_null(column)
-        empty = _numpy(pc.cast(null, "uint8")).astype(bool)
-        # any number does in the place of an empty value: a Python one would import pandas
-        values = _numpy(pc.coalesce(pc.cast(column, "double"), pc.cast(pc.cast(null, "uint8"), "double"))).astype(np.float64)
-        wrong = unsound(values)
-        with_faults = np.logical_or.reduceat(wrong, starts)
-        out = wrong | empty
-        ends = [*starts.tolist()[1:], len(values)]
-        for i in np.flatnonzero(with_faults).tolist():
-            rows = slice(starts[i], ends[i])
-            counts = self.by_run.setdefault(run_ids[i], {})
-            for why, n in why_unsound(name, values[rows][~empty[rows]]).items():
-                counts[f"{why} in {name}"] = counts.get(f"{why} in {name}", 0) + n
-        low = np.minimum.reduceat(np.where(out, np.inf, values), starts)
-        high = np.maximum.reduceat(np.where(out, -np.inf, values), starts)
-        none = low > high
-        return np.where(none, np.nan, low).tolist(), np.where(none, np.nan, high).tolist()
-
-    def entries(self, runs: list[RunSummary]) -> Iterator[Any]:
-        """Yield what was left out, one entry a run and reason, and runs that no sensor can have given."""
-        import numpy as np
-
-        from sstl_cli.core.aside import Aside
-        from sstl_cli.core.sound import too_small
-
-        for run in runs:
-            for why, n in self.by_run.get(run.run_id, {}).items():
-                yield Aside(run.run_id, n, run.samples, why)
-            ranges = {"tension_in_n": (run.in_min_n, run.in_max_n), "tension_out_n": (run.out_min_n, run.out_max_n)}
-            for name, ends in ranges.items():
-                if said := too_small(name, np.array(ends)):
-                    yield Aside(run.run_id, run.samples, run.samples, said)
-
-
-def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
-    """Yield a summary of each stretch of one run_id (Arrow's own grouping would import pandas)."""
-    import numpy as np
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
-    from sstl_cli.steps.info import RunSummary
-
-    ids = table.column("run_id").combine_chunks()
-    ids = ids.combine_chunks() if isinstance(ids, pa.ChunkedArray) else ids
-    ends = pc.run_end_encode(ids).run_ends.to_pylist()
-    if not ends:
-        return
-    starts = np.array([0, *ends[:-1]])
-    # an Arrow array made of a list would import pandas
-    rows = np.diff([0, *ends]).tolist()
-    labels = [[table.column(n)[i].as_py() for i in starts.tolist()] for n in ("run_id", "system", "config_id", "location")]
-    run_ids = [str(v) for v in labels[0]]
-    limits = [v for name in COLUMNS[-3:] for v in lost.ranges(name, table.column(name), starts, run_ids)]
-    for run_id, system, config_id, location, n, *six in zip(run_ids, *labels[1:], rows, *limits, strict=True):
-        yield RunSummary(run_id, system, config_id, location, n, *six)
-
-
-def _numpy(column: Any) -> Any:
-    """Return an Arrow column without nulls as an array; Arrow's own way there would import pandas."""
-    import numpy as np
-    import pyarrow as pa
-
-    held = column.combine_chunks()
-    return np.from_dlpack(held if isinstance(held, pa.Array) else pa.concat_arrays(held.chunks))
-
-
-def _loop(reader: Any, first: RunSummary, unit_in: str, unit_out: str) -> list[str]:
-    """Return the drawing of the first run's loop, read from as many row groups as it needs."""
-    import pyarrow.compute as pc
-
-    from sstl_cli.steps.info import draw_loop
-
-    stride = max(1, first.samples // LOOP_POINTS)
-    x: list[float] = []
-    y: list[float] = []
-    left = first.samples
-    run_id: Any = None
-    for table in _tables(reader):
-        # an Arrow scalar: converting a Python string would import pandas
-        run_id = table.column("run_id")[0] if run_id is None else run_id
-        mine = table.filter(pc.equal(table.column("run_id"), run_id))
-        left -= len(mine)
-        x += mine.column("tension_in_n").to_pylist()[::stride]
-        y += mine.column("tension_out_n").to_pylist()[::stride]
-        if left <= 0:
-            break
-    drawn = draw_loop(x, y)
+def _loop(drawn: list[str], first: RunSummary, unit_in: str, unit_out: str) -> list[str]:
+    """Return a drawn loop between the ends of its axes."""
     if not drawn:
         return []
     lines = [f"loop of {first.run_id}: T_out over T_in"]
@@ -276,34 +139,22 @@ def _loop(reader: Any, first: RunSummary, unit_in: str, unit_out: str) -> list[s
 
 
 def _other(reader: Any, screen: Screen) -> dict[str, Any]:
-    """Return count, minimum, mean and maximum of each number column, and counts of each label."""
-    import pyarrow as pa
-    import pyarrow.compute as pc
+    """Return the ranges of every column, and print them."""
+    from sstl_cli.steps.info_table import ranges_of
 
-    table = reader.table()
-    ranges: dict[str, Any] = {}
+    ranges = ranges_of(reader.table())
     rows = []
-    for name in table.column_names:
-        column = table.column(name)
-        if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
-            ends = pc.min_max(column).as_py()
-            ranges[name] = {
-                "nulls": column.null_count,
-                "min": ends["min"],
-                "mean": pc.mean(column).as_py(),
-                "max": ends["max"],
-            }
-            unit = (
-                (reader.schema.arrow().field(name).metadata or {}).get(b"unit", b"").decode()
-                if name in reader.schema.names
-                else ""
-            )
-            rows.append((name, "" if unit == "1" else unit, column.null_count, ends["min"], ranges[name]["mean"], ends["max"]))
-        else:
-            counts = pc.value_counts(column).to_pylist()
-            ranges[name] = {"nulls": column.null_count, "distinct": len(counts)}
-            if name in ("status", "phase", "method", "variant", "window"):
-                ranges[name]["counts"] = {str(c["values"]): c["counts"] for c in counts}
-                screen.line(f"  {name}: " + ", ".join(f"{c['values']} {c['counts']}" for c in counts[:8]))
+    for name, found in ranges.items():
+        if "mean" in found:
+            rows.append((name, _unit(reader, name), found["nulls"], found["min"], found["mean"], found["max"]))
+        elif "counts" in found:
+            screen.line(f"  {name}: " + ", ".join(f"{value} {n}" for value, n in list(found["counts"].items())[:8]))
     screen.table("", ("column", "unit", "nulls", "min", "mean", "max"), rows)
     return ranges
+
+
+def _unit(reader: Any, name: str) -> str:
+    """Return the unit of a column of the schema, empty for a plain number."""
+    metadata = reader.schema.arrow().field(name).metadata if name in reader.schema.names else None
+    unit = (metadata or {}).get(b"unit", b"").decode()
+    return "" if unit == "1" else unit

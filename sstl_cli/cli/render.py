@@ -6,7 +6,7 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Any, NoReturn, TypeVar
@@ -15,7 +15,7 @@ import typer
 
 from sstl_cli.cli.streams import takes_all_text
 from sstl_cli.core.aside import open_ledger
-from sstl_cli.core.errors import EXIT_SET_ASIDE, GateError, SstlError, printable
+from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, GateError, SstlError, printable
 
 T = TypeVar("T")
 SHOW_PROGRESS_AFTER_S = 2.0
@@ -44,6 +44,13 @@ class Screen:
         """Print narration on stderr (not with --quiet)."""
         if "quiet" not in _asked:
             print(printable(text), file=sys.stderr)
+
+    def note_some(self, title: str, lines: Sequence[str], most: int) -> None:
+        """Print narration with a list below it, of at most so many lines."""
+        for text in (title, *(f"  {line}" for line in lines[:most])):
+            self.note(text)
+        if len(lines) > most:
+            self.note(f"  and {len(lines) - most} more")
 
     def line(self, text: str = "") -> None:
         """Print a line of the result (not with --json)."""
@@ -90,11 +97,32 @@ class Screen:
             print(dumps(document, ascii_only=not takes_all_text(), one_line=self.lines))
             self.shown = True
 
-    def finish(self, document: dict[str, Any], code: int = 0, gate: GateError | None = None) -> NoReturn:
-        """Print the JSON document if asked for, and end with the exit code: 3 instead of 0 where data were set aside.
+    def finish(
+        self,
+        document: dict[str, Any],
+        code: int = EXIT_DONE,
+        *,
+        missed: Sequence[str] = (),
+        aside: Collection[str] | bool = (),
+        gate: GateError | None = None,
+    ) -> NoReturn:
+        """Print the JSON document if asked for, and end with the exit code: the one place that decides it.
 
-        A gate that was missed ends the call in place of the code.
+        Parameters
+        ----------
+        code : int
+            The exit code where a step has decided it, such as 1 for a failure that was found.
+        missed : sequence of str
+            Gates that were missed (4), told here.
+        aside : collection of str, or bool
+            What was set aside (3), told here; or whether anything was that has been told.
+        gate : GateError, optional
+            A gate that was missed, ending the call as its error.
         """
+        for text in missed:
+            self.note(f"gate missed: {text}")
+        for text in () if isinstance(aside, bool) else aside:
+            self.note(f"set aside: {text}")
         entries = self.aside.entries
         for entry in entries[:SHOWN_ASIDE]:
             self.note(f"set aside: {entry}")
@@ -106,7 +134,14 @@ class Screen:
             self.note(f"took {time.monotonic() - _began:.1f} s{_memory()}")
         if gate is not None:
             raise gate
-        raise typer.Exit(code or (EXIT_SET_ASIDE if entries else code))
+        raise typer.Exit(EXIT_GATE if missed else code or (EXIT_SET_ASIDE if aside or entries else EXIT_DONE))
+
+    def note_versions(self, version: object, what: str) -> None:
+        """Say on standard error that what the call reads was made by another version of the program."""
+        from sstl_cli.core.provenance import by_another
+
+        for text in by_another(version, what):
+            self.note(f"note: {text}")
 
     @contextmanager
     def progress(self, label: str, total: float | None = None) -> Iterator[Callable[[float], None]]:

@@ -30,7 +30,6 @@ def report(
     """Make one self-contained HTML page of logs, parameters, scores and diagnoses."""
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.files import require_writable, write_text
-    from sstl_cli.core.provenance import by_another
     from sstl_cli.reporting.load import load
     from sstl_cli.steps.report import DEFAULT_TITLE, run
 
@@ -41,8 +40,7 @@ def report(
     write_text(out, page.html, force)
     size = len(page.html.encode())
     for document in inputs.diagnosis:
-        for text in by_another(document.get("package_version"), str(document["file"])):
-            screen.note(f"note: {text}")
+        screen.note_versions(document.get("package_version"), str(document["file"]))
     screen.say(f"wrote {out} ({size / 1e6:.2f} MB): {', '.join(page.sections)}")
     screen.finish(
         {

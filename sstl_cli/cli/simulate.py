@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import typer
 
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed, usage
 from sstl_cli.cli.render import Screen, many
 
@@ -18,43 +20,47 @@ def register(app: typer.Typer) -> None:
     app.command("simulate", epilog=EPILOG)(simulate)
 
 
-def simulate(
-    out: Out,
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    out: Out
     scenario: Annotated[
         str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")
-    ] = "default",
+    ] = "default"
     simulator: Annotated[
         Literal["transmission", "rig", "bristle", "variant"] | None,
         typer.Option(help="Fast model, elastic rig, bristle friction, or rig of law variants (default: as in the scenario)."),
-    ] = None,
+    ] = None
     effect: Annotated[
         list[str] | None, typer.Option(metavar="ID[:param=value,...]", help="Effect to add (repeatable).")
-    ] = None,
+    ] = None
     noise_n: Annotated[
         float | None, typer.Option(min=0, max=5, help="White noise of each tension sensor in N.")
-    ] = None,
-    seed: Seed = 0,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = None
+    seed: Seed = 0
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
+@gathered
+def simulate(asked: Asked) -> None:
     """Simulate the recordings that a scenario describes and write them as a log."""
     from sstl_cli.cli.origin import files_among, provenance
     from sstl_cli.core.files import require_writable
-    from sstl_cli.core.provenance import by_another
     from sstl_cli.core.runs import Run, write_runs
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import simulate as step
 
-    screen = Screen(as_json)
-    require_writable(out, force)
-    loaded = step.adjusted(load(scenario), simulator, noise_n)
-    for text in by_another(loaded.package_version, "the scenario"):
-        screen.note(f"note: {text}")
+    screen, out, seed = Screen(asked.as_json), asked.out, asked.seed
+    require_writable(out, asked.force)
+    loaded = step.adjusted(load(asked.scenario), asked.simulator, asked.noise_n)
+    screen.note_versions(loaded.package_version, "the scenario")
     with usage("--effect"):
-        effects = step.effects_of(effect or [])
+        effects = step.effects_of(asked.effect or [])
     total = len(step.plan(loaded, seed))
-    made = provenance(seed, files_among(scenario))
+    made = provenance(seed, files_among(asked.scenario))
     with screen.progress("simulating", total) as advance:
 
         def counted() -> Iterator[Run]:
@@ -62,7 +68,7 @@ def simulate(
                 yield run
                 advance(1)
 
-        samples = write_runs(out, counted(), made, force, lambda: bool(loaded.tendons))
+        samples = write_runs(out, counted(), made, asked.force, lambda: bool(loaded.tendons))
     screen.say(f"Simulated {many(total, 'run')} ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}")
     document = {
         "schema": "sstl.simulate/1",

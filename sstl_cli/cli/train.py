@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
 from sstl_cli.cli import _theta
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed
 from sstl_cli.cli.render import Screen
 
@@ -19,57 +21,68 @@ def register(app: typer.Typer) -> None:
     app.command("train", epilog=EPILOG)(train)
 
 
-def train(
-    theta: Annotated[list[Path], typer.Argument(metavar="THETA...", help="Theta tables of sstl segment (Parquet).")],
-    out: Out,
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    theta: Annotated[list[Path], typer.Argument(metavar="THETA...", help="Theta tables of sstl segment (Parquet).")]
+    out: Out
     variants: Annotated[
         str, typer.Option(help="all, or some of linear,plain,plain-inv,skip,skip-inv (inv: inverse consistency).")
-    ] = "all",
-    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Number of training seeds, from --seed upwards.")] = 20,
-    seed: Seed = 0,
-    epochs: Annotated[int | None, typer.Option(min=1, max=1_000_000, help="Most epochs (default 600).")] = None,
+    ] = "all"
+    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Number of training seeds, from --seed upwards.")] = 20
+    seed: Seed = 0
+    epochs: Annotated[int | None, typer.Option(min=1, max=1_000_000, help="Most epochs (default 600).")] = None
     weight_inv: Annotated[
         float, typer.Option("--lambda", min=0, max=1e3, help="Weight of the inverse-consistency term.")
-    ] = 2e-3,
-    test_share: Annotated[float, typer.Option(min=0.01, max=0.9, help="Share of configurations held out.")] = 0.25,
+    ] = 2e-3
+    test_share: Annotated[float, typer.Option(min=0.01, max=0.9, help="Share of configurations held out.")] = 0.25
     per_seed_split: Annotated[
         bool, typer.Option("--per-seed-split", help="Hold out other configurations for every seed.")
-    ] = False,
+    ] = False
     leave_out: Annotated[
         str | None, typer.Option(help="Hold out this location, for example ND, instead of a share.")
-    ] = None,
+    ] = None
     tendons: Annotated[
         Literal["auto", "one-hot", "separate"],
         typer.Option(help="Several tendons: one mapping with tendon inputs, one each, or the better of both."),
-    ] = "auto",
-    history: Annotated[Path | None, typer.Option(help="Also write the learning curves (Parquet).")] = None,
-    force: Force = False,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = "auto"
+    history: Annotated[Path | None, typer.Option(help="Also write the learning curves (Parquet).")] = None
+    force: Force = False
+    as_json: Json = False
+    config: Config = None
+
+
+@gathered
+def train(asked: Asked) -> None:
     """Train the variants of Table III for several seeds at once and write one model file (safetensors)."""
     from sstl_cli.cli.origin import provenance
-    from sstl_cli.core.errors import EXIT_SET_ASIDE
-    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.files import require_outputs
     from sstl_cli.core.parquet import write_table
     from sstl_cli.mapping.variants import chosen
 
-    screen = Screen(as_json)
-    names = chosen(variants, weight_inv)
-    for path in [out] + ([history] if history else []):
-        require_writable(path, force)
-    table = _theta.read(theta)
+    screen = Screen(asked.as_json)
+    names = chosen(asked.variants, asked.weight_inv)
+    require_outputs(asked.force, asked.out, asked.history)
+    table = _theta.read(asked.theta)
 
     from sstl_cli.mapping import save_model
     from sstl_cli.mapping.tables import HISTORY
     from sstl_cli.steps import train as step
 
-    settings = step.Config(names, seeds, seed, epochs, test_share, per_seed_split, leave_out, tendons)
+    settings = step.Config(
+        names, asked.seeds, asked.seed, asked.epochs, asked.test_share, asked.per_seed_split, asked.leave_out, asked.tendons
+    )
     with screen.progress("training", 1.0) as advance:
-        result = step.run(table, settings, advance, ", ".join(map(str, theta)))
-    save_model(out, result.model, force)
-    if history is not None:
-        write_table(history, result.history, HISTORY, provenance(seed, theta), force)
+        result = step.run(table, settings, advance, ", ".join(map(str, asked.theta)))
+    save_model(asked.out, result.model, asked.force)
+    if asked.history is not None:
+        write_table(asked.history, result.history, HISTORY, provenance(asked.seed, asked.theta), asked.force)
+    _show(screen, result, asked.out)
+    screen.finish(_document(result, asked.out, asked.history), aside=bool(result.pairs.aside))
+
+
+def _show(screen: Screen, result: Any, out: Path) -> None:
     header = result.model.header
     best = next(v for v in header.variants if v.name == header.default)
     screen.say(
@@ -86,7 +99,6 @@ def train(
         tried = ", ".join(f"{k} {v:.4g}" for k, v in header.strategy_rmse.items())
         screen.line(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")
     _theta.note_aside(screen, result.pairs)
-    screen.finish(_document(result, out, history), EXIT_SET_ASIDE if result.pairs.aside else 0)
 
 
 def _document(result: Any, out: Path, history: Path | None) -> dict[str, object]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
+from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Json, Seed
 from sstl_cli.cli.render import Screen
 from sstl_cli.core.workers import goes_on
@@ -20,57 +22,61 @@ def register(app: typer.Typer) -> None:
     app.command("watch", epilog=EPILOG)(watch)
 
 
-def watch(
-    logs: Annotated[list[str], typer.Argument(help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")],
-    model: Annotated[Path | None, typer.Option(help="Mapping of sstl train: its inputs are checked, act loops compared.")] = None,
-    sim: Annotated[str | None, typer.Option(help="Simulator (scenario TOML) that the loops are compared with.")] = None,
-    mapping: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Columns and units, as for sstl import.")] = None,
-    learn: Annotated[int, typer.Option(min=10, max=100, help="Loops that show what is usual.")] = 20,
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a call asks for."""
+
+    logs: Annotated[list[str], typer.Argument(help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")]
+    model: Annotated[Path | None, typer.Option(help="Mapping of sstl train: its inputs are checked, act loops compared.")] = None
+    sim: Annotated[str | None, typer.Option(help="Simulator (scenario TOML) that the loops are compared with.")] = None
+    mapping: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Columns and units, as for sstl import.")] = None
+    learn: Annotated[int, typer.Option(min=10, max=100, help="Loops that show what is usual.")] = 20
     false_alarms: Annotated[
         float, typer.Option(min=50, max=5000, help="Accept one false alarm in so many loops.")
-    ] = 500.0,
-    diagnose: Annotated[bool, typer.Option(help="Name the likely effect of a change.")] = True,
-    name_after: Annotated[int, typer.Option(min=2, max=8, help="Loops since a change before it is named.")] = 4,
-    once: Annotated[bool, typer.Option("--once", help="Take what is there, then end.")] = False,
-    until_idle: Annotated[float | None, typer.Option(min=0.1, help="End after so many seconds without new samples.")] = None,
-    poll: Annotated[float, typer.Option(min=0.01, max=3600, help="Seconds between two looks.")] = 0.5,
-    fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit 4 if there was an alarm.")] = False,
-    seed: Seed = 0,
-    as_json: Json = False,
-    config: Config = None,
-) -> None:
+    ] = 500.0
+    diagnose: Annotated[bool, typer.Option(help="Name the likely effect of a change.")] = True
+    name_after: Annotated[int, typer.Option(min=2, max=8, help="Loops since a change before it is named.")] = 4
+    once: Annotated[bool, typer.Option("--once", help="Take what is there, then end.")] = False
+    until_idle: Annotated[float | None, typer.Option(min=0.1, help="End after so many seconds without new samples.")] = None
+    poll: Annotated[float, typer.Option(min=0.01, max=3600, help="Seconds between two looks.")] = 0.5
+    fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit 4 if there was an alarm.")] = False
+    seed: Seed = 0
+    as_json: Json = False
+    config: Config = None
+
+
+@gathered
+def watch(asked: Asked) -> None:
     """Follow growing logs: one line (with --json one JSON line) a loop, and alarms at a stated false-alarm rate."""
     from sstl_cli.cli._watch_sources import source_of
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.provenance import by_another
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.importers.mapping import Mapping, read_mapping
     from sstl_cli.mapping.weights import load_model
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps.watch import Watcher, WatchOptions
 
-    if once and until_idle is not None:
+    if asked.once and asked.until_idle is not None:
         raise UsageError("--once and --until-idle exclude one another", fix="give one", code="E250")
-    screen = Screen(as_json, lines=True)
-    columns = read_mapping(mapping) if mapping is not None else Mapping()
-    sources = [source_of(text, columns) for text in logs]
-    options = WatchOptions(learn, false_alarms, name_after, SegmentOptions(seed=seed))
-    scenario = load(sim) if sim else None
-    for text in by_another(scenario and scenario.package_version, "the simulator"):
-        screen.note(f"note: {text}")
-    watcher = Watcher(options, load_model(model) if model is not None else None, scenario)
-    session = _Session(screen, watcher, sources, scenario, diagnose, name_after)
+    screen = Screen(asked.as_json, lines=True)
+    columns = read_mapping(asked.mapping) if asked.mapping is not None else Mapping()
+    sources = [source_of(text, columns) for text in asked.logs]
+    options = WatchOptions(asked.learn, asked.false_alarms, asked.name_after, SegmentOptions(seed=asked.seed))
+    scenario = load(asked.sim) if asked.sim else None
+    screen.note_versions(scenario and scenario.package_version, "the simulator")
+    watcher = Watcher(options, load_model(asked.model) if asked.model is not None else None, scenario)
+    session = _Session(screen, watcher, sources, scenario, asked.diagnose, asked.name_after)
     screen.note(
-        f"learning from {learn} loops a stream, then at most one false alarm in {false_alarms:g} loops"
-        + ("" if once or until_idle else "; Ctrl-C ends")
+        f"learning from {asked.learn} loops a stream, then at most one false alarm in {asked.false_alarms:g} loops"
+        + ("" if asked.once or asked.until_idle else "; Ctrl-C ends")
     )
     try:
-        session.follow(once, until_idle, poll)
+        session.follow(asked.once, asked.until_idle, asked.poll)
     except KeyboardInterrupt:
         # the usual end of a watch, after which it sums up
         goes_on()
         screen.note("interrupted")
-    session.finish(fail_on_alarm)
+    session.finish(asked.fail_on_alarm)
 
 
 class _Session:
@@ -164,9 +170,9 @@ class _Session:
             self.screen.line(text)
         sys.stdout.flush()
 
-    def finish(self, fail_on_alarm: bool) -> None:
+    def finish(self, fail_on_alarm: bool) -> NoReturn:
         """Name what is still unnamed, sum up, and end with the exit code."""
-        from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE
+        from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED
 
         for alarm in [a for a in self._unnamed if a.kind == "change"]:
             self._name(alarm)
@@ -185,14 +191,8 @@ class _Session:
             "schema": "sstl.watch/1", "loops": loops, "samples": samples, "breaks": self.watcher.intake.breaks,
             "alarms": self.alarms, "set_aside": aside, "not_armed": learning, "learn": self.watcher.options.learn,
         }
-        self._line("", document)
-        code = EXIT_SET_ASIDE if aside else EXIT_DONE
-        if samples == 0:
-            code = EXIT_FAILED
-        if fail_on_alarm and self.alarms:
-            self.screen.note(f"gate missed: {len(self.alarms)} alarms")
-            code = EXIT_GATE
-        raise typer.Exit(code)
+        missed = [f"{len(self.alarms)} alarms"] if fail_on_alarm and self.alarms else []
+        self.screen.finish(document, EXIT_FAILED if samples == 0 else EXIT_DONE, missed=missed, aside=bool(aside))
 
 
 def _summary(loops: int, samples: int, alarms: int, learning: dict[str, int], learn: int) -> str:

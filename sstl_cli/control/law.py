@@ -7,6 +7,7 @@ the exported C code can mirror it line by line.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -252,10 +253,21 @@ def _safe(p: Array, s: Array) -> float:
     return command
 
 
+class Loop(NamedTuple):
+    """A tension loop: input tension before the first sample (N), gain, largest change (N) and dead time, all a sample.
+
+    The gain is 1 - exp(-dt / tau) of the first-order loop.
+    """
+
+    start: float
+    gain: float
+    slew: float
+    delay: int
+
+
 @njit(cache=True)
 def close_loop(
-    p: Array, s: Array, t_ref: Array, noise: Array, start: float, gain: float, slew: float, delay: int,
-    command: Array, t_in: Array, phase: NDArray[np.int8],
+    p: Array, s: Array, t_ref: Array, noise: Array, loop: Loop, command: Array, t_in: Array, phase: NDArray[np.int8]
 ) -> None:
     """Run the step against a tension loop; fills ``command``, ``t_in`` (true, N) and ``phase``.
 
@@ -263,19 +275,11 @@ def close_loop(
     ----------
     noise : ndarray, shape (n,) or (0,)
         Noise of the input sensor in N.
-    start : float
-        Input tension before the first sample in N.
-    gain : float
-        1 - exp(-dt / tau) of the first-order tension loop.
-    slew : float
-        Largest change of the input tension in one sample in N.
-    delay : int
-        Dead time of the loop in samples.
     """
-    x = start
+    x = loop.start
     for k in range(t_ref.size):
         seen = x + noise[k] if noise.size else x
         command[k], phase[k] = step(p, s, t_ref[k], seen)
-        acting = command[k - delay] if k >= delay else start
-        x += min(max(gain * (acting - x), -slew), slew)
+        acting = command[k - loop.delay] if k >= loop.delay else loop.start
+        x += min(max(loop.gain * (acting - x), -loop.slew), loop.slew)
         t_in[k] = x

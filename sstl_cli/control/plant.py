@@ -77,10 +77,8 @@ def track(controller: Controller, plant: Plant, reference: Array, rng: np.random
     noise = rng.standard_normal(n) * loop.noise_n if rng is not None and loop.noise_n > 0.0 else np.empty(0)
     command, tension_in, phase = np.empty(n), np.empty(n), np.empty(n, np.int8)
     start = controller.rest_tension(float(reference[0]))
-    law.close_loop(
-        controller.vector, controller.state, reference, noise, start, loop_gain(dt, loop.tau_s), loop.slew_n_s * dt,
-        round(loop.delay_s / dt), command, tension_in, phase,
-    )
+    sampled = law.Loop(start, loop_gain(dt, loop.tau_s), loop.slew_n_s * dt, round(loop.delay_s / dt))
+    law.close_loop(controller.vector, controller.state, reference, noise, sampled, command, tension_in, phase)
     return Track(command, tension_in, pulled(plant.tendon, tension_in, start, dt), phase)
 
 

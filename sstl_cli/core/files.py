@@ -46,6 +46,13 @@ def require_writable(path: Path, force: bool) -> None:
         raise SstlError("folder is read-only", where=str(folder), fix="choose another output path", code="E104")
 
 
+def require_outputs(force: bool, *paths: Path | None) -> None:
+    """Raise SstlError, before any work is done, if one of the outputs could not be written; None is one not asked for."""
+    for path in paths:
+        if path is not None:
+            require_writable(path, force)
+
+
 def make_folder(path: Path) -> None:
     """Make a folder for outputs, if it is not there.
 

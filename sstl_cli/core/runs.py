@@ -148,6 +148,11 @@ def read_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:
         yield from noted(run)
 
 
+def read_logs(paths: Iterable[Path]) -> list[Run]:
+    """Return the runs of several logs, file by file, as :func:`read_runs` yields them."""
+    return [run for path in paths for run in read_runs(path)]
+
+
 def recorded_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:
     """Yield the runs of a log in file order, as they stand there; a run must be contiguous.
 

@@ -20,9 +20,10 @@ from sstl_cli.diagnosis.constants import (
     SIMULATION_HZ,
 )
 from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
+from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
-from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
+from sstl_cli.diagnosis.recorder import Faults, stretches
 from sstl_cli.diagnosis.smoother import error_of_means
 from sstl_cli.diagnosis.wander import Wander
 
@@ -196,9 +197,9 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     gap = gaps(run)
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
     fresh_out = known(run, "tension_out_n")
-    fine_out = block_mean(_bridge(run.tension_out_n, ~faults_out.bad), thin)[:n]
+    fine_out = block_mean(bridged(run.tension_out_n, ~faults_out.bad), thin)[:n]
     into = _input(run, faults_in, thin, factor, n, dt)
-    out = _latent(_bridge(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
+    out = latent_means(bridged(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
     raw_weight = good.astype(float)
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
     # a clipped input turns unseen, as it may in a gap; where the output is not known either, the model waits for it
@@ -216,10 +217,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     if slip is not None:
         # while the motion turns, friction can have any value between its two lines
         weight[np.abs(block_mean(slip, factor)) < 1.0] = 0.0
-    if fresh_out.all():
-        y, readings, share = block_mean(fine_out, factor), np.full(n // factor, float(factor)), np.full(n, 1.0 / factor)
-    else:
-        y, readings, share = _of_readings(run.tension_out_n, good & fresh_out, thin, factor, n)
+    y, readings, share = of_readings(run.tension_out_n, fine_out, good, fresh_out, thin, factor)
     time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
         run.run_id,
@@ -271,10 +269,10 @@ def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
     """
     run, faults = r.raw, r.faults_in
     good, fresh = _known_input(run, faults), known(run, "tension_in_n")
-    signal = _bridge(run.tension_in_n, ~faults.bad)
+    signal = bridged(run.tension_in_n, ~faults.bad)
     if not fresh.all():
-        return _latent(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, slow)
-    white = _white(signal, good, faults.rounding_n, run.dt_s, slow)
+        return latent_means(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, slow)
+    white = white_of(signal, good, faults.rounding_n, run.dt_s, slow)
     part = slice(0, every * most, every)
     return latent(signal[part], run.dt_s * every, white, good[part], slow)
 
@@ -284,8 +282,8 @@ def _known_input(run: Run, faults: Faults) -> Mask:
 
 
 def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, slow: Slow = WHITE_ONLY) -> _Input:
-    signal = _bridge(run.tension_in_n, ~faults.bad)
-    into = _latent(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, slow)
+    signal = bridged(run.tension_in_n, ~faults.bad)
+    into = latent_means(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, slow)
     # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
     corner = cornered(into.value, dt)
     error_law, error_n = error_of_means(into.chain, factor)
@@ -322,41 +320,6 @@ def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list
         k = min(at, n - 1)
         found.append((end, Start(at, float(out.value[k]), float(np.sqrt(out.variance[k])))))
     return found
-
-
-def _of_readings(signal: Array, read: Mask, thin: int, factor: int, n: int) -> tuple[Array, Array, Array]:
-    """Return the mean reading of each block, of how many it is, and the share of each step of the simulation in it."""
-    count = block_mean(read[: n * thin].astype(float), thin) * thin
-    readings = block_mean(count, factor) * factor
-    total = block_mean((signal * read)[: n * thin], thin * factor) * thin * factor
-    share = np.where(np.repeat(readings, factor) > 0.0, count / np.maximum(np.repeat(readings, factor), 1.0), 1.0 / factor)
-    return np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(signal[: n * thin], thin * factor)), np.maximum(readings, 1.0), share
-
-
-def _latent(signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, slow: Slow = WHITE_ONLY) -> Latent:
-    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
-
-    Of a slow sensor a block holds one reading at most: its noise is that of one.
-    """
-    share = block_mean((known & fresh).astype(float), thin)[:n]
-    if fresh.all():
-        white = _white(signal, known, rounding_n, dt_s / thin, slow)
-        return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, slow)
-    at = np.flatnonzero(fresh)
-    white = max(white_beside(slow_noise(signal[fresh], at.astype(float)), slow.sd_n, slow.kept(float(np.median(np.diff(at))) * dt_s / thin)), rounding_n)
-    return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, slow)
-
-
-def _white(signal: Array, known: Mask, rounding_n: float, dt_s: float, slow: Slow) -> float:
-    """Return the white noise (N) of equally spaced readings beside slow noise, at least that of their rounding."""
-    return max(white_beside(white_noise(signal, known), slow.sd_n, slow.kept(dt_s)), rounding_n)
-
-
-def _bridge(signal: Array, good: Mask) -> Array:
-    if good.all():
-        return signal
-    at = np.arange(len(signal))
-    return np.interp(at, at[good], signal[good])
 
 
 def passing(problem: Problem) -> tuple[Problem, ...]:

@@ -67,69 +67,72 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         If the file is binary or UTF-16, a line is longer than 1 MiB, or no line holds a number.
     """
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
-    position, number = start, 0
-    skipped = wanted.skip_rows
-    position += sum(len(line) + len(line_end) for line in lines[:skipped])
-    number = skipped
-    rest = lines[skipped:]
-    labview = [i for i, line in enumerate(rest[:MAX_HEADER_LINES]) if line.startswith(b"***End_of_Header***")]
-    if labview:
-        position += sum(len(line) + len(line_end) for line in rest[: labview[-1] + 1])
-        number += labview[-1] + 1
-        rest = rest[labview[-1] + 1 :]
-    comment = wanted.comment or ""
-    texts: list[str] = []
-    head: list[str] = []
-    delimiter, decimal = "", wanted.decimal or ""
+    at = _end_of_labview(lines, wanted.skip_rows)
+    rest = lines[at:]
     sample = [_decode(x) for x in rest]
-    data = [x for x in sample if x.strip() and not x.lstrip().startswith(comment or _COMMENTS)][-SAMPLE_LINES:]
+    data = [x for x in sample if x.strip() and not x.lstrip().startswith(wanted.comment or _COMMENTS)][-SAMPLE_LINES:]
     data = data[:-1] if len(data) > 2 and len(rest) > 1 and rest[-1] else data
     if not data:
         raise SstlError("holds no line of data", where=str(path), fix="check skip_rows and the file", code="E323")
     delimiter = _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
-    if wanted.header is None and not labview:
+    if wanted.header is None and at == wanted.skip_rows:
         cut_off = _preamble(sample, data, delimiter)
-        position += sum(len(line) + len(line_end) for line in rest[:cut_off])
-        number += cut_off
-        rest, sample = rest[cut_off:], sample[cut_off:]
-    decimal = decimal or ("," if _decimal_comma(data, delimiter) else ".")
-    width = 0
+        at, sample = at + cut_off, sample[cut_off:]
+    decimal = wanted.decimal or ("," if _decimal_comma(data, delimiter) else ".")
+    head = _head(sample, wanted, delimiter, path, at)
+    at += head.lines
+    width = len(head.first)
+    if width > MAX_CHANNELS:
+        raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
+    names, units, named = _names(head.texts, width, delimiter, path)
+    text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in head.first)
+    position = start + sum(len(line) + len(line_end) for line in lines[:at])
+    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text)
+
+
+def _end_of_labview(lines: list[bytes], start: int) -> int:
+    """Return the line behind LabVIEW's header, or ``start`` where there is none."""
+    ends = [i for i, line in enumerate(lines[start:][:MAX_HEADER_LINES]) if line.startswith(b"***End_of_Header***")]
+    return start + ends[-1] + 1 if ends else start
+
+
+@dataclass(frozen=True)
+class _Head:
+    """What stands before the data: how many lines, their texts, the sign of a comment, and the cells of the first line of data."""
+
+    lines: int
+    texts: list[str]
+    comment: str
+    first: list[str]
+
+
+def _head(sample: list[str], wanted: Layout, delimiter: str, path: Path, before: int) -> _Head:
+    """Return the header of a text log, whose first line here is line ``before`` + 1 of the file."""
+    comment, texts = wanted.comment or "", []
     for i, line in enumerate(sample):
         stripped = line.strip()
         marked = next((c for c in ((comment,) if comment else _COMMENTS) if stripped.startswith(c)), "")
         if marked:
             comment = marked
-            head.append(stripped.lstrip("#%/ \t"))
+            texts.append(stripped.lstrip("#%/ \t"))
         elif stripped:
             cells = cut(line, delimiter)
             if wanted.header is not True and any(_is_number(c) for c in cells):
-                width = len(cells)
-                texts = cells
-                rest_at = i
-                break
+                return _Head(i, texts, comment, cells)
             if wanted.header is False:
                 raise SstlError(
-                    f"line {number + i + 1} holds no number",
+                    f"line {before + i + 1} holds no number",
                     where=str(path),
                     fix="raise skip_rows, or leave header out",
                     code="E323",
                 )
-            head.append(line)
+            texts.append(line)
             if wanted.header is True:
                 following = [x for x in sample[i + 1 :] if x.strip()]
                 if not following:
                     raise SstlError("holds a header and no data", where=str(path), fix="check the file", code="E323")
-                texts = cut(following[0], delimiter)
-                width, rest_at = len(texts), i + 1
-                break
-    else:
-        raise _no_number(path, data)
-    position += sum(len(line) + len(line_end) for line in rest[:rest_at])
-    if width > MAX_CHANNELS:
-        raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
-    names, units, named = _names(head, width, delimiter, path)
-    text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in texts)
-    return TextLayout(delimiter, decimal, names, units, position, number + rest_at + 1, comment, named, line_end, text)
+                return _Head(i + 1, texts, comment, cut(following[0], delimiter))
+    raise _no_number(path, [x for x in sample if x.strip()])
 
 
 def _preamble(sample: list[str], data: list[str], delimiter: str) -> int:

@@ -39,10 +39,18 @@ class _Attempt:
         return min(float(np.mean(r)) for r in self.rmse.values())
 
 
+@dataclass(frozen=True)
+class Origin:
+    """What seeds and splits were drawn from, for the header of the model."""
+
+    seed: int = 0
+    split_seed: int = 0
+    test_share: float = 0.25
+
+
 def train(
     pairs: Pairs, splits: Splits, variants: tuple[Variant, ...] = VARIANTS,
-    options: training.Options = training.Options(),
-    strategy: str = "auto", seed: int = 0, split_seed: int = 0, test_share: float = 0.25,
+    options: training.Options = training.Options(), strategy: str = "auto", origin: Origin = Origin(),
     advance: Callable[[float], None] | None = None,
 ) -> Trained:
     """Train all variants and seeds and return the model with the best variant of the validation part as default.
@@ -69,8 +77,8 @@ def train(
             VariantHeader(name=v.name, alpha=v.alpha, weight_inv=v.weight_inv, rmse_validation=scores[v.name])
             for v in variants
         ),
-        seed=seed, seeds=splits.seeds, split_seed=split_seed, per_seed_split=splits.per_seed, left_out=splits.left_out,
-        test_share=test_share, configs=splits.configs, roles=splits.roles, data_sha256=pairs.sha256(), pairs=len(pairs),
+        seed=origin.seed, seeds=splits.seeds, split_seed=origin.split_seed, per_seed_split=splits.per_seed, left_out=splits.left_out,
+        test_share=origin.test_share, configs=splits.configs, roles=splits.roles, data_sha256=pairs.sha256(), pairs=len(pairs),
         tendons=pairs.tendons, strategy=kept.strategy,
         strategy_rmse={a.strategy: a.score for a in attempts},
         beta_act=_biases(seen.beta_act),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from concurrent.futures import as_completed
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,18 +29,25 @@ MOST_EFFECTS = 2
 Gatherer = Callable[[Job], Labelled]
 
 
+@dataclass(frozen=True)
+class Options:
+    """Which cases are drawn: how many, from which seed on, by which simulators, how long, as recorded how, how strong."""
+
+    cases: int
+    seed: int
+    simulator: str
+    quick: bool = False
+    recordings: str = MIXED
+    strengths: tuple[float, ...] = STRENGTHS
+
+
 def run(
     out: Path,
-    cases: int,
-    seed: int,
-    simulator: str,
-    quick: bool = False,
+    asked: Options,
     workers: int = 1,
     force: bool = False,
     advance: Callable[[float], None] = lambda _: None,
     gatherer: Gatherer | None = None,
-    recordings: str = MIXED,
-    strengths: Sequence[float] = STRENGTHS,
 ) -> dict[str, Any]:
     """Write a library; an interrupted run goes on where it stopped, from the parts in ``OUT.parts``.
 
@@ -56,9 +63,10 @@ def run(
     """
     require_writable(out, force)
     parts = out.with_name(f"{out.name}.parts")
-    waiting = jobs(cases, seed, simulator, quick, recordings, strengths)
-    how = {"quick": quick, "recordings": recordings, "strengths": list(strengths)}
-    _claim(parts, {"cases": cases, "seed": seed, "simulator": simulator, **how})
+    cases, seed = asked.cases, asked.seed
+    waiting = jobs(cases, seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
+    how = {"quick": asked.quick, "recordings": asked.recordings, "strengths": list(asked.strengths)}
+    _claim(parts, {"cases": cases, "seed": seed, "simulator": asked.simulator, **how})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
     with closing(_worked(left, parts, workers, gatherer or gather)) as done:

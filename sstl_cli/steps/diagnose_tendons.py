@@ -43,6 +43,9 @@ class TendonsDiagnosis:
         return self.first.bare()
 
 
+Diagnosed = Diagnosis | TendonsDiagnosis
+
+
 def tendons_of(runs: Sequence[Run]) -> list[str]:
     """Return the names of the actuation tendons, sorted; a run without one counts as ''."""
     return sorted({r.tendon or "" for r in runs if r.system == "act"})
@@ -50,7 +53,7 @@ def tendons_of(runs: Sequence[Run]) -> list[str]:
 
 def run(
     runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
-) -> Diagnosis | TendonsDiagnosis:
+) -> Diagnosed:
     """Return the diagnosis of recorded runs, per tendon where there are several.
 
     Each tendon is judged by its own runs, those of the sensing loop, and, where they were recorded at the same time, by the

@@ -54,7 +54,7 @@ def run(
         E502 with too few pairs, E503 if a location to leave out is unknown.
     """
     # torch takes over a second to load: not before the tables are known to be sound
-    from sstl_cli.mapping.model import train
+    from sstl_cli.mapping.model import Origin, train
     from sstl_cli.mapping.training import Options
 
     pairs = pairs_of(theta)
@@ -62,9 +62,8 @@ def run(
     seeds = range(config.seed, config.seed + config.seeds)
     splits = make_splits(pairs.location_of(), seeds, config.seed, config.test_share, config.per_seed, config.leave_out)
     options = Options() if config.epochs is None else replace(Options(), epochs=config.epochs)
-    trained = train(
-        pairs, splits, config.variants, options, config.strategy, config.seed, config.seed, config.test_share, advance
-    )
+    origin = Origin(config.seed, config.seed, config.test_share)
+    trained = train(pairs, splits, config.variants, options, config.strategy, origin, advance)
     parts = ((FIT, "fit"), (VALIDATION, "validation"), (HELD_OUT, "held_out"))
     rows = [
         {"variant": c.variant, "seed": c.seed, "tendon": tendon or None, "epoch": e, "train_loss": a, "val_loss": b}

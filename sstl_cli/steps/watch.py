@@ -18,9 +18,9 @@ from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS
 from sstl_cli.identification import Segmentation, SegmentOptions, segment_run
 from sstl_cli.identification.change import Change, Chart
+from sstl_cli.identification.intake import Intake, Pieces
 from sstl_cli.mapping.inference import MappingModel
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps.watch_input import Intake, Pieces
 from sstl_cli.steps.watch_model import Reference, gap_n, lines_of, of_simulator
 
 Array = NDArray[np.float64]

@@ -136,18 +136,18 @@ def test_an_interrupted_library_goes_on_and_ends_with_the_same_bytes(tmp_path):
         return gathered(asked)(job)
 
     with pytest.raises(KeyboardInterrupt):
-        blind_library.run(out, 6, 10, "mixed", True, gatherer=stops)
+        blind_library.run(out, blind_library.Options(6, 10, "mixed", True), gatherer=stops)
     assert not out.exists() and asked == [10, 11, 12]
     with pytest.raises(SstlError, match="E956"):
-        blind_library.run(out, 7, 10, "mixed", True, gatherer=gathered(asked))
-    made = blind_library.run(out, 6, 10, "mixed", True, gatherer=gathered(asked))
+        blind_library.run(out, blind_library.Options(7, 10, "mixed", True), gatherer=gathered(asked))
+    made = blind_library.run(out, blind_library.Options(6, 10, "mixed", True), gatherer=gathered(asked))
     assert asked == [10, 11, 12, 13, 14, 15] and not out.with_name("l.parquet.parts").exists()
     assert (made["cases"], made["failed"], made["seeds"]) == (5, 1, [[10, 15]])
-    blind_library.run(whole, 6, 10, "mixed", True, gatherer=gathered([]))
+    blind_library.run(whole, blind_library.Options(6, 10, "mixed", True), gatherer=gathered([]))
     assert sha256(out) == sha256(whole)
     assert len(read_library(out)) == 5
     with pytest.raises(SstlError):
-        blind_library.run(out, 6, 10, "mixed", True, gatherer=gathered([]))
+        blind_library.run(out, blind_library.Options(6, 10, "mixed", True), gatherer=gathered([]))
 
 
 def test_strengths_are_those_asked_for():

@@ -153,7 +153,7 @@ def loop(reference: list[float], noise: list[float] | None = None, start: float 
     c = Controller(Theta(1, 0, 1, 0), compensate=False)
     n = len(reference)
     command, t_in, phase = np.empty(n), np.empty(n), np.empty(n, np.int8)
-    law.close_loop(c.vector, c.state, np.array(reference), np.array(noise or [], float), start, gain, slew, delay, command, t_in, phase)
+    law.close_loop(c.vector, c.state, np.array(reference), np.array(noise or [], float), law.Loop(start, gain, slew, delay), command, t_in, phase)
     return command.tolist(), t_in.tolist()
 
 
@@ -174,7 +174,7 @@ def test_track_and_replay() -> None:
     c = Controller(EVEN)
     command, t_in, phase = np.empty(200), np.empty(200), np.empty(200, np.int8)
     noise = 0.5 * np.random.default_rng(1).standard_normal(200)
-    law.close_loop(c.vector, c.state, reference, noise, 20.0, 1 - math.exp(-0.2), 4.0, 2, command, t_in, phase)
+    law.close_loop(c.vector, c.state, reference, noise, law.Loop(20.0, 1 - math.exp(-0.2), 4.0, 2), command, t_in, phase)
     assert done.command == pytest.approx(command) and done.tension_in == pytest.approx(t_in) and np.array_equal(done.phase, phase)
     quiet = track(Controller(EVEN), p, reference)
     assert not np.array_equal(quiet.command, done.command)

@@ -229,9 +229,7 @@ def write_model(folder: Path):
     return folder / "model.safetensors"
 
 
-def diagnosis(effects=("pulley_friction",), status="identified"):
-    ids = ["pulley_friction", "zero_offset", "gain_error", "const_friction", "viscous"]
-    cosine = [[1.0 if i == j else round(0.99 - 0.12 * abs(i - j), 3) for j in range(5)] for i in range(5)]
+def where():
     weights = {
         ("act", "PB"): 1.0,
         ("act", "PP"): 2.0,
@@ -244,8 +242,14 @@ def diagnosis(effects=("pulley_friction",), status="identified"):
     }
     cells = [(s, p, f"CP-{c:03d}", w * (1 + 0.2 * c)) for (s, p), w in weights.items() for c in range(5)]
     total = sum(w for *_, w in cells)
+    return [
+        {"system": s, "phase": p, "config_id": c, "share_pct": 100 * w / total, "rmse_n": 0.1 * w} for s, p, c, w in cells
+    ]
+
+
+def loop():
     _, x, y, _ = one_run("sstl", n=600)
-    loop = {
+    return {
         "run_id": HOSTILE,
         "system": "sstl",
         "tension_in_n": x.tolist(),
@@ -253,6 +257,11 @@ def diagnosis(effects=("pulley_friction",), status="identified"):
         "base_n": (0.9 * y).tolist(),
         "with_effect_n": (y + 0.05).tolist(),
     }
+
+
+def diagnosis(effects=("pulley_friction",), status="identified"):
+    ids = ["pulley_friction", "zero_offset", "gain_error", "const_friction", "viscous"]
+    cosine = [[1.0 if i == j else round(0.99 - 0.12 * abs(i - j), 3) for j in range(5)] for i in range(5)]
     share = (0.94, 0.03, 0.015, 0.01, 0.005)
     return {
         "schema": "sstl.diagnosis/1",
@@ -273,10 +282,7 @@ def diagnosis(effects=("pulley_friction",), status="identified"):
             "explained_of_reducible_pct": 96.8,
             "held_out": True,
         },
-        "where": [
-            {"system": s, "phase": p, "config_id": c, "share_pct": 100 * w / total, "rmse_n": 0.1 * w}
-            for s, p, c, w in cells
-        ],
+        "where": where(),
         "candidates": [
             {
                 "id": i,
@@ -288,7 +294,7 @@ def diagnosis(effects=("pulley_friction",), status="identified"):
             }
             for k, (i, q) in enumerate(zip(ids, share, strict=True))
         ],
-        "loops": [loop, {**loop, "run_id": "run-003"}],
+        "loops": [loop(), {**loop(), "run_id": "run-003"}],
         "isolability": {"ids": ids, "cosine": cosine},
         "next_experiment": {
             "separates": ["pulley_friction", "zero_offset"],

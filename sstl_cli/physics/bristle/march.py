@@ -180,26 +180,31 @@ def advance(bench: Bench, drive: int, before: float, after: float, swell: float,
     return max(step, finest)
 
 
+class Recording(NamedTuple):
+    """True position (mm) and tensions (N), a value a sample; those of the nodes where it has a row for each sample."""
+
+    x_in: FloatArray
+    t_in: FloatArray
+    t_out: FloatArray
+    nodes: FloatArray
+
+
 @njit(cache=True)
 def march(
-    bench: Bench, time: FloatArray, command: FloatArray, swell: FloatArray, drive: int,
-    x_in: FloatArray, t_in: FloatArray, t_out: FloatArray, node_tension: FloatArray,
-) -> None:  # fmt: skip
-    """Record every sample into the output arrays; `node_tension` is filled when it has a row for every sample.
-
-    `swell` is the wrap angle over that without other tendons, one value a sample.
-    """
+    bench: Bench, time: FloatArray, command: FloatArray, swell: FloatArray, drive: int, out: Recording
+) -> None:
+    """Record every sample; `swell` is the wrap angle over that without other tendons, one value a sample."""
     chain, probe = bench.chain, bench.probe
     last = chain.u.size - 1
     step = np.inf
     for n in range(time.size):
         if n > 0:
             step = advance(bench, drive, command[n - 1], command[n], swell[n], time[n] - time[n - 1], step)
-        t_in[n] = probe[T_IN]
-        t_out[n] = max(load_tension(bench.load, chain.u_old[last])[0], 0.0)
-        x_in[n] = probe[X_IN]
-        if node_tension.shape[0] == time.size:
-            node_tension[n] = chain.tension
+        out.t_in[n] = probe[T_IN]
+        out.t_out[n] = max(load_tension(bench.load, chain.u_old[last])[0], 0.0)
+        out.x_in[n] = probe[X_IN]
+        if out.nodes.shape[0] == time.size:
+            out.nodes[n] = chain.tension
 
 
 @njit(cache=True)

@@ -23,6 +23,7 @@ from sstl_cli.physics.bristle.march import (
     UNCONVERGED,
     Bench,
     Motor,
+    Recording,
     Setting,
     lead_in,
     march,
@@ -210,24 +211,23 @@ def simulate_bristle(
     path = np.linspace(rest, command[0], LEAD_STEPS + 1)
     # Nothing rests or wears while the run is being set up, so that contacts are fresh at its first sample.
     lead_in(bench._replace(setting=calm), POSITION if run.drive == "position" else TENSION, path, swell[0], LEAD_STEP_S)
-    t_in, t_out, x_in = np.empty(size), np.empty(size), np.empty(size)
-    nodes = np.empty((size if keep_nodes else 0, chain.tension.size))
-    march(bench, run.time_s, command, swell, DRIVE_CODES[run.drive], x_in, t_in, t_out, nodes)
+    out = Recording(np.empty(size), np.empty(size), np.empty(size), np.empty((size if keep_nodes else 0, chain.tension.size)))
+    march(bench, run.time_s, command, swell, DRIVE_CODES[run.drive], out)
 
-    truth = (t_in, t_out, x_in)
+    truth = (out.t_in, out.t_out, out.x_in)
     stamps, seen_in, seen_out, seen_x = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
     return BristleResult(
         time_s=stamps,
         tension_in_n=seen_in,
         tension_out_n=seen_out,
         position_in_mm=seen_x,
-        true_tension_in_n=t_in,
-        true_tension_out_n=t_out,
-        true_position_in_mm=x_in,
+        true_tension_in_n=out.t_in,
+        true_tension_out_n=out.t_out,
+        true_position_in_mm=out.x_in,
         unconverged=int(probe[UNCONVERGED]),
         substepped=int(probe[SUBSTEPPED]),
         iterations=int(probe[ITERATIONS]),
         dissipated_j=1e-3 * float(probe[DISSIPATED]),
         min_step_dissipation_j=1e-3 * float(probe[LEAST]),
-        node_tension=nodes if keep_nodes else None,
+        node_tension=out.nodes if keep_nodes else None,
     )

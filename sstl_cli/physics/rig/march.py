@@ -53,6 +53,29 @@ class Bench(NamedTuple):
     probe: FloatArray  # (PROBES,)
 
 
+class Course(NamedTuple):
+    """What drives a run, a value a sample; `swell` is the bend angle over that without other tendons, or empty.
+
+    `lead_in` brings the rig from rest to its first sample, one entry a second.
+    """
+
+    time: FloatArray
+    command: FloatArray
+    swell: FloatArray
+    drive: int
+    lead_in: FloatArray
+    lead_drive: int
+
+
+class Recording(NamedTuple):
+    """True tensions (N) and position (mm), a value a sample; those of the nodes where it has a row for each sample."""
+
+    t_in: FloatArray
+    t_out: FloatArray
+    x_in: FloatArray
+    nodes: FloatArray
+
+
 @njit(cache=True)
 def try_step(bench: Bench, drive: int, command: float, dt: float, insist: bool) -> bool:
     """Solve and commit one step; False (nothing committed) if it does not converge, unless `insist`."""
@@ -138,30 +161,15 @@ def advance(bench: Bench, drive: int, before: float, after: float, dt: float) ->
 
 
 @njit(cache=True)
-def march(
-    bench: Bench,
-    time: FloatArray,
-    command: FloatArray,
-    swell: FloatArray,
-    drive: int,
-    lead_in: FloatArray,
-    lead_drive: int,
-    t_in: FloatArray,
-    t_out: FloatArray,
-    x_in: FloatArray,
-    node_tension: FloatArray,
-) -> None:
-    """Bring the rig from rest along `lead_in` (one entry a second), then record every sample into the output arrays.
-
-    `swell` is the bend angle over that without other tendons, one value a sample, or empty.
-    `node_tension` is filled when it has as many rows as there are samples.
-    """
+def march(bench: Bench, course: Course, out: Recording) -> None:
+    """Bring the rig from rest along the lead-in, then record every sample."""
     chain, probe = bench.chain, bench.probe
+    time, command, swell, lead_in = course.time, course.command, course.swell, course.lead_in
     probe[T_IN] = bench.setting.pretension
     if swell.size > 0:
         bench.contact.swollen[0] = swell[0]
     for n in range(1, lead_in.size):
-        advance(bench, lead_drive, lead_in[n - 1], lead_in[n], 1.0)
+        advance(bench, course.lead_drive, lead_in[n - 1], lead_in[n], 1.0)
     # Nothing that the lead-in wore, warmed or rested may count towards the run.
     probe[PATH] = 0.0
     probe[DISSIPATED] = 0.0
@@ -175,10 +183,10 @@ def march(
         if swell.size > 0:
             bench.contact.swollen[0] = swell[n]
         if n > 0:
-            advance(bench, drive, command[n - 1], command[n], time[n] - time[n - 1])
-        t_in[n] = probe[T_IN]
-        t_out[n] = max(load_tension(bench.load, chain.u_old[nodes])[0], 0.0)
-        x_in[n] = probe[X_IN]
-        if node_tension.shape[0] == time.size:
+            advance(bench, course.drive, command[n - 1], command[n], time[n] - time[n - 1])
+        out.t_in[n] = probe[T_IN]
+        out.t_out[n] = max(load_tension(bench.load, chain.u_old[nodes])[0], 0.0)
+        out.x_in[n] = probe[X_IN]
+        if out.nodes.shape[0] == time.size:
             for j in range(nodes + 1):
-                node_tension[n, j] = chain.tension_old[j]
+                out.nodes[n, j] = chain.tension_old[j]

@@ -19,6 +19,8 @@ from sstl_cli.physics.rig.march import (
     SUBSTEPPED,
     UNCONVERGED,
     Bench,
+    Course,
+    Recording,
     Setting,
     march,
 )
@@ -221,26 +223,24 @@ def simulate_rig(
     lead_in = np.linspace(rest, command[0], LEAD_IN_STEPS + 1)
 
     size = run.time_s.size
-    t_in, t_out, x_in = np.empty(size), np.empty(size), np.empty(size)
-    node_tension = np.empty((size if keep_nodes else 0, chain.tension.size))
+    out = Recording(np.empty(size), np.empty(size), np.empty(size), np.empty((size if keep_nodes else 0, chain.tension.size)))
     probe = np.zeros(PROBES)
     bench = Bench(chain, load, law, contact, contact_law, motor, np.zeros(3), setting, probe)
-    drive = DRIVE_CODES[run.drive]
-    march(bench, run.time_s, command, swell, drive, lead_in, lead_drive, t_in, t_out, x_in, node_tension)
-    truth = (t_in, t_out, x_in)
+    march(bench, Course(run.time_s, command, swell, DRIVE_CODES[run.drive], lead_in, lead_drive), out)
+    truth = (out.t_in, out.t_out, out.x_in)
     stamps, seen_in, seen_out, seen_x = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
     return RigResult(
         time_s=stamps,
         tension_in_n=seen_in,
         tension_out_n=seen_out,
         position_in_mm=seen_x,
-        true_tension_in_n=t_in,
-        true_tension_out_n=t_out,
-        true_position_in_mm=x_in,
+        true_tension_in_n=out.t_in,
+        true_tension_out_n=out.t_out,
+        true_position_in_mm=out.x_in,
         unconverged=int(probe[UNCONVERGED]),
         substepped=int(probe[SUBSTEPPED]),
         iterations=int(probe[ITERATIONS]),
         dissipated_j=1e-3 * float(probe[DISSIPATED]),
         min_step_dissipation_j=1e-3 * float(probe[LEAST]),
-        node_tension=node_tension if keep_nodes else None,
+        node_tension=out.nodes if keep_nodes else None,
     )

@@ -20,64 +20,70 @@ MEMORY_S, WEAKENING_MM, HEALED_SLIPS = (0.002, 0.009), (0.003, 0.05), (3.0, 15.0
 
 def build_laws(v: Values, chosen: Mapping[str, Chosen], load_k1: float, seed: int) -> Laws:
     """Return the strengths and codes of all laws; hidden numbers are drawn from the seed."""
+    return Laws(_rub(v, chosen), _rate(v, chosen, seed), _spring(v, chosen, load_k1))
+
+
+def _rub(v: Values, chosen: Mapping[str, Chosen]) -> Rub:
+    """Return how friction depends on tension and direction."""
+    return Rub(
+        pulley_pull=v["pulley_friction"]["m_p"],
+        pulley_release=v["pulley_friction"]["m_r"],
+        pulley_n=v["pulley_friction"]["f0_n"],
+        pulley_code=chosen["pulley_friction"].code,
+        pulley_power=chosen["pulley_friction"].shape,
+        load=v["load_dependent_friction"]["alpha"],
+        load_code=chosen["load_dependent_friction"].code,
+        load_shape=chosen["load_dependent_friction"].shape,
+        sheath=v["sheath_compliance"]["c_t_per_n"],
+        sheath_code=chosen["sheath_compliance"].code,
+        sheath_shape=chosen["sheath_compliance"].shape,
+        lean=v["asymmetric_friction"]["a"],
+        lean_code=chosen["asymmetric_friction"].code,
+        lean_shape=chosen["asymmetric_friction"].shape,
+    )
+
+
+def _rate(v: Values, chosen: Mapping[str, Chosen], seed: int) -> Rate:
+    """Return how friction depends on time, path and speed."""
     rng = np.random.default_rng([seed, crc32(b"contact")])
     memory, weakening, healed = (
         float(np.exp(rng.uniform(np.log(low), np.log(high)))) for low, high in (MEMORY_S, WEAKENING_MM, HEALED_SLIPS)
     )
-
-    def code(effect: str) -> int:
-        return chosen[effect].code
-
-    def shape(effect: str) -> float:
-        return chosen[effect].shape
-
-    steeper = log(1.0 + 27.0 * v["load_spring"]["k3_per_mm2"])
-    fung = code("load_spring") == 0
-    rub = Rub(
-        pulley_pull=v["pulley_friction"]["m_p"],
-        pulley_release=v["pulley_friction"]["m_r"],
-        pulley_n=v["pulley_friction"]["f0_n"],
-        pulley_code=code("pulley_friction"),
-        pulley_power=shape("pulley_friction"),
-        load=v["load_dependent_friction"]["alpha"],
-        load_code=code("load_dependent_friction"),
-        load_shape=shape("load_dependent_friction"),
-        sheath=v["sheath_compliance"]["c_t_per_n"],
-        sheath_code=code("sheath_compliance"),
-        sheath_shape=shape("sheath_compliance"),
-        lean=v["asymmetric_friction"]["a"],
-        lean_code=code("asymmetric_friction"),
-        lean_shape=shape("asymmetric_friction"),
-    )
-    rate = Rate(
+    return Rate(
         drift=v["friction_drift"]["d_mu"],
-        drift_code=code("friction_drift"),
+        drift_code=chosen["friction_drift"].code,
         drift_path=v["friction_drift"]["path_n"],
-        drift_shape=shape("friction_drift"),
+        drift_shape=chosen["friction_drift"].shape,
         beside=v["tendon_crosstalk"]["c_bend_per_n"],
-        beside_code=code("tendon_crosstalk"),
+        beside_code=chosen["tendon_crosstalk"].code,
         speed=v["stribeck"]["ratio"] - 1.0,
         speed_mm_s=v["stribeck"]["v_s_mm_s"],
-        speed_code=code("stribeck"),
-        speed_shape=shape("stribeck"),
+        speed_code=chosen["stribeck"].code,
+        speed_shape=chosen["stribeck"].shape,
         drag=v["viscous"]["c_l_n_s_per_mm"],
-        drag_code=code("viscous"),
-        drag_shape=shape("viscous"),
+        drag_code=chosen["viscous"].code,
+        drag_shape=chosen["viscous"].shape,
         soft=v["presliding"]["breakaway_mm"],
-        soft_code=code("presliding"),
+        soft_code=chosen["presliding"].code,
         heal=v["stick_slip"]["ratio"] - 1.0,
         heal_s=healed * weakening / v["stick_slip"]["v_c_mm_s"],
-        heal_code=code("stick_slip"),
-        heal_shape=shape("stick_slip"),
+        heal_code=chosen["stick_slip"].code,
+        heal_shape=chosen["stick_slip"].shape,
         dwell=v["dwell_aging"]["b"],
         dwell_s=v["dwell_aging"]["t0_s"],
-        dwell_code=code("dwell_aging"),
-        dwell_shape=shape("dwell_aging"),
+        dwell_code=chosen["dwell_aging"].code,
+        dwell_shape=chosen["dwell_aging"].shape,
         memory_s=memory,
         weakening_mm=weakening,
     )
+
+
+def _spring(v: Values, chosen: Mapping[str, Chosen], load_k1: float) -> Spring:
+    """Return the load, the rope and its creep."""
+    steeper = log(1.0 + 27.0 * v["load_spring"]["k3_per_mm2"])
+    fung = chosen["load_spring"].code == 0
     play, rope, creep = v["load_spring"]["play_mm"], v["tendon_elasticity"]["compliance_per_kn"], v["viscoelastic_creep"]["fraction"]
-    spring = Spring(
+    return Spring(
         plain=steeper == 0.0 and play == 0.0 and rope == 0.0 and creep == 0.0,
         creep=creep,
         load_k1=load_k1,
@@ -85,12 +91,11 @@ def build_laws(v: Values, chosen: Mapping[str, Chosen], load_k1: float, seed: in
         joint_share=0.0 if fung else steeper,
         joint_n=1.5,
         play=play,
-        play_n=shape("load_spring"),
+        play_n=chosen["load_spring"].shape,
         rope=rope,
-        rope_code=code("tendon_elasticity"),
-        rope_shape=shape("tendon_elasticity"),
+        rope_code=chosen["tendon_elasticity"].code,
+        rope_shape=chosen["tendon_elasticity"].shape,
     )
-    return Laws(rub, rate, spring)
 
 
 def one_pass(spec: VariantSpec, location: str | None) -> tuple[Array, Array]:

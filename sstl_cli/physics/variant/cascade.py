@@ -10,6 +10,7 @@ equation a station. Both together are Newton's method, exact as soon as the laws
 from __future__ import annotations
 
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -298,26 +299,33 @@ def advance(
     return moved
 
 
+class Course(NamedTuple):
+    """What drives a run, a value a sample: time (s), tension (N), and that of the neighbours and a factor on friction, or empty.
+
+    `lead_in` brings the line from rest to its first sample, one entry a second.
+    """
+
+    time: Array
+    command: Array
+    beside: Array
+    factor: Array
+    lead_in: Array
+
+
+class Recording(NamedTuple):
+    """True output (N) and travel (mm), a value a sample; tensions of the nodes where it has a row for each sample."""
+
+    t_out: Array
+    travel: Array
+    nodes: Array
+
+
 @njit(cache=True)
 def march(
-    line: Line,
-    law: Laws,
-    trial: Trial,
-    time: Array,
-    command: Array,
-    beside: Array,
-    factor: Array,
-    lead_in: Array,
-    coupled: bool,
-    limits: tuple[float, int, int],
-    t_out: Array,
-    travel: Array,
-    nodes: Array,
+    line: Line, law: Laws, trial: Trial, course: Course, coupled: bool, limits: tuple[float, int, int], out: Recording
 ) -> None:
-    """Bring the line from rest along `lead_in` (one entry a second), then fill output (N) and travel (mm).
-
-    `beside` is the neighbours' tension (N), `factor` one on friction, one value a sample, or empty; `nodes` may be empty.
-    """
+    """Bring the line from rest along the lead-in, then record every sample."""
+    time, command, beside, factor, lead_in = course.time, course.command, course.beside, course.factor, course.lead_in
     last = line.tension.size - 1
     u = 0.0
     if beside.size > 0:
@@ -338,7 +346,7 @@ def march(
             if factor.size > 0:
                 line.slow[FACTOR] = factor[n]
             u += advance(line, law, trial, command[n - 1], command[n], time[n] - time[n - 1], coupled, limits)
-        t_out[n] = line.tension[last]
-        travel[n] = u
-        if nodes.shape[0] == time.size:
-            nodes[n, :] = line.tension
+        out.t_out[n] = line.tension[last]
+        out.travel[n] = u
+        if out.nodes.shape[0] == time.size:
+            out.nodes[n, :] = line.tension

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sstl_cli.physics.variant.build import build_laws, build_line, empty_trial
-from sstl_cli.physics.variant.cascade import march
+from sstl_cli.physics.variant.cascade import Course, Recording, march
 from sstl_cli.physics.variant.catalogue import resolve_effects
 from sstl_cli.physics.variant.ends import extra_travel, follow
 from sstl_cli.physics.variant.laws import Chosen, choose
@@ -58,23 +58,17 @@ def march_variant(
     t_in = follow(run.time_s, run.command, loop["tau_s"], loop["inverse_slew_s_per_n"], laws["tension_loop_lag"])
     t_in = np.maximum(t_in, 0.0)
     size = t_in.size
-    t_out, travel = np.empty(size), np.empty(size)
-    nodes = np.empty((size if keep_nodes else 0, line.tension.size))
-    march(
-        line,
-        law,
-        empty_trial(line),
+    course = Course(
         run.time_s,
         t_in,
         np.zeros(0) if run.neighbour_n is None else run.neighbour_n,
         np.zeros(0) if run.friction is None else run.friction,
         np.linspace(spec.pretension_n, t_in[0], LEAD_IN_STEPS + 1),
-        law.rate.drag > 0.0 or law.rate.soft > 0.0 or law.spring.creep > 0.0,
-        (spec.tolerance_n, spec.max_iterations, spec.max_substeps),
-        t_out,
-        travel,
-        nodes,
     )
+    coupled = law.rate.drag > 0.0 or law.rate.soft > 0.0 or law.spring.creep > 0.0
+    limits = (spec.tolerance_n, spec.max_iterations, spec.max_substeps)
+    out = Recording(np.empty(size), np.empty(size), np.empty((size if keep_nodes else 0, line.tension.size)))
+    march(line, law, empty_trial(line), course, coupled, limits, out)
     k_sh, gap = v["sheath_compliance"]["k_sh_mm_per_n"], v["slack"]["gap_mm"]
     beside = extra_travel(
         np.append(t_in, spec.pretension_n), k_sh, laws["sheath_compliance"], gap, laws["slack"]
@@ -82,14 +76,14 @@ def march_variant(
     tally = line.tally
     return VariantTruth(
         tension_in_n=t_in,
-        tension_out_n=t_out,
-        position_in_mm=travel + beside[:-1] - beside[-1],
+        tension_out_n=out.t_out,
+        position_in_mm=out.travel + beside[:-1] - beside[-1],
         unconverged=int(tally[UNCONVERGED]),
         substepped=int(tally[SUBSTEPPED]),
         iterations=int(tally[ITERATIONS]),
         dissipated_j=1e-3 * float(tally[WORK]),
         min_step_dissipation_j=1e-3 * float(tally[LEAST]),
-        node_tension=nodes if keep_nodes else None,
+        node_tension=out.nodes if keep_nodes else None,
     )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.figures import loop, overview, time
-from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.inputs import Inputs, RunView
 from sstl_cli.reporting.table import table
 
 TITLE, ORDER, NEEDS = "Logs", 20, ("log",)
@@ -34,6 +35,20 @@ def context(inputs: Inputs) -> dict[str, Any]:
     small = None
     if len(runs) > DETAILED:
         small = drawing.picture(overview, overview.data(runs, inputs.phases), "overview")
+    uneven = sum(r.remark != "even" for r in runs)
+    return {
+        "pairs": pairs,
+        "overview": small,
+        "sampling": _sampling(runs),
+        "runs": len(runs),
+        "uneven": uneven,
+        "samples": sum(r.samples for r in runs),
+        "phased": sum(r.run_id in inputs.phases for r in runs),
+    }
+
+
+def _sampling(runs: Sequence[RunView]) -> Any:
+    """Return the table of how every run was sampled."""
     header = [
         "run",
         "configuration",
@@ -52,36 +67,23 @@ def context(inputs: Inputs) -> dict[str, Any]:
         ("output to", "N"),
         "sampling",
     ]
-    sampling = table(
-        "Sampling check",
-        header,
-        (
-            [
-                r.run_id,
-                r.config_id,
-                r.system,
-                r.location,
-                r.trajectory,
-                r.lead_mm,
-                r.samples,
-                r.duration_s,
-                1 / r.period_s if r.period_s > 0 else None,
-                r.jitter_pct,
-                r.gap_s,
-                *r.input_range_n,
-                *r.output_range_n,
-                r.remark,
-            ]
-            for r in runs
-        ),
+    rows = (
+        [
+            r.run_id,
+            r.config_id,
+            r.system,
+            r.location,
+            r.trajectory,
+            r.lead_mm,
+            r.samples,
+            r.duration_s,
+            1 / r.period_s if r.period_s > 0 else None,
+            r.jitter_pct,
+            r.gap_s,
+            *r.input_range_n,
+            *r.output_range_n,
+            r.remark,
+        ]
+        for r in runs
     )
-    uneven = sum(r.remark != "even" for r in runs)
-    return {
-        "pairs": pairs,
-        "overview": small,
-        "sampling": sampling,
-        "runs": len(runs),
-        "uneven": uneven,
-        "samples": sum(r.samples for r in runs),
-        "phased": sum(r.run_id in inputs.phases for r in runs),
-    }
+    return table("Sampling check", header, rows)

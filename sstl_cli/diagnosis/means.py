@@ -1,0 +1,74 @@
+"""From the readings of a sensor to the grid of the simulation: bridged, averaged, smoothed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
+from sstl_cli.diagnosis.recorder import slow_noise, white_beside, white_noise
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def bridged(signal: Array, good: Mask) -> Array:
+    """Return a signal with straight lines in the place of samples that are not good."""
+    if good.all():
+        return signal
+    at = np.arange(len(signal))
+    return np.interp(at, at[good], signal[good])
+
+
+def of_readings(
+    signal: Array, fine: Array, good: Mask, fresh: Mask, thin: int, factor: int
+) -> tuple[Array, Array, Array]:
+    """Return the mean reading of each block, of how many it is, and the share of each step of the simulation in it.
+
+    Parameters
+    ----------
+    signal, good, fresh : ndarray, shape (n * thin or a little more,)
+        What was recorded, where it is sound, and where it is a reading of its own.
+    fine : ndarray, shape (n,)
+        Its means on the grid of the simulation.
+    """
+    n = len(fine)
+    if fresh.all():
+        return block_mean(fine, factor), np.full(n // factor, float(factor)), np.full(n, 1.0 / factor)
+    read = good & fresh
+    count = block_mean(read[: n * thin].astype(float), thin) * thin
+    readings = block_mean(count, factor) * factor
+    total = block_mean((signal * read)[: n * thin], thin * factor) * thin * factor
+    share = np.where(
+        np.repeat(readings, factor) > 0.0, count / np.maximum(np.repeat(readings, factor), 1.0), 1.0 / factor
+    )
+    means = np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(signal[: n * thin], thin * factor))
+    return means, np.maximum(readings, 1.0), share
+
+
+def latent_means(
+    signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, slow: Slow = WHITE_ONLY
+) -> Latent:
+    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
+
+    Of a slow sensor a block holds one reading at most: its noise is that of one.
+    """
+    share = block_mean((known & fresh).astype(float), thin)[:n]
+    if fresh.all():
+        white = white_of(signal, known, rounding_n, dt_s / thin, slow)
+        return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, slow)
+    at = np.flatnonzero(fresh)
+    white = max(
+        white_beside(
+            slow_noise(signal[fresh], at.astype(float)),
+            slow.sd_n,
+            slow.kept(float(np.median(np.diff(at))) * dt_s / thin),
+        ),
+        rounding_n,
+    )
+    return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, slow)
+
+
+def white_of(signal: Array, known: Mask, rounding_n: float, dt_s: float, slow: Slow) -> float:
+    """Return the white noise (N) of equally spaced readings beside slow noise, at least that of their rounding."""
+    return max(white_beside(white_noise(signal, known), slow.sd_n, slow.kept(dt_s)), rounding_n)
