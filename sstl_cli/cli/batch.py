@@ -175,7 +175,7 @@ def _locked(lock: Any) -> bool:
 def _show(screen: Screen, command: str, outcomes: list[Outcome]) -> None:
     count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
     parts = ", ".join(f"{n} {state}" for state, n in count.items() if n)
-    screen.line(f"{command}: {len(outcomes)} files: {parts}")
+    screen.say(f"{command}: {len(outcomes)} files: {parts}")
     told = [o for o in outcomes if o.state not in ("done", "skipped")]
     for outcome in told[:SHOWN]:
         screen.note(f"{outcome.state}: {outcome.source}: {outcome.line}")

@@ -64,7 +64,7 @@ def make(
         closing(blind_make.run(count, drawn_from, quick, workers, advance, simulator, recordings)) as drawn,
     ):
         made = files.write_set(folder, drawn, count, drawn_from, quick, force)
-    screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
+    screen.say(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
     screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})
 
 
@@ -84,7 +84,7 @@ def run(
     plan = files.read_plan(folder)
     with screen.progress("diagnosing cases", len(plan)) as advance:
         done, there = files.diagnose_all(folder, plan, workers, force, advance)
-    screen.line(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
+    screen.say(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
     screen.finish({"schema": "sstl.blind.run/1", "out": str(out), "diagnosed": done, "kept": there})
 
 
@@ -179,7 +179,7 @@ def limit(
     truth = files.open_truth(folder)
     with screen.progress("computing distances", len(plan)) as advance:
         document = files.measure_all(folder, plan, truth, workers, force, advance)
-    screen.line(
+    screen.say(
         f"{document['decidable']} of {document['judged']} cases with something withheld can be told from base and rivals "
         f"(D^2 >= {document['decidable_d2']:g}) -> {folder.limit}"
     )
@@ -211,7 +211,7 @@ def library(
         made = step.run(file, cases, seed, simulator, quick, workers, force, advance, recordings=recordings, strengths=strength or STRENGTHS)
     if made["failed"]:
         screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
-    screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {file}")
+    screen.say(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {file}")
     screen.finish({"schema": "sstl.blind.library/1", "out": str(file), **made})
 
 

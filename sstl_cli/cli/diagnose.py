@@ -74,7 +74,6 @@ def diagnose(
     from sstl_cli.core.files import require_writable, write_json, write_text
     from sstl_cli.core.parquet import schema_id_of
     from sstl_cli.core.runs import read_runs
-    from sstl_cli.diagnosis.sentence import lines
     from sstl_cli.physics.scenario import load
     from sstl_cli.physics.scenario_file import dump
     from sstl_cli.steps import diagnose as step
@@ -127,11 +126,7 @@ def diagnose(
         movement = Scenario.model_validate(proposed["scenario"])
         as_table = next_out.suffix.lower() == ".csv"
         write_text(next_out, table(movement, proposed["tension_factor"]) if as_table else dump(movement), force)
-    screen.line(document["sentence"])
-    for line in [*lines(document), *tendons.lines(document)]:
-        screen.line(line)
-    for remark in document.get("remarks") or []:
-        screen.say(f"Physics ({remark['rule']}): {remark['sentence']}. Mend: {remark['mend']}")
+    show.answer(screen, document)
     show.tables(screen, document)
     missed = _missed(document, max_rmse, max_gap_pct, expect)
     if junit is not None:

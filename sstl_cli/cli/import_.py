@@ -128,7 +128,7 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
     screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)
     found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
     if found:
-        screen.line(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
+        screen.say(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
     for reason, n in document["set_aside_by"].items():
         screen.note(f"set aside: {n} samples, {reason}")
     if document["set_aside"]:

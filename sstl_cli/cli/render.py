@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn, TextIO, TypeVar
 
 import typer
 
@@ -41,9 +41,10 @@ class Screen:
         _open.append(self)
 
     def note(self, text: str) -> None:
-        """Print narration on stderr (not with --quiet)."""
+        """Print narration on stderr, broken between words where the terminal ends (not with --quiet)."""
         if "quiet" not in _asked:
-            print(printable(text), file=sys.stderr)
+            for line in _broken(printable(text), width_of(sys.stderr)):
+                print(line, file=sys.stderr)
 
     def line(self, text: str = "") -> None:
         """Print a line of the result (not with --json)."""
@@ -52,14 +53,7 @@ class Screen:
 
     def say(self, text: str) -> None:
         """Print a sentence of the result, broken between words where the terminal ends (not with --json)."""
-        import textwrap
-
-        shown = printable(text)
-        indent = shown[: len(shown) - len(shown.lstrip())]
-        width = _width()
-        for line in textwrap.wrap(
-            shown, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-        ) or [""]:
+        for line in _broken(printable(text), width_of(sys.stdout)):
             self.line(line)
 
     def table(
@@ -75,7 +69,7 @@ class Screen:
         numeric = [bool(rows) and all(_is_number(r[i]) for r in rows) for i in range(len(header))]
         if title:
             print(f"\n{_bold(printable(title))}")
-        for line in _table.lines(header, cells, numeric, _width()):
+        for line in _table.lines(header, cells, numeric, width_of(sys.stdout)):
             print(line)
         if len(rows) > len(cells):
             self.line(f"and {len(rows) - len(cells)} more rows; --json has all")
@@ -208,11 +202,23 @@ def _bold(text: str) -> str:
     return text if plain else f"\033[1m{text}\033[0m"
 
 
-def _width() -> int:
+def width_of(stream: TextIO) -> int:
     """Return the columns to keep to; a file or a pipe has none."""
     import shutil
 
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
+    return shutil.get_terminal_size().columns if stream.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
+
+
+def _broken(text: str, width: int) -> list[str]:
+    """Return a text as lines; what continues an indented line stands further in than what follows it."""
+    import textwrap
+
+    if len(text) <= width:
+        return [text]
+    indent = text[: len(text) - len(text.lstrip())]
+    return textwrap.wrap(
+        text, width, subsequent_indent=indent * 2, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def cell(value: object) -> str:

@@ -86,18 +86,18 @@ def reproduce(
             screen.line(line)
     for verdict, n in counts.items():
         if n:
-            screen.line(f"{n:4d} entries {verdict}: {VERDICTS[verdict]}")
+            screen.say(f"{n:4d} entries {verdict}: {VERDICTS[verdict]}")
     written: list[str] = []
     if out is not None:
         wanted = found.figures or found.better or found.probes
         drawings = reproduce_figures.drawings(found) if wanted else []
         written = files.write(out, found, grids, drawings, facts, counts, provenance, force)
-        screen.line(f"{len(written)} files -> {out}")
+        screen.say(f"{len(written)} files -> {out}")
     elif found.figures:
         screen.note("figures are drawn with --out DIR")
     if gap_logs is not None:
         written += files.write_gap_logs(gap_logs, found, seed, provenance, force)
-        screen.line(
+        screen.say(
             f"two logs; next: sstl diagnose {gap_logs / files.GAP_LOGS[0]} --against {gap_logs / files.GAP_LOGS[1]}"
         )
     document = {

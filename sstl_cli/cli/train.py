@@ -81,10 +81,10 @@ def train(
         [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
         "Validation errors are means over seeds.",
     )
-    screen.line("Configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()))
+    screen.say("Configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()))
     if header.tendons:
         tried = ", ".join(f"{k} {v:.4g}" for k, v in header.strategy_rmse.items())
-        screen.line(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")
+        screen.say(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")
     _theta.note_aside(screen, result.pairs)
     screen.finish(_document(result, out, history), EXIT_SET_ASIDE if result.pairs.aside else 0)
 
