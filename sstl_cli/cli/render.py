@@ -13,12 +13,12 @@ from typing import Any, NoReturn, TextIO, TypeVar
 
 import typer
 
+from sstl_cli.cli._progress import Bar, Pace
 from sstl_cli.cli.streams import takes_all_text
 from sstl_cli.core.aside import open_ledger
 from sstl_cli.core.errors import EXIT_SET_ASIDE, GateError, SstlError, printable
 
 T = TypeVar("T")
-SHOW_PROGRESS_AFTER_S = 2.0
 PIPE_COLUMNS = 200
 SHOWN_ASIDE = 20
 # the screens of this call of the program, what its -q and -v ask for, and when it began
@@ -103,25 +103,19 @@ class Screen:
         raise typer.Exit(code or (EXIT_SET_ASIDE if entries else code))
 
     @contextmanager
-    def progress(self, label: str, total: float | None = None) -> Iterator[Callable[[float], None]]:
-        """Yield ``advance(amount)``; a bar appears on stderr once the work takes over two seconds."""
-        started = time.monotonic()
-        bar: list[Any] = []
-        done = 0.0
+    def progress(self, label: str, total: float | None = None, pace: Pace | None = None) -> Iterator[Callable[[float], None]]:
+        """Yield ``advance(amount)``; a bar appears on stderr once the work takes over two seconds.
 
-        def advance(amount: float) -> None:
-            nonlocal done
-            done += amount
-            if not bar and "quiet" not in _asked and sys.stderr.isatty() and time.monotonic() - started > SHOW_PROGRESS_AFTER_S:
-                bar.append(_bar(label, total))
-            if bar:
-                bar[0].update(0, completed=done)
-
+        With a ``pace`` it moves with the time that such work takes, not with its steps.
+        """
+        if "quiet" in _asked or not sys.stderr.isatty():
+            yield lambda _: None
+            return
+        bar = Bar(label, total, pace)
         try:
-            yield advance
+            yield bar.advance
         finally:
-            if bar:
-                bar[0].stop()
+            bar.close()
 
 
 def begin() -> None:
@@ -228,13 +222,3 @@ def cell(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     return str(value)
-
-
-def _bar(label: str, total: float | None) -> Any:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    bar = Progress(console=Console(stderr=True), transient=True)
-    bar.add_task(label, total=total)
-    bar.start()
-    return bar
