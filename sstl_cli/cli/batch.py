@@ -50,7 +50,7 @@ def register(app: typer.Typer) -> None:
 def batch(
     context: typer.Context,
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="import, check, segment, diagnose, report, ...")],
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Files, or addresses such as s3://rig/*.csv.")],
+    files: Annotated[list[str], typer.Argument(metavar="FILE", help="Files, or addresses such as s3://rig/*.csv.")],
     out_dir: Annotated[str, typer.Option("--out-dir", help="Folder (or address) for one output a file.")],
     workers: Annotated[int, typer.Option(min=0, max=1024, help="Local processes (0: one a core).")] = 0,
     scheduler: Annotated[

@@ -22,7 +22,7 @@ def register(app: typer.Typer) -> None:
 
 
 def diagnose(
-    logs: Annotated[list[Path] | None, typer.Argument(help="Logs (Parquet) with act and/or sstl runs.")] = None,
+    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG", help="Logs (Parquet) with act and/or sstl runs.")] = None,
     plan: Annotated[
         str | None, typer.Option(help="Before recording: a scenario TOML or name; says which effects its movement could tell apart.")
     ] = None,
@@ -46,8 +46,8 @@ def diagnose(
     next_out: Annotated[
         Path | None, typer.Option(help="Write the proposed recording: a scenario (.toml) or the tensions to drive (.csv).")
     ] = None,
-    max_tension: Annotated[float | None, typer.Option(min=0, help="What it may ask of the input, N (default: as recorded).")] = None,
-    max_rate: Annotated[float | None, typer.Option(min=0, help="How fast it may change it, N/s (default: as recorded).")] = None,
+    max_tension: Annotated[float | None, typer.Option(min=0, help="What the proposed recording may ask of the input, N (default: as recorded).")] = None,
+    max_rate: Annotated[float | None, typer.Option(min=0, help="How fast it may move the input, N/s (default: as recorded).")] = None,
     max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None,
     max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None,
     expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None,

@@ -36,7 +36,7 @@ def register(app: typer.Typer) -> None:
 
 
 def import_(
-    files: Annotated[list[Path], typer.Argument(help="Recordings.", show_default=False)],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Recordings.", show_default=False)],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Log table to write (Parquet).")] = None,
     mapping: Annotated[Path | None, typer.Option("--mapping", metavar="FILE.toml", help="Mapping file.")] = None,
     map_: Annotated[str | None, typer.Option("--map", help="Mapping in short: target=source[:unit],...")] = None,

@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
 
 
 def info(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of sstl: tables, logs as CSV, JSON, models.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Files of sstl: tables, logs as CSV, JSON, models.")],
     as_json: Json = False,
     config: Config = None,
 ) -> None:

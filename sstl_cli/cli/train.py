@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
 
 
 def train(
-    theta: Annotated[list[Path], typer.Argument(metavar="THETA...", help="Theta tables of sstl segment (Parquet).")],
+    theta: Annotated[list[Path], typer.Argument(metavar="THETA", help="Theta tables of sstl segment (Parquet).")],
     out: Out,
     variants: Annotated[
         str, typer.Option(help="all, or some of linear,plain,plain-inv,skip,skip-inv (inv: inverse consistency).")

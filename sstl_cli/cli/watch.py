@@ -21,7 +21,7 @@ def register(app: typer.Typer) -> None:
 
 
 def watch(
-    logs: Annotated[list[str], typer.Argument(help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG", help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")],
     model: Annotated[Path | None, typer.Option(help="Mapping of sstl train: its inputs are checked, act loops compared.")] = None,
     sim: Annotated[str | None, typer.Option(help="Simulator (scenario TOML) that the loops are compared with.")] = None,
     mapping: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Columns and units, as for sstl import.")] = None,
