@@ -1,4 +1,5 @@
-"""Put the score of the published withheld-effect check into docs/blind.md, and its targets into README.md.
+"""Put the score of the published withheld-effect check into docs/blind.md, its targets into README.md, and what the report
+quotes of it beside the report.
 
 python tools/blind_table.py SCORE.json [--commit ID] [--set WORDS]
 """
@@ -14,6 +15,8 @@ from page_part import put, table
 
 from sstl_cli.blind.score import SAID
 from sstl_cli.blind.strength import STRENGTHS
+
+PUBLISHED = Path(__file__).resolve().parents[1] / "sstl_cli/reporting/sealed.json"
 
 
 def share(x: dict[str, Any] | None) -> str:
@@ -81,6 +84,13 @@ def by_d2(score: dict) -> str:
     return "\n".join(rows)
 
 
+def published(score: dict[str, Any], commit: str) -> dict[str, Any]:
+    """Return what the report says of verdicts by their confidence."""
+    keys = ("p_low", "p_high", "n", "mean_p", "share_right")
+    rows = [{k: round(r[k], 2) for k in keys} for r in score["reliability"]]
+    return {"name": "the published sealed check", "cases": score["cases"], "commit": commit, "seal": score["seal"][:16], "reliability": rows}
+
+
 def main() -> None:
     """Fill both pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
@@ -105,6 +115,7 @@ Seal {score['seal'][:16]}; no rule was changed after it was opened. {score['seco
     if score["decidable"] is not None:
         compared += ["Cases that their recordings could decide (D^2 of at least 24 to base and nearest rival):", sides(score["decidable"]), by_d2(score)]
     put("blind.md", "published", "\n\n".join([head, targets(score), *compared, by_strength(score), by_effect(score), group, rest, reliability, baselines(score)]))
+    PUBLISHED.write_text(json.dumps(published(score, given.commit), indent=1) + "\n", encoding="utf-8")
     put("../README.md", "blind", f"{score['cases']} withheld cases ({given.words}), {given.commit}:\n\n{targets(score)}")
 
 

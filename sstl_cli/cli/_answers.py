@@ -59,9 +59,9 @@ def describe(path: Path, screen: Screen) -> dict[str, Any]:
         phases[phase] += 1
         if math.isfinite(command):
             low, high = min(low, command), max(high, command)
-    screen.line(f"{path.name} holds {rows} answers of compensate --stream, {path.stat().st_size / 1e6:.2f} MB.")
+    screen.say(f"{path.name} holds {rows} answers of compensate --stream, {path.stat().st_size / 1e6:.2f} MB.")
     if low <= high:
-        screen.line(f"  command {low:.3f}..{high:.3f} N; " + ", ".join(f"{p} {n}" for p, n in phases.most_common(8)))
+        screen.say(f"  command {low:.3f}..{high:.3f} N; " + ", ".join(f"{p} {n}" for p, n in phases.most_common(8)))
     return {
         "file": str(path), "schema": "no schema", "version": 0, "rows": rows, "provenance": None,
         "columns": list(ANSWER_HEADER),

@@ -72,11 +72,11 @@ def score(screen: Screen, document: dict[str, Any]) -> None:
     _wrong(screen, [v for v in document["verdicts"] if v["wrong_commit"]])
     size, off = document["group"]["mean_size"], document["shrink_mean_difference_pct"]
     if size is not None:
-        screen.line(f"ambiguity set: {size:.2f} members on average")
+        screen.say(f"ambiguity set: {size:.2f} members on average")
     if off is not None:
-        screen.line(f"shrinkage: predicted and realised differ by {off:.1f} percentage points on average")
+        screen.say(f"shrinkage: predicted and realised differ by {off:.1f} percentage points on average")
     seconds = document["seconds"]
-    screen.line(f"time a case: {seconds['mean']:.1f} s on average, {seconds['max']:.1f} s at most")
+    screen.say(f"time a case: {seconds['mean']:.1f} s on average, {seconds['max']:.1f} s at most")
 
 
 def _targets(screen: Screen, targets: list[dict[str, Any]]) -> None:
@@ -165,7 +165,7 @@ def real(screen: Screen, document: dict[str, Any]) -> None:
             for r in document["trials"]
         ],
     )
-    screen.line(
+    screen.say(
         f"{document['named']} of {document['of']} named, {document['in_group']} in the ambiguity group, "
         f"{document['wrong']} wrong; with nothing taken out: {'an alarm' if document['false_alarm'] else 'none'}"
     )
@@ -190,7 +190,7 @@ def injected(screen: Screen, document: dict[str, Any]) -> None:
     )
     for key, said in (("with_model", "with the rig's model"), ("without_model", "without it")):
         if s := document[key]:
-            screen.line(
+            screen.say(
                 f"{said}: {s['named']} of {s['of']} named ({s['decidable_named']} of {s['decidable']} that the record can tell), {s['in_group']} in "
                 f"the ambiguity group, {s['wrong']} wrong, {s['close']} of those named within 20 %; untouched halves: {s['untouched_none']} of {s['untouched']} none"
             )
@@ -230,7 +230,7 @@ def learned(screen: Screen, document: dict[str, Any]) -> None:
         for r in document["left_out"]
     ]
     screen.table("weights learned on the other simulators", header, rows)
-    screen.line(f"commits from a probability of {document['commit']:.3f}, sets hold {100 * document['cover']:.1f} % of what is named")
+    screen.say(f"commits from a probability of {document['commit']:.3f}, sets hold {100 * document['cover']:.1f} % of what is named")
 
 
 def _interval(found: Any) -> str:

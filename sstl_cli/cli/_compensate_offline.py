@@ -157,7 +157,7 @@ def _show(
     )
     costs = [e["bound_cost_n"] for e in done.runs if e["bound_cost_n"] is not None]
     if costs:
-        screen.line(f"Bounds on rate and jump cost {max(costs):.3g} N of RMSE at most.")
+        screen.say(f"Bounds on rate and jump cost {max(costs):.3g} N of RMSE at most.")
     if outside:
         screen.note(f"{len(outside)} configurations outside the trained range of the mapping: {', '.join(outside[:8])}")
     if plan.aside:

@@ -11,6 +11,8 @@ from sstl_cli.cli import render
 from sstl_cli.cli.options import path_of
 
 GROUPS = ("Options", "Outputs", "Gates (exit 4 if missed)", "Common options")
+# what a value is, in words of everyday
+PLAIN = {"list[Path]": "path", "list[float]": "number", "list[str]": "text", "str": "text", "int": "number", "float": "number", "int range": "number", "float range": "number"}
 COMMON = {"force", "json", "config", "seed", "workers", "help", "quiet", "verbose"}
 
 
@@ -48,7 +50,7 @@ def _options(command: Any, ctx: Any, formatter: Any) -> None:
         if record is None:
             continue
         name, text = record
-        record = name, text.replace("0<=x<=9223372036854775807", "a whole number")
+        record = _plain(name), text.replace("0<=x<=9223372036854775807", "a whole number")
         if parameter.param_type_name == "argument":
             arguments.append(record)
         else:
@@ -62,6 +64,18 @@ def _options(command: Any, ctx: Any, formatter: Any) -> None:
         formatter.write_paragraph()
         with formatter.indentation():
             formatter.write_text(f"Options can be set by variables too ({variable}_OPTION), or by keys of a --config file.")
+
+
+def _plain(name: str) -> str:
+    """Return the left column of an option with the kind of its value in plain words.
+
+    Examples
+    --------
+    >>> _plain("--seeds <int range>"), _plain("LOG <list[Path]>"), _plain("--format <c|json>")
+    ('--seeds <number>', 'LOG <path>', '--format <c|json>')
+    """
+    head, opens, kind = name.rpartition("<")
+    return f"{head}<{PLAIN.get(kind[:-1], kind[:-1])}>" if opens and kind.endswith(">") else name
 
 
 def _narration() -> list[Any]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from sstl_cli.cli.render import cell
 
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
@@ -12,6 +15,8 @@ if TYPE_CHECKING:
 
 MAX_BYTES = 512 << 20
 SHOWN = 20
+LONGEST = 100
+HASH = re.compile("[0-9a-f]{64}")
 
 
 def other_kind(path: Path) -> str:
@@ -187,7 +192,7 @@ def _describe_json(path: Path, screen: Screen) -> dict[str, Any]:
     first = documents[0] if documents and isinstance(documents[0], dict) else {}
     schema = str(_schema_of(first) or "no schema")
     several = f", {len(documents)} documents" if len(documents) > 1 else ""
-    screen.line(f"{path.name} is a JSON document {schema}{several}, {path.stat().st_size / 1e6:.2f} MB.")
+    screen.say(f"{path.name} is a JSON document {schema}{several}, {path.stat().st_size / 1e6:.2f} MB.")
     screen.table("", ("field", "value"), [(k, _brief(v)) for k, v in first.items() if k != "schema"])
     if schema == CONTROLLER:
         _show_controller(first, path, screen)
@@ -217,7 +222,7 @@ def _describe_toml(path: Path, screen: Screen) -> dict[str, Any]:
     document = read_toml(path)
     schema = str(document.get("schema", "no schema"))
     what = "a scenario" if "schema" in document else "a mapping" if _is_mapping(document) else "TOML, neither scenario nor mapping"
-    screen.line(f"{path.name} is {what}{f' {schema}' if 'schema' in document else ''}, {path.stat().st_size / 1e6:.2f} MB.")
+    screen.say(f"{path.name} is {what}{f' {schema}' if 'schema' in document else ''}, {path.stat().st_size / 1e6:.2f} MB.")
     screen.table("", ("field", "value"), [(k, _brief(v)) for k, v in document.items() if k != "schema"])
     for question in still_open(path) if _is_mapping(document) else ():
         screen.note(f"line {question.line} asks: {question.text}")
@@ -225,18 +230,35 @@ def _describe_toml(path: Path, screen: Screen) -> dict[str, Any]:
 
 
 def _brief(value: Any) -> str:
+    """Return a field in a few words: numbers to four digits, long texts cut where it shows.
+
+    Examples
+    --------
+    >>> _brief({"rmse_n": 0.91228101, "held_out": True, "why": None}), _brief([1, 2]), _brief("a " * 60)[-5:]
+    ('rmse_n 0.9123, held_out True, why -', '2 entries', 'a ...')
+    """
     if isinstance(value, dict):
-        inner = ", ".join(f"{k} {v}" for k, v in value.items() if not isinstance(v, (dict, list)))
-        return inner[:100] if inner else f"{len(value)} entries"
-    return f"{len(value)} entries" if isinstance(value, list) else str(value)[:100]
+        # of a hash the first digits, as where a table came from
+        shown = {k: v[:12] if isinstance(v, str) and HASH.fullmatch(v) else cell(v) for k, v in value.items() if not isinstance(v, (dict, list))}
+        inner = ", ".join(f"{k} {v}" for k, v in shown.items())
+        return _cut(inner) if inner else f"{len(value)} entries"
+    return f"{len(value)} entries" if isinstance(value, list) else _cut(cell(value))
+
+
+def _cut(text: str) -> str:
+    """Return at most about ``LONGEST`` letters of a text, whole words where it has them."""
+    if len(text) <= LONGEST:
+        return text
+    words = text[:LONGEST].rpartition(" ")[0] or text[:LONGEST]
+    return f"{words} ..."
 
 
 def _describe_model(path: Path, screen: Screen) -> dict[str, Any]:
     from sstl_cli.mapping.weights import load_model
 
     header = load_model(path).header
-    screen.line(f"{path.name} is a mapping model (version {header.schema_version}), {path.stat().st_size / 1e6:.2f} MB.")
-    screen.line(f"  sstl {header.package_version}, seed {header.seed}, trained on {len(header.configs)} configurations")
+    screen.say(f"{path.name} is a mapping model (version {header.schema_version}), {path.stat().st_size / 1e6:.2f} MB.")
+    screen.say(f"  sstl {header.package_version}, seed {header.seed}, trained on {len(header.configs)} configurations")
     rows = [(v.name, v.alpha, v.weight_inv, v.rmse_validation) for v in header.variants]
     screen.table("", ("variant", "shortcut", "lambda", "RMSE validation"), rows)
     return {

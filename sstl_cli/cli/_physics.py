@@ -122,7 +122,8 @@ def show_channels(screen: Screen, judged: Judged) -> None:
             float(f"{median(values):.3g}")
             for values in zip(*((s.rate_hz, 1000.0 * s.refresh_s, s.step_n, s.noise_n) for s in sensors), strict=True)
         )
-        rows.append([Path(str(log)).name, column, len(group), rate, refresh, step, noise, unit, held])
+        # a reading without steps has none, not one of 0
+        rows.append([Path(str(log)).name, column, len(group), rate, refresh, step or None, noise, unit, held])
     keep = [i for i in range(9) if (i != 0 or len({r[0] for r in rows}) > 1) and (i != 8 or any(r[8] for r in rows))]
     header = ("file", "channel", "runs", "rate Hz", "refresh ms", "step", "noise", "unit", "")
     if rows:

@@ -11,6 +11,8 @@ NARROWEST = 6
 # a place where a name may go on in the next line
 _BREAKS = re.compile(r"(?<=\w[-_/,;:+=])(?<!\de[-+])(?=[^\s\d]|(?<=\D[-_/,;:+=]))(?=\S)|(?<=\s)(?=\S)")
 _SPACES = re.compile(r"(?<=\s)(?=\S)")
+# a heading keeps its unit beside it
+_HEAD = re.compile(r"(?<=\s)(?=\S{4})")
 
 
 def lines(header: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool], width: int) -> list[str]:
@@ -22,7 +24,7 @@ def lines(header: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequenc
     ['run              N', '──────────────────', 'CP-020-        1.5', 'trapezoid-act']
     """
     widths = _widths(header, rows, numeric, width)
-    out = _row([_wrapped(h, w, _SPACES) for h, w in zip(header, widths, strict=True)], widths, numeric)
+    out = _row([_wrapped(h, w, _HEAD, _HEAD) for h, w in zip(header, widths, strict=True)], widths, numeric)
     out.append("─" * (sum(widths) + len(SEPARATION) * (len(widths) - 1)))
     for row in rows:
         out += _row([[c] if n else _wrapped(c, w) for c, w, n in zip(row, widths, numeric, strict=True)], widths, numeric)
@@ -39,7 +41,7 @@ def _widths(header: Sequence[str], rows: Sequence[Sequence[str]], numeric: Seque
     wanted, least, bare = [], [], []
     for i, name in enumerate(header):
         cells = [row[i] for row in rows]
-        head = max(columns(p.rstrip()) for p in _SPACES.split(name))
+        head = max(columns(p.rstrip()) for p in _HEAD.split(name))
         longest = max(map(columns, cells), default=0)
         piece = max((columns(p.rstrip()) for c in cells for p in _BREAKS.split(c)), default=0)
         least.append(max(head, longest if numeric[i] else min(piece, longest)))
@@ -56,11 +58,11 @@ def _widths(header: Sequence[str], rows: Sequence[Sequence[str]], numeric: Seque
     return wanted
 
 
-def _wrapped(text: str, width: int, at: re.Pattern[str] = _BREAKS) -> list[str]:
+def _wrapped(text: str, width: int, at: re.Pattern[str] = _BREAKS, between: re.Pattern[str] = _SPACES) -> list[str]:
     """Return a text in lines of at most ``width`` columns; a piece longer than that is broken where it must be."""
     out = [""]
     # words stay whole where a line can hold them
-    pieces = (p for word in _SPACES.split(text) for p in ([word] if columns(word.rstrip()) <= width else at.split(word)))
+    pieces = (p for word in between.split(text) for p in ([word] if columns(word.rstrip()) <= width else at.split(word)))
     for piece in pieces:
         if out[-1] and columns((out[-1] + piece).rstrip()) > width:
             out[-1] = out[-1].rstrip()

@@ -55,7 +55,7 @@ class Asked:
 
     context: typer.Context
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="import, check, segment, diagnose, report, ...")]
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Files, or addresses such as s3://rig/*.csv.")]
+    files: Annotated[list[str], typer.Argument(metavar="FILE", help="Files, or addresses such as s3://rig/*.csv.")]
     out_dir: Annotated[str, typer.Option("--out-dir", help="Folder (or address) for one output a file.")]
     workers: Annotated[int, typer.Option(min=0, max=1024, help="Local processes (0: one a core).")] = 0
     scheduler: Annotated[
@@ -185,7 +185,7 @@ def _locked(lock: Any) -> bool:
 def _show(screen: Screen, command: str, outcomes: list[Outcome]) -> None:
     count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
     parts = ", ".join(f"{n} {state}" for state, n in count.items() if n)
-    screen.line(f"{command}: {len(outcomes)} files: {parts}")
+    screen.say(f"{command}: {len(outcomes)} files: {parts}")
     told = [o for o in outcomes if o.state not in ("done", "skipped")]
     for outcome in told[:SHOWN]:
         screen.note(f"{outcome.state}: {outcome.source}: {outcome.line}")

@@ -72,7 +72,7 @@ def make(asked: Making) -> None:
         closing(blind_make.run(count, drawn_from, quick, asked.workers, advance, asked.simulator, asked.recordings)) as drawn,
     ):
         made = files.write_set(folder, drawn, count, drawn_from, quick, asked.force)
-    screen.line(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
+    screen.say(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
     screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})
 
 
@@ -92,7 +92,7 @@ def run(
     plan = files.read_plan(folder)
     with screen.progress("diagnosing cases", len(plan)) as advance:
         done, there = files.diagnose_all(folder, plan, workers, force, advance)
-    screen.line(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
+    screen.say(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
     screen.finish({"schema": "sstl.blind.run/1", "out": str(out), "diagnosed": done, "kept": there})
 
 
@@ -172,7 +172,7 @@ def limit(
     truth = files.open_truth(folder)
     with screen.progress("computing distances", len(plan)) as advance:
         document = files.measure_all(folder, plan, truth, workers, force, advance)
-    screen.line(
+    screen.say(
         f"{document['decidable']} of {document['judged']} cases with something withheld can be told from base and rivals "
         f"(D^2 >= {document['decidable_d2']:g}) -> {folder.limit}"
     )
@@ -211,7 +211,7 @@ def library(asked: Library) -> None:
         made = step.run(asked.file, options, asked.workers, asked.force, advance)
     if made["failed"]:
         screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
-    screen.line(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {asked.file}")
+    screen.say(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {asked.file}")
     screen.finish({"schema": "sstl.blind.library/1", "out": str(asked.file), **made})
 
 

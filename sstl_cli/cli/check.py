@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
 def check(
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...", help="Files of sstl: logs and other tables, logs as CSV, JSON, models."),
+        typer.Argument(metavar="LOG", help="Files of sstl: logs and other tables, logs as CSV, JSON, models."),
     ],
     no_physics: NoPhysics = False,
     as_json: Json = False,

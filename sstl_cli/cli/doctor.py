@@ -27,13 +27,13 @@ def doctor(as_json: Json = False, config: Config = None) -> None:
     good = all(p.ok for p in probes)
     bad = ", ".join(p.name for p in probes if not p.ok)
     screen.say("This installation works." if good else f"This installation does not work as it should: {bad}.")
-    screen.line(f"sstl {facts['sstl']}, Python {facts['python']}, {facts['system']}")
-    screen.line(f"{facts['cores_usable']} of {facts['cores']} cores usable")
+    screen.say(f"sstl {facts['sstl']}, Python {facts['python']}, {facts['system']}")
+    screen.say(f"{facts['cores_usable']} of {facts['cores']} cores usable")
     screen.say(", ".join(f"{name} {version or 'missing'}" for name, version in facts["packages"].items()))
     for name, present in facts["extras"].items():
-        screen.line(f"extra {name}: {'present' if present else f'absent (pip install sstl-cli[{name}])'}")
+        screen.say(f"extra {name}: {'present' if present else f'absent (pip install sstl-cli[{name}])'}")
     for probe in probes:
-        screen.line(f"{'good' if probe.ok else 'BAD '} {probe.name}: {probe.detail}")
+        screen.say(f"{'good' if probe.ok else 'BAD '} {probe.name}: {probe.detail}")
         if not probe.ok:
             screen.note(f"{probe.name}: {probe.fix}")
     document = {"schema": "sstl.doctor/1", "ok": good, **facts, "probes": [asdict(p) for p in probes]}

@@ -66,12 +66,12 @@ def show_effect(
     screen = Screen(as_json)
     with usage("ID"):
         effect = get(effect_id)
-    screen.line(f"{effect.id}: {effect.title} ({effect.stage})")
+    screen.say(f"{effect.id}: {effect.title} ({effect.stage})")
     screen.say(f"  {effect.equation}")
     screen.say(f"  source: {effect.source}")
     screen.say(f"  shows with: {effect.excitation}")
     if effect.needs:
-        screen.line(f"  needs the channel: {', '.join(effect.needs)}")
+        screen.say(f"  needs the channel: {', '.join(effect.needs)}")
     if effect.look_alikes:
         screen.say(f"  may be mistaken for: {', '.join(effect.look_alikes)}")
     rows = [(p.name, "" if p.unit == "1" else p.unit, p.neutral, p.low, p.high, p.meaning) for p in effect.parameters]

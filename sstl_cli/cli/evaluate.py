@@ -29,7 +29,7 @@ class Asked:
     """What a call asks for."""
 
     theta: Annotated[list[Path], typer.Option("--theta", help="Theta table of sstl segment (repeatable).")]
-    model: Annotated[Path | None, typer.Argument(metavar="[MODEL]", help="Model of sstl train.")] = None
+    model: Annotated[Path | None, typer.Argument(metavar="MODEL", help="Model of sstl train.")] = None
     tables: Annotated[bool, typer.Option("--tables", help="Tables I and II of the Theta table.")] = False
     everything: Annotated[bool, typer.Option("--all", help="Judge on trained configurations too.")] = False
     out: Annotated[Path | None, typer.Option("--out", "-o", help="RMSE of every variant and seed (Parquet).")] = None

@@ -44,7 +44,7 @@ def register(app: typer.Typer) -> None:
 class Asked:
     """What a call asks for."""
 
-    files: Annotated[list[Path], typer.Argument(help="Recordings.", show_default=False)]
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Recordings.", show_default=False)]
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Log table to write (Parquet).")] = None
     mapping: Annotated[Path | None, typer.Option("--mapping", metavar="FILE.toml", help="Mapping file.")] = None
     map_: Annotated[str | None, typer.Option("--map", help="Mapping in short: target=source[:unit],...")] = None
@@ -137,7 +137,7 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
     screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)
     found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
     if found:
-        screen.line(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
+        screen.say(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
     for reason, n in document["set_aside_by"].items():
         screen.note(f"set aside: {n} samples, {reason}")
     if document["set_aside"]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +25,7 @@ def register(app: typer.Typer) -> None:
 
 def info(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Files of sstl: tables, logs as CSV, JSON, models.")
+        list[Path], typer.Argument(metavar="FILE", help="Files of sstl: tables, logs as CSV, JSON, models.")
     ],
     as_json: Json = False,
     config: Config = None,
@@ -56,7 +57,7 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
         )
     reader: Any = _text(path) if kind == "text" else open_table(path, schema)
     origin = reader.metadata
-    screen.line(
+    screen.say(
         f"{path.name} is a table {schema.id} (version {schema.version}) of {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB."
     )
     if origin:
@@ -104,20 +105,33 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
             r.config_id,
             r.system,
             r.samples,
-            r.end_s - r.start_s,
+            round(r.end_s - r.start_s, 1),
             r.rate_hz,
-            f"{r.in_min_n:.2f}..{r.in_max_n:.2f}",
-            f"{r.out_min_n:.2f}..{r.out_max_n:.2f}",
+            _span(r.in_min_n, r.in_max_n),
+            _span(r.out_min_n, r.out_max_n),
         )
         for r in runs
     ]
     units = units_of(reader.file.schema_arrow)
-    header = ("run", "config", "system", "samples", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
+    header = ("run", "config", "system", "rows", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
     screen.table(f"{len(runs)} runs", header, rows, most=SHOWN)
     if not screen.as_json and runs:
         for line in _loop(step.loop_of(reader, runs[0]), runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
     return [{**asdict(r), "duration_s": r.end_s - r.start_s, "rate_hz": r.rate_hz} for r in runs]
+
+
+def _span(low: float, high: float) -> str:
+    """Return a range to about a hundredth of its width, so that the names beside it have room.
+
+    Examples
+    --------
+    >>> _span(-0.0612, 30.049), _span(0.0, 0.25)
+    ('-0.1..30.0', '0.000..0.250')
+    """
+    width = high - low
+    digits = max(0, 2 - math.floor(math.log10(width))) if 0 < width < math.inf else 2
+    return f"{round(low, digits) + 0.0:.{digits}f}..{round(high, digits) + 0.0:.{digits}f}"
 
 
 def _loop(drawn: list[str], first: RunSummary, unit_in: str, unit_out: str) -> list[str]:
@@ -148,7 +162,7 @@ def _other(reader: Any, screen: Screen) -> dict[str, Any]:
         if "mean" in found:
             rows.append((name, _unit(reader, name), found["nulls"], found["min"], found["mean"], found["max"]))
         elif "counts" in found:
-            screen.line(f"  {name}: " + ", ".join(f"{value} {n}" for value, n in list(found["counts"].items())[:8]))
+            screen.say(f"  {name}: " + ", ".join(f"{value} {n}" for value, n in list(found["counts"].items())[:8]))
     screen.table("", ("column", "unit", "nulls", "min", "mean", "max"), rows)
     return ranges
 

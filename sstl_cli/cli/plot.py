@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
 
 def plot(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="What to draw; further files add phases or fitted lines.")
+        list[Path], typer.Argument(metavar="FILE", help="What to draw; further files add phases or fitted lines.")
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Picture to write: .png, .svg or .pdf.")],
     kind: Annotated[

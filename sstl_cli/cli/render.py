@@ -9,16 +9,16 @@ import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn, TextIO, TypeVar
 
 import typer
 
+from sstl_cli.cli._progress import Bar, Pace
 from sstl_cli.cli.streams import takes_all_text
 from sstl_cli.core.aside import open_ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, GateError, SstlError, printable
 
 T = TypeVar("T")
-SHOW_PROGRESS_AFTER_S = 2.0
 PIPE_COLUMNS = 200
 SHOWN_ASIDE = 20
 # the screens of this call of the program, what its -q and -v ask for, and when it began
@@ -41,9 +41,10 @@ class Screen:
         _open.append(self)
 
     def note(self, text: str) -> None:
-        """Print narration on stderr (not with --quiet)."""
+        """Print narration on stderr, broken between words where the terminal ends (not with --quiet)."""
         if "quiet" not in _asked:
-            print(printable(text), file=sys.stderr)
+            for line in _broken(printable(text), width_of(sys.stderr)):
+                print(line, file=sys.stderr)
 
     def note_some(self, title: str, lines: Sequence[str], most: int) -> None:
         """Print narration with a list below it, of at most so many lines."""
@@ -59,14 +60,7 @@ class Screen:
 
     def say(self, text: str) -> None:
         """Print a sentence of the result, broken between words where the terminal ends (not with --json)."""
-        import textwrap
-
-        shown = printable(text)
-        indent = shown[: len(shown) - len(shown.lstrip())]
-        width = _width()
-        for line in textwrap.wrap(
-            shown, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-        ) or [""]:
+        for line in _broken(printable(text), width_of(sys.stdout)):
             self.line(line)
 
     def table(
@@ -82,7 +76,7 @@ class Screen:
         numeric = [bool(rows) and all(_is_number(r[i]) for r in rows) for i in range(len(header))]
         if title:
             print(f"\n{_bold(printable(title))}")
-        for line in _table.lines(header, cells, numeric, _width()):
+        for line in _table.lines(header, cells, numeric, width_of(sys.stdout)):
             print(line)
         if len(rows) > len(cells):
             self.line(f"and {len(rows) - len(cells)} more rows; --json has all")
@@ -144,25 +138,19 @@ class Screen:
             self.note(f"note: {text}")
 
     @contextmanager
-    def progress(self, label: str, total: float | None = None) -> Iterator[Callable[[float], None]]:
-        """Yield ``advance(amount)``; a bar appears on stderr once the work takes over two seconds."""
-        started = time.monotonic()
-        bar: list[Any] = []
-        done = 0.0
+    def progress(self, label: str, total: float | None = None, pace: Pace | None = None) -> Iterator[Callable[[float], None]]:
+        """Yield ``advance(amount)``; a bar appears on stderr once the work takes over two seconds.
 
-        def advance(amount: float) -> None:
-            nonlocal done
-            done += amount
-            if not bar and "quiet" not in _asked and sys.stderr.isatty() and time.monotonic() - started > SHOW_PROGRESS_AFTER_S:
-                bar.append(_bar(label, total))
-            if bar:
-                bar[0].update(0, completed=done)
-
+        With a ``pace`` it moves with the time that such work takes, not with its steps.
+        """
+        if "quiet" in _asked or not sys.stderr.isatty():
+            yield lambda _: None
+            return
+        bar = Bar(label, total, pace)
         try:
-            yield advance
+            yield bar.advance
         finally:
-            if bar:
-                bar[0].stop()
+            bar.close()
 
 
 def begin() -> None:
@@ -243,11 +231,23 @@ def _bold(text: str) -> str:
     return text if plain else f"\033[1m{text}\033[0m"
 
 
-def _width() -> int:
+def width_of(stream: TextIO) -> int:
     """Return the columns to keep to; a file or a pipe has none."""
     import shutil
 
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
+    return shutil.get_terminal_size().columns if stream.isatty() or "COLUMNS" in os.environ else PIPE_COLUMNS
+
+
+def _broken(text: str, width: int) -> list[str]:
+    """Return a text as lines; what continues an indented line stands further in than what follows it."""
+    import textwrap
+
+    if len(text) <= width:
+        return [text]
+    indent = text[: len(text) - len(text.lstrip())]
+    return textwrap.wrap(
+        text, width, subsequent_indent=indent * 2, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def cell(value: object) -> str:
@@ -257,13 +257,3 @@ def cell(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     return str(value)
-
-
-def _bar(label: str, total: float | None) -> Any:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    bar = Progress(console=Console(stderr=True), transient=True)
-    bar.add_task(label, total=total)
-    bar.start()
-    return bar

@@ -101,13 +101,13 @@ def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, ma
     written: list[str] = []
     if asked.out is not None:
         written = files.write(asked.out, found, shown, made, asked.force)
-        screen.line(f"{len(written)} files -> {asked.out}")
+        screen.say(f"{len(written)} files -> {asked.out}")
     elif found.figures:
         screen.note("figures are drawn with --out DIR")
     if asked.gap_logs is not None:
         written += files.write_gap_logs(asked.gap_logs, found, asked.seed, made, asked.force)
         log, other = (asked.gap_logs / name for name in files.GAP_LOGS)
-        screen.line(f"two logs; next: sstl diagnose {log} --against {other}")
+        screen.say(f"two logs; next: sstl diagnose {log} --against {other}")
     document = {
         "schema": "sstl.reproduce/1",
         "tables": list(options.tables),
@@ -135,7 +135,7 @@ def _show(screen: Screen, shown: Shown) -> None:
             screen.line(line)
     for verdict, n in shown.counts.items():
         if n:
-            screen.line(f"{n:4d} entries {verdict}: {VERDICTS[verdict]}")
+            screen.say(f"{n:4d} entries {verdict}: {VERDICTS[verdict]}")
 
 
 def _require_spread(screen: Screen, found: Reproduction) -> None:

@@ -19,7 +19,7 @@ def register(app: typer.Typer) -> None:
 
 def schema(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Document, such as diagnosis; without a name: list them.")
+        str | None, typer.Argument(metavar="NAME", help="Document, such as diagnosis; without a name: list them.")
     ] = None,
     as_json: Json = False,
     config: Config = None,
@@ -34,6 +34,6 @@ def schema(
         screen.as_json = True
         screen.finish(model.json_schema())
     rows = [(known, model.schema_name(), (model.__doc__ or "").splitlines()[0].replace("``", "'")) for known, model in catalogue().items()]
-    screen.line(f"{len(rows)} documents; 'sstl schema NAME' prints what is in one.")
+    screen.say(f"{len(rows)} documents; 'sstl schema NAME' prints what is in one.")
     screen.table("", ("name", "schema", "what"), rows)
     screen.finish({"schema": "sstl.schemas/1", "documents": [{"name": n, "id": i, "what": w} for n, i, w in rows]})

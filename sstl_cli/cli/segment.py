@@ -33,7 +33,7 @@ def register(app: typer.Typer) -> None:
 class Asked:
     """What a call asks for."""
 
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs (Parquet).")]
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs (Parquet).")]
     out: Out
     phases: Annotated[Path | None, typer.Option(help="Also write the phase PB, PP, RB or RP of every sample.")] = None
     cutoff_hz: Annotated[

@@ -25,7 +25,7 @@ def register(app: typer.Typer) -> None:
 class Asked:
     """What a call asks for."""
 
-    theta: Annotated[list[Path], typer.Argument(metavar="THETA...", help="Theta tables of sstl segment (Parquet).")]
+    theta: Annotated[list[Path], typer.Argument(metavar="THETA", help="Theta tables of sstl segment (Parquet).")]
     out: Out
     variants: Annotated[
         str, typer.Option(help="all, or some of linear,plain,plain-inv,skip,skip-inv (inv: inverse consistency).")
@@ -94,10 +94,10 @@ def _show(screen: Screen, result: Any, out: Path) -> None:
         [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
         "Validation errors are means over seeds.",
     )
-    screen.line("Configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()))
+    screen.say("Configurations: " + ", ".join(f"{v} {k.replace('_', '-')}" for k, v in result.counts.items()))
     if header.tendons:
         tried = ", ".join(f"{k} {v:.4g}" for k, v in header.strategy_rmse.items())
-        screen.line(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")
+        screen.say(f"{len(header.tendons)} tendons: {header.strategy} mapping (validation RMSE: {tried})")
     _theta.note_aside(screen, result.pairs)
 
 

@@ -8,13 +8,13 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from sstl_cli.cli import _watch_show as show
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Json, Seed
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, width_of
 from sstl_cli.core.workers import goes_on
 
 EPILOG = "Example: sstl watch rig.csv --model mapping.safetensors --until-idle 60 --fail-on-alarm"
-ORDER = ("gamma_p", "beta_p", "gamma_r", "beta_r")
 
 
 def register(app: typer.Typer) -> None:
@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
 class Asked:
     """What a call asks for."""
 
-    logs: Annotated[list[str], typer.Argument(help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")]
+    logs: Annotated[list[str], typer.Argument(metavar="LOG", help="Growing text logs, folders of Parquet chunks, or 'glob*' patterns.")]
     model: Annotated[Path | None, typer.Option(help="Mapping of sstl train: its inputs are checked, act loops compared.")] = None
     sim: Annotated[str | None, typer.Option(help="Simulator (scenario TOML) that the loops are compared with.")] = None
     mapping: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Columns and units, as for sstl import.")] = None
@@ -88,6 +88,7 @@ class _Session:
         self.alarms: list[dict[str, Any]] = []
         self._unnamed: list[Any] = []
         self._noted = 0
+        self._headed = False
 
     def follow(self, once: bool, until_idle: float | None, poll_s: float) -> None:
         """Look until there is nothing more to come."""
@@ -131,7 +132,7 @@ class _Session:
             else:
                 self._line(f"ALARM  {event.stream}: {event.why}")
         else:
-            self._line(_text(event), event.document())
+            self._loop(event)
         waiting = [a for a in self._unnamed if a.kind == "change"]
         for alarm in waiting:
             if self.watcher.loops_since(alarm) >= self.name_after:
@@ -160,6 +161,17 @@ class _Session:
             group = f" (not told apart: {', '.join(naming.group)})" if len(naming.group) > 1 else ""
             self._line(f"likely {alarm.stream}: {named}{group}; {naming.why}", document)
 
+    def _loop(self, event: Any) -> None:
+        """Show a loop, below a heading where it is the first."""
+        import sys
+
+        if not self._headed:
+            self._headed = True
+            if not self.screen.as_json:
+                self.screen.note(show.heading(event.run.unit_out or "N"))
+        for line in [""] if self.screen.as_json else show.loop(event, width_of(sys.stdout)):
+            self._line(line, event.document())
+
     def _line(self, text: str, document: dict[str, Any] | None = None) -> None:
         """Show a line at once: a watch may be read by another program as it goes."""
         import sys
@@ -167,7 +179,7 @@ class _Session:
         if self.screen.as_json and document is not None:
             self.screen.document(document)
         elif text:
-            self.screen.line(text)
+            self.screen.say(text)
         sys.stdout.flush()
 
     def finish(self, fail_on_alarm: bool) -> NoReturn:
@@ -184,7 +196,7 @@ class _Session:
             self.screen.note(f"set aside: {count} ({reason})")
         loops, samples = self.watcher.loops, self.watcher.intake.samples
         learning = self.watcher.not_armed()
-        self._line(_summary(loops, samples, len(self.alarms), learning, self.watcher.options.learn))
+        self._line(show.summary(loops, samples, len(self.alarms), learning, self.watcher.options.learn))
         if samples == 0:
             self.screen.note("no sample was read; is the name right, and are there whole lines?")
         document = {
@@ -193,26 +205,3 @@ class _Session:
         }
         missed = [f"{len(self.alarms)} alarms"] if fail_on_alarm and self.alarms else []
         self.screen.finish(document, EXIT_FAILED if samples == 0 else EXIT_DONE, missed=missed, aside=bool(aside))
-
-
-def _summary(loops: int, samples: int, alarms: int, learning: dict[str, int], learn: int) -> str:
-    """Return what was seen; where a stream is still learning, that no alarm means little is said instead of 0 alarms."""
-    waiting = ", ".join(f"{name} {n} of {learn} loops" for name, n in list(learning.items())[:4])
-    more = f" and {len(learning) - 4} more" if len(learning) > 4 else ""
-    told = f"not armed: {waiting}{more}" if learning else ""
-    counted = f"{alarms} alarms" if alarms or not learning else ""
-    return f"{loops} loops in {samples} samples, " + "; ".join(t for t in (counted, told) if t)
-
-
-def _text(loop: Any) -> str:
-    """Return a loop as one line."""
-    run, theta = loop.run, loop.segmentation.theta
-    place = " ".join([run.system, *filter(None, (run.tendon, run.config_id))])
-    values = " ".join(f"{theta[p]:8.4f}" if theta[p] is not None else "       -" for p in ORDER)
-    gap = "-" if loop.gap_n is None else f"{loop.gap_n:.4f} N"
-    chart = "learning" if loop.learning else f"chart {100 * loop.level:3.0f} %"
-    more = [f"-> act {loop.mapped[0]:.4f} {loop.mapped[1]:.4f}"] if loop.mapped is not None else []
-    more += [f"{loop.range} range"] if loop.range in ("edge", "outside") else []
-    more += [loop.segmentation.status] if loop.segmentation.status != "ok" else []
-    start, end = run.time_s[0], run.time_s[-1]
-    return f"{loop.number:5d}  {place:14s} {start:8.1f}-{end:<8.1f} {values}  gap {gap}  {chart}" + "".join(f"  {m}" for m in more)

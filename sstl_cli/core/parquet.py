@@ -269,9 +269,9 @@ def write_table(
 
 def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
     if not path.exists():
-        raise SstlError("file not found", where=str(path), code="E130")
+        raise SstlError("file not found", where=str(path), fix="give the path of a table that sstl wrote", code="E130")
     if path.is_dir():
-        raise SstlError("is a folder, not a file", where=str(path), code="E130")
+        raise SstlError("is a folder, not a file", where=str(path), fix="name the files in it", code="E130")
     try:
         file = pq.ParquetFile(path)
         types = {f.name: f.type for f in file.schema_arrow}

@@ -9,6 +9,9 @@ from sstl_cli.reporting.documents import interval, mapping, number, rows
 from sstl_cli.reporting.table import Cell, Table, cell, loose, probability, table
 from sstl_cli.reporting.words import Catalogue, unit_of, why_null
 
+# parameters of the line itself, which are fitted beside those of an effect
+SHARED = {"load_mm_per_n": "how far the load gives way at the far end"}
+
 
 def all_of(document: dict[str, Any], catalogue: Catalogue) -> list[Table]:
     """Return the tables that the document fills, in the order of the page."""
@@ -16,7 +19,7 @@ def all_of(document: dict[str, Any], catalogue: Catalogue) -> list[Table]:
     made = [
         _candidates(document, catalogue),
         _parameters(document, catalogue),
-        loose("What would have shown", verdict.get("would_have_shown"), "effect", unit),
+        loose("What would have shown", _without_one(verdict.get("would_have_shown")), "effect", unit),
         loose("Where the unexplained rest lies", _flat(verdict.get("leftover")), "field", unit),
         loose("Runs without which the verdict differs", verdict.get("odd_runs"), "run", unit),
         _tracking(document, unit),
@@ -70,7 +73,7 @@ def _parameters(document: dict[str, Any], catalogue: Catalogue) -> Table | None:
                     number(p.get("estimate")),
                     *interval(p.get("ci95")),
                     "" if p.get("unit") in ("1", None) else p.get("unit"),
-                    note.meanings.get(str(p.get("name")), "") if note else "",
+                    (note.meanings if note else {}).get(str(p.get("name"))) or SHARED.get(str(p.get("name")), ""),
                     "; ".join(r for r in remarks if r),
                 ]
             )
@@ -80,7 +83,7 @@ def _parameters(document: dict[str, Any], catalogue: Catalogue) -> Table | None:
 def _tracking(document: dict[str, Any], unit: str) -> Table | None:
     found = rows(mapping(document, "downstream"), "tracking")
     header = ["reference", ("tracking RMSE without the effect", unit), ("with it", unit)]
-    lines = ([r.get("reference"), number(r.get("rmse_without_n")), number(r.get("rmse_with_n"))] for r in found)
+    lines = ([r.get("reference"), *(probability(number(r.get(k))) for k in ("rmse_without_n", "rmse_with_n"))] for r in found)
     return table("A controller designed without and with the effect", header, lines) if found else None
 
 
@@ -90,6 +93,13 @@ def _where(document: dict[str, Any], unit: str) -> Table | None:
     found = rows(document, "where")
     lines = ([*(r.get(k) for k in keys), number(r.get("share_pct")), number(r.get("rmse_n"))] for r in found)
     return table("Where the gap sits", header, lines) if found else None
+
+
+def _without_one(found: Any) -> Any:
+    """Return rows whose dimensionless sizes have no unit, instead of the unit 1."""
+    if not isinstance(found, list):
+        return found
+    return [{**r, "unit": ""} if isinstance(r, dict) and r.get("unit") == "1" else r for r in found]
 
 
 def _flat(found: Any) -> Any:

@@ -68,7 +68,7 @@ def cell(value: Any) -> Cell:
 
 
 def probability(value: float) -> Cell:
-    """Return a probability: what is below a thousandth says so instead of showing an exponent."""
+    """Return a probability or an error: what is below a thousandth says so instead of showing an exponent."""
     return Cell("< 0.001", repr(value)) if 0 <= value < 0.001 else cell(value)
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 from sstl_cli.core.errors import printable
@@ -17,6 +20,8 @@ PHASES = {
     "RP": "while releasing, as the far end follows (RP)",
 }
 Catalogue = Mapping[str, EffectNote]
+# no library of cases is large enough to promise more: the sentence of a diagnosis stops there, too
+MOST_SURE = 99.0
 
 
 def unit_of(document: dict[str, Any]) -> str:
@@ -130,13 +135,21 @@ def how_sure(document: dict[str, Any], blind: list[dict[str, Any]]) -> str:
     if sure != sure:
         reason = printable(str(verdict.get("confidence_why") or "")).rstrip(".")
         return f"Not stated: {reason}." if reason else "Not stated."
-    text = f"{100 * sure:.0f} %: of 100 such verdicts about {100 * sure:.0f} are right."
+    stated = min(100 * sure, MOST_SURE)
+    text = f"{stated:.0f} %: of 100 such verdicts about {stated:.0f} are right."
     for document_ in blind:
         for row in rows(document_, "reliability"):
             right, n = number(row.get("share_right")), number(row.get("n"))
             if number(row.get("p_low")) <= sure <= number(row.get("p_high")) and right == right and n > 0:
-                return f"{text} In the sealed check {round(right * n)} of {n:.0f} verdicts with this confidence were."
+                name = printable(str(document_.get("name") or "the sealed check"))
+                return f"{text} In {name} {round(right * n)} of {n:.0f} verdicts with this confidence were."
     return text
+
+
+@cache
+def published() -> dict[str, Any]:
+    """Return what the published withheld-effect check says of verdicts by their confidence (docs/blind.md)."""
+    return dict(json.loads(files("sstl_cli.reporting").joinpath("sealed.json").read_text(encoding="utf-8")))
 
 
 def why_null(owner: dict[str, Any], key: str) -> str:

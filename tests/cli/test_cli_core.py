@@ -60,6 +60,15 @@ def test_every_command_has_the_shared_options(path, monkeypatch, capsys) -> None
     )
 
 
+@pytest.mark.parametrize("path", commands(), ids=" ".join)
+def test_help_names_values_in_plain_words(path, monkeypatch, capsys) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    run_here(monkeypatch, *path, "--help")
+    text = capsys.readouterr().out
+    assert not [w for w in ("[[", "...}", "list[", " range>", "<str>", "<int>", "<float>") if w in text]
+    assert max(map(len, text.splitlines())) <= 80
+
+
 def test_version(monkeypatch, capsys) -> None:
     from sstl_cli import __version__
 

@@ -39,6 +39,12 @@ def test_headings_wrap_before_names_do():
     assert any(RUN in line for line in found) and any(line.endswith("backlash") for line in found)
 
 
+def test_a_heading_keeps_its_unit_beside_it():
+    rows = [["pulley_friction", "92.86", "a long list of parameters that takes the rest"]]
+    found = drawn(["effect", "shrink %", "parameters"], rows, [False, True, False], 60)
+    assert "shrink %" in found[0] and max(map(len, found)) <= 60
+
+
 @given(
     st.lists(
         st.tuples(st.text("abc-_/. é漢", max_size=40), st.integers(-10**9, 10**9)), min_size=1, max_size=5

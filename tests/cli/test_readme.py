@@ -72,6 +72,18 @@ def test_the_shown_screen_is_the_real_one(walked: Path) -> None:
         assert numbers == pytest.approx([float(x) for x in number.findall(b)], rel=0.02, abs=0.01), (a, b)
 
 
+def test_every_screen_of_the_walk_through_fits_80_columns(walked: Path) -> None:
+    screens = {p.stem: p.read_text().splitlines() for p in (walked / "screens").iterdir()}
+    # a proposed mapping is shown as the file that it is
+    wide = {name: line for name, lines in screens.items() if "--guess" not in name for line in lines if len(line) > 80}
+    assert wide == {}
+    # the names of the runs stand whole, and no number needs an exponent to say that it is nothing
+    for name in ("info log", "segment log"):
+        for run in read_runs(SAMPLE):
+            assert any(run.run_id in line for line in screens[name]), (name, run.run_id)
+    assert not [x for lines in screens.values() for line in lines for x in re.findall(r"\de-(?:0[4-9]|1\d)", line)]
+
+
 def test_the_demo_compensates_inside_the_trained_range(walked: Path) -> None:
     shown = re.findall(r"```text\n(.*?)```", README, re.S)[1].split("\n", 1)
     scores = {r["method"]: r["rmse_n"] for r in pq.read_table(walked / "scores.parquet").to_pylist() if r["window"] != "all"}

@@ -173,6 +173,33 @@ def test_prints_light_and_without_controls(browser, shots):
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
 
 
+def test_nothing_is_cut_off_on_paper_and_a_narrow_screen_can_be_scrolled(browser):
+    cut = "return [...document.querySelectorAll('.scroll,figure')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.ariaLabel || e.className)"
+    # A4 in portrait between margins of 1 cm
+    metrics = {"width": 718, "height": 1000, "deviceScaleFactor": 1, "mobile": False}
+    try:
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        # tables of the class wide get a page in landscape
+        assert [name for name in browser.execute_script(cut) if name not in wide_tables(browser)] == []
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {**metrics, "width": 1040})
+        assert browser.execute_script(cut) == []
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {**metrics, "width": 420})
+        assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
+        beyond = browser.execute_script(cut)
+        assert "Parameters of the candidates, with 95 % intervals" in beyond
+        style = "return [...document.querySelectorAll('.scroll')].map(e => getComputedStyle(e)).every(s => s.overflowX === 'auto' && s.backgroundImage.includes('gradient'))"
+        assert browser.execute_script(style)
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def wide_tables(browser):
+    return browser.execute_script("return [...document.querySelectorAll('.wide .scroll')].map(e => e.ariaLabel)")
+
+
 def test_the_value_under_the_pointer_and_a_closer_look(browser):
     svg = browser.find_element("css selector", "#logs svg[data-axes]")
     browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", svg)

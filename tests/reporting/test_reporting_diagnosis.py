@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import re
 from html import unescape
+from pathlib import Path
 
 import pytest
 import reporting_inputs as made
 
+from sstl_cli.diagnosis import constants
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.load import load
 from sstl_cli.reporting.table import cell, loose, probability
-from sstl_cli.reporting.words import how_far, how_sure, listed, shrinkage, where
+from sstl_cli.reporting.words import MOST_SURE, how_far, how_sure, listed, published, shrinkage, where
 from sstl_cli.steps import report
 
 
@@ -86,6 +88,46 @@ def test_the_sealed_check_beside_it_is_quoted():
     assert how_sure(made.diagnosis(), [blind]).endswith("In the sealed check 6 of 8 verdicts with this confidence were.")
 
 
+def test_without_a_score_the_published_check_is_quoted():
+    document = made.diagnosis()
+    document["verdict"]["confidence"] = 0.997
+    first = words_of(shown(document).split("<svg")[0])
+    # as the sentence of a diagnosis has it
+    assert f"{MOST_SURE:.0f} %: of 100 such verdicts about {MOST_SURE:.0f} are right." in first and MOST_SURE == constants.MOST_SURE
+    row = published()["reliability"][-1]
+    assert row["p_low"] <= 0.997 <= row["p_high"]
+    assert f"In the published sealed check {round(row['share_right'] * row['n'])} of {row['n']} verdicts with this confidence were." in first
+
+
+def test_the_published_check_is_the_one_of_the_documents():
+    page = (Path(__file__).parents[2] / "docs/blind.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| (\d\.\d)-(\d\.\d) \| (\d+) \| ([\d.]+) \| ([\d.]+) \|$", page, re.M)
+    kept = [(r["p_low"], r["p_high"], r["n"], r["mean_p"], r["share_right"]) for r in published()["reliability"]]
+    assert kept == [tuple(map(float, row)) for row in listed] and len(kept) >= 5
+    assert f"Seal {published()['seal']};" in page and f"{published()['cases']} cases" in page
+
+
+def test_the_first_screen_has_no_jargon():
+    document = made.diagnosis()
+    document["verdict"]["why"] = "adding pulley_friction gains 391891 nats"
+    first, rest = shown(document).split("<svg", 1)
+    assert "nats" not in first and "Why, in numbers: adding pulley_friction gains 391891 nats." in rest
+
+
+def test_tables_spell_small_numbers_units_and_names():
+    document = made.diagnosis()
+    document["downstream"] = {"tracking": [{"reference": "sinusoid", "rmse_without_n": 0.3, "rmse_with_n": 2.1e-15}]}
+    document["verdict"]["would_have_shown"] = [{"effect": "pulley_friction", "size": 0.02, "unit": "1", "gap_n": 0.11}]
+    document["candidates"][0]["parameters"].append({"name": "load_mm_per_n", "unit": "mm/N", "estimate": 0.3, "ci95": [0.2, 0.4]})
+    html = shown(document)
+    text = words_of(html)
+    assert "sinusoid 0.3 < 0.001" in text and "e-15" not in re.sub(r'data-v="[^"]*"', "", html)
+    assert "pulley_friction 0.02 0.11" in text
+    assert "mm/N how far the load gives way" in text
+    # short names stand whole, long ones may be broken behind an underscore
+    assert "load_mm_per_n" in html and "load_<wbr>" not in html
+
+
 def test_nulls_are_shown_with_their_reason():
     document = made.diagnosis()
     document["verdict"] |= {"confidence": None, "confidence_why": "under a prior of your own"}
@@ -126,6 +168,14 @@ def test_a_class_that_cannot_be_separated_shows_the_equations_of_its_members():
 def test_none_lists_no_candidates():
     html = shown(made.diagnosis((), "none"))
     assert "Which effect" not in html and ">Candidates<" not in html and "Nowhere: what is left is noise." in html
+
+
+def test_where_nothing_is_named_nothing_is_drawn_with_the_effect():
+    document = made.diagnosis((), "none")
+    assert "with_effect_n" in json.dumps(document)
+    text = shown(document)
+    assert "with effect" not in text and "as given" in text and "measured − base" in text
+    assert "with effect" in shown(made.diagnosis())
 
 
 def test_a_candidate_leads_to_its_equation():

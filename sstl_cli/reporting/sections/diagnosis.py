@@ -44,7 +44,18 @@ def tendons(document: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     return parts
 
 
+def _unnamed(document: dict[str, Any]) -> dict[str, Any]:
+    """Return a document that names no effect without the numbers and curves 'with the effect'."""
+    if texts(mapping(document, "verdict"), "effects"):
+        return document
+    plain = {**document, "gap": {**mapping(document, "gap"), "rmse_with_effect_n": None}}
+    for key, curve in (("loops", "with_effect_n"), ("residuals", "effect_n")):
+        plain[key] = [{k: v for k, v in row.items() if k != curve} for row in rows(document, key)]
+    return plain
+
+
 def _block(file: str, tendon: str, document: dict[str, Any], place: int, inputs: Inputs) -> dict[str, Any]:
+    document = _unnamed(document)
     verdict = mapping(document, "verdict")
     status = str(verdict.get("status", "–"))
     pictures = {}
@@ -91,7 +102,7 @@ def _facts(document: dict[str, Any], inputs: Inputs) -> list[dict[str, Any]]:
         ("Where", [words.where(document)], []),
         ("Which", [f"{named[:1].upper()}{named[1:]}." if named else "", also], which),
         ("How far", [words.how_far(document), words.shrinkage(document)], []),
-        ("How sure", [words.how_sure(document, inputs.blind)] if verdict else [], []),
+        ("How sure", [words.how_sure(document, inputs.blind or [words.published()])] if verdict else [], []),
     ]
     return [
         {"name": name, "lines": [t for t in lines if t], "links": links}
