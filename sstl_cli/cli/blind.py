@@ -108,14 +108,15 @@ def score(
     from sstl_cli.blind import seal
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, SstlError
-    from sstl_cli.core.files import require_writable, write_json
+    from sstl_cli.core.files import keep_safe, require_writable, write_json
     from sstl_cli.diagnosis.verdict import learned
     from sstl_cli.steps import blind_score as step
 
     screen = Screen(as_json)
+    folder = files.Folder(out)
+    keep_safe(folder.files(), "a file of the set")
     if out_file is not None:
         require_writable(out_file, force)
-    folder = files.Folder(out)
     plan = files.read_plan(folder)
     results = {c: r for c, asked in plan.items() if (r := files.finished(folder, c, asked)) is not None}
     if not results:

@@ -145,9 +145,11 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
 
 
 def _guess(screen: Screen, files: list[Path], format_: str | None, out: Path | None, force: bool) -> None:
-    from sstl_cli.core.files import require_writable, write_text
+    from sstl_cli.core.files import keep_safe, require_writable, write_text
+    from sstl_cli.importers.base import members
     from sstl_cli.importers.guess import guess
 
+    keep_safe([m for path in files for m in members(path)], "the recordings")
     if out is not None:
         require_writable(out, force)
     found = guess(files, format_)
