@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from sstl_cli.core.runs import Run
 
 
+PARTS = ("cases", "fresh", "results", "distances")
+
+
 @dataclass(frozen=True)
 class Folder:
     """Paths of a set; ``truth`` is opened by scoring and by the limit only, ``fresh`` by scoring only."""
@@ -38,6 +41,12 @@ class Folder:
     def limit(self) -> Path:
         return self.root / "limit.json"
 
+    def files(self) -> Iterator[Path]:
+        """Yield every file of the set that is there."""
+        yield from (p for p in (self.hashes, self.plan, self.truth, self.limit) if p.is_file())
+        for part in PARTS:
+            yield from (self.root / part).glob("*.*")
+
     def distance(self, case: str) -> Path:
         return self.root / "distances" / f"{case}.json"
 
@@ -57,11 +66,12 @@ def write_set(
     """Write a set: hashes first, then the recordings and the plan; the truth goes into its one file last."""
     from sstl_cli.blind import seal
     from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import write_json
+    from sstl_cli.core.files import require_followed, write_json
     from sstl_cli.core.provenance import Provenance, sha256
     from sstl_cli.core.runs import write_runs
 
     root = folder.root
+    require_followed(root)
     if root.exists() and (not root.is_dir() or any(root.iterdir())):
         if not force or not (folder.hashes.exists() or not root.is_dir()):
             raise SstlError(
@@ -69,7 +79,7 @@ def write_set(
             )
         if not root.is_dir():
             raise SstlError("is not a folder", where=str(root), fix="give a folder", code="E956")
-        for name in ("cases", "fresh", "results", "distances"):
+        for name in PARTS:
             shutil.rmtree(root / name, ignore_errors=True)
         for path in (folder.hashes, folder.plan, folder.truth, folder.limit, root / "score.json"):
             path.unlink(missing_ok=True)

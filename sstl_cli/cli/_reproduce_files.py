@@ -29,8 +29,9 @@ def names() -> tuple[str, ...]:
 def require(folder: Path, wanted: Sequence[str], force: bool) -> None:
     """Make the folder if it is missing, and refuse before the work begins what could not be written."""
     from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import require_writable
+    from sstl_cli.core.files import require_followed, require_writable
 
+    require_followed(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

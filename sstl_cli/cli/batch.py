@@ -136,7 +136,10 @@ def _folder(out: Place) -> Iterator[None]:
     """Make the output folder, clear what a killed batch left, and keep a second batch out of it."""
     from sstl_cli.cli._batch_places import WORK, telling
     from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import require_followed
 
+    if out.local:
+        require_followed(Path(out.path))
     with telling(out.url):
         out.fs.makedirs(out.inside(WORK).path, exist_ok=True)
     if not out.local:

@@ -116,13 +116,14 @@ def score(asked: Scoring) -> None:
     from sstl_cli.blind import seal
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import require_outputs, write_json
+    from sstl_cli.core.files import keep_safe, require_outputs, write_json
     from sstl_cli.diagnosis.verdict import learned
     from sstl_cli.steps import blind_score as step
 
     screen, out = Screen(asked.as_json), asked.out
-    require_outputs(asked.force, asked.out_file)
     folder = files.Folder(out)
+    keep_safe(folder.files(), "a file of the set")
+    require_outputs(asked.force, asked.out_file)
     plan = files.read_plan(folder)
     results = {c: r for c, told in plan.items() if (r := files.finished(folder, c, told)) is not None}
     if not results:

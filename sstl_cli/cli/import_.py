@@ -155,10 +155,12 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
 
 def _guess(screen: Screen, asked: Asked) -> NoReturn:
     """Propose a mapping, and end."""
-    from sstl_cli.core.files import require_outputs, write_text
+    from sstl_cli.core.files import keep_safe, require_outputs, write_text
+    from sstl_cli.importers.base import members
     from sstl_cli.importers.guess import guess
 
     files = asked.files
+    keep_safe([m for path in files for m in members(path)], "the recordings")
     require_outputs(asked.force, asked.out)
     found = guess(files, asked.format_)
     if asked.out is not None:

@@ -13,6 +13,7 @@ from pydantic import Field
 from sstl_cli.control import law, offline
 from sstl_cli.core.config import Model
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.sound import FASTEST_S, LARGEST
 
 Array = NDArray[np.float64]
 PHASES = ("PB", "PP", "RB", "RP", "SAFE")
@@ -24,8 +25,10 @@ FAULTS = (
     (law.IN_NOT_FINITE, "measured tension lost (not a number)"),
     (law.IN_OUTSIDE, "measured tension out of range"),
 )
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
+# a day: no controller acts more seldom
+LONGEST_S = 86400.0
 Width = Annotated[float, Field(ge=0, le=100)]
 
 
@@ -46,8 +49,8 @@ class Theta:
 
     def __post_init__(self) -> None:
         values = (self.gamma_p, self.beta_p, self.gamma_r, self.beta_r)
-        if not all(math.isfinite(v) for v in values) or self.gamma_p <= 0 or self.gamma_r <= 0:
-            raise SstlError(f"propagation lines {values} are not finite with positive slopes", code="E401")
+        if not all(abs(v) <= LARGEST for v in values) or self.gamma_p <= 0 or self.gamma_r <= 0:
+            raise SstlError(f"propagation lines {values} are not finite, below {LARGEST:.0e}, with positive slopes", code="E401")
         if self.gamma_p > self.gamma_r:
             raise SstlError(
                 f"pull slope {self.gamma_p:g} is above the release slope {self.gamma_r:g}",
@@ -76,7 +79,7 @@ class Options(Model):
     ``widths`` gives their relative widths instead, as fitted by :func:`sstl_cli.control.presliding.fit_widths`.
     """
 
-    dt_s: Positive = 0.002
+    dt_s: Annotated[float, Field(ge=FASTEST_S, le=LONGEST_S)] = 0.002
     doubled: bool = True
     t_max_n: Positive = 80.0
     max_rate_n_s: Positive | None = None

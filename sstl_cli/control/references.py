@@ -35,8 +35,7 @@ def sinusoid(
     dt_s: float = 0.002, cycles: int = 2, frequency_hz: float = 0.01, amplitude_n: float = 5.0, offset_n: float = 10.0
 ) -> Reference:
     """Return offset + amplitude sin(2 pi f t) over whole cycles (Section V: 0.01 Hz, 5 N, 10 N)."""
-    n = round(cycles / frequency_hz / dt_s)
-    time = np.arange(n, dtype=np.float64) * dt_s
+    time = _grid("sinusoid", cycles / frequency_hz, dt_s)
     tension = offset_n + amplitude_n * np.sin(2 * np.pi * frequency_hz * time)
     return Reference("sinusoid", time, tension, 1.0 / frequency_hz)
 
@@ -46,7 +45,7 @@ def random(
     low_hz: float = 0.02, high_hz: float = 0.15,
 ) -> Reference:
     """Return a multi-sine whose overall range is [low, high] N (PAPER.md reads "5-30 N" so)."""
-    time = np.arange(round(duration_s / dt_s), dtype=np.float64) * dt_s
+    time = _grid("random", duration_s, dt_s)
     frequency, angle = rng.uniform(low_hz, high_hz, SINES), rng.uniform(0, 2 * np.pi, SINES)
     amplitude = rng.uniform(0.4, 1.0, SINES)
     wave = np.zeros_like(time)
@@ -60,7 +59,7 @@ def trapezoid(
     dt_s: float = 0.002, duration_s: float = 12.0, cycles: int = 2, low_n: float = 5.0, high_n: float = 15.0
 ) -> Reference:
     """Return ramps with holds: 40 % up, 5 % hold, 50 % down, 5 % hold per cycle."""
-    time = np.arange(round(duration_s * cycles / dt_s), dtype=np.float64) * dt_s
+    time = _grid("trapezoid", duration_s * cycles, dt_s)
     shape = np.interp(time / duration_s % 1.0, [0.0, 0.4, 0.45, 0.95, 1.0], [0.0, 1.0, 1.0, 0.0, 0.0])
     return Reference("trapezoid", time, low_n + (high_n - low_n) * shape, duration_s)
 
@@ -74,6 +73,17 @@ def make(name: str, rng: np.random.Generator, dt_s: float = 0.002, cycles: int =
     if name == "trapezoid":
         return trapezoid(dt_s, cycles=cycles)
     raise SstlError(f"no reference '{name}'", fix=f"use one of {', '.join(NAMES)} or a file", code="E407")
+
+
+def _grid(name: str, duration_s: float, dt_s: float) -> Array:
+    """Return the times in s of whole periods, two at least."""
+    periods = duration_s / dt_s
+    if not 2.0 <= periods <= MOST_PERIODS:
+        raise SstlError(
+            f"{duration_s:g} s at {dt_s:g} s gives {periods:.6g} periods, not 2 to {MOST_PERIODS:.0e}",
+            where=name, fix="give another period, or other cycles", code="E407",
+        )
+    return np.arange(round(periods), dtype=np.float64) * dt_s
 
 
 def from_samples(name: str, time_s: Array, tension_n: Array, dt_s: float) -> Reference:

@@ -29,9 +29,7 @@ def require_writable(path: Path, force: bool) -> None:
     path = Path(path)
     if path.is_dir():
         raise SstlError("is a folder", where=str(path), fix="give a file name", code="E101")
-    if path.is_symlink() and not path.exists():
-        target = os.readlink(path)
-        raise SstlError(f"is a link to '{target}', which is not there", where=str(path), fix="remove the link", code="E107")
+    require_followed(path)
     _require_own(path)
     if path.exists() and not path.is_file():
         raise SstlError(
@@ -53,14 +51,22 @@ def require_outputs(force: bool, *paths: Path | None) -> None:
             require_writable(path, force)
 
 
+def require_followed(path: Path) -> None:
+    """Raise SstlError if this is a link to nothing."""
+    if path.is_symlink() and not path.exists():
+        target = os.readlink(path)
+        raise SstlError(f"is a link to '{target}', which is not there", where=str(path), fix="remove the link", code="E107")
+
+
 def make_folder(path: Path) -> None:
     """Make a folder for outputs, if it is not there.
 
     Raises
     ------
     SstlError
-        E103 if its parent does not exist, or a file stands there; E104 where it cannot be made.
+        E103 if its parent does not exist, or a file stands there; E104 where it cannot be made; E107 for a link to nothing.
     """
+    require_followed(path)
     try:
         path.mkdir(exist_ok=True)
     except (FileNotFoundError, FileExistsError, NotADirectoryError):

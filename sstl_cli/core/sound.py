@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.aside import Aside, ledger
+from sstl_cli.core.tables import PARAMETERS
 
 if TYPE_CHECKING:
     from sstl_cli.core.runs import Run
@@ -37,13 +39,18 @@ LEAST_SAMPLES = 16
 def noted(run: Run) -> list[Run]:
     """Return the sound pieces of a run; what it loses is noted in the open ledger, or warned of where none is open."""
     pieces, aside = sound(run)
+    note(aside)
+    return pieces
+
+
+def note(entries: Iterable[Aside]) -> None:
+    """Note what is set aside in the open ledger; where none is open the caller's caller is warned."""
     book = ledger()
     if book is not None:
-        book.entries += aside
-    else:
-        for entry in aside:
-            warnings.warn(f"set aside: {entry}", stacklevel=3)
-    return pieces
+        book.entries += entries
+        return
+    for entry in entries:
+        warnings.warn(f"set aside: {entry}", stacklevel=4)
 
 
 def unsound(values: Array) -> Mask:
@@ -67,6 +74,24 @@ def why_unsound(name: str, values: Array) -> dict[str, int]:
         absurd: int(np.count_nonzero(np.isfinite(values) & unsound(values))),
     }
     return {why: n for why, n in counts.items() if n}
+
+
+def why_no_lines(row: Mapping[str, object]) -> dict[str, str]:
+    """Return the slopes, biases and standard errors of a row of Theta that no loop can have, each with the reason.
+
+    Examples
+    --------
+    >>> why_no_lines({"gamma_p": 1e308, "beta_p": 0.2, "beta_r": None, "gamma_p_se": -0.1})
+    {'gamma_p': 'is 1e+308, beyond any sensor', 'gamma_p_se': 'is a negative standard error'}
+    """
+    found = {}
+    for name in (*PARAMETERS, *(f"{p}_se" for p in PARAMETERS)):
+        value = row.get(name)
+        if isinstance(value, float) and abs(value) > LARGEST:
+            found[name] = f"is {value:.3g}, beyond any sensor"
+        elif isinstance(value, float) and name.endswith("_se") and value < 0.0:
+            found[name] = "is a negative standard error"
+    return found
 
 
 def too_small(name: str, values: Array) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sstl_cli.core.errors import UsageError
+from sstl_cli.core.sound import SMALLEST
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class SegmentOptions:
     def __post_init__(self) -> None:
         for name in ("cutoff_hz", "prominence_n", "delta_bl_n", "ransac_threshold_n"):
             value = getattr(self, name)
-            if value is not None and not 0.0 < value < 1e9:
+            if value is not None and not SMALLEST <= value < 1e9:
                 raise UsageError(
                     f"must be a positive number, not {value:g}", where="--" + name.replace("_", "-"), code="E210"
                 )

@@ -11,6 +11,7 @@ from sstl_cli.core.units import Linear, is_force, is_unit
 from sstl_cli.importers.base import Channel, Format, Layout
 from sstl_cli.importers.mapping import TENSIONS, Reference, Source
 from sstl_cli.importers.pattern import search
+from sstl_cli.importers.text import require_once
 
 
 @dataclass(frozen=True)
@@ -48,12 +49,8 @@ class Finder:
     def _once(self, name: str) -> None:
         """Raise SstlError if a text file's header holds a name more than once (they are numbered there)."""
         for file in self.files:
-            known = {c.name for c in file.channels} if file.format.ID == "text" else set()
-            if name not in known and {f"{name}.1", f"{name}.2"} <= known:
-                raise SstlError(
-                    f"column '{name}' stands in the header more than once", where=str(file.path),
-                    fix=f"rename all but one, or say in the mapping which is meant: '{name}.1', '{name}.2', ...", code="E329",
-                )
+            if file.format.ID == "text":
+                require_once(name, {c.name for c in file.channels}, str(file.path))
 
     def canonical(self, name: str) -> Source:
         """Return the source of a column that has the log's own name, in the unit that the file states for it."""

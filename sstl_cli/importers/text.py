@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import IO
 
@@ -38,6 +38,15 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the columns of the text: names from its header, else ``col1`` to ``colN``."""
     found = layout_of(path, layout)
     return [Channel(n, None, u, text=t) for n, u, t in zip(found.names, found.units, found.text, strict=True)]
+
+
+def require_once(name: str, names: Collection[str], where: str) -> None:
+    """Raise SstlError if a header holds a name more than once (its columns are numbered then)."""
+    if name not in names and f"{name}.1" in names and f"{name}.2" in names:
+        raise SstlError(
+            f"column '{name}' stands in the header more than once", where=where,
+            fix=f"rename all but one, or say in the mapping which is meant: '{name}.1', '{name}.2', ...", code="E329",
+        )
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:

@@ -40,6 +40,8 @@ class TextTable:
                 fix=f"give a log; sstl import --guess {path.name} looks at recordings",
                 code=error.code,
             ) from None
+        for name in known:
+            text.require_once(name, stated, str(path))
         self.fields = [known[n] for n in stated if n in known]
         if not self.fields:
             raise SstlError(

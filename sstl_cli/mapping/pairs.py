@@ -11,6 +11,8 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.sound import why_no_lines
+from sstl_cli.core.tables import PARAMETERS
 
 Array = NDArray[np.float64]
 MIN_CONFIGS = 8
@@ -139,7 +141,7 @@ def _unusable(row: dict[str, object]) -> str:
             return f"{name} is null" + (f" ({row['status']})" if row["status"] != "ok" else "")
         if not 0 < value < np.inf:
             return f"{name} is not a positive number"
-    return ""
+    return next((f"{name} {why}" for name, why in why_no_lines(row).items() if name in PARAMETERS), "")
 
 
 def _mean(rows: list[dict[str, object]], name: str) -> float:

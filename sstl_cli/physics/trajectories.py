@@ -26,10 +26,12 @@ MAX_SAMPLES = 100_000_000
 def times(trajectory: Trajectory, sampling_hz: float) -> Array:
     """Return the sampling times (s) of a movement; SstlError where there are too few or too many."""
     duration = (trajectory.duration_s or DURATION_S[trajectory.kind]) / trajectory.speed
-    n = round(duration * sampling_hz)
+    samples = duration * sampling_hz
+    # held apart before it is rounded: it may be infinite
+    n = round(min(samples, MAX_SAMPLES + 1.0))
     if not 4 <= n <= MAX_SAMPLES:
         raise SstlError(
-            f"{duration:g} s at {sampling_hz:g} Hz gives {n} samples, outside 4..{MAX_SAMPLES}",
+            f"{duration:g} s at {sampling_hz:g} Hz gives {samples:.9g} samples, outside 4..{MAX_SAMPLES}",
             where=f"trajectory {trajectory.name}",
             fix="change duration_s or sampling_hz",
             code="E711",

@@ -14,11 +14,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from sstl_cli.core.aside import Aside
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.files import read_json
 from sstl_cli.core.parquet import open_table, schema_id_of
 from sstl_cli.core.provenance import sha256
 from sstl_cli.core.runs import read_runs
+from sstl_cli.core.sound import note, why_no_lines
 from sstl_cli.core.tables import COMMAND, EVALUATION, LOG, PHASES, SCHEMAS, SCORE, THETA
 from sstl_cli.reporting.inputs import PHASE_CODES, Inputs, Model, command_view, segments, view
 
@@ -132,6 +134,16 @@ def _rows(kind: str, schema: Any = None) -> Callable[[Path, Inputs], None]:
     return read
 
 
+def _theta(path: Path, inputs: Inputs) -> None:
+    """Read rows of Theta; values that no loop can have are taken as null and noted."""
+    for row in open_table(path, THETA).table().to_pylist():
+        wrong = why_no_lines(row)
+        if wrong:
+            said = ", ".join(f"{name} {why}" for name, why in wrong.items())
+            note([Aside(str(row["run_id"]), 0, 1, f"{said}, taken as null")])
+        inputs.theta.append({**row, **dict.fromkeys(wrong), "file": path.name})
+
+
 def _document(kind: str) -> Callable[[Path, Inputs], None]:
     def read(path: Path, inputs: Inputs) -> None:
         getattr(inputs, kind).append({**read_json(path), "file": path.name})
@@ -210,7 +222,7 @@ _READERS: dict[str, Callable[[Path, Inputs], None]] = {
     "command": _command,
     "model": _model,
     "document": _other,
-    "theta": _rows("theta", THETA),
+    "theta": _theta,
     "score": _rows("score", SCORE),
     "evaluation": _rows("evaluation", EVALUATION),
     "history": _rows("history"),

@@ -16,6 +16,7 @@ from sstl_cli.control.scoring import MAPE_FLOOR_N, Score, reduction_pct, score, 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import why_no_lines
 from sstl_cli.core.tables import COMMAND, PARAMETERS, SCORE
 
 Array = NDArray[np.float64]
@@ -82,6 +83,8 @@ def cases_of(theta: pa.Table) -> tuple[list[Case], dict[str, str]]:
         config = str(row["config_id"] if row["config_id"] is not None else row["run_id"])
         if row["status"] != "ok":
             aside[f"{config} ({row['run_id']})"] = str(row["status"])
+        elif wrong := [f"{name} {why}" for name, why in why_no_lines(row).items() if name in PARAMETERS]:
+            aside[f"{config} ({row['run_id']})"] = wrong[0]
         elif row["system"] == "sstl":
             loops.setdefault(config, []).append(row)
         else:

@@ -108,12 +108,21 @@ class Diagnosis:
 
 
 def odds(table: Mapping[str, Any], where: str) -> dict[str, float]:
-    """Return the user's odds of effects from a TOML table ``effect = number``; UsageError where one is no positive number."""
+    """Return the user's odds of effects from a TOML table ``effect = number``.
+
+    Raises
+    ------
+    UsageError
+        Where one is no positive number, or of no effect of the catalogue.
+    """
     found = {}
     for effect_id, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < float("inf"):
-            raise UsageError(f"odds of {effect_id} are {value!r}, not a positive number", where=where, code="E903")
-        found[get(effect_id).id] = float(value)
+            raise UsageError(f"'{effect_id}' is {value!r}, not a positive number", where=where, code="E903")
+        try:
+            found[get(effect_id).id] = float(value)
+        except SstlError as error:
+            raise UsageError(error.what, where=where, fix=error.fix, code=error.code) from None
     return found
 
 

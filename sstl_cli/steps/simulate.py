@@ -11,6 +11,7 @@ from sstl_cli.core.config import parse as parse_model
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import LARGEST, unsound
 from sstl_cli.paper.generator import generate
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get, parse
@@ -197,6 +198,16 @@ def _lines(c: Configuration, system: str) -> Lines:
     return Lines(gamma_p=float(np.exp(-n * theta)), beta_p=0.0, gamma_r=float(np.exp(n * theta)), beta_r=0.0)
 
 
+def _require_possible(run_id: str, tension: np.ndarray, out: np.ndarray) -> None:
+    for name, values in (("input", tension), ("output", out)):
+        lost = int(np.count_nonzero(unsound(values)))
+        if lost:
+            raise SstlError(
+                f"the {name} is no number up to {LARGEST:.0e} at {lost} of {len(values)} samples",
+                where=f"run {run_id}", fix="correct what the scenario says of its movement or lines", code="E723",
+            )
+
+
 def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
     time, command = input_path(scenario, p, seed)
     dt = 1.0 / scenario.sampling_hz
@@ -210,6 +221,7 @@ def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
         out = play_operator(tension, given.gamma_p, given.beta_p, given.gamma_r, given.beta_r, np.nan)
     else:
         out = predict(drive, float(p.configuration.theta or 0.0), active)
+    _require_possible(p.run_id, tension, out)
     position = predict_position(drive, float(p.configuration.theta or 0.0), active, out)
     noise = NoiseModel(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
     rng = stream(seed, "noise", p.run_id)

@@ -108,6 +108,14 @@ def test_an_unknown_effect_is_wrong_usage(words, folder: Path) -> None:
     assert err.count("\n") == 1 and not (folder / "x.parquet").exists()
 
 
+@pytest.mark.parametrize("words", [["diagnose", "log.parquet", "--prior"], ["blind", "real", "log.parquet", "--inject"]])
+@pytest.mark.parametrize("line", ["foo = 1.0", "zero_offset = -1.0"])
+def test_a_file_with_an_unknown_effect_or_a_wrong_number_is_named(words: list[str], line: str, folder: Path) -> None:
+    (folder / "effects.toml").write_text(line + "\n")
+    code, _, err = run(*words, "effects.toml")
+    assert code == 2 and "effects.toml: " in err and f"'{line.split()[0]}'" in err and err.count("\n") == 1
+
+
 def test_export_makes_a_folder_that_ends_in_a_slash(folder: Path) -> None:
     assert run("segment", "log.parquet", "--out", "t.parquet")[0] == 0
     export = ("export", "t.parquet", "-f", "c", "--config-id", "CP-020", "--out")

@@ -96,6 +96,8 @@ SLIPS = {
     "magnitude": lambda: each(scaled(1000.0)),
     "magnitude (kN)": lambda: each(scaled(0.001)),
     "same_channel": lambda: each(lambda r: replace(r, tension_out_n=r.tension_in_n * 0.5 + 1.0)),
+    "switch": lambda: each(switched("tension_out_n", 1.0)),
+    "switch (input, in counts)": lambda: each(switched("tension_in_n", 1023.0)),
     "clock_channel": lambda: each(lambda r: replace(r, tension_in_n=np.arange(len(r)) / 100.0)),
     "time_unit": lambda: each(lambda r: replace(r, time_s=1000.0 * r.time_s)),
     "time_unit (divided)": lambda: each(lambda r: replace(r, time_s=r.time_s / 1000.0)),
@@ -137,6 +139,10 @@ SLIPS = {
     "stuck (dead)": lambda: first(dead),
     "position": lambda: each(lambda r: replace(r, position_in_mm=r.tension_in_n / 5000.0)),
 }
+
+
+def switched(name, level):
+    return lambda r: replace(r, **{name: level * (getattr(r, name) > np.mean(getattr(r, name)))})
 
 
 def joined(a, b):
@@ -197,6 +203,19 @@ def test_an_output_that_is_no_tension_has_no_unit_to_judge():
     angles = each(lambda r: replace(r, tension_out_n=57.3 * r.tension_out_n - 300.0))
     assert gate.remarks(angles)
     assert gate.remarks([replace(r, unit_out="deg") for r in angles]) == ()
+
+
+def test_two_values_are_no_switch_where_the_sensor_shows_more_or_the_input_rests():
+    step = 20.0
+    coarse = [replace(r, tension_out_n=step * np.round(r.tension_out_n / step)) for r in sample()]
+    assert len(np.unique(coarse[0].tension_out_n)) == 2
+    for system in ("act", "sstl"):
+        last = max(i for i, r in enumerate(coarse) if r.system == system)
+        coarse[last] = sample()[last]
+    assert "switch" not in {r.rule for r in gate.remarks(coarse)}
+    r = loop(0.5)
+    rest = replace(r, tension_in_n=20.0 + 0.01 * np.sin(r.time_s), tension_out_n=5.0 + 0.1 * (r.time_s % 0.2 > 0.1))
+    assert "switch" not in {s.rule for s in gate.remarks([rest])}
 
 
 def test_a_failed_run_is_told_once():

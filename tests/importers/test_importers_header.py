@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from program import inside
 
 from sstl_cli.control.reference_file import read as read_reference
 from sstl_cli.core.errors import SstlError
@@ -29,6 +30,13 @@ def test_a_column_that_is_read_must_stand_once(twice: str, tmp_path: Path) -> No
     (tmp_path / "l.csv").write_text(HEAD.format(twice) + ROWS)
     with pytest.raises(SstlError, match=f"E329.*{twice}.*more than once"):
         runs(tmp_path / "l.csv")
+
+
+@pytest.mark.parametrize("command", ["check", "info"])
+def test_commands_that_look_at_a_csv_say_so_too(command: str, tmp_path: Path) -> None:
+    (tmp_path / "l.csv").write_text(HEAD.format("tension_in_n") + ROWS)
+    done = inside(command, tmp_path / "l.csv")
+    assert done.returncode == 1 and "'tension_in_n' stands in the header more than once" in done.stdout + done.stderr
 
 
 def test_an_optional_column_must_stand_once_too(tmp_path: Path) -> None:

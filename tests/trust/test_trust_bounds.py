@@ -1,4 +1,4 @@
-"""What the fuzzer found: a column twice, bytes that are no text, a reference of endless length."""
+"""What the fuzzer found: a column twice, bytes that are no text, a reference of endless length, numbers at their ends."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from program import inside
 from trust_program import write_log
 
 from sstl_cli.control import reference_file
@@ -49,3 +50,55 @@ def test_a_reference_column_that_is_no_number_or_twice(tmp_path: Path) -> None:
         pq.write_table(table, tmp_path / f"{i}.parquet")
         with pytest.raises(SstlError, match="E407"):
             reference_file.read(tmp_path / f"{i}.parquet", 0.01)
+
+
+NUMBERS = [
+    ("segment log.parquet --out x --cutoff-hz 5e-324", 2, "E210"),
+    ("compensate --theta theta.parquet --dt 5e-324", 2, "E403"),
+    ("compensate --theta theta.parquet --dt 1e308", 2, "E403"),
+    ("compensate --theta theta.parquet --dt 50000", 1, "E407"),
+    ("compensate --theta theta.parquet --reference random --dt 50000", 1, "E407"),
+    # half a billion samples would take the memory of the machine
+    ("compensate --theta theta.parquet --cycles 10000", 1, "E407"),
+    ("compensate --theta theta.parquet --reference trapezoid --dt 1e-6", 1, "E407"),
+    ("export theta.parquet --format c --real float --dt 5e-324 --out x.c", 2, "E403"),
+    ("export theta.parquet --format c --real float --t-max 1e300 --out x.c", 2, "E403"),
+]
+
+
+@pytest.mark.parametrize(("line", "code", "said"), NUMBERS)
+def test_options_at_the_ends_of_the_numbers(line: str, code: int, said: str, tmp_path: Path) -> None:
+    write_log(tmp_path / "log.parquet", runs=1)
+    assert inside("segment", "log.parquet", "--out", "theta.parquet", cwd=tmp_path).returncode == 0
+    done = inside(*line.split(), cwd=tmp_path)
+    assert done.returncode == code and f"[{said}]" in done.stderr and done.stderr.count("sstl: ") == 1, done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["log.parquet", "theta.parquet"]
+
+
+SCENARIO = """simulator = "transmission"
+[[configurations]]
+id = "20"
+{configuration}
+[[trajectories]]
+kind = "sinusoid"
+systems = ["act"]
+duration_s = 2.0
+{trajectory}
+"""
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize(
+    ("configuration", "trajectory", "said"),
+    [
+        ("theta = 0.5", "frequency_hz = 1e308", "E723"),
+        ("theta = 0.5", "speed = 5e-324", "E711"),
+        ("act = { gamma_p = 0.6, beta_p = 1e308, gamma_r = 1.4, beta_r = 0.0 }", "", "E723"),
+        ("act = { gamma_p = 0.6, beta_p = 0.0, gamma_r = 1e300, beta_r = 1e300 }", "", "E723"),
+    ],
+)
+def test_a_scenario_at_the_ends_of_the_numbers(configuration: str, trajectory: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SCENARIO.format(configuration=configuration, trajectory=trajectory))
+    done = inside("simulate", "--scenario", "s.toml", "--out", "x.parquet", cwd=tmp_path)
+    assert done.returncode == 1 and f"[{said}]" in done.stderr, done.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["s.toml"]

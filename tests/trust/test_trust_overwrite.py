@@ -88,13 +88,25 @@ def test_a_file_of_a_bag_folder_and_a_manifest_named_by_the_mapping_are_safe(tmp
     bag = tmp_path / "bag"
     bag.mkdir()
     (bag / "b.db3").write_bytes(b"SQLite format 3\0")
-    done = inside("import", bag, "--out", bag / "b.db3", "--force")
-    assert done.returncode == 2 and "[E109]" in done.stderr
+    for guess in ([], ["--guess"]):
+        done = inside("import", *guess, bag, "--out", bag / "b.db3", "--force")
+        assert done.returncode == 2 and "[E109]" in done.stderr
     csv = write_csv(tmp_path / "r.csv", 50)
     (tmp_path / "runs.csv").write_text("file,config_id\nr.csv,A\n")
     (tmp_path / "m.toml").write_text('manifest = "runs.csv"\n')
     done = inside("import", csv, "--mapping", tmp_path / "m.toml", "--out", tmp_path / "runs.csv", "--force")
     assert done.returncode == 2 and "[E109]" in done.stderr and "config_id" in (tmp_path / "runs.csv").read_text()
+
+
+@pytest.mark.parametrize("name", ["truth.json", "hashes.json", "plan.json", "limit.json", "cases/c.parquet", "fresh/c.parquet", "results/c.json"])
+def test_a_score_does_not_overwrite_the_sealed_set(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "set" / name
+    path.parent.mkdir(parents=True)
+    path.write_text("sealed")
+    os.link(path, tmp_path / "other.json")
+    for out in (path, tmp_path / "other.json"):
+        done = inside("blind", "score", tmp_path / "set", "--out", out, "--force")
+        assert done.returncode == 2 and "[E109]" in done.stderr and path.read_text() == "sealed"
 
 
 def test_a_batch_does_not_overwrite_its_inputs(tmp_path: Path) -> None:
@@ -123,6 +135,27 @@ def test_force_overwrites_regular_files_only(tmp_path: Path) -> None:
     os.mkfifo(out / "log.parquet")
     done = inside("batch", "segment", log, "--out-dir", out, "--workers", "1", "--force")
     assert done.returncode == 1 and "[E108]" in done.stderr and stat.S_ISFIFO((out / "log.parquet").stat().st_mode)
+
+
+FOLDERS = [
+    "batch segment log.parquet --workers 1 --out-dir",
+    "blind make --cases 1",
+    "reproduce --table I --out",
+    "reproduce --table IV --gap-logs",
+    "export theta.parquet --format c --out",
+]
+
+
+@pytest.mark.parametrize("command", FOLDERS)
+def test_a_folder_that_is_a_link_to_nothing_is_named(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = write_log(tmp_path / "log.parquet", runs=1)
+    if command.startswith("export"):
+        assert inside("segment", log, "--out", "theta.parquet").returncode == 0
+    (tmp_path / "link").symlink_to("nowhere")
+    done = inside(*command.split(), "link/")
+    assert done.returncode == 1 and "[E107]" in done.stderr and "'nowhere'" in done.stderr
+    assert not (tmp_path / "nowhere").exists()
 
 
 def test_a_link_is_followed_and_one_to_nothing_is_named(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ import pytest
 from program import inside
 from trust_program import document, loop
 
+from sstl_cli.core.tables import THETA
+
 Columns = dict[str, np.ndarray]
 
 
@@ -95,6 +97,47 @@ def test_a_log_of_nothing_but_such_runs_ends_in_one_line_that_says_why(tmp_path:
     done = inside(*DIAGNOSE, path)
     assert done.returncode == 1 and done.stderr.count("\n") == 1
     assert "[E901]" in done.stderr and "1200 of 1200 samples" in done.stderr and "beyond any sensor" in done.stderr
+
+
+def theta(path: Path, values: dict[str, float]) -> Path:
+    """Rows of ten bends, the first two of which hold these values."""
+    rows = []
+    for i in range(10):
+        for system in ("act", "sstl"):
+            row = {"run_id": f"{i}{system}", "config_id": f"C{i}", "system": system, "gamma_p": 0.6 - 0.01 * i, "gamma_r": 1.5 + 0.01 * i}
+            nothing = dict.fromkeys(c.name for c in THETA.columns if c.name not in row)
+            errors = {"gamma_p_se": 0.01, "beta_p": 0.1, "beta_r": 0.1}
+            rows.append({**nothing, **row, **errors, "loops": 1, "status": "ok", **(values if i == 0 else {})})
+    pq.write_table(pa.Table.from_pylist(rows, schema=THETA.arrow()), path)
+    return path
+
+
+@pytest.mark.parametrize("value", [1e308, -1e308, np.inf])
+@pytest.mark.parametrize("name", ["gamma_p", "beta_r"])
+def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = theta(tmp_path / "theta.parquet", {name: value})
+    train = ["train", table, "--seeds", "1", "--epochs", "1", "--variants", "linear", "--out", "m.safetensors"]
+    commands = [["compensate", "--theta", table], ["export", table, "--out", "p.json"], ["evaluate", "--theta", table, "--tables"]]
+    for words in [train, *commands]:
+        done = inside(*words, "--json")
+        assert done.returncode == 3 and name in done.stderr, (words, done.stderr)
+        assert "e+30" not in done.stdout.replace(f"{value:g}, beyond any sensor", "")
+    assert "C0" not in (tmp_path / "p.json").read_text()
+    (tmp_path / "p.json").write_text((tmp_path / "p.json").read_text().replace("0.59", "1e300", 1))
+    done = inside("compensate", "--theta", "p.json")
+    assert done.returncode == 1 and "[E401]" in done.stderr
+
+
+@pytest.mark.parametrize("values", [{"gamma_p": 1e308}, {"beta_r": -1e308}, {"gamma_p_se": 1e308}, {"gamma_p_se": -0.1}, {"gamma_r": np.inf}])
+@pytest.mark.parametrize("command", ["report", "plot"])
+def test_pictures_of_theta_leave_out_what_no_loop_can_have(values: dict[str, float], command: str, tmp_path: Path) -> None:
+    table = theta(tmp_path / "theta.parquet", values)
+    out = tmp_path / ("r.html" if command == "report" else "r.svg")
+    done = inside(command, table, "--out", out, "--json")
+    assert done.returncode == 3 and out.is_file(), done.stderr
+    assert [e["run_id"] for e in document(done)["data_set_aside"]] == ["0act", "0sstl"]
+    assert f"{next(iter(values))} is" in done.stderr and "taken as null" in done.stderr
 
 
 def test_import_and_watch_count_absurd_values_too(tmp_path: Path) -> None:

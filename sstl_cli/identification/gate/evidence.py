@@ -79,7 +79,7 @@ class Evidence:
     """One run as the rules see it. Times in s, tensions in N, positions in mm.
 
     ``slopes`` are those on which phases and play operator agree. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
-    numbers, ``line_share`` how much of a channel is a straight line in time (both input, output).
+    numbers, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
@@ -106,6 +106,7 @@ class Evidence:
     sensors: tuple[Sensor, Sensor]
     ranges: tuple[Range, Range]
     whole_share: tuple[float, float]
+    two_values: tuple[bool, bool]
     line_share: tuple[float, float]
     correlation: float
     noise_correlation: float
@@ -189,7 +190,7 @@ def evidence_of(run: Run) -> Evidence:
         channels = (run.tension_in_n, run.tension_out_n)
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
-            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), line_share=(0.0, 0.0),
+            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
@@ -240,6 +241,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "loops": found.loops,
         "ranges": ranges,
         "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
+        "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
         "line_share": tuple(_line_share(t, v) for v in (x, y)),
         "correlation": correlation,
         "noise_correlation": _noise_correlation(*raw),

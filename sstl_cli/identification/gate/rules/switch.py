@@ -1,0 +1,38 @@
+"""A channel of two values: a switch, a contact or a flag of the recorder, not a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import CHANNELS, WORDS
+
+RULE, RANK = "switch", 6
+# a short run on a coarse converter may show two of its steps
+LEAST_SAMPLES = 200
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs one of whose channels takes two values and no others, as in all runs of its system."""
+    for i in (0, 1):
+        hit = [e for e in log if _switches(e, i) and not _more(log, e, i)]
+        if hit:
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "failure", 2.0, "1",
+                f"{names([e.run_id for e in hit])}: the {WORDS[i]} takes two values and no others; it is probably a switch or a "
+                "flag and not the sensor",
+                f"{CHANNELS[i]} = {{ column = (the column of the {WORDS[i]} sensor) }}",
+            )  # fmt: skip
+
+
+def _switches(e: Evidence, i: int) -> bool:
+    # beside an input that rests, two values may be the converter's last bit; a few stray samples are no second value
+    moves = e.ranges[i].span > 0.0 and (i == 0 or e.loaded)
+    return e.usable and e.samples >= LEAST_SAMPLES and e.two_values[i] and moves
+
+
+def _more(log: Sequence[Evidence], e: Evidence, i: int) -> bool:
+    """Whether the sensor shows more values in another run."""
+    same = [o for o in log if o.usable and (o.system, o.tendon) == (e.system, e.tendon)]
+    return any(not o.two_values[i] for o in same)
