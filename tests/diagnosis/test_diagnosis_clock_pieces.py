@@ -70,6 +70,12 @@ def test_what_is_far_from_steady_is_a_straight_line_between_readings():
     assert np.array_equal(marked, at)
 
 
+@pytest.mark.parametrize(("end", "samples"), [(20.4, 21), (20.6, 22)])
+def test_such_a_grid_ends_next_to_the_last_reading(end, samples):
+    time = np.append(np.arange(0.0, 20.0, 0.7), end)
+    assert len(clock._between(run(time), np.ones(len(time), bool), time, 1.0)) == samples
+
+
 def test_a_stretch_is_bridged_where_it_is_further_than_two_steps_from_any_reading():
     grid = np.arange(0.0, 20.0)
     # 4 steps apart: the middle is 2 away; 5 apart: 2.5

@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_fits import NOISE_N, THETA, made, noise, simulator
+from scipy.signal import lfilter
 
+from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import hearing
 from sstl_cli.diagnosis.constants import AT_MOST, MEASURED, UNSEEN
 from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
@@ -80,6 +83,18 @@ def test_an_input_without_slow_noise_is_not_said_to_have_as_much_as_the_output()
     into, out = Sensor(0.01, 0.0, 0.2), Sensor(NOISE_N, 0.05, 0.2)
     found = hearing._likeliest(SIM.problem.records[:1], into, out)
     assert found.white_n == 0.01 and found.coloured_n < 0.5 * out.coloured_n
+
+
+def test_slow_noise_of_an_input_is_found_as_large_and_as_slow_as_it_is():
+    rng = np.random.default_rng(6)
+    t = np.arange(0.0, 40.0, 0.02)
+    memory = np.exp(-0.02 / 0.2)
+    slow = lfilter([1.0], [1.0, -memory], 0.05 * np.sqrt(1.0 - memory**2) * rng.standard_normal(len(t)))
+    # straight lines between corners a few seconds apart
+    u = np.interp(t, np.arange(0.0, 45.0, 4.0), rng.uniform(3.0, 25.0, 12)) + slow + 0.01 * rng.standard_normal(len(t))
+    records = prepare([Run("r", "act", t, u, 0.6 * u, config_id="a")]).records
+    found = hearing._likeliest(records, Sensor(0.01, 0.0, 0.2), Sensor(NOISE_N, 0.04, 0.3))
+    assert found.coloured_n == pytest.approx(0.05, rel=0.25) and 0.08 < found.correlation_s < 0.3 and found.white_n == 0.01
 
 
 def test_noise_that_models_leave_is_as_large_as_it_was_made_and_what_they_can_change_is_none():

@@ -19,6 +19,7 @@ def flags(text):
 
 
 def test_a_limit_is_held_for_longer_than_a_few_renewals():
+    # three are a few, four are more
     assert readings._standing(flags("xxx.xxxx."), 3.0).tolist() == flags("....xxxx.").tolist()
 
 

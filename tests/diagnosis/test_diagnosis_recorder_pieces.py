@@ -138,6 +138,15 @@ def test_on_a_grid_a_limit_is_held_in_a_row_and_often():
     assert recorder._clipped(held, 0.05, 0.1)[1] == 9.0
 
 
+def test_how_many_chance_puts_on_a_level_goes_by_the_step_and_not_by_the_levels_that_were_met():
+    # 60 readings in six steps below the top: ten on each, so that 40 are no chance; by levels of 0.3 N it were 30
+    y = np.repeat([0.0, 8.5, 8.8, 9.0], [100, 30, 30, 40])
+    assert recorder._clipped(y, 0.05, 0.1)[1] == 9.0 and recorder._clipped(y, 0.05, 0.0)[1] == np.inf
+    # further down than six steps nobody is counted
+    lower = np.repeat([0.0, 8.3, 9.0], [100, 600, 40])
+    assert recorder._clipped(lower, 0.05, 0.1)[1] == 9.0
+
+
 def test_short_and_noiseless_signals_have_no_faults():
     short = scan(np.array([0.0, 1.0] * 7))
     assert not short.bad.any() and len(short.spike) == 14 and (short.clip_level_n, short.step_n, short.noise_n) == (np.inf, 0.0, 0.0)

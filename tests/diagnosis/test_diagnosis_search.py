@@ -10,7 +10,7 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis import search as of
-from sstl_cli.diagnosis.constants import LEAST_STRENGTH, OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH, OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.hypotheses import full, variants
@@ -172,6 +172,36 @@ def test_a_fit_that_ends_above_the_base_begins_once_more_from_the_base():
     assert stuck.cost > base.cost
     again = of._near(found, stuck)
     assert again.cost < base.cost and again.values[0] == pytest.approx(0.1, abs=0.01)
+
+
+def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monkeypatch):
+    ids = ("zero_offset", "gain_error", "const_friction", "viscous", "slack", "asymmetric_friction")
+    singles = [Weighed(made(0.0, full(i, ("act",)), tuple(f.parameter.neutral for f in full(i, ("act",)).free)), 9.0, 6.0 - 1.2 * k) for k, i in enumerate(ids)]
+    pairs = [Weighed(made(0.0, ZERO.joined(h), (0.0, 0.0, h.free[0].parameter.neutral)), 20.0, e) for h, e in ((GAIN, 7.0), (FRICTION, 8.0))]
+    found, led = searched(made(), *singles, combined=pairs), []
+
+    def partners(sim, leader, others):
+        led.append((leader.ids, [w.ids[0] for w in others]))
+        return []
+
+    monkeypatch.setattr(of, "_partners", partners)
+    monkeypatch.setattr(of, "_pairs", lambda *_: [])
+    assert of._combine(found, 2, 1) == 0
+    # the last of six has no evidence, and four lead
+    assert [ids for ids, _ in led] == [(i,) for i in ids[:LEADERS]] and led[0][1] == list(ids[1:])
+    led.clear()
+    assert of._combine(found, 3, 1) == 0
+    assert led == [(("zero_offset", "const_friction"), ["gain_error", "viscous", "slack", "asymmetric_friction"])]
+
+
+@pytest.mark.parametrize(("gain", "fitted"), [(30.0, 1), (5.0, 0)])
+def test_a_partner_joins_where_it_adds_more_than_it_costs(monkeypatch, gain, fitted):
+    leader, partner = Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)
+    found = searched(made(), leader, partner)
+    monkeypatch.setattr(of, "_partners", lambda sim, leader, others: [(w, gain, np.array([0.1])) for w in others])
+    # two as evident together as the leader alone promise nothing
+    monkeypatch.setattr(of, "_pairs", lambda *_: [((leader, partner), 6.0 + of.strengths_charge(2, 12.0), (np.zeros(1), np.zeros(1)))])
+    assert of._combine(found, 2, 1) == fitted and set(found.combined) == ({("const_friction", "gain_error")} if fitted else set())
 
 
 @pytest.fixture(scope="module")
