@@ -1,10 +1,14 @@
-"""Mutation check of identification, control and physics: does any test notice a small fault?
+"""Mutation check of identification, control, physics and diagnosis: does any test notice a small fault?
 
 ``python tools/mutation.py --sample 40 --seed 1 [--parts physics] [--minutes 20] [--publish]`` draws that many faults a
 part, puts each into a copy of the source, runs the part's tests and says which were killed. Results are kept in
 build/mutation.jsonl; a fault that is in it is not tried again, but with ``--survivors``. An own tool, because compiled
 functions keep their machine code on disk: after a fault in one module, that of every module that calls it must go,
 which mutmut and cosmic-ray do not know.
+
+The diagnosis takes its own module tests: for a fault in module X, the files whose source names X, its own (``test_diagnosis_X.py``, ``test_diagnosis_X_*.py``)
+first. Left out are files that run the whole program, which are slow: they import ``sstl_cli.steps``, ``.api`` or ``.cli``.
+A module's own file stays even then, as the last. ``--publish`` keeps the rows of parts of which the log knows nothing.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ import json
 import math
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -25,11 +30,12 @@ from pathlib import Path
 from typing import NoReturn
 
 from mutants import Mutant, mutants
-from page_part import put, table
+from page_part import inside, put, table
 
 ROOT = Path(__file__).resolve().parents[1]
-PARTS = ("identification", "control", "physics")
-TESTS = {"identification": ("tests/identification", "tests/watch"), "control": ("tests/control",), "physics": ("tests/physics",)}
+PARTS = ("identification", "control", "physics", "diagnosis")
+TESTS = {"identification": ("tests/identification", "tests/watch"), "control": ("tests/control",), "physics": ("tests/physics",), "diagnosis": ("tests/diagnosis",)}
+WHOLE_PROGRAM = re.compile(r"^from sstl_cli\.(steps|api|cli)\b", re.MULTILINE)
 EQUAL = Path(__file__).with_name("mutation_equal.txt")
 # files that compare numbers see most faults, and are quick
 FIRST = ("_values.py", "_rules.py", "_golden.py", "_covariance.py", "_limits.py")
@@ -54,7 +60,7 @@ class Copy:
         """Run the tests of a part on the sound source, filling its compile cache; return the seconds of a second run."""
         for _ in range(2):
             started = time.monotonic()
-            killer = self.test(part, 1200)
+            killer = self.test(self.files(part), 1200)
             if killer:
                 raise SystemExit(f"{part}: the tests fail without any fault ({killer})")
         shutil.rmtree(self.clean, ignore_errors=True)
@@ -76,11 +82,17 @@ class Copy:
         shutil.rmtree(self.tree / "sstl_cli")
         shutil.copytree(self.clean, self.tree / "sstl_cli")
 
-    def test(self, part: str, seconds: float) -> str:
+    def files(self, part: str, module: str = "") -> list[Path]:
+        """Return the test files of a part, quick ones first; of the diagnosis those that name a module, or all of its module tests."""
+        found = sorted(f for p in TESTS[part] for f in (self.tree / p).glob("test_*.py"))
+        if part == "diagnosis":
+            return _of_module(found, Path(module).stem)
+        return sorted(found, key=lambda f: (not f.name.endswith(FIRST), f.name in LAST and LAST.index(f.name) + 1))
+
+    def test(self, files: list[Path], seconds: float) -> str:
         """Return the test that notices something, ``timeout``, or nothing."""
-        places = [self.tree / p for p in TESTS[part]]
-        files = [f for p in places for f in (p.glob("test_*.py") if p.is_dir() else [p])]
-        files.sort(key=lambda f: (not f.name.endswith(FIRST), f.name in LAST and LAST.index(f.name) + 1, f.name))
+        if not files:
+            return ""
         report = self.tree / "report.txt"
         report.unlink(missing_ok=True)
         child = os.fork()
@@ -101,6 +113,18 @@ class Copy:
         out = report.read_text(encoding="utf-8", errors="replace")
         named = [line.split()[1] for line in out.splitlines() if line.startswith(("FAILED ", "ERROR "))]
         return named[0].split("/")[-1] if named else f"pytest ended with status {status}"
+
+
+def _of_module(files: list[Path], module: str) -> list[Path]:
+    """Return the files whose source names a module of the diagnosis, its own first; whole diagnoses only of its own, as the last."""
+    named = re.compile(rf"sstl_cli\.diagnosis(\.{module}\b| import .*\b{module}\b)")
+    chosen = []
+    for file in files:
+        text, own = file.read_text(encoding="utf-8"), bool(re.fullmatch(rf"test_diagnosis_{module}(_\w+)?\.py", file.name))
+        whole = bool(WHOLE_PROGRAM.search(text))
+        if (own if whole else own or not module or named.search(text)):
+            chosen.append((whole, not own, file))
+    return [file for _, _, file in sorted(chosen)]
 
 
 def _run_tests(tree: Path, files: list[str], report: Path) -> NoReturn:
@@ -127,13 +151,15 @@ def _run_tests(tree: Path, files: list[str], report: Path) -> NoReturn:
 
 
 def users(package: Path) -> dict[str, set[str]]:
-    """Return, by file, the files that import it directly or through others."""
+    """Return, by file, the files whose machine code may depend on it: what their compiled functions and constants name, and on."""
     direct: dict[str, set[str]] = {}
     for path in package.rglob("*.py"):
-        name = str(path.relative_to(package.parent))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        name, tree = str(path.relative_to(package.parent)), ast.parse(path.read_text(encoding="utf-8"))
+        frozen = _frozen(tree)
+        for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("sstl_cli"):
-                for module in (node.module, *(f"{node.module}.{a.name}" for a in node.names)):
+                named = [a.name for a in node.names if (a.asname or a.name) in frozen]
+                for module in (m for n in named for m in (node.module, f"{node.module}.{n}")):
                     for file in (module.replace(".", "/") + ".py", module.replace(".", "/") + "/__init__.py"):
                         if (package.parent / file).is_file():
                             direct.setdefault(file, set()).add(name)
@@ -147,6 +173,17 @@ def users(package: Path) -> dict[str, set[str]]:
                 todo.append(user)
         closed[file] = seen
     return closed
+
+
+def _frozen(tree: ast.Module) -> set[str]:
+    """Return the names that compiled functions and constants of a module use: numba keeps what they were."""
+
+    def compiled(node: ast.stmt) -> bool:
+        inner = (n for n in ast.walk(node) if isinstance(n, ast.FunctionDef))
+        return any("njit" in ast.unparse(d) for n in inner for d in n.decorator_list)
+
+    kept = [n for n in tree.body if isinstance(n, (ast.Assign, ast.AnnAssign)) or compiled(n)]
+    return {n.id for k in kept for n in ast.walk(k) if isinstance(n, ast.Name)}
 
 
 def draw(part: str, sample: int, seed: int) -> tuple[int, list[Mutant]]:
@@ -189,7 +226,8 @@ def main() -> int:
                 if time.monotonic() > share:
                     break
                 copy.put(mutant)
-                killer = copy.test(part, 60 + 6 * whole)
+                files = copy.files(part, mutant.file)
+                killer = copy.test(files, 60 + 6 * whole * len(files) / len(copy.files(part)))
                 copy.restore()
                 line = json.dumps({"part": part, "seed": given.seed, "faults": total, "mutant": str(mutant), "killed_by": killer or None})
                 print(line, flush=True)
@@ -197,7 +235,7 @@ def main() -> int:
                     file.write(line + "\n")
     found = results(given.log, given.seed)
     if given.publish:
-        put("trust.md", "mutation", page(found, given.seed))
+        put("trust.md", "mutation", page(found, given.seed, inside("trust.md", "mutation")))
     killed = [r[-1] is not None for by_mutant in found.values() for r in by_mutant.values()]
     return 1 if killed and sum(killed) / len(killed) < given.min_killed else 0
 
@@ -232,24 +270,26 @@ def equal() -> dict[str, str]:
     return dict(line.rsplit(" | ", 1) for line in lines if line and not line.startswith("#"))
 
 
-def page(found: dict[str, dict[str, list[str | None]]], seed: int) -> str:
-    """Return the table of shares killed at the first try, and what survived it."""
-    rows: list[list[object]] = []
-    same, left = equal(), []
-    sums = [0, 0, 0]
-    for part, tries in sorted(found.items()):
+def page(found: dict[str, dict[str, list[str | None]]], seed: int, before: str = "") -> str:
+    """Return the table of shares killed at the first try, and what survived it; of parts that were not run as it was ``before``."""
+    cells = ([c.strip() for c in line.strip("| ").split(" | ")] for line in before.splitlines() if line.startswith("|"))
+    rows: dict[str, list[object]] = {c[0]: list(c) for c in cells if c[0] in PARTS and c[0] not in found}
+    left = [line for line in before.splitlines() if line.startswith("- ") and line.split("/")[1] in rows]
+    same = equal()
+    for part, tries in found.items():
         alive = sorted(m for m, t in tries.items() if t[0] is None)
         why = {m: same.get(m) for m in alive}
         since = {m: "killed by a test added since" for m in alive if tries[m][-1] is not None}
-        left += [f"{m} ({why[m] or since[m]})" if why[m] or m in since else m for m in alive]
+        shown = [f"{m} ({why[m] or since[m]})" if why[m] or m in since else m for m in alive]
+        left += ["- " + m.replace("|", "\\|") for m in shown]
         count = [len(tries), len(tries) - len(alive), sum(w is not None for w in why.values())]
-        sums = [a + b for a, b in zip(sums, count, strict=True)]
-        rows.append([part, f"{draw(part, 0, seed)[0]:,}", *_shares(count)])
-    if rows:
-        rows.append(["together", "", *_shares(sums)])
-    head = ["part", "faults possible", "tried", "killed", "share killed (95 % interval)", "of the others, no change of any answer"]
-    lines = "\n".join("- " + m.replace("|", "\\|") for m in left) or "none"
-    return f"Random sample, seed {seed}:\n\n{table(head, rows)}\n\nSurvivors, with the reason where no answer can change, or what has become of them:\n\n{lines}"
+        rows[part] = [part, seed, f"{draw(part, 0, seed)[0]:,}", *_shares(count)]
+    ordered = [rows[part] for part in sorted(rows)]
+    if ordered:
+        ordered.append(["together", "", "", *_shares([sum(int(str(r[i])) for r in ordered) for i in (3, 4, 6)])])
+    head = ["part", "seed", "faults possible", "tried", "killed", "share killed (95 % interval)", "of the others, no change of any answer"]
+    lines = "\n".join(sorted(left)) or "none"
+    return f"Random samples:\n\n{table(head, ordered)}\n\nSurvivors, with the reason where no answer can change, or what has become of them:\n\n{lines}"
 
 
 def _shares(count: list[int]) -> list[object]:

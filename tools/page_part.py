@@ -17,15 +17,25 @@ def put(page: str, name: str, text: str) -> None:
         If the page has not exactly one such place.
     """
     path = DOCS / page
+    head, _, tail = _split(page, name)
+    temporary = path.with_suffix(".tmp")
+    temporary.write_text(f"{head}<!-- {name} begins -->\n{text.strip()}\n<!-- {name} ends -->{tail}", encoding="utf-8")
+    os.replace(temporary, path)
+
+
+def inside(page: str, name: str) -> str:
+    """Return what stands there now."""
+    return _split(page, name)[1]
+
+
+def _split(page: str, name: str) -> tuple[str, str, str]:
     begins, ends = f"<!-- {name} begins -->", f"<!-- {name} ends -->"
-    old = path.read_text(encoding="utf-8")
+    old = (DOCS / page).read_text(encoding="utf-8")
     if old.count(begins) != 1 or old.count(ends) != 1:
         raise ValueError(f"{page} needs {begins} and {ends} once each")
     head, rest = old.split(begins)
-    tail = rest.split(ends)[1]
-    temporary = path.with_suffix(".tmp")
-    temporary.write_text(f"{head}{begins}\n{text.strip()}\n{ends}{tail}", encoding="utf-8")
-    os.replace(temporary, path)
+    middle, tail = rest.split(ends)
+    return head, middle, tail
 
 
 def table(head: list[str], rows: list[list[object]]) -> str:

@@ -11,6 +11,12 @@ MOVE = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
 
 def posterior(known, noise: Reading, corners, bends, y=None):
     """Return mean of the values, (n,), and their covariance given all readings, (n, n)."""
+    mean, whole, m = states(known, noise, corners, bends, y)
+    return mean[::m], whole[::m, ::m]
+
+
+def states(known, noise: Reading, corners, bends, y=None):
+    """Return mean of all states, end to end, their covariance, and how many there are at an instant."""
     # without slow noise there is no such state
     n, m = len(known), 4 if noise.slow else 3
     steps, weights, move = np.eye(m * n), np.zeros((m * n, m * n)), np.eye(m) * noise.memory
@@ -26,8 +32,8 @@ def posterior(known, noise: Reading, corners, bends, y=None):
     reading = np.eye(m)[0] + (np.eye(m)[3] if noise.slow else 0.0)
     seen = np.kron(np.diag(known / noise.white), np.outer(reading, reading))
     whole = np.linalg.inv(steps.T @ weights @ steps + seen)
-    mean = whole[::m] @ np.kron(known * y / noise.white, reading) if y is not None else np.zeros(n)
-    return mean, whole[::m, ::m]
+    mean = whole @ np.kron(known * y / noise.white, reading) if y is not None else np.zeros(m * n)
+    return mean, whole, m
 
 
 def pairs(v):

@@ -9,7 +9,7 @@ import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import LEAST_SHARE, MIN_FAULTY
-from sstl_cli.diagnosis.faults import RecorderEffect, recorder_effects
+from sstl_cli.diagnosis.faults import RecorderEffect, _coarse, recorder_effects
 from sstl_cli.diagnosis.recorder import Faults
 
 N, NOISE = 100, 0.1
@@ -162,3 +162,9 @@ def test_steps_that_the_noise_smooths_over_are_no_fault(step, is_fault):
     sensor = Faults(NO, NO, NO, float("inf"), step, float(np.hypot(NOISE, step / np.sqrt(12.0))))
     error = np.round(NOISE * rng.standard_normal(N) / step) * step
     assert ("quantisation" in found(record(error, out=sensor), noise=sensor.noise_n)) is is_fault
+
+
+def test_a_step_counts_beyond_half_of_the_noise_that_is_not_its_own():
+    # 0.05 N^2 hold 0.03 N^2 of rounding to 0.6 N: a quarter of the other 0.02 N^2 is smoothed over
+    assert _coarse(Faults(NO, NO, NO, float("inf"), 0.6, np.sqrt(0.05))) == pytest.approx(0.36 - 0.25 * 0.02)
+    assert _coarse(Faults(NO, NO, NO, float("inf"), 0.6, 0.0)) == pytest.approx(0.36) and _coarse(Faults(NO, NO, NO, float("inf"), 0.1, 1.0)) == 0.0

@@ -8,7 +8,7 @@ from made_fits import NOISE_N, made, simulator
 
 from sstl_cli.diagnosis.constants import MENU
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.following import Limits, best_experiment, scenario_of, table, within
+from sstl_cli.diagnosis.following import Limits, best_experiment, isolability, sampling_s, scenario_of, table, within
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.whitening import Noise, Sensor
@@ -62,3 +62,31 @@ def test_two_names_for_one_model_are_settled_by_nothing():
     same = found.best(("zero_offset",))
     experiment = best_experiment(found, same, same)
     assert experiment.d2 < 1.0 and not experiment.settles
+
+
+def test_how_alike_two_effects_look_is_the_cosine_of_what_theta_leaves_of_them():
+    found = search()
+    names, cosine = isolability(found)
+    sim, base = simulator(), found.base
+    columns = []
+    for name in names:
+        own, x = base.whiten(found.best((name,)).fit.jacobian).T
+        thetas = (sim.config[:, None] == np.arange(2)) * own[:, None]
+        columns.append(x - thetas @ np.linalg.lstsq(thetas, x, rcond=None)[0])
+    a, b = columns
+    alike = abs(a @ b) / np.sqrt((a @ a) * (b @ b))
+    assert sorted(names) == ["const_friction", "zero_offset"]
+    assert cosine == pytest.approx(np.array([[1.0, alike], [alike, 1.0]]))
+    # of the most evident only
+    assert isolability(found, 1)[1].shape == (1, 1)
+
+
+def test_a_plan_is_sampled_as_fast_as_the_log_but_no_faster_than_a_line_shows():
+    found = search()
+    assert sampling_s(found) == pytest.approx(0.02)
+    experiment = best_experiment(found, *(found.best((e,)) for e in ("zero_offset", "const_friction")), Limits(15.0, 20.0))
+    assert experiment.separates == ("zero_offset", "const_friction") and experiment.d2 > 0.0 and experiment.settles == (experiment.d2 >= 24.0)
+    assert experiment.trajectory is experiment.movements[0].trajectory and experiment.movements[0].tension_n.max() <= 15.0 + 1e-9
+    scenario = scenario_of(found, experiment)
+    assert [c.id for c in scenario.configurations] == ["a", "b"] and scenario.sampling_hz == pytest.approx(50.0)
+    assert [c.theta for c in scenario.configurations] == pytest.approx([0.5, 0.6])

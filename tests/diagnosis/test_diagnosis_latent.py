@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sstl_cli.diagnosis.latent import block_mean, latent
+from sstl_cli.diagnosis import latent as of
+from sstl_cli.diagnosis.constants import FINEST, SHORTEST_SMOOTHED
+from sstl_cli.diagnosis.latent import Slow, block_mean, latent
 
 DT = 0.01
 TIME = np.arange(0.0, 30.0, DT)
@@ -66,3 +68,37 @@ def test_slow_noise_that_nobody_told_of_has_no_part_in_the_law():
     law = latent(read("triangle", 0.02), DT, 0.02).chain
     # transitions from and to the slow noise, and its variance
     assert not law[:, [3, 7, 11, 12, 13, 14, 15, 19, 22, 24, 25]].any()
+
+
+def test_units_and_origins_of_signal_and_time_are_of_no_matter():
+    y = read("triangle", 0.02)
+    plain, other = latent(y, DT, 0.02), latent(1000.0 * y - 7.0, 5.0 * DT, 20.0)
+    assert other.value == pytest.approx(1000.0 * plain.value - 7.0, rel=1e-6) and other.variance == pytest.approx(1e6 * plain.variance, rel=1e-4)
+    assert other.rate == pytest.approx(200.0 * plain.rate, rel=1e-4, abs=1e-3)
+
+
+def test_what_is_short_or_free_of_noise_is_taken_as_it_is():
+    y = np.arange(float(SHORTEST_SMOOTHED)) ** 2
+    short = latent(y[:-1], 0.5, 1.0)
+    assert np.array_equal(short.value, y[:-1]) and short.rate[1:-1] == pytest.approx(4.0 * np.arange(1.0, 6.0)) and short.nats == 0.0
+    assert not short.chain.any() and latent(y, 0.5, 1.0).variance.all() and latent(y[:1], 0.5, 1.0).rate.tolist() == [0.0]
+    assert not latent(y, 0.5, FINEST * np.ptp(y)).variance.any() and latent(y, 0.5, 1.01 * FINEST * np.ptp(y)).variance.all()
+
+
+def test_slow_noise_keeps_its_share_over_a_time_and_a_step_is_a_median():
+    assert Slow(1.0, 0.5).kept(0.25) == pytest.approx(np.exp(-0.5)) and Slow(0.0, 1.0).kept(0.0) == 1.0
+    y = np.array([0.0, 1.0, 4.0, 9.0, 17.0, 25.0])
+    # second differences 2, 2, 3, 0
+    assert of._typical_step(y, 2) == pytest.approx(4.0) and of._typical_step(y, 3) == 0.0 and of._typical_step(y[:4], 2) == 0.0 < of._typical_step(y[:5], 2)
+
+
+def test_readings_with_slow_noise_are_followed_less_when_that_is_known():
+    rng = np.random.default_rng(4)
+    slow = np.zeros(len(TIME))
+    for k in range(1, len(TIME)):
+        slow[k] = np.exp(-DT / 0.2) * slow[k - 1] + 0.05 * np.sqrt(1.0 - np.exp(-2.0 * DT / 0.2)) * rng.standard_normal()
+    y = read("triangle", 0.01) + slow
+    plain, told = latent(y, DT, 0.01), latent(y, DT, 0.01, slow=Slow(0.05, 0.2))
+    off = [np.sqrt(np.mean((f.value - SIGNALS["triangle"]) ** 2)) for f in (plain, told)]
+    assert off[1] < 0.7 * off[0] and told.nats < plain.nats - 50.0
+    assert 0.4 < np.mean((told.value - SIGNALS["triangle"]) ** 2 / told.variance) < 2.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_chain import pairs, posterior
+from made_chain import pairs, posterior, states
 from scipy.signal import lfilter
 
 from sstl_cli.diagnosis.smoother import DIFFUSE, MOVES, PAIRS, STATES, Reading, chain, cost, error_of_means, follow
@@ -38,6 +38,22 @@ def test_the_chain_is_the_posterior_of_all_states(noise):
     assert mean[:, 0] == pytest.approx(dense_mean, abs=1e-8)
     assert variance == pytest.approx(np.diag(dense), rel=1e-8)
     assert covariance(law) == pytest.approx(dense, rel=1e-7, abs=1e-11)
+
+
+@NOISES
+def test_states_and_squared_steps_are_those_of_the_posterior(noise):
+    mean, _, steps = follow(*chain(Y, KNOWN, noise, CORNERS, BENDS))
+    dense, whole, m = states(KNOWN, noise, CORNERS, BENDS, Y)
+    assert mean[:, :m] == pytest.approx(dense.reshape(N, m), abs=1e-8)
+    for k in range(1, N):
+        # of the increment beyond the change before, and of that change
+        turn, bend = np.zeros(m * N), np.zeros(m * N)
+        turn[m * k + 1], turn[m * k - m + 1], turn[m * k - m + 2] = 1.0, -1.0, -1.0
+        bend[m * k + 2], bend[m * k - m + 2] = 1.0, -1.0
+        for i, step in enumerate((turn, bend)):
+            assert steps[k, 2 * i] == pytest.approx((step @ dense) ** 2, rel=1e-4, abs=1e-12)
+            assert steps[k, 2 * i + 1] == pytest.approx(step @ whole @ step, rel=1e-4, abs=1e-12)
+    assert np.array_equal(steps[0], steps[1])
 
 
 @NOISES

@@ -1,0 +1,97 @@
+"""Numbers of the channels beside the output, by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis import channels
+from sstl_cli.diagnosis.channels import ChannelGap, log_gain, loop_gaps
+from sstl_cli.diagnosis.constants import MIN_SAMPLES, SAME_SLOPE
+from sstl_cli.diagnosis.evidence import strengths_charge
+from sstl_cli.physics.filters import first_order
+
+T = np.arange(0.0, 30.0, 0.02)
+REFERENCE = 10.0 + 5.0 * np.sin(2.0 * np.pi * T / 5.0)
+
+
+def gap(base=4.0, left=1.0, noise=0.5, gain=900.0):
+    return ChannelGap("tension_in", "N", "tension_loop_lag", {"tau_s": 0.1, "inverse_slew_s_per_n": 0.0}, base, left, noise, gain)
+
+
+def run(reference, tension, n=len(T)):
+    return Run("r", "act", T[:n], tension[:n], tension[:n], tension_ref_n=reference[:n])
+
+
+def test_a_gap_as_a_row_of_the_verdict():
+    row = gap().row()
+    assert row.evidence == row.drop_one == pytest.approx(900.0 - strengths_charge(2, 1800.0)) and row.gain == 900.0
+    assert (row.chi2, row.share, row.worst_z, row.mean_z, row.outside, row.unstable) == (4.0, 0.75, 0.0, 0.0, 0, 1.0)
+    assert gap(gain=-9.0).row().evidence == pytest.approx(-9.0 - strengths_charge(2, 0.0))
+    assert np.isfinite([gap(noise=0.0).row().chi2, gap(base=0.0, left=0.0).row().share]).all()
+
+
+def test_independent_samples_are_counted_up_to_where_correlation_ends():
+    rng = np.random.default_rng(1)
+    x = np.convolve(rng.standard_normal(401), [1.0, 1.0], "valid")
+    n, y = len(x), x - x.mean()
+    rho = np.array([y[k:] @ y[: n - k] / (n - k) for k in range(n)])
+    rho /= rho[0]
+    total, k = 0.0, 0
+    while rho[2 * k] + rho[2 * k + 1] > 0.0:
+        total += rho[2 * k] + rho[2 * k + 1]
+        k += 1
+    assert channels._independent(x) == pytest.approx(n / (2.0 * total - 1.0)) and total > 1.2
+    # what swings from sample to sample counts each of them, and no more
+    assert channels._independent(np.tile([1.0, -1.0], 50)) == 100.0
+
+
+def test_a_gain_is_the_logarithm_of_what_is_left():
+    a, b = np.full(100, 2.0), np.full(100, 0.5)
+    white = np.tile([1.0, -1.0], 50)
+    assert log_gain(a, b, white) == pytest.approx(100.0 * np.log(4.0)) and channels._rms(np.array([3.0, -4.0])) == pytest.approx(np.sqrt(12.5))
+
+
+def test_origin_and_stiffness_are_free():
+    x, columns = np.array([1.0, 2.0, 4.0, 9.0, 16.0]), [np.array([0.0, 1.0, 2.0, 3.0, 4.0])]
+    assert channels._affine(3.0 + 7.0 * columns[0], columns) == pytest.approx(np.zeros(5), abs=1e-9)
+    left = channels._affine(x, columns)
+    assert left @ np.ones(5) == pytest.approx(0.0, abs=1e-9) and left @ columns[0] == pytest.approx(0.0, abs=1e-9) and np.abs(left).max() > 1.0
+
+
+@pytest.mark.parametrize(("slope", "tracks"), [(1.0 + 0.95 * SAME_SLOPE, True), (1.0 + 1.05 * SAME_SLOPE, False), (1.0 - 0.95 * SAME_SLOPE, True), (1.0 - 1.05 * SAME_SLOPE, False)])
+def test_an_input_of_nearly_the_reference_s_slope_follows_it(slope, tracks):
+    assert channels._tracks(run(REFERENCE, 3.0 + slope * REFERENCE)) is tracks
+
+
+def test_a_reference_has_to_move_and_to_be_recorded():
+    rng = np.random.default_rng(2)
+    # half a newton is enough, a correlation of 0.9 is too
+    for span, tracks in ((0.51, True), (0.49, False)):
+        small = 10.0 + 0.5 * span * np.sin(2.0 * np.pi * T / 5.0)
+        assert channels._tracks(run(small, small)) is tracks
+    for noise, tracks in ((1.4, True), (2.2, False)):
+        # a sine of 5 N has 3.54 N: a correlation of 0.93, of 0.85
+        assert channels._tracks(run(REFERENCE, REFERENCE + noise * rng.standard_normal(len(T)))) is tracks
+    holes = np.where(np.arange(len(T)) % 2, REFERENCE, np.nan)
+    assert channels._tracks(run(holes, REFERENCE, 2 * MIN_SAMPLES)) and not channels._tracks(run(holes, REFERENCE, 2 * MIN_SAMPLES - 1))
+
+
+def test_a_slew_limit_is_found_as_one_and_runs_are_fitted_together():
+    noise = 0.01 * np.random.default_rng(3).standard_normal((2, len(T)))
+    quick = np.interp(T % 10.0, [0.0, 4.0, 4.1, 9.0, 9.1, 10.0], [5.0, 5.0, 15.0, 15.0, 5.0, 5.0])
+    records = [
+        SimpleNamespace(raw=run(r, first_order(r, 0.02, 0.0, 0.05) + x), faults_in=SimpleNamespace(noise_n=s))
+        for r, x, s in ((REFERENCE, noise[0], 0.01), (quick, noise[1], 0.03))
+    ]
+    (found,) = loop_gaps(records)
+    assert found.values == {"tau_s": pytest.approx(0.0, abs=0.01), "inverse_slew_s_per_n": pytest.approx(0.05, rel=0.05)}
+    assert (found.channel, found.unit, found.effect, found.noise) == ("tension_in", "N", "tension_loop_lag", pytest.approx(0.02))
+    lags = [r.raw.tension_in_n - r.raw.tension_ref_n for r in records]
+    assert found.rmse_base == pytest.approx(np.sqrt(np.mean(np.concatenate(lags) ** 2))) and found.rmse_with == pytest.approx(0.01, rel=0.1)
+    # a run that follows something else has no part in it
+    other = SimpleNamespace(raw=run(REFERENCE, 30.0 - REFERENCE), faults_in=SimpleNamespace(noise_n=9.0))
+    assert loop_gaps([*records, other]) == [found]

@@ -1,0 +1,80 @@
+"""What a fit is worth beside the base: its gain less its charges, and nothing where it explains by not propagating."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import THETA, made, noise, simulator
+
+from sstl_cli.diagnosis.constants import THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.evidence import Weighed, shape_charge, standard_errors, strengths_charge, weigh
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.simulator import Free
+from sstl_cli.physics.effect import Parameter
+from sstl_cli.physics.effects import get
+
+SIM = simulator()
+GAIN, FRICTION = full("gain_error", ("act",)), full("const_friction", ("act",))
+ONE = made(noise(), GAIN, (1.05,))
+
+
+def at(f, theta):
+    return replace(f, theta=np.array(theta))
+
+
+def test_one_effect_is_charged_by_its_whole_gain():
+    w = weigh(SIM, ONE, ONE.cost + 40.0)
+    assert w.ids == ("gain_error",) and w.gain == pytest.approx(40.0)
+    assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 80.0))
+    # two strengths of one effect are charged together
+    zero = made(noise(), full("zero_offset", ("act",)), (0.1, 0.2))
+    assert weigh(SIM, zero, zero.cost + 40.0).evidence == pytest.approx(40.0 - strengths_charge(2, 80.0))
+
+
+def test_of_several_each_is_charged_by_what_it_adds_to_the_others():
+    both = made(noise(), GAIN.joined(FRICTION), (1.05, 0.1))
+    parts = [Weighed(ONE, 30.0, 0.0), Weighed(made(noise(), FRICTION, (0.1,)), 25.0, 0.0)]
+    w = weigh(SIM, both, both.cost + 40.0, parts)
+    # friction adds 10 to the gain error, that one 15 to friction
+    assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 30.0))
+    assert weigh(SIM, both, both.cost + 40.0, parts[:1]).evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 80.0))
+    # what lacks more than one of them says nothing of either
+    assert weigh(SIM, both, both.cost + 40.0, [Weighed(made(noise()), 30.0, 0.0)]).evidence == pytest.approx(40.0 - 2.0 * strengths_charge(1, 80.0))
+
+
+def test_a_shape_costs_by_how_well_the_data_hold_it():
+    slow = next(h for h in variants("stribeck", ("act",)) if [f.parameter.name for f in h.free] == ["mean_ratio", "mean_mm_s"])
+    f = made(noise(), slow, (1.3, 2.0))
+    se = standard_errors(SIM, f)
+    w = weigh(SIM, f, f.cost + 900.0)
+    assert w.evidence == pytest.approx(900.0 - strengths_charge(1, 1800.0) - shape_charge(slow.free[1], 2.0, float(se[1]))) and shape_charge(slow.free[1], 2.0, float(se[1])) > 0.5
+
+
+def test_a_shape_from_nothing_is_even_over_its_range_and_what_is_held_exactly_costs_no_more_than_a_million():
+    linear = Free(get("presliding"), Parameter("spread", "1", 0.5, 0.0, 4.0, "", shape=True))
+    assert shape_charge(linear, 0.3, 0.1) == pytest.approx(np.log(4.0 / (np.sqrt(2.0 * np.pi) * 0.1)))
+    assert shape_charge(linear, 0.3, 0.0) == 0.0 and shape_charge(linear, 0.3, 1e-12) == pytest.approx(np.log(1e6))
+
+
+def test_what_a_small_response_costs_is_what_one_of_unit_size_does():
+    assert strengths_charge(1, 0.01) == strengths_charge(1, 1.0) < strengths_charge(1, 1.1)
+
+
+@pytest.mark.parametrize(("theta", "stopped"), [([0.5, 0.6], False), ([THETA_LOW, 0.6], True), ([0.5, THETA_HIGH], True), ([1.01 * THETA_LOW, 0.99 * THETA_HIGH], False)])
+def test_a_line_that_has_stopped_or_lost_its_friction_explains_nothing(theta, stopped):
+    w = weigh(SIM, at(ONE, theta), ONE.cost + 40.0)
+    assert w.gain == pytest.approx(40.0) and w.evidence == (0.0 if stopped else pytest.approx(40.0 - strengths_charge(1, 80.0)))
+    # nor does it cost less than it did
+    loss = weigh(SIM, at(ONE, theta), ONE.cost - 40.0)
+    assert loss.evidence == pytest.approx(-40.0 - strengths_charge(1, -80.0))
+
+
+def test_a_bend_that_had_no_friction_when_the_rig_was_modelled_may_have_none():
+    straight = replace(SIM, accepted=np.array([THETA_LOW, 0.6]))
+    assert weigh(straight, at(ONE, [THETA_LOW, 0.6]), ONE.cost + 40.0).evidence > 0.0
+    assert weigh(straight, at(ONE, [THETA_LOW, THETA_LOW]), ONE.cost + 40.0).evidence == 0.0
+    stuck = replace(SIM, accepted=np.array([THETA_HIGH, 0.6]))
+    assert weigh(stuck, at(ONE, [THETA_HIGH, 0.6]), ONE.cost + 40.0).evidence > 0.0
+    assert weigh(replace(SIM, accepted=THETA), at(ONE, [THETA_HIGH, 0.6]), ONE.cost + 40.0).evidence == 0.0

@@ -1,0 +1,118 @@
+"""Where slow noise of the input's sensor is looked for, and which systems are told of it, by hand on the small made records."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, THETA, made, noise, simulator
+from scipy.signal import lfilter
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis import hearing
+from sstl_cli.diagnosis.constants import AT_MOST, MEASURED, UNSEEN
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.records import prepare
+from sstl_cli.diagnosis.whitening import Noise, Sensor
+
+SIM = simulator()
+ZERO, FRICTION = (full(e, ("act",)) for e in ("zero_offset", "const_friction"))
+SENSOR = Sensor(0.02, 0.01, 0.2)
+MEASURED_NOISE = Noise({"act": Sensor(0.01, 0.005, 0.2)}, {"act": SENSOR}, {"act": 1.0})
+
+
+def read(out):
+    return replace(MEASURED_NOISE, output={"act": out})
+
+
+def test_the_noise_of_some_systems_is_of_one_and_of_the_rest_of_the_other():
+    def both(k):
+        return Noise(*({s: Sensor(k, k, k) for s in ("act", "sstl")} for _ in range(2)), {"act": k, "sstl": k}, {"act": {"x": k}, "sstl": {"x": k}}, {"act": k}, {"act": k})
+
+    found = hearing._either(both(1.0), both(2.0), {"act"})
+    assert {k: s.white_n for k, s in found.input.items()} == {k: s.white_n for k, s in found.output.items()} == {"act": 1.0, "sstl": 2.0}
+    assert found.smoother == {"act": 1.0, "sstl": 2.0} and found.spread == {"act": {"x": 1.0}, "sstl": {"x": 2.0}}
+    # what was believed before stays
+    assert found.open == found.loose == {"act": 2.0}
+
+
+def test_columns_are_thetas_and_what_each_model_may_change_as_far_as_it_shows():
+    base, best, third = made(), made(0.0, ZERO, (0.0, 0.1)), made(0.0, FRICTION, (0.1,))
+    assert hearing._leading([base]) is base and hearing._leading([base, best, third]) is best
+    found = hearing._columns(SIM, [base, best, third])
+    assert found.shape == (8000, 5)
+    for c in (0, 1):
+        assert found[:, c] == pytest.approx(np.where(SIM.config == c, best.jacobian[:, 0], 0.0))
+    assert np.array_equal(found[:, 2:4], best.jacobian[:, 1:]) and np.array_equal(found[:, 4], third.jacobian[:, 1])
+    # what shows only where nothing was read does not show
+    blind = replace(SIM)
+    blind.weight = np.where(SIM.config == 0, 1.0, 0.0)
+    assert hearing._columns(blind, [base, best, third]).shape == (8000, 4)
+    assert hearing._columns(SIM, [base]).shape == (8000, 2)
+
+
+@pytest.mark.parametrize(
+    ("out", "looked"),
+    [
+        (SENSOR, True),
+        # too little beside the white noise to be seen
+        (replace(SENSOR, coloured_n=0.9 * UNSEEN * 0.02), False),
+        # so far from what was measured that it holds what the models miss
+        (replace(SENSOR, coloured_n=0.01 * float(np.exp(AT_MOST * MEASURED))), False),
+        (replace(SENSOR, coloured_n=0.01 * float(np.exp(0.9 * AT_MOST * MEASURED))), True),
+        (replace(SENSOR, coloured_n=0.01 * float(np.exp(-0.7 * AT_MOST * MEASURED))), True),
+    ],
+)
+def test_slow_noise_is_looked_for_where_the_output_s_sensor_has_some_and_is_believed(monkeypatch, out, looked):
+    monkeypatch.setattr(hearing, "_likeliest", lambda records, into, out: (len(records), into, out))
+    found = hearing.entering(SIM.problem.records, read(out), MEASURED_NOISE)
+    # of runs of 2000 samples two hold enough
+    assert found == ({"act": (2, MEASURED_NOISE.input["act"], out)} if looked else {})
+
+
+def test_where_the_measured_noise_may_be_anything_it_is_believed_further_and_a_clean_input_is_left_alone(monkeypatch):
+    monkeypatch.setattr(hearing, "_likeliest", lambda *_: "asked")
+    far = read(replace(SENSOR, coloured_n=0.01 * float(np.exp(2.0 * AT_MOST * MEASURED))))
+    assert hearing.entering(SIM.problem.records, far, replace(MEASURED_NOISE, open={"act": 1.0})) == {"act": "asked"}
+    clean = tuple(replace(r, error_n=np.zeros(len(r))) for r in SIM.problem.records)
+    assert hearing.entering(clean, read(SENSOR), MEASURED_NOISE) == {}
+
+
+def test_an_input_without_slow_noise_is_not_said_to_have_as_much_as_the_output():
+    into, out = Sensor(0.01, 0.0, 0.2), Sensor(NOISE_N, 0.05, 0.2)
+    found = hearing._likeliest(SIM.problem.records[:1], into, out)
+    assert found.white_n == 0.01 and found.coloured_n < 0.5 * out.coloured_n
+
+
+def test_slow_noise_of_an_input_is_found_as_large_and_as_slow_as_it_is():
+    rng = np.random.default_rng(6)
+    t = np.arange(0.0, 40.0, 0.02)
+    memory = np.exp(-0.02 / 0.2)
+    slow = lfilter([1.0], [1.0, -memory], 0.05 * np.sqrt(1.0 - memory**2) * rng.standard_normal(len(t)))
+    # straight lines between corners a few seconds apart
+    u = np.interp(t, np.arange(0.0, 45.0, 4.0), rng.uniform(3.0, 25.0, 12)) + slow + 0.01 * rng.standard_normal(len(t))
+    records = prepare([Run("r", "act", t, u, 0.6 * u, config_id="a")]).records
+    found = hearing._likeliest(records, Sensor(0.01, 0.0, 0.2), Sensor(NOISE_N, 0.04, 0.3))
+    assert found.coloured_n == pytest.approx(0.05, rel=0.25) and 0.08 < found.correlation_s < 0.3 and found.white_n == 0.01
+
+
+def test_noise_that_models_leave_is_as_large_as_it_was_made_and_what_they_can_change_is_none():
+    base, best = made(), made(0.0, variants("zero_offset", ("act",))[1], (0.0,))
+    sim = replace(SIM)
+    # an offset that the second model can take up, and a theta that both can
+    sim.y = sim.predict(THETA + 0.002, {}) + 0.1 + noise(1)
+    measured = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 0.1 * NOISE_N, 0.1)}, {"act": 1.0})
+    found, nats = hearing._noise(sim, [base, best], measured, hearing._columns(sim, [base, best]))
+    assert found.output["act"].white_n == pytest.approx(NOISE_N, rel=0.1) and found.output["act"].coloured_n < 0.3 * NOISE_N
+    _, more = hearing._noise(sim, [base], measured, hearing._columns(sim, [base]))
+    assert more["act"] > nats["act"] + 100.0
+
+
+def test_without_slow_noise_nothing_is_smoothed_again():
+    base = made(noise(2))
+    sim = replace(SIM)
+    sim.y = base.prediction + base.residual
+    measured = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 0.01 * NOISE_N, 0.1)}, {"act": 1.0})
+    found, fitted, at = hearing.heard(sim, [base], measured)
+    assert found is sim and fitted is base and at.output["act"].white_n == pytest.approx(NOISE_N, rel=0.1)

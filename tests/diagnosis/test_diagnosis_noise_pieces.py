@@ -1,0 +1,162 @@
+"""What is believed of a sensor's noise, piece by piece, and the noise that slides leave against a dense restricted likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, noise, simulator
+
+from sstl_cli.diagnosis import noise as of
+from sstl_cli.diagnosis.constants import CORRELATIONS_S, ENOUGH, MEASURED, UNSEEN
+from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
+from sstl_cli.diagnosis.recorder import Faults
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, step_of, whitener
+
+SIM = simulator()
+RECORDS = SIM.problem.records
+QUIET = Noise({"act": Sensor(0.01, 0.004, 0.2)}, {"act": Sensor(NOISE_N, 0.01, 0.1)}, {"act": 2.0})
+NO = np.zeros(4, bool)
+
+
+def faults(noise_n, step=0.0):
+    return Faults(NO, NO, NO, float("inf"), step, noise_n)
+
+
+def phases(slide=0.0, gain=0.5, doubt=0.0):
+    return Phases(*(np.full(len(SIM.y), v) for v in (slide, gain, doubt)))
+
+
+def test_a_coarse_converter_without_noise_keeps_one_error_throughout_a_rest():
+    sensor, step = Sensor(0.02, 0.03, 0.1), 0.04 * np.sqrt(12.0)
+    # rounding of 0.04 N is below a noise of 0.05 N, and above one of 0.03 N
+    assert of._with_rounding(sensor, [faults(0.05, step)]) is sensor
+    rounded = of._with_rounding(sensor, [faults(0.03, step), faults(0.03, step), faults(9.0, 0.0)])
+    assert rounded == Sensor(0.02, pytest.approx(0.05), CORRELATIONS_S[-2])
+    assert of._with_rounding(replace(sensor, correlation_s=3.0), [faults(0.03, step)]).correlation_s == 3.0
+
+
+def test_beside_an_accepted_model_only_white_noise_is_left():
+    found = white_only(QUIET)
+    assert found.input["act"] == Sensor(0.01, pytest.approx(UNSEEN * 0.01), 0.2) and found.output["act"] == Sensor(NOISE_N, pytest.approx(UNSEEN * NOISE_N), 0.1)
+    assert found.smoother == {"act": 2.0}
+
+
+def test_the_noise_of_a_reading_is_that_of_a_mean_times_the_root_of_how_many():
+    thin = [SimpleNamespace(system="act", averaged=lambda _, k=k: k) for k in (1, 4, 9)]
+    assert of_readings(thin, QUIET).output["act"].white_n == pytest.approx(2.0 * NOISE_N)
+    assert of_readings(thin, QUIET).input == QUIET.input
+
+
+def test_runs_are_taken_shortest_first_until_they_hold_enough():
+    pairs = [(r, slice(0, 0)) for r in RECORDS]
+    assert len(some(pairs)) == ENOUGH // 2000 and len(some(pairs[:1])) == 1
+    short = replace(RECORDS[0], y=RECORDS[0].y[:1999])
+    # one sample too few: a third run
+    found = some([*pairs, (short, slice(0, 0))])
+    assert found[0][0] is short and len(found) == 3
+
+
+def test_the_least_white_noise_is_that_of_rounding_and_of_the_grid():
+    r = replace(RECORDS[0], faults_in=faults(0.0, 0.6), faults_out=faults(0.0, 0.0))
+    assert of._least(r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
+    assert of._least(r, "tension_out_n") == pytest.approx(1e-4 * np.ptp(r.raw.tension_out_n))
+    assert of._white(r.raw.tension_in_n, r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
+    assert of._white(RECORDS[0].raw.tension_in_n, RECORDS[0], "tension_in_n") == pytest.approx(0.01, rel=0.05)
+    # where the output is held for long enough it shows there alone
+    loud = RECORDS[0].y_fine + np.where(np.arange(2000) < 1000, 0.0, 0.5) * np.random.default_rng(1).standard_normal(2000)
+    assert of._white(loud, RECORDS[0], "tension_out_n", np.arange(2000) < 1000) == pytest.approx(0.01, rel=0.1)
+    assert of._typical([1.0, 5.0, 2.0]) == 2.0 and of._typical([0.0]) == 1e-6
+
+
+def test_values_are_spaced_as_they_are_read():
+    assert of._spacing(RECORDS, "tension_in_n") == pytest.approx(0.02)
+    slow = (np.arange(2000) % 5 == 0).astype(float)
+    marked = [replace(r, raw=replace(r.raw, extra={"known_tension_out_n": slow})) for r in RECORDS]
+    assert of._spacing(marked, "tension_out_n") == pytest.approx(0.1) and of._spacing(marked, "tension_in_n") == pytest.approx(0.02)
+    assert of._spacing([replace(r, dt_s=0.04) for r in RECORDS], "tension_out_n") == 0.04
+
+
+def test_windows_fill_a_hold_from_its_beginning():
+    held = np.array([0, 1, 1, 1, 1, 1, 0, 1, 1, 0], bool)
+    assert [p.tolist() for p in of._pieces(np.arange(10.0), held, 2)] == [[1.0, 2.0], [3.0, 4.0], [7.0, 8.0]]
+
+
+def test_a_perfect_model_leaves_the_noise_of_both_sensors_where_it_enters():
+    gain = np.linspace(0.0, 1.0, len(SIM.y))
+    found = variance(RECORDS, replace(phases(), gain=gain), QUIET)
+    error = np.concatenate([r.error_n for r in RECORDS])
+    slow = step_of(1.0, 0.02 / 0.1).variance
+    assert found == pytest.approx(gain**2 * (4.0 * error**2 + 0.004**2) + slow * 0.01**2 + NOISE_N**2) and slow == pytest.approx(1.0)
+    # told of it the smoother has it in its error
+    told = [replace(r, told_n=0.1) for r in RECORDS]
+    assert variance(told, phases(), QUIET) == pytest.approx(0.25 * 4.0 * error**2 + 0.01**2 + NOISE_N**2)
+    several = [replace(r, readings=np.full(2000, 4.0)) for r in RECORDS]
+    assert variance(several, phases(gain=0.0), QUIET) == pytest.approx(step_of(4.0, 0.2).variance * 0.01**2 + NOISE_N**2 / 4.0)
+
+
+def test_the_floor_is_its_root_over_what_counts_with_the_scatter_where_asked_for():
+    part = [replace(r, weight=np.where(np.arange(2000) < 1000 * (i < 2), 1.0, 0.0), misfit_n=np.full(2000, 0.3)) for i, r in enumerate(RECORDS)]
+    still = phases(gain=0.0)
+    plain = np.hypot(0.01, NOISE_N)
+    assert floor_n(part, still, QUIET) == pytest.approx(plain) and floor_n(part, still, QUIET, True) == pytest.approx(np.hypot(plain, 0.3))
+    assert floor_n(RECORDS, still, QUIET, True) == pytest.approx(plain)
+    assert floor_n([replace(r, weight=np.zeros(2000)) for r in RECORDS], still, QUIET) == 0.0
+
+
+def test_measured_noise_of_a_line_that_holds_is_that_of_its_output():
+    rng = np.random.default_rng(5)
+    y = [5.0 + 0.03 * rng.standard_normal(2000) for _ in RECORDS]
+    held = [replace(r, y=v, y_fine=v, raw=replace(r.raw, tension_out_n=v)) for r, v in zip(RECORDS, y, strict=True)]
+    found = measured(held, np.zeros(8000))
+    assert found.output["act"].white_n == pytest.approx(0.03, rel=0.05) and found.input["act"].white_n == pytest.approx(0.01, rel=0.05)
+    # the input's slow noise is to its white as the output's is
+    into, out = found.input["act"], found.output["act"]
+    assert into.coloured_n / out.coloured_n == pytest.approx(into.white_n / out.white_n, rel=0.1) and into.correlation_s == out.correlation_s
+    assert found.smoother == {"act": 1.0} and found.open == {"act": MEASURED}
+
+
+def test_noise_is_most_likely_where_a_dense_restricted_likelihood_has_its_minimum():
+    # white noise of 0.03 N was taken for 0.02 N; a slope in the input is projected out
+    start = replace(QUIET, input={"act": Sensor(1e-6, 1e-6, 0.1)}, output={"act": Sensor(NOISE_N, 1e-4, 0.1)}, open={"act": MEASURED}, loose={"act": 0.3})
+    column = np.concatenate([r.u for r in RECORDS])[:, None]
+    residual = 1.5 * noise(9) + 0.7 * column[:, 0]
+    found, nats = likely(RECORDS, phases(gain=0.0), residual, column, start)
+    assert found.output["act"].white_n == pytest.approx(1.5 * NOISE_N, rel=0.03) and set(nats) == {"act"}
+    # 4000 samples know a standard deviation to 1 / sqrt(2 n)
+    assert found.spread["act"]["output.white_n"] == pytest.approx(1.0 / np.sqrt(8000.0), rel=0.3)
+    part = [r for r, _ in some([(r, slice(0, 0)) for r in RECORDS])]
+    rows = np.concatenate([np.arange(s.start, s.stop) for r, s in zip(RECORDS, SIM.slices(), strict=True) if r in part])
+    own = phases(gain=0.0)
+    sub = Phases(own.slide[rows], own.gain[rows], own.doubt_n[rows])
+
+    def dense(scale):
+        sensor = replace(found.output["act"], white_n=scale * found.output["act"].white_n)
+        w = whitener(part, sub, replace(found, output={"act": sensor}))
+        r, x = w(residual[rows]), w(column[rows])[:, 0]
+        prior = (np.log(sensor.white_n / NOISE_N) / 0.3) ** 2
+        return 0.5 * (r @ r - (x @ r) ** 2 / (x @ x) + w.log_det + np.log(x @ x) + prior)
+
+    assert dense(1.0) < min(dense(0.97), dense(1.03))
+
+
+def test_noise_far_from_what_was_measured_costs_and_told_inputs_keep_what_they_were_told():
+    start = replace(QUIET, spread={"act": {"input.coloured_n": 0.7, "output.white_n": 9.0}})
+    told = [replace(r, told_n=0.004, told_s=0.2) for r in RECORDS]
+    column = np.ones((8000, 1))
+    found, _ = likely(told, phases(), noise(10), column, start)
+    assert found.input == start.input and found.spread["act"]["input.coloured_n"] == 0.7 and found.spread["act"]["output.white_n"] < 1.0
+    free, _ = likely(RECORDS, phases(), noise(10), column, start)
+    assert free.input["act"].white_n == 0.01 and free.input != start.input
+    # ten times as loud as measured: a prior of a twentieth lets it go no further than three of them
+    loud, _ = likely(RECORDS, phases(gain=0.0), 10.0 * noise(11), column, start)
+    assert loud.output["act"].white_n <= NOISE_N * np.exp(0.15) * 1.001
+
+
+def test_the_spread_of_a_number_is_one_over_the_root_of_the_curvature():
+    def cost(p):
+        return 7.0 + 0.5 * 16.0 * p[0] ** 2 + 0.5 * 0.01 * p[1] ** 2
+
+    assert of._spread(cost, np.zeros(2), 0, 7.0) == pytest.approx(0.25) and of._spread(cost, np.zeros(2), 1, 7.0) == 1.0

@@ -1,0 +1,154 @@
+"""Pieces of the search for recorder faults, sample by sample, at their thresholds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis import recorder
+from sstl_cli.diagnosis.constants import FROZEN_RUN, SPIKE_SIGMA, UNSEEN
+from sstl_cli.diagnosis.recorder import Faults, limited, scan, slow_noise, stretches, white_beside, white_noise
+
+RNG = np.random.default_rng(11)
+NONE = np.zeros(3, bool)
+
+
+def flags(text):
+    return np.array([c == "x" for c in text])
+
+
+def test_stretches_begin_at_the_first_and_end_behind_the_last():
+    assert stretches(flags("xx..x.xxx")) == [(0, 2), (4, 5), (6, 9)] and stretches(flags("....")) == []
+
+
+def test_rounding_is_even_over_a_step_and_a_limit_is_a_reading():
+    f = Faults(flags("x.."), flags(".x."), flags("..x"), 1.0, 0.6, 0.1)
+    assert f.rounding_n == pytest.approx(0.6 / np.sqrt(12.0)) and f.bad.tolist() == [True, True, False]
+
+
+def test_third_differences_of_one_sample_have_the_binomial_weights():
+    assert np.abs(recorder.THIRD).tolist() == [1.0, 3.0, 3.0, 1.0] and recorder.THIRD.sum() == 0.0
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.95])
+def test_the_white_part_beside_slow_noise_is_what_its_third_differences_leave(memory):
+    slow, white = 0.04, 0.03
+    lag = np.abs(np.subtract.outer(range(4), range(4)))
+    weights = np.array([1.0, -3.0, 3.0, -1.0])
+    seen = np.sqrt(weights @ (slow**2 * memory**lag.astype(float) + white**2 * np.eye(4)) @ weights / 20.0)
+    assert white_beside(seen, slow, memory) == pytest.approx(white)
+    # never less than what could not be seen beside it
+    assert white_beside(0.01, 1.0, 0.5) == pytest.approx(UNSEEN * 0.01)
+
+
+def test_noise_is_read_where_it_is_asked_for_if_that_is_enough():
+    quiet = 0.01 * RNG.standard_normal(1200)
+    mixed = quiet + np.where(np.arange(1200) < 600, 0.0, 0.1 * RNG.standard_normal(1200))
+    first = np.arange(1200) < 600
+    assert white_noise(mixed, first) == pytest.approx(0.01, rel=0.1) and white_noise(mixed, ~first) > 0.05
+    # 403 samples in a row hold 400 third differences, and one fewer does not
+    assert white_noise(mixed, np.arange(1200) < 403) < 0.012 < white_noise(mixed, np.arange(1200) < 402)
+    assert white_noise(mixed[:4]) == 0.0 < white_noise(mixed[:5])
+
+
+def test_a_slow_sensor_s_noise_is_what_a_parabola_through_three_readings_misses():
+    n = 40
+    time = np.cumsum(RNG.choice([1.0, 2.0, 3.0], n))
+    signal = RNG.standard_normal(n)
+    missed = []
+    for i in range(n - 3):
+        t, y = time[i : i + 4], signal[i : i + 4]
+        # normal to all parabolas: what is left of the readings, in standard deviations
+        q = np.linalg.qr(np.vander(t - t[0], 3), mode="complete")[0][:, 3]
+        missed.append(abs(q @ y))
+    assert slow_noise(signal, time) == pytest.approx(np.quantile(missed, 0.3) / 0.385)
+    assert slow_noise(signal, 7.0 * time + 3.0) == pytest.approx(slow_noise(signal, time))
+    assert slow_noise(signal[:4], time[:4]) == 0.0 < slow_noise(signal[:5], time[:5])
+
+
+def test_a_spike_leaves_by_more_than_noise_and_comes_back_within_two_samples():
+    flat = np.zeros(40)
+    for height, seen in ((1.01 * SPIKE_SIGMA, True), (0.99 * SPIKE_SIGMA, False)):
+        y = flat.copy()
+        y[20] = -height
+        assert recorder._spikes(y, 1.0, flat > 0).any() == seen
+    y = flat.copy()
+    y[[10, 20, 21, 30, 31, 32]] = 100.0
+    assert np.flatnonzero(recorder._spikes(y, 1.0, flat > 0)).tolist() == [10, 20, 21]
+    assert np.flatnonzero(recorder._spikes(y, 1.0, np.arange(40) == 10)).tolist() == [20, 21]
+    # a ramp moves the quartiles of seven samples apart by three steps: one and a half times that is no spike
+    ramp = 10.0 * np.arange(40.0)
+    ramp[20] += 1.5 * 30.0 - 30.0 + SPIKE_SIGMA
+    assert not recorder._spikes(ramp, 1.0, flat > 0).any()
+
+
+@pytest.mark.parametrize(("repeats", "seen"), [(FROZEN_RUN - 1, False), (FROZEN_RUN, True)])
+def test_so_many_equal_readings_in_a_row_are_no_chance(repeats, seen):
+    y = np.arange(30.0)
+    y[10 : 10 + repeats] = 10.0
+    found = np.flatnonzero(recorder._frozen(y, 0.1, 0.0)).tolist()
+    assert found == (list(range(11, 10 + repeats)) if seen else [])
+
+
+def test_a_coarser_converter_repeats_more_often_by_chance():
+    y = np.arange(3000.0)
+    y[10:20] = 10.0
+    # step = noise: a level is repeated with 0.28 / 0.96 = 0.29, and 3000 0.29^k < 1e-3 from k = 13 on
+    rounded = np.sqrt(1.0 - 1.0 / 12.0)
+    need = 1 + int(np.ceil(np.log(1e-3 / 3000.0) / np.log(1.0 / (2.0 * np.sqrt(np.pi) * rounded))))
+    for length in (need - 1, need):
+        y = np.arange(3000.0)
+        y[10 : 10 + length] = 10.0
+        assert recorder._frozen(y, 1.0, 1.0).any() == (length >= need)
+    # less noise than half a step: a hold repeats its level for ever, and so does what has no noise
+    assert not recorder._frozen(np.zeros(300), 0.5, 1.0).any() and not recorder._frozen(np.zeros(300), 0.0, 0.0).any()
+
+
+def test_levels_are_counted_and_a_step_is_what_all_gaps_are_whole_numbers_of():
+    levels, counts = recorder._levels(np.array([1.0, 2.0, 1.0, 2.0 + 1e-13, 5.0]))
+    assert levels.tolist() == [1.0, 2.0, 5.0] and counts.tolist() == [2, 2, 1]
+    values = np.repeat([0.0, 0.5, 1.0, 2.5, 3.0], 4)
+    assert recorder._step(values) == pytest.approx(0.5)
+    assert recorder._step(np.repeat([0.0, 0.5, 1.2, 2.5, 3.0], 4)) == 0.0
+    # two levels are a switch; levels that are not repeated are none
+    assert recorder._step(np.repeat([0.0, 0.5], 9)) == 0.0 < recorder._step(np.repeat([0.0, 0.5, 1.0], 9))
+    assert recorder._step(np.arange(9.0)) == 0.0 and recorder._step(np.repeat(np.arange(5.0), 2)) == 1.0
+
+
+def test_readings_pile_up_at_a_limit_and_not_at_a_highest_reading():
+    base = np.linspace(0.0, 10.0, 400) + 0.02 * RNG.standard_normal(400)
+    y = np.minimum(base, 9.0)
+    clipped, level = recorder._clipped(y, 0.02, 0.0)
+    assert level == 9.0 and np.array_equal(clipped, y == 9.0) and np.array_equal(limited(y), clipped)
+    assert recorder._clipped(base, 0.02, 0.0)[1] == np.inf and not limited(base).any()
+    # two are chance; and a signal that never leaves its limit has none
+    two = np.append(base, [base.max()])
+    assert not recorder._clipped(two, 0.02, 0.0)[0].any() and recorder._clipped(np.append(two, [base.max()] * 8), 0.02, 0.0)[0].sum() == 10
+    assert not recorder._clipped(np.append(np.full(300, 9.0), base[:30]), 0.02, 0.0)[0].any()
+    # without noise a plateau is a plateau
+    assert not limited(np.minimum(np.linspace(0.0, 10.0, 400), 9.0)).any()
+
+
+def test_on_a_grid_a_limit_is_held_in_a_row_and_often():
+    rng = np.random.default_rng(3)
+    rest = np.concatenate((np.linspace(0.0, 9.0, 200), np.tile([9.0, 8.9], 20), np.linspace(9.0, 0.0, 200)))
+    on_grid = 0.1 * np.round((rest + 0.02 * rng.standard_normal(len(rest))) / 0.1)
+    assert recorder._clipped(np.minimum(on_grid, 9.0), 0.05, 0.1)[1] == np.inf
+    held = np.concatenate((rest[:200], np.full(40, 9.0), rest[240:]))
+    assert recorder._clipped(held, 0.05, 0.1)[1] == 9.0
+
+
+def test_how_many_chance_puts_on_a_level_goes_by_the_step_and_not_by_the_levels_that_were_met():
+    # 60 readings in six steps below the top: ten on each, so that 40 are no chance; by levels of 0.3 N it were 30
+    y = np.repeat([0.0, 8.5, 8.8, 9.0], [100, 30, 30, 40])
+    assert recorder._clipped(y, 0.05, 0.1)[1] == 9.0 and recorder._clipped(y, 0.05, 0.0)[1] == np.inf
+    # further down than six steps nobody is counted
+    lower = np.repeat([0.0, 8.3, 9.0], [100, 600, 40])
+    assert recorder._clipped(lower, 0.05, 0.1)[1] == 9.0
+
+
+def test_short_and_noiseless_signals_have_no_faults():
+    short = scan(np.array([0.0, 1.0] * 7))
+    assert not short.bad.any() and len(short.spike) == 14 and (short.clip_level_n, short.step_n, short.noise_n) == (np.inf, 0.0, 0.0)
+    flat = scan(np.minimum(np.linspace(0.0, 10.0, 300), 9.0))
+    assert not (flat.bad | flat.clipped).any() and flat.step_n == 0.0 and flat.clip_level_n == np.inf

@@ -1,0 +1,122 @@
+"""Readings of a slow sensor, starts behind a gap and halfway points of corners, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import simulator
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis import records
+from sstl_cli.diagnosis.constants import MIN_SAMPLES
+from sstl_cli.diagnosis.latent import Latent, Slow
+from sstl_cli.diagnosis.records import Start, passing, prepare, sampled, starts_of, told
+
+PROBLEM = simulator().problem
+T = np.arange(0.0, 20.0, 0.02)
+
+
+def run(name="r", n=1000, span=16.0, sd=0.01, **more):
+    t = T[:n]
+    noise = sd * np.random.default_rng(3).standard_normal((2, n))
+    u = 12.0 + 0.5 * span * np.sin(2.0 * np.pi * t / 7.0)
+    return Run(name, "act", t, u + noise[0], 0.6 * u + noise[1], **more)
+
+
+def test_a_block_of_a_slow_sensor_is_the_mean_of_its_readings():
+    signal = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0])
+    read = np.array([1, 0, 0, 1, 0, 0, 0, 0, 1], bool)
+    y, count, share = records._of_readings(signal, read, 2, 2, 4)
+    # steps of two samples, blocks of two steps: readings 1 and 4, then none: its mean stands there without any
+    assert y.tolist() == [2.5, 6.5] and count.tolist() == [2.0, 1.0] and share.tolist() == [0.5, 0.5, 0.5, 0.5]
+    y, count, share = records._of_readings(signal, np.array([1, 1, 1, 0, 0, 0, 0, 1, 0], bool), 2, 2, 4)
+    assert y.tolist() == [2.0, 8.0] and count.tolist() == [3.0, 1.0] and share == pytest.approx([2 / 3, 1 / 3, 0.0, 1.0])
+
+
+def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
+    out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0)
+    ready = np.array([1, 0, 0, 0, 0, 1, 1, 0], bool)
+    assert records._starts([(1, 2), (5, 6), (6, 7)], ready, out) == [
+        (2, Start(5, 5.0, 5.0)), (6, Start(6, 6.0, 6.0)), (7, Start(8, 7.0, 7.0)),
+    ]  # fmt: skip
+    r = replace(PROBLEM.records[0], again=(Start(7, 1.0, 2.0),))
+    assert starts_of(r) == (Start(0, r.start_n, r.start_error_n), Start(7, 1.0, 2.0))
+
+
+def test_halfway_to_a_corner_a_quarter_of_the_doubt_is_left():
+    r = PROBLEM.records[0]
+    assert r.corner is None and len(passing(PROBLEM)) == 1
+    corner = np.zeros(len(r.u))
+    corner[100] = -0.6
+    law = r.error_law.copy()
+    law[:, -1] += 0.36 / 3.0
+    blurred = replace(r, corner=corner, error_law=law, error_n=np.full(len(r), 0.4))
+    first, second = passing(replace(PROBLEM, records=(blurred, r)))
+    assert first.records[0] is blurred and second.records[1].halfway and np.array_equal(second.records[1].u, r.u)
+    half = second.records[0]
+    assert half.halfway and half.u[100] == pytest.approx(r.u[100] - 0.3) and np.array_equal(np.delete(half.u, 100), np.delete(r.u, 100))
+    # a third of the square from an end, a twelfth from the middle
+    assert half.error_law[100, -1] == pytest.approx(law[100, -1] - 0.25 * 0.36) and half.error_law[99, -1] == law[99, -1]
+    assert half.error_n[100] == pytest.approx(np.sqrt(0.16 - 0.09)) and half.error_n[99] == 0.4
+    assert records._halfway(replace(blurred, error_n=np.zeros(len(r)))).error_n[100] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("bad", "reason"),
+    [
+        (run(n=MIN_SAMPLES - 1), f"fewer than {MIN_SAMPLES} samples"),
+        (replace(run(), time_s=np.where(np.arange(1000) == 500, T[499], T)), "time is not strictly increasing"),
+        (run(span=0.19, sd=0.001), "the input hardly moves"),
+        # twenty times its noise
+        (run(span=1.0, sd=0.2), "the input hardly moves"),
+    ],
+)
+def test_a_run_that_cannot_be_used_is_set_aside_with_its_reason(bad, reason):
+    found = prepare([run("good"), replace(bad, run_id="bad")])
+    assert found.set_aside == {"bad": reason} and [r.run_id for r in found.records] == ["good"]
+    with pytest.raises(SstlError, match=reason):
+        prepare([bad])
+
+
+def test_the_least_that_can_be_used_is_used():
+    assert len(prepare([run(n=MIN_SAMPLES, span=40.0)]).records) == 1
+    assert len(prepare([run(span=0.22, sd=0.001)]).records) == 1
+
+
+def test_runs_without_a_configuration_share_no_theta_and_records_are_in_the_order_of_their_names():
+    found = prepare([run("c", config_id="z"), run("b"), run("a", config_id="z"), run("d")])
+    assert [r.run_id for r in found.records] == ["a", "b", "c", "d"] and found.configs == ("(run b)", "(run d)", "z")
+    assert [r.config for r in found.records] == [2, 0, 2, 1] and found.systems == ("act",) and found.samples == 4000
+    assert found.analysis_hz == pytest.approx(50.0) and found.unit_n == 1.0 and prepare([run()], 3.0).unit_n == 3.0
+
+
+def test_spoilt_samples_have_no_weight_and_bridges_between_their_neighbours():
+    spoilt = run()
+    spoilt.tension_out_n[[300, 301]] += 40.0
+    (r,) = prepare([spoilt]).records
+    assert np.flatnonzero(r.weight == 0.0).tolist() == [300, 301] and r.y[300] < spoilt.tension_out_n[299] + 1.0
+    assert r.y[300] == pytest.approx(spoilt.tension_out_n[299] + (spoilt.tension_out_n[302] - spoilt.tension_out_n[299]) / 3.0)
+    assert np.array_equal(r.raw_weight, r.weight) and np.array_equal(r.weight_fine, r.weight)
+    assert r.time_s == pytest.approx(T + 0.01) and r.factor == r.thin == r.averaged("tension_out_n") == 1
+
+
+def test_a_fast_log_is_thinned_to_the_simulation_and_averaged_to_the_analysis():
+    t = np.arange(0.0, 4.0, 0.0005)
+    (r,) = prepare([Run("r", "act", t, 12.0 + 8.0 * np.sin(t * 3.0), 6.0 + 4.0 * np.sin(t * 3.0))]).records
+    # 2000 Hz: four samples a step of 500 Hz, ten steps to 50 Hz
+    assert (r.thin, r.factor, len(r), len(r.u)) == (4, 10, 200, 2000) and r.dt_s == pytest.approx(0.002)
+    assert r.averaged("tension_in_n") == 4 and r.share == pytest.approx(np.full(2000, 0.1)) and r.readings.tolist() == [10.0] * 200
+    assert r.time_s[:2] == pytest.approx([0.01, 0.03]) and r.y[0] == pytest.approx(np.mean(6.0 + 4.0 * np.sin(t[:40] * 3.0)))
+
+
+def test_an_input_whose_sensor_has_slow_noise_is_known_less_well_and_only_that_of_its_system():
+    slow = Slow(0.05, 0.2)
+    heard = told(replace(PROBLEM, records=PROBLEM.records[:1]), {"act": slow}).records[0]
+    assert (heard.told_n, heard.told_s) == (0.05, 0.2) and np.median(heard.error_n) > 3.0 * np.median(PROBLEM.records[0].error_n)
+    assert told(PROBLEM, {"sstl": slow}).records == PROBLEM.records
+    r = PROBLEM.records[0]
+    # every second reading, no more than three hundred of them
+    assert len(sampled(r, 2, 300, slow).value) == 300 and len(sampled(r, 10, 300, slow).value) == 200

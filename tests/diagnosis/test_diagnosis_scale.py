@@ -1,0 +1,65 @@
+"""The scale of an output that is no force: a play that was read in volts comes back in newtons."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.scale import Scale, given, in_newtons, scale_of
+from sstl_cli.physics.scenario import OutputScale
+
+PER_N, ORIGIN = {"act": 3.0, "sstl": -0.5}, {"act": 5.0, "sstl": 2.0}
+
+
+def run(name, system="act", period=7.0, unit="V", per_n=1.0, origin=0.0):
+    """Return 20 s of a play of theta 0.4 a pass, its output in some unit."""
+    t = np.arange(0.0, 20.0, 0.02)
+    u = 12.0 + 9.0 * np.sin(2.0 * np.pi * t / period)
+    theta = 0.4 * (1 + (system == "sstl"))
+    y, last = np.empty_like(u), 12.0
+    for k, x in enumerate(u):
+        last = y[k] = min(max(last, np.exp(-theta) * x), np.exp(theta) * x)
+    noise = 0.005 * np.random.default_rng(int(period)).standard_normal((2, len(t)))
+    return Run(name, system, t, u + noise[0], per_n * (y + noise[1]) + origin, config_id="a", unit_out=unit)
+
+
+def test_outputs_in_newtons_have_no_scale():
+    assert scale_of([run("a", unit="N")]) is None
+
+
+def test_scale_and_origin_of_a_system_are_found():
+    found = scale_of([run("a", per_n=3.0, origin=5.0), run("b", period=5.0, per_n=3.0, origin=5.0)])
+    assert found.unit == "V" and found.per_n["act"] == pytest.approx(3.0, rel=0.01) and found.origin["act"] == pytest.approx(5.0, abs=0.1)
+
+
+def test_each_system_has_its_own_and_the_median_is_typical():
+    found = scale_of([run("a", per_n=3.0, origin=5.0), run("b", "sstl", 5.0, "mm", 0.5, 2.0)])
+    assert found.unit == "V, mm" and found.per_n == {"act": pytest.approx(3.0, rel=0.02), "sstl": pytest.approx(0.5, rel=0.02)}
+    assert found.origin == {"act": pytest.approx(5.0, abs=0.2), "sstl": pytest.approx(2.0, abs=0.05)}
+    assert found.typical == pytest.approx(1.75, rel=0.02)
+
+
+def test_samples_that_were_not_read_do_not_spoil_the_first_guess():
+    one = run("a", per_n=3.0, origin=5.0)
+    holes = replace(one, tension_out_n=np.where(np.arange(len(one)) % 50 == 7, np.nan, one.tension_out_n))
+    assert scale_of([holes]).per_n["act"] == pytest.approx(3.0, rel=0.02)
+
+
+def test_newtons_are_what_is_read_less_the_origin_over_the_scale():
+    runs = [Run(s, s, np.zeros(2), np.ones(2), np.array([5.0, 8.0])) for s in ("act", "sstl")]
+    out = [r.tension_out_n.tolist() for r in in_newtons(runs, Scale("V", PER_N, ORIGIN))]
+    assert out == [[0.0, 1.0], [-6.0, -12.0]]
+
+
+def test_the_scale_of_an_accepted_model_holds_for_its_unit_and_its_systems_only():
+    accepted = OutputScale(unit="V", per_n={"act": 3.0}, origin={"act": 5.0})
+    assert given([run("a")], accepted) == Scale("V", {"act": 3.0}, {"act": 5.0})
+    assert given([run("a")], None) is None
+    assert given([run("a", unit="mm")], accepted) is None
+    assert given([run("a"), run("b", "sstl")], accepted) is None
+    # several units are several sensors
+    two = accepted.model_copy(update={"unit": "V, mm"})
+    assert given([run("a"), run("b", unit="mm")], two).unit == "V, mm"

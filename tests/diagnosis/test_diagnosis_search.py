@@ -1,0 +1,239 @@
+"""Pieces of the search against dense linear algebra on the small made records, and one whole small search."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
+
+from sstl_cli.diagnosis import search as of
+from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH, OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.fit import fit
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.search import Search, grid, run, screen
+from sstl_cli.diagnosis.simulator import as_effects
+from sstl_cli.diagnosis.whitening import Noise, Sensor
+from sstl_cli.physics.effect import TRANSITION
+
+SIM = simulator()
+QUIET = Sensor(NOISE_N, 0.0, 0.1)
+NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
+ZERO, FRICTION, GAIN = (full(e, ("act",)) for e in ("zero_offset", "const_friction", "gain_error"))
+
+
+def named(effect_id, *names):
+    return next(h for h in variants(effect_id, ("act",)) if [f.parameter.name for f in h.free] == list(names))
+
+
+OUT = named("zero_offset", "z_out_act_n")
+
+
+def thetas(f):
+    """Return the whitened columns of one theta a configuration, shape (samples, 2)."""
+    own = np.zeros((len(SIM.y), 2))
+    own[np.arange(len(SIM.y)), SIM.config] = f.jacobian[:, 0]
+    return f.whiten(own)
+
+
+def gained(columns, others, x):
+    """Return by how much columns lower half the square of ``x`` beside others."""
+    def left(j):
+        return 0.5 * float(np.sum((x - j @ np.linalg.lstsq(j, x, rcond=None)[0]) ** 2))
+
+    return left(others) - left(np.column_stack((others, columns)))
+
+
+def searched(base, *singles, combined=()):
+    models = {w.ids[0]: (w,) for w in singles}
+    return Search(SIM, NOISE, NOISE, base, models, {tuple(sorted(w.ids)): w for w in combined})
+
+
+def test_models_are_ranked_by_evidence_and_the_best_of_each_is_kept():
+    a, b = Weighed(made(0.0, OUT, (0.1,)), 5.0, 3.0), Weighed(made(0.0, GAIN, (1.1,)), 5.0, 4.0)
+    worse = Weighed(made(0.0, ZERO, (0.0, 0.1)), 5.0, 2.0)
+    both = Weighed(made(0.0, GAIN.joined(OUT), (1.1, 0.1)), 9.0, 3.5)
+    found = Search(SIM, NOISE, NOISE, made(), {"zero_offset": (a, worse), "gain_error": (b,)}, {("gain_error", "zero_offset"): both})
+    assert found.ranked() == [b, both, a]
+    assert found.best(("zero_offset",)) is a and found.best(("zero_offset", "gain_error")) is both
+
+
+def test_starts_of_strengths_and_shapes():
+    assert [v.tolist() for v in grid(FRICTION.free)] == [[pytest.approx(0.5 * STRENGTHS[-1])]]
+    # an offset is linear: from nothing; a factor from three places
+    assert [v.tolist() for v in grid(ZERO.free)] == [[0.0, 0.0]]
+    assert [float(v[0]) for v in grid(GAIN.free)] == pytest.approx([1.0, 0.3, 3.0])
+    assert [float(v[0]) for v in grid(named("saturation", "t_max_out_n").free)] == pytest.approx([1000.0, 300.0, 3000.0])
+    free = full("viscoelastic_creep", ("act",)).free
+    starts = grid(free)
+    assert free[0].effect.stage == TRANSITION and len(starts) == 2 * 3
+    assert [v.tolist() for v in starts] == [pytest.approx([0.3 * s, 100.0**g, 0.125]) for s, g in itertools.product(STRENGTHS, SHAPE_GRID)]
+    # over less than twenty times the shape's grid is linear; a strength that may be of either sign begins a little off nothing beside it
+    (spread,) = {tuple(v[1] for v in grid(full("presliding", ("act",)).free))[:3]}
+    assert spread == pytest.approx((0.15, 0.5, 0.85))
+    drift = named("friction_drift", "d_mu", "path_n")
+    assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([OFF_NEUTRAL * 0.6] * 3)
+
+
+def test_screening_gains_what_the_linear_model_gains():
+    z = made(noise(1) + 0.03)
+    sim = replace(SIM)
+    sim.y = z.prediction + z.residual
+    gain, start = screen(sim, z, OUT)
+    column = z.whiten(sim.predict(THETA, {"zero_offset": {"z_in_act_n": 0.0, "z_out_act_n": 0.01}}) - z.prediction)
+    nothing = np.zeros((len(SIM.y), 0))
+    assert gain == pytest.approx(gained(np.column_stack((thetas(z), column)), nothing, z.whiten(z.residual)), rel=1e-3)
+    assert start.tolist() == [0.0]
+
+
+def test_screening_stays_inside_what_an_effect_can_be():
+    # friction that gives something back is none: nothing can be gained by it, beside what theta gains
+    z = made()
+    response = SIM.predict(THETA, {"const_friction": {"w_l_n": 0.05}}) - z.prediction
+    sim = replace(SIM)
+    gains = []
+    for sign in (1.0, -1.0):
+        sim.y = z.prediction + sign * response
+        left = replace(z, residual=sign * response, cost=0.5 * float(np.sum(z.whiten(response) ** 2)) + 0.5 * z.whiten.log_det)
+        gains.append(screen(sim, left, FRICTION)[0])
+    assert gains[0] > 1.5 * gains[1]
+    step = of._inside(np.array([5.0, -1.0]), np.array([0.2]), FRICTION.free, 1)
+    assert step.tolist() == [5.0, -0.2] and of._inside(np.array([0.0, 9.0]), np.array([0.2]), FRICTION.free, 1)[1] == pytest.approx(4.8)
+
+
+def test_normal_equations_beside_a_fit_are_those_of_what_it_leaves():
+    f = made(noise(2) + 0.02, GAIN, (1.0,))
+    models = [Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((ZERO, (0.0, 0.1)), (FRICTION, (0.1,)))]
+    gram, score, places = of._projected(SIM, f, models)
+    assert places == [slice(0, 2), slice(2, 3)]
+    known = np.column_stack((thetas(f), f.whiten(f.jacobian[:, 1])))
+    columns = f.whiten(np.column_stack([m.fit.jacobian[:, 1:] for m in models]))
+    r = f.whiten(f.residual)
+    out = columns - known @ np.linalg.lstsq(known, columns, rcond=None)[0]
+    assert gram == pytest.approx(out.T @ out, rel=1e-5, abs=1e-6 * np.abs(gram).max()) and score == pytest.approx(out.T @ r, rel=1e-5, abs=1e-4 * np.abs(score).max())
+    empty = of._projected(SIM, f, [])
+    assert empty[0].shape == (0, 0) and len(empty[1]) == 0 and empty[2] == []
+
+
+def test_partners_and_pairs_promise_what_they_gain_to_first_order():
+    base = made(noise(3) + 0.02)
+    models = [Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((ZERO, (0.0, 0.1)), (FRICTION, (0.1,)), (GAIN, (1.0,)))]
+    r, known = base.whiten(base.residual), thetas(base)
+    columns = [base.whiten(m.fit.jacobian[:, 1:]) for m in models]
+    for (w, gain, step), c in zip(of._partners(SIM, Weighed(base, 0.0, 0.0), models), columns, strict=True):
+        assert gain == pytest.approx(gained(c, known, r), rel=1e-2) and len(step) == len(w.fit.free)
+    pairs = of._pairs(SIM, base, models)
+    assert [(a.ids, b.ids) for (a, b), _, _ in pairs] == [(models[i].ids, models[k].ids) for i, k in ((0, 1), (0, 2), (1, 2))]
+    for (_, gain, steps), (i, k) in zip(pairs, ((0, 1), (0, 2), (1, 2)), strict=True):
+        assert gain == pytest.approx(gained(np.column_stack((columns[i], columns[k])), known, r), rel=1e-2)
+        assert [len(s) for s in steps] == [columns[i].shape[1], columns[k].shape[1]]
+
+
+def test_subsets_lose_what_the_curvature_says():
+    whole = made(noise(4), ZERO, (0.002, 0.3))
+    rows = of._subsets(SIM, whole)
+    # without the offset of the output nearly nothing is left: the other one goes first
+    assert [[f.parameter.name for f in h.free] for h, _, _ in rows] == [["z_out_act_n"], ["z_in_act_n"]]
+    j = np.column_stack((thetas(whole), whole.whiten(whole.jacobian[:, 1:])))
+    a = j.T @ j
+    for (_, values, theta), kept in zip(rows, (1, 0), strict=True):
+        loose, fixed = [0, 1, 2 + kept], [3 - kept]
+        off = -whole.values[[1 - kept]]
+        moved = np.append(THETA, whole.values[kept]) - np.linalg.solve(a[np.ix_(loose, loose)], a[np.ix_(loose, fixed)] @ off)
+        assert theta == pytest.approx(moved[:2], rel=1e-4) and values == pytest.approx(np.clip(moved[2:], -20.0, 20.0), rel=1e-4)
+
+
+def test_a_partner_begins_at_its_step_and_never_at_nothing():
+    f = made(0.0, named("stribeck", "mean_ratio", "mean_mm_s"), (1.3, 2.0))
+    assert of._begin(f, np.array([0.2, 9.0])) == pytest.approx([1.2, 2.0])
+    assert of._begin(f, np.array([1e-9, 0.0])) == pytest.approx([1.0 + LEAST_STRENGTH * 0.5, 2.0])
+    assert of._begin(f, np.array([-0.2, 0.0]))[0] == 1.0 and of._begin(f, np.array([99.0, 0.0]))[0] == 3.0
+
+
+def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
+    assert [h.ids for h in of._starting("zero_offset", ("act",))] == [("zero_offset",)]
+    assert [[f.parameter.name for f in h.free] for h in of._starting("friction_drift", ("act",))] == [["d_mu", "path_n"], ["d_mu_time", "time_s"]]
+
+
+def test_work_is_in_order_however_many_do_it():
+    assert of._each(lambda x: x * x, range(5), 1) == of._each(lambda x: x * x, range(5), 3) == [0, 1, 4, 9, 16]
+    assert of._spread(np.zeros(3), [2, 0], np.array([5.0, 6.0])).tolist() == [6.0, 0.0, 5.0]
+
+
+def test_a_fit_that_ends_above_the_base_begins_once_more_from_the_base():
+    sim = replace(SIM)
+    sim.y = made().prediction + 0.1 + noise(5)
+    base = fit(sim, made().whiten, NOTHING, THETA, np.zeros(0))
+    found = replace(searched(base), sim=sim)
+    stuck = fit(sim, base.whiten, OUT, np.array([3.0, 3.0]), np.array([-5.0]), 0)
+    assert stuck.cost > base.cost
+    again = of._near(found, stuck)
+    assert again.cost < base.cost and again.values[0] == pytest.approx(0.1, abs=0.01)
+
+
+def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monkeypatch):
+    ids = ("zero_offset", "gain_error", "const_friction", "viscous", "slack", "asymmetric_friction")
+    singles = [Weighed(made(0.0, full(i, ("act",)), tuple(f.parameter.neutral for f in full(i, ("act",)).free)), 9.0, 6.0 - 1.2 * k) for k, i in enumerate(ids)]
+    pairs = [Weighed(made(0.0, ZERO.joined(h), (0.0, 0.0, h.free[0].parameter.neutral)), 20.0, e) for h, e in ((GAIN, 7.0), (FRICTION, 8.0))]
+    found, led = searched(made(), *singles, combined=pairs), []
+
+    def partners(sim, leader, others):
+        led.append((leader.ids, [w.ids[0] for w in others]))
+        return []
+
+    monkeypatch.setattr(of, "_partners", partners)
+    monkeypatch.setattr(of, "_pairs", lambda *_: [])
+    assert of._combine(found, 2, 1) == 0
+    # the last of six has no evidence, and four lead
+    assert [ids for ids, _ in led] == [(i,) for i in ids[:LEADERS]] and led[0][1] == list(ids[1:])
+    led.clear()
+    assert of._combine(found, 3, 1) == 0
+    assert led == [(("zero_offset", "const_friction"), ["gain_error", "viscous", "slack", "asymmetric_friction"])]
+
+
+@pytest.mark.parametrize(("gain", "fitted"), [(30.0, 1), (5.0, 0)])
+def test_a_partner_joins_where_it_adds_more_than_it_costs(monkeypatch, gain, fitted):
+    leader, partner = Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)
+    found = searched(made(), leader, partner)
+    monkeypatch.setattr(of, "_partners", lambda sim, leader, others: [(w, gain, np.array([0.1])) for w in others])
+    # two as evident together as the leader alone promise nothing
+    monkeypatch.setattr(of, "_pairs", lambda *_: [((leader, partner), 6.0 + of.strengths_charge(2, 12.0), (np.zeros(1), np.zeros(1)))])
+    assert of._combine(found, 2, 1) == fitted and set(found.combined) == ({("const_friction", "gain_error")} if fitted else set())
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """Return a search on records with a zero of the output and a little friction that does not propagate, and how far it said it was."""
+    sim, shares, asked = replace(SIM), [], []
+    truth = OUT.joined(FRICTION)
+    y = sim.predict(THETA, as_effects(truth.free, np.array([0.4, 0.2]))) + noise(6)
+    ends = np.cumsum([len(r) for r in sim.problem.records])
+    records = tuple(replace(r, y=y[e - len(r) : e], y_fine=y[e - len(r) : e]) for r, e in zip(sim.problem.records, ends, strict=True))
+    sim = replace(sim, problem=replace(sim.problem, records=records))
+    found = run(sim, ("zero_offset", "const_friction", "gain_error"), 0.9 * THETA, 2, shares.append, 1, lambda size: asked.append(size) or False)
+    return found, shares, asked
+
+
+def test_a_whole_search_finds_both_effects_and_their_sizes(whole):
+    found, shares, asked = whole
+    assert set(found.singles) == {"zero_offset", "const_friction", "gain_error"} and asked == ["pairs"]
+    assert found.ranked()[0].ids in (("zero_offset", "const_friction"), ("const_friction", "zero_offset"))
+    best = found.ranked()[0].fit
+    values = {**best.effects["zero_offset"], **best.effects["const_friction"]}
+    assert values["z_out_act_n"] == pytest.approx(0.4, abs=0.1) and values["w_l_n"] == pytest.approx(0.2, abs=0.1)
+    assert best.theta == pytest.approx(THETA, abs=0.02)
+    assert all(w.gain == pytest.approx(found.base.cost - w.fit.cost) for w in found.ranked())
+    # screening, coarse and last fits of each of three starts, and one size of combinations
+    assert len(shares) == 3 * 3 + 1 and sum(shares) == pytest.approx(1.0)
+
+
+def test_combinations_that_have_no_time_are_left_out(whole):
+    found, _, _ = whole
+    sim = found.sim
+    late = run(sim, ("zero_offset", "const_friction"), THETA, 2, passed=lambda _: True)
+    assert late.combined == {} and set(late.singles) == {"zero_offset", "const_friction"}
+    alone = run(sim, ("zero_offset", "const_friction"), THETA, 1)
+    assert alone.combined == {} and alone.base.cost == pytest.approx(late.base.cost)

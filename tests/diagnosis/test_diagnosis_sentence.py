@@ -1,0 +1,107 @@
+"""The sentence and the lines under it, word by word, for every status."""
+
+from __future__ import annotations
+
+import pytest
+
+from sstl_cli.diagnosis.sentence import lines, sentence
+
+GAP = {
+    "rmse_base_n": 1.0, "rmse_retuned_n": 0.25, "rmse_with_effect_n": 0.125, "noise_floor_n": None, "held_out": True,
+    "shrink_pct": 50.0, "shrink_ci95_pct": [40.0, 60.04], "explained_of_reducible_pct": 75.0,
+}  # fmt: skip
+WHERE = [
+    {"system": "act", "phase": "PP", "share_pct": 30.0},
+    {"system": "act", "phase": "PB", "share_pct": 10.0},
+    {"system": "sstl", "phase": "PP", "share_pct": 24.0},
+    {"system": "sstl", "phase": "RB", "share_pct": 5.0},
+    # the same place in another band
+    {"system": "act", "phase": "PB", "share_pct": 16.0},
+    {"system": "sstl", "phase": "RP", "share_pct": 15.0},
+]
+
+
+def document(status="identified", effects=("viscous",), group=(), confidence=None, **more):
+    verdict = {"status": status, "effects": list(effects), "confidence": confidence, "ambiguity_group": list(group), "why": "it moves", **more}
+    return {"verdict": verdict, "gap": GAP, "where": WHERE}
+
+
+def test_the_cause_is_named_with_its_title_and_how_sure_that_is():
+    assert sentence(document()) == "The gap comes from viscous drag along the tendon (viscous)."
+    two = document(effects=("viscous", "slack"), confidence=0.904)
+    assert sentence(two) == "The gap comes from viscous drag along the tendon (viscous) and slack (slack) (right in 90 of 100 such cases)."
+    # no library is large enough to promise more
+    assert sentence(document(confidence=0.9999)).endswith("(right in 99 of 100 such cases).")
+
+
+def test_rivals_are_listed_up_to_four_and_counted_beyond():
+    others = ["slack", "presliding", "stribeck", "dwell_aging", "stick_slip", "crosstalk"]
+    said = sentence(document("ambiguous", group=["viscous", *others]))
+    assert said == (
+        "The gap comes most likely from viscous drag along the tendon (viscous), or from slack, presliding, stribeck, dwell_aging and 2 more: "
+        "this data cannot tell them apart."
+    )
+    assert "or from slack: this" in sentence(document("ambiguous", group=["viscous", "slack"]))
+    assert sentence(document("ambiguous", group=["viscous"])).endswith("(viscous), but that is not certain.")
+
+
+def test_nothing_and_not_known_are_said_as_such():
+    found = document("none", effects=(), confidence=0.5)
+    assert sentence(found).startswith("The simulator already explains the log to its noise floor") and sentence(found).endswith(" (right in 50 of 100 such cases).")
+    found["gap"] = {**GAP, "known_misfit_n": 0.123}
+    assert "since the simulator was accepted: it leaves 0.12 N as it did then (right" in sentence(found)
+    assert "it leaves 0.12 V as" in sentence({**found, "unit": "V"})
+    assert sentence(document("unknown", effects=())) == "The cause of the gap is not known: it moves."
+
+
+def test_lines_of_a_cause_that_was_found():
+    said = lines(document(group=["viscous", "slack"]))
+    assert said == [
+        "  1 N as given -> 0.25 N re-tuned -> 0.12 N with the effect; noise floor -",
+        "  held-out error falls by 50.0 % [40.0, 60.0]; 75.0 % of the error above the noise floor",
+        "  it lies in   act PP 30 %   act PB 26 %   sstl PP 24 %   elsewhere 20 %",
+        "  not told apart from it on this data: slack",
+    ]
+
+
+def test_what_is_not_known_is_left_out():
+    found = document()
+    found["gap"] = {**GAP, "held_out": False, "shrink_ci95_pct": None, "explained_of_reducible_pct": None}
+    found["where"] = [{"system": "act", "phase": "PP", "share_pct": 100.5}]
+    assert lines(found)[1:] == [
+        "  error falls (no other excitation to hold out) by 50.0 %",
+        "  it lies in   act PP 100 %   elsewhere 0 %",
+        "  not told apart from it on this data: nothing",
+    ]
+
+
+def test_lines_where_nothing_was_found_say_what_would_have_shown_the_smallest_gap_first():
+    shown = [{"effect": f"e{i}", "size": 0.25, "unit": "N", "gap_n": float(6 - i)} for i in range(5)]
+    said = lines({**document("none", effects=(), would_have_shown=shown), "unit": "V"})
+    assert said[0] == "  1 V as given -> 0.25 V re-tuned; noise floor -" and said[1].startswith("  it lies in")
+    assert said[2:] == [f"  would have shown: e{i} from 0.25 N on, a gap of {6 - i} V" for i in (4, 3, 2, 1)]
+
+
+def test_what_is_left_over_is_shown_twice_at_most():
+    left = [{"test": "mean", "sigma": 7.6, "where": "act PP"}, {"test": "lag", "sigma": 5.0, "where": ""}, {"test": "chi2", "sigma": 4.0, "where": ""}]
+    assert lines(document("unknown", effects=(), leftover=left))[2:] == ["  left over: mean, 8 sigma, at act PP", "  left over: lag, 5 sigma"]
+
+
+@pytest.mark.parametrize(
+    ("status", "effects", "said"),
+    [
+        ("none", [], "nothing is missing"),
+        ("unknown", [], "the cause is not known"),
+        ("ambiguous", ["viscous", "slack"], "viscous + slack, not told apart"),
+        ("identified", ["viscous"], "viscous"),
+    ],
+)
+def test_a_run_without_which_the_answer_differs_is_named_with_that_answer(status, effects, said):
+    odd = [{"run_id": "r7", "status": status, "effects": effects}]
+    assert lines(document("none", effects=(), odd_runs=odd))[-1] == f"  without run r7: {said}"
+
+
+def test_tracking_and_notes_come_last():
+    tracked = {"reference": "sinus", "rmse_with_n": 0.1, "rmse_without_n": 0.4}
+    said = lines({**document(), "downstream": {"tracking": [tracked]}, "notes": ["too short"]})
+    assert said[-2:] == ["  a controller that knows it tracks the sinus reference to 0.1 N instead of 0.4 N", "  note: too short"]
