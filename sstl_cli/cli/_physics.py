@@ -69,10 +69,10 @@ def _of_text(path: Path) -> Iterator[Run]:
     """Yield the runs of a log written as CSV."""
     import pyarrow as pa
 
-    from sstl_cli.cli._text_table import TextTable
     from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
     from sstl_cli.core.runs import runs_of, units_of
     from sstl_cli.core.tables import LOG
+    from sstl_cli.importers.text_table import TextTable
 
     table = TextTable(path)
     batches = (pa.Table.from_batches([b]) for b in table.iter_batches(ROWS_PER_BLOCK))
