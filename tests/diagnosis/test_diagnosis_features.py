@@ -55,6 +55,9 @@ def search(*records):
         ({}, 100.0),
         # half of the scatter stays for 2 x 1 s: 20 samples say what one does
         ({"misfit_n": np.ones(100)}, 100.0 / (1.0 + 0.5 * 19.0)),
+        # of 4 N^2 beside 1 N^2 four fifths; of means of four readings the noise is a quarter
+        ({"misfit_n": np.full(100, 2.0)}, 100.0 / (1.0 + 0.8 * 19.0)),
+        ({"misfit_n": np.ones(100), "factor": 4}, 100.0 / (1.0 + 0.8 * 4.0)),
         ({"misfit_n": np.zeros(100)}, 100.0),
         # shorter than a sample
         ({"misfit_n": np.ones(100), "misfit_s": 0.01}, 100.0),
