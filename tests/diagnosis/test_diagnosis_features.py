@@ -45,7 +45,7 @@ def record(samples=100, **known):
 
 
 def search(*records):
-    noise = SimpleNamespace(output={"act": SimpleNamespace(white_n=1.0)})
+    noise = SimpleNamespace(output={"act": SimpleNamespace(white_n=0.5)})
     return SimpleNamespace(noise=noise, sim=SimpleNamespace(problem=SimpleNamespace(records=records)))
 
 
@@ -53,8 +53,11 @@ def search(*records):
     "known, alone",
     [
         ({}, 100.0),
-        # half of the scatter stays for 2 x 1 s: 20 samples say what one does
-        ({"misfit_n": np.ones(100)}, 100.0 / (1.0 + 0.5 * 19.0)),
+        # 1 N^2 beside 0.25 N^2 of noise is four fifths, and stays for 2 x 1 s: 20 samples say what one does
+        ({"misfit_n": np.ones(100)}, 100.0 / (1.0 + 0.8 * 19.0)),
+        # of means of four readings the noise is a quarter
+        ({"misfit_n": np.full(100, 2.0)}, 100.0 / (1.0 + 16.0 / 17.0 * 19.0)),
+        ({"misfit_n": np.ones(100), "factor": 4}, 100.0 / (1.0 + 16.0 / 17.0 * 4.0)),
         ({"misfit_n": np.zeros(100)}, 100.0),
         # shorter than a sample
         ({"misfit_n": np.ones(100), "misfit_s": 0.01}, 100.0),
@@ -68,7 +71,7 @@ def test_a_slow_known_scatter_says_the_same_for_as_long_as_it_lasts(known, alone
 
 def test_samples_without_weight_are_none():
     weight = np.repeat([1.0, 0.0], 50)
-    assert _independent(search(record(weight=weight, misfit_n=np.ones(100))), 50) == round(50 / 10.5)
+    assert _independent(search(record(weight=weight, misfit_n=np.ones(100))), 50) == round(50 / (1.0 + 0.8 * 19.0))
     assert _independent(search(record(weight=np.zeros(100))), 0) == 1
 
 

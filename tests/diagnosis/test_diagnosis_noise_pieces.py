@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from made_fits import NOISE_N, noise, simulator
+from scipy.signal import lfilter
 
 from sstl_cli.diagnosis import noise as of
 from sstl_cli.diagnosis.constants import CORRELATIONS_S, ENOUGH, MEASURED, UNSEEN
@@ -142,6 +143,27 @@ def test_noise_is_most_likely_where_a_dense_restricted_likelihood_has_its_minimu
     assert dense(1.0) < min(dense(0.97), dense(1.03))
 
 
+def test_the_price_of_a_noise_is_that_of_the_output_alone():
+    # the input's sensor has as much slow noise as shows in the slides: what was believed of it costs nothing
+    rng = np.random.default_rng(12)
+    memory = np.exp(-0.02 / 0.2)
+    slow = [lfilter([1.0], [1.0, -memory], 0.03 * np.sqrt(1.0 - memory**2) * rng.standard_normal(2000)) for _ in RECORDS]
+    start = replace(QUIET, input={"act": Sensor(1e-6, 0.01, 0.2)}, output={"act": Sensor(NOISE_N, 0.002, 0.2)}, smoother={"act": 1.0})
+    own, column = phases(1.0, 1.0), np.ones((8000, 1))
+    residual = noise(13) + np.concatenate(slow)
+    found, nats = likely(RECORDS, own, residual, column, start)
+    assert found.input["act"].coloured_n > 0.015 and 0.05 / np.e <= found.input["act"].correlation_s <= 0.8 * np.e
+    part = [r for r, _ in some([(r, slice(0, 0)) for r in RECORDS])]
+    rows = np.concatenate([np.arange(s.start, s.stop) for r, s in zip(RECORDS, SIM.slices(), strict=True) if r in part])
+    w = whitener(part, Phases(own.slide[rows], own.gain[rows], own.doubt_n[rows]), found)
+    r, x = w(residual[rows]), w(column[rows])[:, 0]
+    out = found.output["act"]
+    off = [np.log(out.white_n / NOISE_N) / 0.05, np.log(out.coloured_n / 0.002) / MEASURED, np.log(found.smoother["act"]) / 0.2]
+    outside = max(np.log(0.05 / out.correlation_s), np.log(out.correlation_s / 0.8), 0.0) / MEASURED
+    expected = 0.5 * (r @ r - (x @ r) ** 2 / (x @ x) + w.log_det + np.log(x @ x) + sum(v**2 for v in off) + outside**2)
+    assert nats["act"] == pytest.approx(expected, abs=0.01)
+
+
 def test_noise_far_from_what_was_measured_costs_and_told_inputs_keep_what_they_were_told():
     start = replace(QUIET, spread={"act": {"input.coloured_n": 0.7, "output.white_n": 9.0}})
     told = [replace(r, told_n=0.004, told_s=0.2) for r in RECORDS]
@@ -159,4 +181,9 @@ def test_the_spread_of_a_number_is_one_over_the_root_of_the_curvature():
     def cost(p):
         return 7.0 + 0.5 * 16.0 * p[0] ** 2 + 0.5 * 0.01 * p[1] ** 2
 
+    def bent(p):
+        # of third order as well, which a curvature from both sides does not see
+        return cost(p) + 9.0 * p[0] ** 3
+
+    assert of._spread(bent, np.zeros(2), 0, 7.0) == pytest.approx(0.25)
     assert of._spread(cost, np.zeros(2), 0, 7.0) == pytest.approx(0.25) and of._spread(cost, np.zeros(2), 1, 7.0) == 1.0

@@ -147,6 +147,16 @@ def test_how_many_chance_puts_on_a_level_goes_by_the_step_and_not_by_the_levels_
     assert recorder._clipped(lower, 0.05, 0.1)[1] == 9.0
 
 
+def test_three_readings_are_the_fewest_that_pile_up():
+    # two readings a thousandth apart within 0.12 N of the top: 0.017 on a level by chance, so that three are one in a million
+    low = np.linspace(0.0, 5.0, 50)
+    for count, piled in ((2, False), (3, True)):
+        y = np.concatenate((low, [8.95, 8.951], np.full(count, 9.0)))
+        assert (recorder._clipped(y, 0.02, 0.0)[1] == 9.0) is piled
+    # four hundredths apart they are 0.7 on a level: three are nothing then
+    assert recorder._clipped(np.concatenate((low, [8.91, 8.95], np.full(3, 9.0))), 0.02, 0.0)[1] == np.inf
+
+
 def test_short_and_noiseless_signals_have_no_faults():
     short = scan(np.array([0.0, 1.0] * 7))
     assert not short.bad.any() and len(short.spike) == 14 and (short.clip_level_n, short.step_n, short.noise_n) == (np.inf, 0.0, 0.0)

@@ -13,7 +13,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import records
 from sstl_cli.diagnosis.constants import MIN_SAMPLES
 from sstl_cli.diagnosis.latent import Latent, Slow
-from sstl_cli.diagnosis.records import Start, passing, prepare, sampled, starts_of, told
+from sstl_cli.diagnosis.records import Start, passing, prepare, representatives, sampled, starts_of, told
 
 PROBLEM = simulator().problem
 T = np.arange(0.0, 20.0, 0.02)
@@ -120,3 +120,12 @@ def test_an_input_whose_sensor_has_slow_noise_is_known_less_well_and_only_that_o
     r = PROBLEM.records[0]
     # every second reading, no more than three hundred of them
     assert len(sampled(r, 2, 300, slow).value) == 300 and len(sampled(r, 10, 300, slow).value) == 200
+
+
+def test_of_each_movement_one_configuration_stands_for_the_others_in_turn():
+    # shorter runs first, and by their means where they are as long
+    made = [run(f"{c}{m}", 600 + 20 * i, config_id=c, trajectory=m) for i, (m, c) in enumerate((m, c) for m in "mn" for c in "abc")]
+    small = representatives(prepare(made))
+    assert [r.run_id for r in small.records] == ["am", "bn"] and small.configs == ("a", "b") and [r.config for r in small.records] == [0, 1]
+    lone = representatives(prepare([run("x", config_id="z"), run("y", config_id="a", trajectory="m")]))
+    assert len(lone.records) == 2 and lone.configs == ("a", "z") and lone.set_aside == {}

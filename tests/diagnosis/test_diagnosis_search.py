@@ -87,6 +87,11 @@ def test_screening_gains_what_the_linear_model_gains():
     nothing = np.zeros((len(SIM.y), 0))
     assert gain == pytest.approx(gained(np.column_stack((thetas(z), column)), nothing, z.whiten(z.residual)), rel=1e-3)
     assert start.tolist() == [0.0]
+    # of several parameters at once
+    drift = full("zero_drift", ("act",))
+    both = screen(sim, z, drift)[0]
+    columns = [sim.predict(THETA, {"zero_drift": {"r_in_act_n": 0.0, "r_out_act_n": 0.0, k: 0.004}}) - z.prediction for k in ("r_in_act_n", "r_out_act_n")]
+    assert both == pytest.approx(gained(np.column_stack((thetas(z), z.whiten(np.stack(columns, axis=1)))), nothing, z.whiten(z.residual)), rel=0.01)
 
 
 def test_screening_stays_inside_what_an_effect_can_be():

@@ -9,6 +9,7 @@ import pytest
 from made_fits import NOISE_N, made, noise, simulator
 from made_sims import sim
 
+from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.shrink import Interval, _draws, identifiability, parameter_intervals, shrinkage, worse_regions
 
@@ -89,3 +90,19 @@ def test_regions_are_worse_by_more_than_a_tenth_and_by_enough_of_the_whole():
     # twice a next to nothing is next to nothing
     base[200:250], other[200:250] = 0.01, 0.02
     assert worse_regions(made_sim, base, other, code) == ["act PB"]
+
+
+def test_the_interval_of_coloured_misfit_is_the_sandwich_over_blocks():
+    left = noise(4) + 0.1 * np.sin(np.arange(len(simulator().y)) / 200.0)
+    f = made(left, OUT, (0.1,))
+    (found,) = parameter_intervals(simulator(), f)
+    j, r = f.whiten(f.jacobian), f.whiten(f.residual)
+    dense = np.column_stack((j[:, :1] * (simulator().config[:, None] == np.arange(2)), j[:, 1]))
+    index = blocks(simulator())
+    scores = np.array([dense[index == b].T @ r[index == b] for b in range(index.max() + 1)])
+    inverse = np.linalg.inv(dense.T @ dense)
+    n = len(scores)
+    se = np.sqrt((inverse @ scores.T @ scores @ inverse)[2, 2] * n / (n - 3))
+    assert found.high - found.estimate == pytest.approx(1.96 * se, rel=1e-4) and found.estimate - found.low == pytest.approx(1.96 * se, rel=1e-4)
+    # more than white noise gives
+    assert se > 2.0 * np.sqrt(inverse[2, 2])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_fits import NOISE_N, THETA, made, noise, simulator
 
+from sstl_cli.diagnosis import variation
 from sstl_cli.diagnosis.constants import PARAMETER_STEP, THETA_STEP
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.hypotheses import full, variants
@@ -125,6 +126,17 @@ def test_what_is_alike_within_a_run_but_not_between_runs_varies_from_run_to_run(
     assert found.stretch.effects == {} and found.stretch.theta == 0.0
     # 3 N of noise tell a run to 3 / sqrt(2000) N, a stretch to twice that, as much as is there; what is seen has both in it
     assert found.run.effects["zero_offset"]["z_out_act_n"] == pytest.approx(np.sqrt(0.1278**2 - 9.0 / 2000.0), rel=0.1)
+
+
+def test_a_stretch_is_an_eighth_of_a_record_but_no_shorter_than_a_loop():
+    def record(turns, n=800):
+        corners = np.arange(turns + 2.0)
+        u = np.interp(np.linspace(0.0, turns + 1.0, n), corners, corners % 2)
+        return replace(SIM.problem.records[0], u=u, y=np.zeros(n))
+
+    # 16 s: two seconds, or two turns of fewer than sixteen; what turns once or never is one stretch of twice its length
+    found = [variation._stretch_s(record(k)) for k in (40, 16, 8, 2, 1, 0)]
+    assert found == pytest.approx([2.0, 2.0, 4.0, 16.0, 32.0, 32.0])
 
 
 def test_nothing_varies_where_only_noise_is_left():

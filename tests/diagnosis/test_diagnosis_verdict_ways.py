@@ -294,6 +294,10 @@ def test_the_numbers_of_a_log_are_of_its_best_model_else_of_its_base():
     one = dict(zip(LOG_TERMS, log_terms(Rows(loud, (seen("viscous", p=0.5, evidence=9.0).row,), LOUD, LOUD)), strict=True))
     assert one["best"] == pytest.approx(1.0) and one["nats"] == pytest.approx(9.0 / 2.5) and one["left_share"] == 0.0
     assert one["base_rms"] == none["base_rms"] == pytest.approx(np.log10(11.0))
+    ends = replace(seen("viscous", p=0.5, evidence=9.0).row, outside=1, share=0.75, chi2=2.0, worst_z=9.0, mean_z=99.0)
+    at_end = dict(zip(LOG_TERMS, log_terms(Rows(loud, (ends,), LOUD, LOUD)), strict=True))
+    assert one["outside"] == 0.0 and at_end["outside"] == 1.0 and at_end["little"] == 0.25
+    assert (at_end["worst"], at_end["means"]) == pytest.approx((1.0, 2.0)) and at_end["left_rms"] == none["left_rms"]
 
 
 def test_nothing_and_the_unnamed_are_always_among_the_answers():

@@ -1,0 +1,47 @@
+"""When two verdicts say different things, and by how much they differ."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis import odd
+from sstl_cli.diagnosis.odd import differs
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NOTHING, Verdict
+
+
+def said(status, effects, *group, **probabilities):
+    return Verdict(status, effects, None, group, {(k,): v for k, v in probabilities.items()}, "")
+
+
+A, B, C = ("a",), ("b",), ("c",)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "differ"),
+    [
+        (said(AMBIGUOUS, A, A, B), said(AMBIGUOUS, B, B, A), False),
+        # each has to hold what the other puts first
+        (said(AMBIGUOUS, A, A, B), said(AMBIGUOUS, B, B, C), True),
+        (said(AMBIGUOUS, A, A, C), said(AMBIGUOUS, B, B, A), True),
+        (said(AMBIGUOUS, A, A, B), said(AMBIGUOUS, C, C), True),
+        (said(IDENTIFIED, A, A), said(AMBIGUOUS, A, A, B), True),
+        (said(IDENTIFIED, ("a", "b")), said(IDENTIFIED, ("b", "a")), False),
+        (said(IDENTIFIED, A), said(IDENTIFIED, B), True),
+        (said(NOTHING, ()), said(NOTHING, ()), False),
+    ],
+)
+def test_verdicts_differ_in_what_they_say_and_not_in_what_comes_first(one, other, differ):
+    assert differs(one, other) is differ
+
+
+def test_verdicts_are_as_far_apart_as_their_probabilities():
+    assert odd._moved(said(IDENTIFIED, A, a=0.7, b=0.3), said(IDENTIFIED, A, a=0.2, c=0.8)) == pytest.approx(0.8)
+    assert odd._moved(said(IDENTIFIED, A, a=1.0), said(IDENTIFIED, A, a=1.0)) == 0.0
+
+
+def test_tests_fall_as_the_excess_over_chance_does_without_a_run():
+    left = odd._Left(np.zeros(3), np.array([150.0, 75.0, 400.0]), 300.0)
+    # 200 more than chance in all: of 75 samples that are left 75, none, and more than there were
+    assert [odd._calmer(left, i, 75.0, 100.0) for i in range(3)] == pytest.approx([0.375, 0.0, 1.0])
+    assert odd._calmer(odd._Left(np.zeros(1), np.array([50.0]), 90.0), 0, 75.0, 100.0) == 1.0
