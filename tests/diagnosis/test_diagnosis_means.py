@@ -1,0 +1,50 @@
+"""From readings to the grid of the simulation, on a handful of samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.latent import WHITE_ONLY
+from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
+
+ALL = np.ones(8, bool)
+
+
+def test_what_is_not_good_lies_on_the_line_between_its_neighbours():
+    signal = np.array([1.0, 9.0, 9.0, 4.0])
+    assert bridged(signal, np.array([True, False, False, True])).tolist() == [1.0, 2.0, 3.0, 4.0]
+    assert bridged(signal, np.ones(4, bool)) is signal
+
+
+def test_every_sample_a_reading_gives_plain_means():
+    signal = np.arange(8.0)
+    means, readings, share = of_readings(signal, signal, ALL, ALL, 1, 4)
+    assert means.tolist() == [1.5, 5.5] and readings.tolist() == [4.0, 4.0] and share.tolist() == [0.25] * 8
+
+
+def test_of_a_slow_sensor_only_fresh_sound_readings_count():
+    signal = np.array([2.0, 2.0, 6.0, 6.0, 1.0, 1.0, 1.0, 1.0])
+    fresh = np.array([True, False, True, False, True, False, False, False])
+    good = np.array([True, True, True, True, False, True, True, True])
+    means, readings, share = of_readings(signal, signal, good, fresh, 1, 4)
+    # two readings of 2 and 6; the second block has none that is sound: its mean as it was recorded, of one reading
+    assert means.tolist() == [4.0, 1.0] and readings.tolist() == [2.0, 1.0]
+    assert share.tolist() == [0.5, 0.0, 0.5, 0.0, 0.25, 0.25, 0.25, 0.25]
+
+
+def test_noise_is_never_below_the_rounding():
+    still = np.full(400, 3.0)
+    assert white_of(still, np.ones(400, bool), 0.02, 0.01, WHITE_ONLY) == pytest.approx(0.02)
+    noisy = 3.0 + 0.1 * np.random.default_rng(1).standard_normal(4000)
+    assert white_of(noisy, np.ones(4000, bool), 0.02, 0.01, WHITE_ONLY) == pytest.approx(0.1, rel=0.1)
+
+
+def test_the_latent_signal_is_smoother_than_its_readings_and_as_long_as_the_grid():
+    t = np.arange(2000) * 0.01
+    truth = 10.0 + 5.0 * np.sin(0.5 * t)
+    read = truth + 0.05 * np.random.default_rng(2).standard_normal(2000)
+    found = latent_means(read, np.ones(2000, bool), np.ones(2000, bool), 0.0, 2, 1000, 0.02)
+    grid = truth.reshape(-1, 2).mean(axis=1)
+    assert len(found.value) == 1000
+    assert np.std(found.value - grid) < 0.5 * 0.05 / np.sqrt(2.0)
