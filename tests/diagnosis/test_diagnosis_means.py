@@ -33,6 +33,13 @@ def test_of_a_slow_sensor_only_fresh_sound_readings_count():
     assert share.tolist() == [0.5, 0.0, 0.5, 0.0, 0.25, 0.25, 0.25, 0.25]
 
 
+def test_steps_of_two_samples_share_a_block_by_their_readings():
+    signal = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0])
+    read = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0], bool)
+    means, readings, share = of_readings(signal, np.zeros(4), np.ones(9, bool), read, 2, 2)
+    assert means.tolist() == [2.0, 8.0] and readings.tolist() == [3.0, 1.0] and share == pytest.approx([2 / 3, 1 / 3, 0.0, 1.0])
+
+
 def test_noise_is_never_below_the_rounding():
     still = np.full(400, 3.0)
     assert white_of(still, np.ones(400, bool), 0.02, 0.01, WHITE_ONLY) == pytest.approx(0.02)

@@ -26,16 +26,6 @@ def run(name="r", n=1000, span=16.0, sd=0.01, **more):
     return Run(name, "act", t, u + noise[0], 0.6 * u + noise[1], **more)
 
 
-def test_a_block_of_a_slow_sensor_is_the_mean_of_its_readings():
-    signal = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0])
-    read = np.array([1, 0, 0, 1, 0, 0, 0, 0, 1], bool)
-    y, count, share = records._of_readings(signal, read, 2, 2, 4)
-    # steps of two samples, blocks of two steps: readings 1 and 4, then none: its mean stands there without any
-    assert y.tolist() == [2.5, 6.5] and count.tolist() == [2.0, 1.0] and share.tolist() == [0.5, 0.5, 0.5, 0.5]
-    y, count, share = records._of_readings(signal, np.array([1, 1, 1, 0, 0, 0, 0, 1, 0], bool), 2, 2, 4)
-    assert y.tolist() == [2.0, 8.0] and count.tolist() == [3.0, 1.0] and share == pytest.approx([2 / 3, 1 / 3, 0.0, 1.0])
-
-
 def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
     out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0)
     ready = np.array([1, 0, 0, 0, 0, 1, 1, 0], bool)

@@ -33,7 +33,9 @@ def test_a_column_that_is_read_must_stand_once(twice: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("command", ["check", "info"])
-def test_commands_that_look_at_a_csv_say_so_too(command: str, tmp_path: Path) -> None:
+def test_commands_that_look_at_a_csv_say_so_too(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # wide enough for the sentence in a column of its own
+    monkeypatch.setenv("COLUMNS", "400")
     (tmp_path / "l.csv").write_text(HEAD.format("tension_in_n") + ROWS)
     done = inside(command, tmp_path / "l.csv")
     assert done.returncode == 1 and "'tension_in_n' stands in the header more than once" in done.stdout + done.stderr
