@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,7 @@ from identification_loops import multisine, play, trapezoid
 
 from sstl_cli.core.runs import Run, read_runs
 from sstl_cli.identification import gate
+from sstl_cli.identification.gate.fingerprints import NO_KEYS
 
 SAMPLE = Path(__file__).resolve().parents[2] / "data" / "samples" / "log.parquet"
 
@@ -268,6 +270,32 @@ def test_sixty_thousand_samples_take_no_time():
     start = process_time()
     gate.remarks(runs)
     assert sum(map(len, runs)) == 60_000 and process_time() - start < 0.6
+
+
+class Passes(list):
+    """A log that counts how often it is gone through."""
+
+    count = 0
+
+    def __iter__(self):
+        self.count += 1
+        return super().__iter__()
+
+
+@pytest.mark.parametrize("name", ["sound", "switch", "stuck (always)", "sign", "noiseless", "counts"])
+def test_the_work_of_a_rule_does_not_grow_with_the_square_of_the_runs(name):
+    few = [gate.evidence_of(r) for r in (SLIPS[name]() if name in SLIPS else sample())]
+    # the same few again and again, which are no copies to any rule
+    many = [replace(few[i % len(few)], run_id=f"r{i}", keys=NO_KEYS, signs=NO_KEYS) for i in range(1000)]
+    for rule in gate.catalogue():
+        log = Passes(many)
+        tracemalloc.start()
+        try:
+            list(rule.look(log))
+            most = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        assert log.count < 40 and most < 20e6, (rule.RULE, log.count, most)
 
 
 def test_an_output_that_rests_in_backlash_is_no_copy():

@@ -17,7 +17,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels was not measured."""
     for i in (0, 1):
         # a sensor whose noise shows in half of its system's runs is one in all of them
-        hit = [e for e in log if e.tendon_like and _smooth(e, i) and not _shows(log, e.system, i)]
+        measured = {system for system in {e.system for e in log} if _shows(log, system, i)}
+        hit = [e for e in log if e.tendon_like and _smooth(e, i) and e.system not in measured]
         if hit:
             e = hit[0]
             number = e.sensors[i].noise_n / e.sensors[1 - i].noise_n

@@ -15,7 +15,10 @@ OFFSET_N, OFFSET_SHARE = 2.5, 0.5
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose tensions push."""
-    used = {(e.system, i): max(o.ranges[i].span for o in log if o.system == e.system) for e in log for i in (0, 1)}
+    used: dict[tuple[str, int], float] = {}
+    for e in log:
+        for i in (0, 1):
+            used[e.system, i] = max(used.get((e.system, i), 0.0), e.ranges[i].span)
     negative = {(e.run_id, i): e.usable and _negative(e, i, used[e.system, i]) for e in log for i in (0, 1)}
     for which in ((0, 1), (0,), (1,)):
         hit = [e for e in log if tuple(i for i in (0, 1) if negative[e.run_id, i]) == which]

@@ -21,7 +21,8 @@ NEAR_ZERO = 0.05
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels repeats one value for long, or always."""
     for i in (0, 1):
-        whole = [e for e in log if _whole(e, i) and not _coarse(log, e, i)]
+        coarse = {o.system for o in log if o.usable and (o.sensors[i].coarse or o.sensors[i].noise_n == 0.0)}
+        whole = [e for e in log if _whole(e, i) and not _hidden(e, i, coarse)]
         if whole:
             yield Remark(
                 tuple(e.run_id for e in whole), RULE, "failure", 100.0, "%",
@@ -50,13 +51,12 @@ def _whole(e: Evidence, i: int) -> bool:
     return s.still_share >= 1.0 and e.samples >= WHOLE_SAMPLES and e.duration_s >= least
 
 
-def _coarse(log: Sequence[Evidence], e: Evidence, i: int) -> bool:
+def _hidden(e: Evidence, i: int, coarse: set[str]) -> bool:
     """Whether the sensor moves in other runs, by steps so coarse that backlash alone may hide in one of them."""
     if e.ranges[1 - i].low < NEAR_ZERO * e.ranges[1 - i].high:
         # released to nothing, and still no change
         return False
-    others = [o.sensors[i] for o in log if o.system == e.system and o.usable]
-    return bool(others) and any(s.coarse or s.noise_n == 0.0 for s in others)
+    return e.system in coarse
 
 
 def _stuck(e: Evidence, i: int) -> str:

@@ -16,7 +16,9 @@ LEAST_SAMPLES = 200
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels takes two values and no others, as in all runs of its system."""
     for i in (0, 1):
-        hit = [e for e in log if _switches(e, i) and not _more(log, e, i)]
+        # a sensor that shows more values in another run is one
+        sensors = {(e.system, e.tendon) for e in log if e.usable and not e.two_values[i]}
+        hit = [e for e in log if _switches(e, i) and (e.system, e.tendon) not in sensors]
         if hit:
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "failure", 2.0, "1",
@@ -30,9 +32,3 @@ def _switches(e: Evidence, i: int) -> bool:
     # beside an input that rests, two values may be the converter's last bit; a few stray samples are no second value
     moves = e.ranges[i].span > 0.0 and (i == 0 or e.loaded)
     return e.usable and e.samples >= LEAST_SAMPLES and e.two_values[i] and moves
-
-
-def _more(log: Sequence[Evidence], e: Evidence, i: int) -> bool:
-    """Whether the sensor shows more values in another run."""
-    same = [o for o in log if o.usable and (o.system, o.tendon) == (e.system, e.tendon)]
-    return any(not o.two_values[i] for o in same)

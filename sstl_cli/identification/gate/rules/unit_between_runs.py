@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
@@ -55,7 +56,9 @@ def _sizes(runs: Sequence[Evidence]) -> list[tuple[float, float, float, float]]:
 
 def _usual(sizes: np.ndarray) -> int:
     """Return the run whose noise most others share; of two kinds as many, that with tensions a tendon has."""
-    near = np.all(np.abs(sizes[:, None, :2] - sizes[None, :, :2]) < NOISE, axis=2).sum(axis=1)
+    # all pairs at once would take the memory of the machine for a log of many runs
+    tree = cKDTree(sizes[:, :2])
+    near = tree.query_ball_point(sizes[:, :2], np.nextafter(NOISE, 0.0), p=np.inf, return_length=True)
     odd = np.abs(sizes[:, 2] - math.log(30.0))
     return int(np.lexsort((odd, -near))[0])
 
