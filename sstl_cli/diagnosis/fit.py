@@ -25,7 +25,7 @@ from sstl_cli.diagnosis.constants import (
     THETA_STEP,
 )
 from sstl_cli.diagnosis.hypotheses import Hypothesis
-from sstl_cli.diagnosis.simulator import LINE, Free, Simulator, as_effects
+from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
 from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, whitener
 
 Array = NDArray[np.float64]
@@ -207,7 +207,7 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
 def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     """Return a fit with its own whitener and cost."""
     phases = sim.where_noise_enters(f.theta, f.effects, noise)
-    records = sim.read_records({k: v for k, v in f.effects.items() if k != LINE.id})
+    records = sim.read_records(f.effects)
     if not f.free:
         tries = [(0.0, whitener(records, phases, noise))]
     else:

@@ -145,7 +145,7 @@ class Simulator:
 
     def read_records(self, effects: Effects) -> tuple[Record, ...]:
         """Return the records with their known scatter as the output's channel reads it: it arises in the rig, before any lag."""
-        active = activate(effects).of_hook("late_s")
+        active = activate({k: v for k, v in effects.items() if k != LINE.id}).of_hook("late_s")
         return tuple(_read_late(r, sum(e.late_s(r.system, v) for e, v in active)) for r in self.problem.records)  # type: ignore[misc]
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
