@@ -42,3 +42,8 @@ def plausible_units(largest: float, low: float = 2.0, high: float = 600.0) -> li
 def stated(channel: int, unit: str, more: str = "") -> str:
     """Return the mapping's line that states the unit of a tension channel (0 input, 1 output)."""
     return f'{CHANNELS[channel]} = {{ column = ..., unit = "{unit}"{more} }}'
+
+
+def column_line(channel: int) -> str:
+    """Return the mapping line that takes another column for a channel (0: input, 1: output)."""
+    return f"{CHANNELS[channel]} = {{ column = (the column of the {WORDS[channel]} sensor) }}"

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.units import CHANNELS, WORDS
+from sstl_cli.identification.gate.units import WORDS, column_line
 
 RULE, RANK = "noiseless", 82
 # noise over that of the other channel: amplifiers differ by ten, a load cell and a number in a program by more
@@ -26,7 +26,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 tuple(h.run_id for h in hit), RULE, "remark", number, "1",
                 f"{names([h.run_id for h in hit])}: the {WORDS[i]} has {100 * number:.2g} % of the noise of the "
                 f"{WORDS[1 - i]}; it is probably the command or a smoothed copy and not the sensor",
-                f"{CHANNELS[i]} = {{ column = (the column of the {WORDS[i]} sensor) }}",
+                column_line(i),
             )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import column_line
 
 RULE, RANK = "same_channel", 15
 EXACT = 1e-6
@@ -20,7 +21,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             tuple(e.run_id for e in hit), RULE, "failure", 100.0 * share, "%",
             f"{names([e.run_id for e in hit])}: the output is the input on a straight line to {100 * share:.2g} % of its "
             "span, noise included; one column was probably taken twice",
-            "tension_out_n = { column = (the column of the output sensor) }",
+            column_line(1),
         )  # fmt: skip
 
 

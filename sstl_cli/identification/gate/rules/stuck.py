@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.units import CHANNELS, WORDS
+from sstl_cli.identification.gate.units import CHANNELS, WORDS, column_line
 
 RULE, RANK = "stuck", 45
 # behind a coarse converter backlash rests as well, but not over the whole loop
@@ -28,7 +28,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 tuple(e.run_id for e in whole), RULE, "failure", 100.0, "%",
                 f"{names([e.run_id for e in whole])}: the {WORDS[i]} never changes; the sensor is probably off or the wrong "
                 "column was taken",
-                f"{CHANNELS[i]} = {{ column = (the column of the {WORDS[i]} sensor) }}",
+                column_line(i),
             )  # fmt: skip
         for severity in ("failure", "remark"):
             hit = [e for e in log if _stuck(e, i) == severity]

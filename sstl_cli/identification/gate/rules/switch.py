@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.units import CHANNELS, WORDS
+from sstl_cli.identification.gate.units import WORDS, column_line
 
 RULE, RANK = "switch", 6
 # a short run on a coarse converter may show two of its steps
@@ -24,7 +24,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 tuple(e.run_id for e in hit), RULE, "failure", 2.0, "1",
                 f"{names([e.run_id for e in hit])}: the {WORDS[i]} takes two values and no others; it is probably a switch or a "
                 "flag and not the sensor",
-                f"{CHANNELS[i]} = {{ column = (the column of the {WORDS[i]} sensor) }}",
+                column_line(i),
             )  # fmt: skip
 
 
