@@ -38,6 +38,7 @@ test-slow: $(STAMP) ## run the tests that take minutes
 
 lint: $(STAMP) ## ruff, mypy and import-linter
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 

@@ -7,7 +7,11 @@ extensions = ["myst_parser"]
 source_suffix = {".md": "markdown"}
 myst_heading_anchors = 3
 html_theme = "alabaster"
-html_theme_options = {"description": "Tendon-sheath hysteresis: identify, compensate, diagnose", "page_width": "72rem", "sidebar_collapse": True}
+html_theme_options = {
+    "description": "Tendon-sheath hysteresis: identify, compensate, diagnose",
+    "page_width": "72rem",
+    "sidebar_collapse": True,
+}
 html_title = "sstl"
 html_copy_source = False
 html_show_sourcelink = False

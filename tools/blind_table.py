@@ -76,11 +76,18 @@ def _value(x: Any) -> str:
 
 def by_d2(score: dict) -> str:
     """Rates in strata of the distance, and what an ideal observer would reach."""
-    rows = ["| D^2 to base and nearest rival | isolated | ideal observer | in the group | unknown recall | both of a pair |", "|---|---|---|---|---|---|"]
+    rows = [
+        "| D^2 to base and nearest rival | isolated | ideal observer | in the group | unknown recall | both of a pair |",
+        "|---|---|---|---|---|---|",
+    ]
     for r in score["by_d2"]:
         span = f"{r['d2_low']:g}-{r['d2_high']:g}" if r["d2_high"] is not None else f"{r['d2_low']:g} and more"
         ideal = "-" if r["ideal"] is None else f"{100 * r['ideal']:.0f} %"
-        rows.append(f"| {span} | {share(r['isolation'])} | {ideal} | " + " | ".join(share(r[k]) for k in ("in_group", "unknown_recall", "both_of_a_pair")) + " |")
+        rows.append(
+            f"| {span} | {share(r['isolation'])} | {ideal} | "
+            + " | ".join(share(r[k]) for k in ("in_group", "unknown_recall", "both_of_a_pair"))
+            + " |"
+        )
     return "\n".join(rows)
 
 
@@ -88,7 +95,13 @@ def published(score: dict[str, Any], commit: str) -> dict[str, Any]:
     """Return what the report says of verdicts by their confidence."""
     keys = ("p_low", "p_high", "n", "mean_p", "share_right")
     rows = [{k: round(r[k], 2) for k in keys} for r in score["reliability"]]
-    return {"name": "the published sealed check", "cases": score["cases"], "commit": commit, "seal": score["seal"][:16], "reliability": rows}
+    return {
+        "name": "the published sealed check",
+        "cases": score["cases"],
+        "commit": commit,
+        "seal": score["seal"][:16],
+        "reliability": rows,
+    }
 
 
 def main() -> None:
@@ -105,16 +118,24 @@ def main() -> None:
         ["stated confidence", "verdicts", "mean stated", "share right"],
         [[f"{r['p_low']:.1f}-{r['p_high']:.1f}", r["n"], f"{r['mean_p']:.2f}", f"{r['share_right']:.2f}"] for r in score["reliability"]],
     )
-    head = f"""`sstl blind make set {given.words}`, diagnosed by {given.commit}: {score['cases']} cases ({kinds}).{left}
-Seal {score['seal'][:16]}; no rule was changed after it was opened. {score['seconds']['mean']:.1f} s a case on average, {score['seconds']['max']:.0f} s at most.
+    head = f"""`sstl blind make set {given.words}`, diagnosed by {given.commit}: {score["cases"]} cases ({kinds}).{left}
+Seal {score["seal"][:16]}; no rule was changed after it was opened. {score["seconds"]["mean"]:.1f} s a case on average, {score["seconds"]["max"]:.0f} s at most.
 """
     group = f"Ambiguity groups hold {score['group']['mean_size']:.1f} effects on average, {score['group']['largest']} at most. Predicted and realised shrinkage differ by {score['shrink_mean_difference_pct']:.1f} points on average."
     poor, wrong = score["poor"], score["wrong_nominal"]
     rest = f"Poor excitation: wrong commits {share(poor['wrong_commits'])}, abstained {share(poor['abstained'])}. Wrong nominal theta: false alarm {share(wrong['false_alarm'])}, isolated {share(wrong['isolation'])}."
     compared = [sides(score["by_simulator"])]
     if score["decidable"] is not None:
-        compared += ["Cases that their recordings could decide (D^2 of at least 24 to base and nearest rival):", sides(score["decidable"]), by_d2(score)]
-    put("blind.md", "published", "\n\n".join([head, targets(score), *compared, by_strength(score), by_effect(score), group, rest, reliability, baselines(score)]))
+        compared += [
+            "Cases that their recordings could decide (D^2 of at least 24 to base and nearest rival):",
+            sides(score["decidable"]),
+            by_d2(score),
+        ]
+    put(
+        "blind.md",
+        "published",
+        "\n\n".join([head, targets(score), *compared, by_strength(score), by_effect(score), group, rest, reliability, baselines(score)]),
+    )
     PUBLISHED.write_text(json.dumps(published(score, given.commit), indent=1) + "\n", encoding="utf-8")
     put("../README.md", "blind", f"{score['cases']} withheld cases ({given.words}), {given.commit}:\n\n{targets(score)}")
 

@@ -95,10 +95,7 @@ def scenario(simulator: str = "rig", white_n: float = 0.0, hz: float = 100.0) ->
         simulator=simulator,  # type: ignore[arg-type]
         sampling_hz=hz,
         noise=NoiseSection(white_n=white_n),
-        configurations=(
-            Configuration(id="a", location="NP", theta=0.46),
-            Configuration(id="b", location="ND", theta=0.60),
-        ),
+        configurations=(Configuration(id="a", location="NP", theta=0.46), Configuration(id="b", location="ND", theta=0.60)),
         trajectories=(
             Trajectory(kind="trapezoid", drive="tension", duration_s=12.0, cycles=2, low_n=0.0, **record),
             Trajectory(kind="ramp_hold", duration_s=40.0, **record),
@@ -125,9 +122,7 @@ def refit(effect_id: str, runs: list[Run]) -> Refit:
     problem = prepare(runs)
     sim = Simulator(problem, scenario().rig.mechanics())
     # what only the position shows cannot be fitted to tensions; the load is known here
-    free = [
-        f for f in _law(effect_id, problem.systems).free if f.effect.id == effect_id and f.parameter.name != "k_sh_mm_per_n"
-    ]
+    free = [f for f in _law(effect_id, problem.systems).free if f.effect.id == effect_id and f.parameter.name != "k_sh_mm_per_n"]
     plain = white(0.05, sim.weight, [s.start for s in sim.slices()])
     base = fit(sim, plain, NOTHING, np.full(len(problem.configs), THETA_START), np.zeros(0))
     hypothesis = Hypothesis((effect_id,), tuple(free))
@@ -236,10 +231,7 @@ def row(effect_id: str, clean: list[Run], simulator: str = "rig") -> tuple[str, 
 def rows(simulator: str = "rig") -> list[str]:
     """Return the table as lines of Markdown."""
     clean = record(None, simulator)
-    lines = [
-        f"| effect | strength | channel | RMS of the effect | RMS fast model - {simulator} | left |",
-        "|---|---|---|---:|---:|---:|",
-    ]
+    lines = [f"| effect | strength | channel | RMS of the effect | RMS fast model - {simulator} | left |", "|---|---|---|---:|---:|---:|"]
     for effect_id in catalogue():
         if effect_id not in CASES:
             continue

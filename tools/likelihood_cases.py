@@ -147,7 +147,9 @@ def chance(null: Null, effect_id: str) -> tuple[int, float] | None:
     strengths = [i for i, f in enumerate(h.free) if not f.parameter.shape]
     if not strengths:
         return None
-    columns = base.whiten(np.concatenate((base.jacobian[:, :1], partial(sim, base.theta, h.free, values, base.prediction, strengths)), axis=1))
+    columns = base.whiten(
+        np.concatenate((base.jacobian[:, :1], partial(sim, base.theta, h.free, values, base.prediction, strengths)), axis=1)
+    )
     a, b = normal_equations(sim, columns, base.whiten(base.residual))
     configs = len(base.theta)
     follow = np.linalg.lstsq(a[:configs, :configs], np.column_stack((b[:configs], a[:configs, configs:])), rcond=1e-10)[0]

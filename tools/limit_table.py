@@ -24,7 +24,19 @@ from sstl_cli.steps.blind_make import draw_job
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "limit.md"
 SEED = 52_000_000
-KEPT = ("case", "effects", "d2_base", "d2_rival", "rival", "d2_base_known", "d2_rival_known", "d2_own", "decidable", "decidable_known", "why")
+KEPT = (
+    "case",
+    "effects",
+    "d2_base",
+    "d2_rival",
+    "rival",
+    "d2_base_known",
+    "d2_rival_known",
+    "d2_own",
+    "decidable",
+    "decidable_known",
+    "why",
+)
 
 
 def measured(cases: int, seconds: float, path: Path) -> list[dict]:
@@ -67,7 +79,10 @@ def by_strength(rows: list[dict]) -> str:
 
 def by_effect(rows: list[dict]) -> str:
     """Return the table of smaller distances by effect and strength, and what passes for each effect."""
-    lines = ["| effect | " + " | ".join(f"{s:g}" for s in STRENGTHS) + " | nearest rival where undecidable |", "|---|" + "---|" * (len(STRENGTHS) + 1)]
+    lines = [
+        "| effect | " + " | ".join(f"{s:g}" for s in STRENGTHS) + " | nearest rival where undecidable |",
+        "|---|" + "---|" * (len(STRENGTHS) + 1),
+    ]
     for effect in sorted({e for r in rows for e in r["effects"]}):
         own = [r for r in rows if r["effects"] == [effect]]
         cells = []
@@ -102,8 +117,13 @@ def simulated(path: Path) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for r in json.loads(path.read_text()):
+
         def pct(*keys: str, r: dict = r) -> str:
-            return f"{100 * r[keys[0]]:.0f} %" if len(keys) == 1 else f"{100 * r[keys[0]]:.0f} % ({100 * r[keys[1]]:.0f}-{100 * r[keys[2]]:.0f} %)"
+            return (
+                f"{100 * r[keys[0]]:.0f} %"
+                if len(keys) == 1
+                else f"{100 * r[keys[0]]:.0f} % ({100 * r[keys[1]]:.0f}-{100 * r[keys[2]]:.0f} %)"
+            )
 
         lines.append(
             f"| `{r['effect']}`, `{r['rival']}` | {r['d2_known']:.1f} | {pct('predicted_known')} | {pct('simulated_known', 'low', 'high')} "

@@ -113,7 +113,9 @@ def _is_text(node: ast.BinOp) -> bool:
 def _code(tree: ast.AST) -> Iterator[ast.AST]:
     """Yield the nodes that run: no annotations, decorators, messages of errors or formatted text."""
     for name, value in ast.iter_fields(tree):
-        if name in ("annotation", "returns", "decorator_list") or (isinstance(tree, (ast.Raise, ast.JoinedStr, ast.Subscript)) and name in ("exc", "values")):
+        if name in ("annotation", "returns", "decorator_list") or (
+            isinstance(tree, (ast.Raise, ast.JoinedStr, ast.Subscript)) and name in ("exc", "values")
+        ):
             continue
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.keyword) and child.arg == "strict":

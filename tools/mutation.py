@@ -34,14 +34,33 @@ from page_part import inside, put, table
 
 ROOT = Path(__file__).resolve().parents[1]
 PARTS = ("identification", "control", "physics", "diagnosis")
-TESTS = {"identification": ("tests/identification", "tests/watch"), "control": ("tests/control",), "physics": ("tests/physics",), "diagnosis": ("tests/diagnosis",)}
+TESTS = {
+    "identification": ("tests/identification", "tests/watch"),
+    "control": ("tests/control",),
+    "physics": ("tests/physics",),
+    "diagnosis": ("tests/diagnosis",),
+}
 WHOLE_PROGRAM = re.compile(r"^from sstl_cli\.(steps|api|cli)\b", re.MULTILINE)
 EQUAL = Path(__file__).with_name("mutation_equal.txt")
 # files that compare numbers see most faults, and are quick
 FIRST = ("_values.py", "_rules.py", "_golden.py", "_covariance.py", "_limits.py")
 # the slow files last: a fault that a quick one sees needs no other
 LAST = ("test_physics_refit.py", "test_control_cli.py", "test_identification_cli.py", "test_watch_follow.py", "test_watch_cli.py")
-LIBRARIES = ("numpy", "scipy.optimize", "scipy.signal", "scipy.stats", "numba", "pandas", "pyarrow.parquet", "pydantic", "pytest", "hypothesis", "typer", "rich", "joblib")
+LIBRARIES = (
+    "numpy",
+    "scipy.optimize",
+    "scipy.signal",
+    "scipy.stats",
+    "numba",
+    "pandas",
+    "pyarrow.parquet",
+    "pydantic",
+    "pytest",
+    "hypothesis",
+    "typer",
+    "rich",
+    "joblib",
+)
 FLAGS = ["-x", "-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:xdist", "--hypothesis-seed=0", "--no-header", "--tb=no"]
 
 
@@ -122,7 +141,7 @@ def _of_module(files: list[Path], module: str) -> list[Path]:
     for file in files:
         text, own = file.read_text(encoding="utf-8"), bool(re.fullmatch(rf"test_diagnosis_{module}(_\w+)?\.py", file.name))
         whole = bool(WHOLE_PROGRAM.search(text))
-        if (own if whole else own or not module or named.search(text)):
+        if own if whole else own or not module or named.search(text):
             chosen.append((whole, not own, file))
     return [file for _, _, file in sorted(chosen)]
 

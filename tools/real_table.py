@@ -23,8 +23,16 @@ DATA = HERE.parent / "shared" / "data"
 IMPORTERS = HERE / "tests" / "importers" / "mappings"
 # name of a log, its files, its mapping
 LOGS = (
-    ("band brake, healthy", "bandbrake-capstan/dataset-2__0.5Hz0lbtension1amplitude.csv", HERE / "tests/diagnosis/mappings/bandbrake-balance.toml"),
-    ("band brake, faulty sensor", "bandbrake-capstan/dataset-2__0.5Hz0lbtension0.5amplitude.csv", HERE / "tests/diagnosis/mappings/bandbrake-balance.toml"),
+    (
+        "band brake, healthy",
+        "bandbrake-capstan/dataset-2__0.5Hz0lbtension1amplitude.csv",
+        HERE / "tests/diagnosis/mappings/bandbrake-balance.toml",
+    ),
+    (
+        "band brake, faulty sensor",
+        "bandbrake-capstan/dataset-2__0.5Hz0lbtension0.5amplitude.csv",
+        HERE / "tests/diagnosis/mappings/bandbrake-balance.toml",
+    ),
     ("manipulator, straight and bent", "viocom-conf/*.txt", HERE / "tools/real/viocom-conf.toml"),
     ("endoscope, ten bends", "viocom-endoscope/*.txt", IMPORTERS / "viocom-endoscope.toml"),
     ("cylinder KDN", "pneu-cylinder/KDN*.csv", IMPORTERS / "pneu-cylinder.toml"),
@@ -60,9 +68,13 @@ def page(document: dict) -> str:
     lines = [HEAD, "| score | with the rig's model | without |", "|---|---|---|"]
     scores = [document["with_model"], document["without_model"]]
     for said, k, of in (
-        ("effects named", "named", "of"), ("in the ambiguity group", "in_group", "of"), ("wrong commits", "wrong", "of"),
-        ("decidable ones named", "decidable_named", "decidable"), ("sizes within 20 %, of those named", "close", "named"),
-        ("untouched halves `none`", "untouched_none", "untouched"), ("untouched halves with a name", "untouched_named", "untouched"),
+        ("effects named", "named", "of"),
+        ("in the ambiguity group", "in_group", "of"),
+        ("wrong commits", "wrong", "of"),
+        ("decidable ones named", "decidable_named", "decidable"),
+        ("sizes within 20 %, of those named", "close", "named"),
+        ("untouched halves `none`", "untouched_none", "untouched"),
+        ("untouched halves with a name", "untouched_named", "untouched"),
     ):
         cells = ["-" if s is None else f"{s[k]} of {s[of]}" for s in scores]
         lines.append(f"| {said} | {cells[0]} | {cells[1]} |")

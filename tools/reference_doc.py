@@ -105,7 +105,11 @@ def _meaning(field: FieldInfo, inner: type[BaseModel] | None) -> str:
         if hasattr(m, name)
     )
     default = field.default
-    shown = "" if field.is_required() or default is None or default == "" or isinstance(default, (BaseModel, tuple, dict, list)) else f"default {default}"
+    shown = (
+        ""
+        if field.is_required() or default is None or default == "" or isinstance(default, (BaseModel, tuple, dict, list))
+        else f"default {default}"
+    )
     return "; ".join(t for t in (text, limits, shown) if t).replace("|", "\\|")
 
 

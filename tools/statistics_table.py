@@ -158,7 +158,14 @@ def of_p_values(seed: int, draws: int = 4000) -> list[list[object]]:
     rows = []
     for name, p in (("paired t", np.array(p_t)), ("Wilcoxon signed rank", np.array(p_w))):
         uniform = stats.kstest(p, "uniform").statistic
-        rows.append([f"p of the {name} test below 0.05", draws, f"{100 * np.mean(p < 0.05):.1f} % (largest distance from uniform {uniform:.3f})", "5 %"])
+        rows.append(
+            [
+                f"p of the {name} test below 0.05",
+                draws,
+                f"{100 * np.mean(p < 0.05):.1f} % (largest distance from uniform {uniform:.3f})",
+                "5 %",
+            ]
+        )
     rows.append(["any of six p values after Holm below 0.05", draws, f"{100 * np.mean(family):.1f} %", "at most 5 %"])
     return rows
 
@@ -177,7 +184,14 @@ def of_watch(seed: int, repetitions: int = 400) -> list[list[object]]:
                 if k == 119 or hit:
                     break
             hits.append(hit)
-        rows.append([f"watch alarms within 100 loops, lag-one correlation {phi:g}", repetitions, f"{100 * np.mean(hits):.1f} %", "at most 63 % (one alarm in 100 loops)"])
+        rows.append(
+            [
+                f"watch alarms within 100 loops, lag-one correlation {phi:g}",
+                repetitions,
+                f"{100 * np.mean(hits):.1f} %",
+                "at most 63 % (one alarm in 100 loops)",
+            ]
+        )
     return rows
 
 

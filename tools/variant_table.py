@@ -32,6 +32,8 @@ SLOW = ([0.0, 4, 7, 11, 13, 15, 17, 21, 23, 26, 30], [0.0, 22, 22, 0, 0, 2, 18, 
 FAST = ([0.0, 1, 1.5, 2.5, 3, 4, 4.6, 5.2, 6, 8], [0.0, 22, 22, 2, 2, 18, 6, 15, 3, 20])
 # compliance of the tendon as built (1/kN): the rig's position always contains its stretch
 AS_BUILT = {"tendon_elasticity": {"compliance_per_kn": 0.125}}
+
+
 @dataclass(frozen=True)
 class Record:
     """One run as recorded without noise: what was commanded and what the channels show."""
@@ -81,10 +83,7 @@ def rms(parts: Sequence[Array]) -> float:
 def least(residual: Callable[[Array], Array], low: Array, high: Array, starts: Sequence[Array]) -> float:
     """Return the RMS of the smallest residual found from some starts."""
     span = high - low
-    found = [
-        least_squares(residual, s, bounds=(low, high), x_scale=span, diff_step=np.full(low.size, 1e-3), max_nfev=25)
-        for s in starts
-    ]
+    found = [least_squares(residual, s, bounds=(low, high), x_scale=span, diff_step=np.full(low.size, 1e-3), max_nfev=25) for s in starts]
     best = min(found, key=lambda f: f.cost)
     return float(np.sqrt(np.mean(best.fun**2)))
 

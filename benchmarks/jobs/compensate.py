@@ -34,6 +34,12 @@ def run(quick: bool, folder: Path) -> list[Row]:
     assert np.allclose(ours(), plain()[0], atol=1e-9), "both must be the same controller"
     own, peer = paired(ours, plain, repeat)
     return [
-        Row("compensate/python", f"compensate offline, {len(reference)} samples", "the same controller in plain Python",
-            100.0, faster(own, peer), seconds={"ours": min(own), "peer": min(peer)})
+        Row(
+            "compensate/python",
+            f"compensate offline, {len(reference)} samples",
+            "the same controller in plain Python",
+            100.0,
+            faster(own, peer),
+            seconds={"ours": min(own), "peer": min(peer)},
+        )
     ]

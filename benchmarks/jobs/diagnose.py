@@ -59,14 +59,32 @@ def run(quick: bool, folder: Path) -> list[Row]:
     scaled = len(able) / len(part)
     job = f"diagnose, {len(ids)} candidates, {samples} samples"
     return [
-        Row("diagnose/chain", job, f"one sysid fit in MuJoCo, 3 parameters, {recorded} samples, {NODES} nodes along the tendon",
-            1.0, faster(own, chained), seconds={"ours": min(own), "peer": min(chained)}),
-        Row("diagnose/mujoco", job, "the same fit of a single body, which has no line to lose tension along", 1.0,
-            faster(own, mujoco), seconds={"ours": min(own), "peer": min(mujoco)},
-            note=f"MuJoCo's parameters are off by up to {100 * off:.2g} %"),
-        Row("diagnose/lmfit", job, "lmfit fitting the same compiled model, one candidate after the other", 20.0,
-            faster(own, library, scaled), seconds={"ours": min(own), "peer": min(library) * scaled},
-            note=f"peer on {len(part)} of {len(able)} candidates, scaled; it fits once, without held-out runs or pairs"),
+        Row(
+            "diagnose/chain",
+            job,
+            f"one sysid fit in MuJoCo, 3 parameters, {recorded} samples, {NODES} nodes along the tendon",
+            1.0,
+            faster(own, chained),
+            seconds={"ours": min(own), "peer": min(chained)},
+        ),
+        Row(
+            "diagnose/mujoco",
+            job,
+            "the same fit of a single body, which has no line to lose tension along",
+            1.0,
+            faster(own, mujoco),
+            seconds={"ours": min(own), "peer": min(mujoco)},
+            note=f"MuJoCo's parameters are off by up to {100 * off:.2g} %",
+        ),
+        Row(
+            "diagnose/lmfit",
+            job,
+            "lmfit fitting the same compiled model, one candidate after the other",
+            20.0,
+            faster(own, library, scaled),
+            seconds={"ours": min(own), "peer": min(library) * scaled},
+            note=f"peer on {len(part)} of {len(able)} candidates, scaled; it fits once, without held-out runs or pairs",
+        ),
         *_clock(runs, samples, quick),
         *_exponents(quick),
     ]
@@ -84,10 +102,26 @@ def _clock(runs: Sequence[Run], samples: int, quick: bool) -> list[Row]:
         wall.append(time.perf_counter() - began)
     long = seconds(lambda: diagnose.run(many, options))
     return [
-        Row("diagnose/clock", f"diagnose, {samples} samples", "wall time with two threads", 5.0, tuple(wall), at_least=False,
-            unit="s", seconds={"processor": min(spent)}),
-        Row("diagnose/tenfold", f"diagnose, {times * samples} samples, {len(many)} runs", f"time over that of {samples}",
-            float(times), (long / min(spent),), at_least=False, unit="(ratio)", seconds={"long": long, "short": min(spent)}),
+        Row(
+            "diagnose/clock",
+            f"diagnose, {samples} samples",
+            "wall time with two threads",
+            5.0,
+            tuple(wall),
+            at_least=False,
+            unit="s",
+            seconds={"processor": min(spent)},
+        ),
+        Row(
+            "diagnose/tenfold",
+            f"diagnose, {times * samples} samples, {len(many)} runs",
+            f"time over that of {samples}",
+            float(times),
+            (long / min(spent),),
+            at_least=False,
+            unit="(ratio)",
+            seconds={"long": long, "short": min(spent)},
+        ),
     ]
 
 
@@ -108,8 +142,18 @@ def _exponents(quick: bool) -> list[Row]:
             spent = [seconds(lambda j=job: diagnose.run(j[0], diagnose.DiagnoseOptions(effects=j[1]))) for job in jobs]
             tries.append(spent)
         slopes = tuple(float(np.polyfit(np.log(size), np.log(t), 1)[0]) for t in tries)
-        rows.append(Row(f"diagnose/{what}", f"diagnose, time over {what}", "exponent of the fit", goal, slopes, at_least=False,
-                        unit="(exponent)", seconds={str(n): min(t) for n, t in zip(size, zip(*tries, strict=True), strict=True)}))
+        rows.append(
+            Row(
+                f"diagnose/{what}",
+                f"diagnose, time over {what}",
+                "exponent of the fit",
+                goal,
+                slopes,
+                at_least=False,
+                unit="(exponent)",
+                seconds={str(n): min(t) for n, t in zip(size, zip(*tries, strict=True), strict=True)},
+            )
+        )
     return rows
 
 
@@ -120,7 +164,9 @@ def _recorded(longer: int, more: int) -> list[Run]:
         t.model_copy(update={"duration_s": longer * t.duration_s, "cycles": longer}) for t in scene.trajectories if t.kind == "trapezoid"
     )
     tubes = tuple(
-        c.model_copy(update={"id": f"{c.id}-{i}", "theta": c.theta * (1.0 + 0.02 * i)}) for i in range(more) for c in scene.configurations[:2]
+        c.model_copy(update={"id": f"{c.id}-{i}", "theta": c.theta * (1.0 + 0.02 * i)})
+        for i in range(more)
+        for c in scene.configurations[:2]
     )
     return list(step.run(scene.model_copy(update={"sampling_hz": 76.0, "trajectories": paths, "configurations": tubes}), EFFECT, 1))
 

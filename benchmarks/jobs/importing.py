@@ -46,10 +46,25 @@ def run(quick: bool, folder: Path) -> list[Row]:
     job = f"import {source.stat().st_size / 1e6:.0f} MB of CSV"
     times = {"ours": min(own), "peer": min(peer)}
     return [
-        Row("importing/blocks", job, "time of pyarrow reading the CSV and writing the Parquet, block by block", 1.3,
-            faster(peer, own), at_least=False, seconds=times, note="ours checks, repairs, counts and hashes as well"),
-        Row("importing/whole", job, "the same with the whole table in memory", 1.3, faster(held, own), at_least=False,
-            seconds={"ours": min(own), "peer": min(held)}),
+        Row(
+            "importing/blocks",
+            job,
+            "time of pyarrow reading the CSV and writing the Parquet, block by block",
+            1.3,
+            faster(peer, own),
+            at_least=False,
+            seconds=times,
+            note="ours checks, repairs, counts and hashes as well",
+        ),
+        Row(
+            "importing/whole",
+            job,
+            "the same with the whole table in memory",
+            1.3,
+            faster(held, own),
+            at_least=False,
+            seconds={"ours": min(own), "peer": min(held)},
+        ),
     ]
 
 

@@ -42,6 +42,13 @@ def run(quick: bool, folder: Path) -> list[Row]:
     own, peer = paired(lambda: [ours() for _ in range(20)], lambda: chain_ivp.march(chain, time, path), repeat)
     note = f"RMS error {1e3 * own_error:.2g} mN, solve_ivp {1e3 * peer_error:.2g} mN"
     return [
-        Row("rig/solve_ivp", f"rig, {spec.nodes} nodes, {len(time)} samples", "scipy solve_ivp (LSODA, banded), same chain",
-            50.0, faster(own, peer, 20.0), seconds={"ours": min(own) / 20.0, "peer": min(peer)}, note=note)
+        Row(
+            "rig/solve_ivp",
+            f"rig, {spec.nodes} nodes, {len(time)} samples",
+            "scipy solve_ivp (LSODA, banded), same chain",
+            50.0,
+            faster(own, peer, 20.0),
+            seconds={"ours": min(own) / 20.0, "peer": min(peer)},
+            note=note,
+        )
     ]

@@ -46,13 +46,31 @@ def run(quick: bool, folder: Path) -> list[Row]:
             own = [p for p in points if p.command == command]
             size = np.array([p.runs * p.samples for p in own], float)
             spent = np.array([p.cpu_s for p in own]) - start[command].cpu_s
-            rows.append(Row(f"scaling/{command}-{what}", f"{command}, time over {what}", "exponent of the fit",
-                            1.05, (exponent(size, spent),), at_least=False, unit="(exponent)",
-                            seconds={str(int(n)): s for n, s in zip(size, spent.tolist(), strict=True)}))
+            rows.append(
+                Row(
+                    f"scaling/{command}-{what}",
+                    f"{command}, time over {what}",
+                    "exponent of the fit",
+                    1.05,
+                    (exponent(size, spent),),
+                    at_least=False,
+                    unit="(exponent)",
+                    seconds={str(int(n)): s for n, s in zip(size, spent.tolist(), strict=True)},
+                )
+            )
         few, many = (next(p for p in by_runs if p.command == command and p.runs == n) for n in (counts[1], counts[-1]))
-        rows.append(Row(f"scaling/{command}-memory", f"{command}, memory at {counts[-1]} runs",
-                        f"over that at {counts[1]} runs of the same length", 1.5, (many.memory_mb / few.memory_mb,),
-                        at_least=False, unit="(ratio)", note=f"{few.memory_mb:.0f} MB and {many.memory_mb:.0f} MB"))
+        rows.append(
+            Row(
+                f"scaling/{command}-memory",
+                f"{command}, memory at {counts[-1]} runs",
+                f"over that at {counts[1]} runs of the same length",
+                1.5,
+                (many.memory_mb / few.memory_mb,),
+                at_least=False,
+                unit="(ratio)",
+                note=f"{few.memory_mb:.0f} MB and {many.memory_mb:.0f} MB",
+            )
+        )
     if not quick:
         _store([*by_runs, *by_length], start)
     return rows
@@ -69,9 +87,7 @@ def exponent(size: np.ndarray, spent: np.ndarray) -> float:
 def _measure(folder: Path, runs: int, samples: int) -> list[Point]:
     scenario = folder / "scenario.toml"
     head = f'schema = "sstl.scenario/1"\nsampling_hz = {RATE_HZ}\n'
-    tubes = "".join(
-        f'[[configurations]]\nid = "CP-{i:04d}"\nlocation = "CP"\ntheta = {0.4 + 0.2 * i / runs:.4f}\n' for i in range(runs)
-    )
+    tubes = "".join(f'[[configurations]]\nid = "CP-{i:04d}"\nlocation = "CP"\ntheta = {0.4 + 0.2 * i / runs:.4f}\n' for i in range(runs))
     path = f'[[trajectories]]\nkind = "sinusoid"\nsystems = ["act"]\nfrequency_hz = 0.2\nduration_s = {samples / RATE_HZ}\n'
     scenario.write_text(head + tubes + path, encoding="utf-8")
     log, theta = folder / "log.parquet", folder / "theta.parquet"

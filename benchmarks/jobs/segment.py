@@ -49,8 +49,22 @@ def run(quick: bool, folder: Path) -> list[Row]:
     job = f"segment {runs} runs x {samples} samples"
     note = f"peer on {part} runs, scaled by {runs / part:g}"
     return [
-        Row("segment/plain", job, "pandas, filtfilt, RANSACRegressor per loop", 15.0, faster(own, peer, runs / part),
-            seconds={"ours": min(own), "peer": min(peer) * runs / part}, note=note),
-        Row("segment/filtering", job, "time of reading the Parquet and filtering two channels once", 2.5,
-            faster(base, own), at_least=False, seconds={"ours": min(own), "peer": min(base)}),
+        Row(
+            "segment/plain",
+            job,
+            "pandas, filtfilt, RANSACRegressor per loop",
+            15.0,
+            faster(own, peer, runs / part),
+            seconds={"ours": min(own), "peer": min(peer) * runs / part},
+            note=note,
+        ),
+        Row(
+            "segment/filtering",
+            job,
+            "time of reading the Parquet and filtering two channels once",
+            2.5,
+            faster(base, own),
+            at_least=False,
+            seconds={"ours": min(own), "peer": min(base)},
+        ),
     ]

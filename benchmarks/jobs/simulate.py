@@ -42,11 +42,23 @@ def run(quick: bool, folder: Path) -> list[Row]:
     own_too, mujoco = paired(ours, lambda: tendon.step(tenth), repeat)
     job = f"simulate (fast model), {samples} samples"
     rows = [
-        Row("simulate/python", job, "the same recursion in plain Python", 100.0, faster(own, python),
-            seconds={"ours": min(own), "peer": min(python)}),
-        Row("simulate/mujoco", job, "MuJoCo stepping a tendon with friction loss (its compiled rollout)", 20.0,
-            faster(own_too, mujoco, 10.0), seconds={"ours": min(own_too), "peer": 10.0 * min(mujoco)},
-            note="peer on a tenth of the samples, scaled"),
+        Row(
+            "simulate/python",
+            job,
+            "the same recursion in plain Python",
+            100.0,
+            faster(own, python),
+            seconds={"ours": min(own), "peer": min(python)},
+        ),
+        Row(
+            "simulate/mujoco",
+            job,
+            "MuJoCo stepping a tendon with friction loss (its compiled rollout)",
+            20.0,
+            faster(own_too, mujoco, 10.0),
+            seconds={"ours": min(own_too), "peer": 10.0 * min(mujoco)},
+            note="peer on a tenth of the samples, scaled",
+        ),
     ]
     return [*rows, _file(quick, folder, 2 if quick else 5)]
 
@@ -68,6 +80,12 @@ def _file(quick: bool, folder: Path, repeat: int) -> Row:
 
     own, peer = paired(ours, writing, repeat)
     samples = sum(len(r) for r in kept)
-    return Row("simulate/writing", f"simulate {len(kept)} runs, {samples} samples, to Parquet",
-               "time of writing the Parquet alone", 3.0, faster(peer, own), at_least=False,
-               seconds={"ours": min(own), "peer": min(peer)})
+    return Row(
+        "simulate/writing",
+        f"simulate {len(kept)} runs, {samples} samples, to Parquet",
+        "time of writing the Parquet alone",
+        3.0,
+        faster(peer, own),
+        at_least=False,
+        seconds={"ours": min(own), "peer": min(peer)},
+    )

@@ -16,8 +16,15 @@ def run(quick: bool, folder: Path) -> list[Row]:
     total = [sum(f.counts[i] for f in found) for i in range(len(edges) - 1)]
     histogram = ", ".join(f"{a:g}-{b:g}: {n}" for a, b, n in zip(edges[:-1], edges[1:], total, strict=True))
     return [
-        Row("streaming/below", job, "share of steps under 20 us", 99.9, tuple(f.below_20_us_pct for f in found), unit="%",
-            note=f"histogram, us: {histogram}"),
+        Row(
+            "streaming/below",
+            job,
+            "share of steps under 20 us",
+            99.9,
+            tuple(f.below_20_us_pct for f in found),
+            unit="%",
+            note=f"histogram, us: {histogram}",
+        ),
         Row("streaming/median", job, "latency, median", None, tuple(f.median_us for f in found), at_least=False, unit="us"),
         Row("streaming/tail", job, "latency, 99.9 % quantile", 20.0, tuple(f.p999_us for f in found), at_least=False, unit="us"),
     ]

@@ -32,6 +32,26 @@ def _one_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
+def _regressor(seed: int, batch: int, options: Options) -> MLPRegressor:
+    """Return scikit-learn's network of the same size, trained alike."""
+    return MLPRegressor(
+        hidden_layer_sizes=(128,) * 5,
+        activation="tanh",
+        alpha=options.weight_decay,
+        batch_size=batch,
+        max_iter=options.epochs,
+        learning_rate_init=options.learning_rate,
+        early_stopping=True,
+        n_iter_no_change=options.patience,
+        tol=0.0,
+        random_state=seed,
+    )
+
+
+def _row(name: str, job: str, peer: str, target: float, own: list[float], other: list[float], scaled: float, note: str) -> Row:
+    return Row(name, job, peer, target, faster(own, other, scaled), seconds={"ours": min(own), "peer": min(other) * scaled}, note=note)
+
+
 def run(quick: bool, folder: Path) -> list[Row]:
     """Compare with networks trained one after the other."""
     seeds, options, repeat = (2, Options(epochs=40), 1) if quick else (20, Options(), 2)
@@ -61,11 +81,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     def regressor() -> None:
         for s in range(peers):
             rows = fitting[s] | validating[s]
-            net = MLPRegressor(
-                hidden_layer_sizes=(128,) * 5, activation="tanh", alpha=options.weight_decay, batch_size=int(rows.sum()), max_iter=options.epochs,
-                learning_rate_init=options.learning_rate, early_stopping=True, n_iter_no_change=options.patience,
-                tol=0.0, random_state=s,
-            )
+            net = _regressor(s, int(rows.sum()), options)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 net.fit((x[rows] - mean) / scale, (y[rows] - y.mean(0)) / y.std(0))
@@ -82,9 +98,15 @@ def run(quick: bool, folder: Path) -> list[Row]:
     scaled = seeds / peers
     note = f"peer on {peers} seeds, scaled by {scaled:g}; it stopped after {np.mean(epochs):.0f} epochs on average"
     return [
-        Row("train/torch", job, "the plain torch loop, one after the other", 8.0, faster(own, peer, scaled),
-            seconds={"ours": min(own), "peer": min(peer) * scaled}, note=note),
-        Row("train/sklearn", job, "scikit-learn MLPRegressor of the same size, one after the other", 3.0,
-            faster(own, sk, scaled * len(nets)),
-            seconds={"ours": min(own), "peer": min(sk) * scaled * len(nets)}, note=f"peer on {peers} networks, scaled"),
+        _row("train/torch", job, "the plain torch loop, one after the other", 8.0, own, peer, scaled, note),
+        _row(
+            "train/sklearn",
+            job,
+            "scikit-learn MLPRegressor of the same size, one after the other",
+            3.0,
+            own,
+            sk,
+            scaled * len(nets),
+            f"peer on {peers} networks, scaled",
+        ),
     ]

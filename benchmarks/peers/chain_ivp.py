@@ -54,8 +54,17 @@ def march(chain: Chain, time: Array, tension: Array, rtol: float = 1e-4, atol: f
     times = np.concatenate(([-lead], time))
     tensions = np.concatenate(([start], tension))
     done = solve_ivp(
-        chain.rate, (-lead, time[-1]), np.zeros(len(chain.slope_pull)), "LSODA", time, args=(times, tensions),
-        rtol=rtol, atol=atol, lband=1, uband=1, max_step=0.05,
+        chain.rate,
+        (-lead, time[-1]),
+        np.zeros(len(chain.slope_pull)),
+        "LSODA",
+        time,
+        args=(times, tensions),
+        rtol=rtol,
+        atol=atol,
+        lband=1,
+        uband=1,
+        max_step=0.05,
     )
     if not done.success:
         raise RuntimeError(done.message)

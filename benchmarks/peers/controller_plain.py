@@ -13,8 +13,15 @@ class Controller:
     """
 
     def __init__(
-        self, gamma_p: float, beta_p: float, gamma_r: float, beta_r: float,
-        t_max: float = 80.0, tolerance: float = 1.0, hold: int = 50, ramp: float = 0.02,
+        self,
+        gamma_p: float,
+        beta_p: float,
+        gamma_r: float,
+        beta_r: float,
+        t_max: float = 80.0,
+        tolerance: float = 1.0,
+        hold: int = 50,
+        ramp: float = 0.02,
     ) -> None:
         self.pull, self.release = (gamma_p, beta_p), (gamma_r, beta_r)
         self.t_max, self.tolerance, self.hold, self.ramp = t_max, tolerance, hold, ramp
@@ -28,8 +35,7 @@ class Controller:
     def step(self, t_ref: float, t_in: float) -> tuple[float, str]:
         """Return the commanded input tension (N) and the phase."""
         if not (isfinite(t_ref) and isfinite(t_in)) or not (
-            -self.tolerance <= t_ref <= self.t_max + self.tolerance
-            and -self.tolerance <= t_in <= 1.25 * self.t_max + self.tolerance
+            -self.tolerance <= t_ref <= self.t_max + self.tolerance and -self.tolerance <= t_in <= 1.25 * self.t_max + self.tolerance
         ):
             return self.safe(), "SAFE"
         self.lost = 0

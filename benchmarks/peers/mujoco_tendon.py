@@ -37,12 +37,9 @@ def chain_xml(dt: float, nodes: int, stiffness: float, friction: float, damping:
         f' stiffness="{stiffness if i == nodes - 1 else 0.0}"/><geom type="sphere" size="0.01"/></body>'
         for i in names
     )
-    losses = "".join(
-        f'<fixed name="f{i}" frictionloss="{friction / nodes}"><joint joint="s{i}" coef="1"/></fixed>' for i in names
-    )
+    losses = "".join(f'<fixed name="f{i}" frictionloss="{friction / nodes}"><joint joint="s{i}" coef="1"/></fixed>' for i in names)
     springs = "".join(
-        f'<fixed name="k{i}" stiffness="{2 * stiffness}"><joint joint="s{i}" coef="1"/>'
-        f'<joint joint="s{i + 1}" coef="-1"/></fixed>'
+        f'<fixed name="k{i}" stiffness="{2 * stiffness}"><joint joint="s{i}" coef="1"/><joint joint="s{i + 1}" coef="-1"/></fixed>'
         for i in range(nodes - 1)
     )
     return (

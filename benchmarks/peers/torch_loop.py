@@ -38,9 +38,7 @@ class How(NamedTuple):
     weight_decay: float
 
 
-def train(
-    x: Tensor, y: Tensor, xv: Tensor, yv: Tensor, alpha: float, weight_inv: float, seed: int, how: How
-) -> tuple[SkipMLP, int]:
+def train(x: Tensor, y: Tensor, xv: Tensor, yv: Tensor, alpha: float, weight_inv: float, seed: int, how: How) -> tuple[SkipMLP, int]:
     """Return the network with the least validation error, and the epochs it took; y is in physical units."""
     torch.manual_seed(seed)
     mean, scale = y.mean(0), y.std(0)

@@ -117,9 +117,7 @@ def train(
     SstlError
         With too few pairs, or an unknown variant or location.
     """
-    config = training.Config(
-        chosen(variants, weight_inv), seeds, seed, epochs, test_share, per_seed_split, leave_out, tendons
-    )
+    config = training.Config(chosen(variants, weight_inv), seeds, seed, epochs, test_share, per_seed_split, leave_out, tendons)
     found = training.run(table_of(theta), config, where="DataFrame")
     return Mapping(found.model, found.history.to_pandas())
 

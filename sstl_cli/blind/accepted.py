@@ -27,9 +27,7 @@ def audible(scenario: Scenario) -> dict[str, dict[str, float]]:
     return {k: dict(v) for k, v in scenario.effects.items() if get(k).fitted and get(k).channel == "out"}
 
 
-def predictions(
-    scenario: Scenario, runs: Sequence[Run], started_by: Scenario | None = None
-) -> list[tuple[Record, Array]]:
+def predictions(scenario: Scenario, runs: Sequence[Run], started_by: Scenario | None = None) -> list[tuple[Record, Array]]:
     """Return each usable run with the output (N) that the scenario predicts for its measured input.
 
     The output starts where it was measured; with ``started_by`` it starts from the true tension that this other
@@ -68,8 +66,7 @@ def rms_n(scenario: Scenario, runs: Sequence[Run]) -> float:
 def retuned(sim: Scenario, theta: Mapping[str, float]) -> Scenario:
     """Return the simulator as stated, with the theta that the diagnosis re-tuned."""
     configurations = tuple(
-        c.model_copy(update={"theta": min(max(float(theta[c.id]), 0.0), 5.0)}) if c.id in theta else c
-        for c in sim.configurations
+        c.model_copy(update={"theta": min(max(float(theta[c.id]), 0.0), 5.0)}) if c.id in theta else c for c in sim.configurations
     )
     return sim.model_copy(update={"configurations": configurations})
 

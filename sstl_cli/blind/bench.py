@@ -80,12 +80,7 @@ class Bench:
 
 
 def draw(
-    rng: Rng,
-    quick: bool = False,
-    wrong_nominal: bool = False,
-    poor: str | None = None,
-    hardware: str = "rig",
-    lab: Recording | None = None,
+    rng: Rng, quick: bool = False, wrong_nominal: bool = False, poor: str | None = None, hardware: str = "rig", lab: Recording | None = None
 ) -> Bench:
     """Return a random bench; ``poor`` is ``slow`` (one slow sinusoid) or ``still`` (never out of backlash).
 
@@ -108,10 +103,7 @@ def draw(
     )
     coloured = float(rng.uniform(0.005, 0.03)) if rng.random() < 0.5 else 0.0
     noise = NoiseSpec(
-        float(rng.uniform(0.005, 0.04)),
-        coloured,
-        float(np.exp(rng.uniform(np.log(0.05), 0.0))),
-        float(rng.uniform(0.01, 0.03)),
+        float(rng.uniform(0.005, 0.04)), coloured, float(np.exp(rng.uniform(np.log(0.05), 0.0))), float(rng.uniform(0.01, 0.03))
     )
     theta = tuple(float(t) for t in rng.uniform(0.3, 0.7, configs))
     locations = tuple(str(p) for p in rng.choice(LOCATIONS, configs))

@@ -115,9 +115,7 @@ def _source(
     return Source(bench, seed)
 
 
-def _draw(
-    entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str, lab: Recording | None, attempt: int
-) -> Case:
+def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardware: str, lab: Recording | None, attempt: int) -> Case:
     source = _source(entry.kind, entry.effects, rng, seed, quick, hardware, lab)
     bench, channels = source.bench, {get(e).channel for e in entry.effects if e != DISTURBANCE}
     null_n, _ = source.gap({})
@@ -164,17 +162,11 @@ def _draw(
         **facts,
     }
     return Case(
-        source.record(bench.runs, effects),
-        source.record(bench.fresh, effects, len(bench.runs)),
-        bench.claims(claims),
-        exclude,
-        truth,
+        source.record(bench.runs, effects), source.record(bench.fresh, effects, len(bench.runs)), bench.claims(claims), exclude, truth
     )
 
 
-def _withheld(
-    entry: Entry, source: Source, rng: np.random.Generator, null_n: float
-) -> tuple[Source, Effects, dict[str, Any]]:
+def _withheld(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> tuple[Source, Effects, dict[str, Any]]:
     if not entry.effects:
         return source, {}, {}
     if entry.kind == "pair":
@@ -200,9 +192,7 @@ def _withheld(
     return source, {effect_id: way.at(scale)}, {"scale": scale}
 
 
-def _two(
-    entry: Entry, source: Source, rng: np.random.Generator, null_n: float
-) -> tuple[Source, Effects, dict[str, Any]]:
+def _two(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> tuple[Source, Effects, dict[str, Any]]:
     """Return two effects of which each carries at least a third of the gap, alone and when the other is left out."""
     ids = entry.effects
     for _ in range(PAIR_ATTEMPTS):
@@ -231,9 +221,7 @@ def _direction(effect_id: str, rng: np.random.Generator, source: Source) -> Dire
     return direction(effect_id, rng, top_in, top_out)
 
 
-def _disturbed(
-    entry: Entry, source: Source, rng: np.random.Generator, null_n: float
-) -> tuple[Source, Effects, dict[str, Any]]:
+def _disturbed(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> tuple[Source, Effects, dict[str, Any]]:
     """Return a disturbance that no catalogue holds, drawn until one leaves the wanted gap."""
 
     def gap(drawn: disturbances.Disturbance, amplitude: float) -> float:

@@ -160,7 +160,9 @@ def follow(truth: Truth, excluded: Sequence[str] = ()) -> Followed:
     models = {f.ids[0]: _evident(sim, base, f) for f in _rivals(sim, base, ids, _alike(effects))}
     if own is not None and len(named) > 1:
         parts = {e: _without(sim, own, e) for e in named}
-        models |= {f"without {e}": f for e, f in parts.items()} | _swapped(sim, parts, [*models, *sorted(_alike(effects) & set(ids) - set(models))])
+        models |= {f"without {e}": f for e, f in parts.items()} | _swapped(
+            sim, parts, [*models, *sorted(_alike(effects) & set(ids) - set(models))]
+        )
     return Followed(base, own, models)
 
 
@@ -187,7 +189,10 @@ def apart(truth: Truth, excluded: Sequence[str] = ()) -> Apart:
 
 def _settled(sim: Simulator, base: Fit, own: Fit) -> Fit:
     """Return the withheld effects refitted with the case's noise, from their own values and from next to the base."""
-    near = [f.parameter.neutral + NEAR * (v - f.parameter.neutral) if not f.parameter.shape else v for f, v in zip(own.free, own.values, strict=True)]
+    near = [
+        f.parameter.neutral + NEAR * (v - f.parameter.neutral) if not f.parameter.shape else v
+        for f, v in zip(own.free, own.values, strict=True)
+    ]
     starts = ((own.theta, own.values), (base.theta, np.array(near)))
     return min((fit(sim, base.whiten, own.hypothesis, theta, values, ROUNDS) for theta, values in starts), key=lambda f: f.cost)
 
@@ -261,11 +266,7 @@ def _rivals(sim: Simulator, base: Fit, ids: Sequence[str], alike: set[str]) -> l
         if tries:
             screened.append((e, *max(tries, key=lambda t: t[0])))
     screened.sort(key=lambda s: -s[1])
-    return [
-        fit(sim, base.whiten, h, base.theta, start, ROUNDS)
-        for i, (e, _, start, h) in enumerate(screened)
-        if i < RIVALS or e in alike
-    ]
+    return [fit(sim, base.whiten, h, base.theta, start, ROUNDS) for i, (e, _, start, h) in enumerate(screened) if i < RIVALS or e in alike]
 
 
 def _evident(sim: Simulator, base: Fit, whole: Fit) -> Fit:

@@ -109,7 +109,9 @@ def put_in(runs: Sequence[Run], injection: Injection) -> list[Run]:
     """
     if injection.effect not in OPERATIONS:
         known = sorted(OPERATIONS)
-        raise UsageError(f"{injection.effect} cannot be put into a recording ({nearest(injection.effect, known)})", where="--inject", code="E957")
+        raise UsageError(
+            f"{injection.effect} cannot be put into a recording ({nearest(injection.effect, known)})", where="--inject", code="E957"
+        )
     made = _operated(runs, injection)
     if injection.effect != "channel_delay":
         return made

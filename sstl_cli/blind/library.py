@@ -129,9 +129,7 @@ def facts_of(path: Path) -> dict[str, Any]:
 def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
     first = group[0]
     log = LogRow(**{n: _number(n, first[f"log_{n}"]) for n in LOG})
-    candidates = tuple(
-        CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}) for r in group
-    )
+    candidates = tuple(CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}) for r in group)
     base = _leftover(log, log.base_chi2, log.base_worst_z, log.base_skewness)
     best = _leftover(log, log.best_chi2, log.best_worst_z, log.best_skewness)
     rows = Rows(log, candidates, base, best)

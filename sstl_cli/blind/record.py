@@ -145,9 +145,7 @@ class Source:
             stamps, t_in, t_out, x = self.readings(run, effects, self.bench.noise, lab)
             made = self._run(run, lab, stamps, t_in, t_out, x)
             made = replace(
-                made,
-                position_in_mm=x if self.bench.position else None,
-                tension_ref_n=made.tension_ref_n if self.bench.reference else None,
+                made, position_in_mm=x if self.bench.position else None, tension_ref_n=made.tension_ref_n if self.bench.reference else None
             )
             if lab is not None:
                 # jitter moves what the sensors would have shown, not their noise
@@ -171,9 +169,7 @@ class Source:
             found.append(self._run(run, lab, stamps, t_in, t_out, x))
         return found
 
-    def _run(
-        self, run: PlannedRun, lab: Recording | None, stamps: Array, t_in: Array, t_out: Array, x: Array
-    ) -> Run:
+    def _run(self, run: PlannedRun, lab: Recording | None, stamps: Array, t_in: Array, t_out: Array, x: Array) -> Run:
         return Run(
             run_id=run.run_id,
             system=run.system,

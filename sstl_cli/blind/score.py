@@ -41,11 +41,7 @@ def document(cases: Sequence[Judged]) -> dict[str, Any]:
     """Return the score of a set as JSON-ready ``sstl.blind.score/1``, without file names."""
     cases = sorted(cases, key=lambda c: c.case)
     bins, ece = reliability(cases)
-    shrunk = [
-        (c.case, c.predicted_pct, c.realised_pct)
-        for c in cases
-        if c.predicted_pct is not None and c.realised_pct is not None
-    ]
+    shrunk = [(c.case, c.predicted_pct, c.realised_pct) for c in cases if c.predicted_pct is not None and c.realised_pct is not None]
     body: dict[str, Any] = {
         "schema": SCHEMA,
         "cases": len(cases),
@@ -98,15 +94,9 @@ def targets(measured: dict[str, Any]) -> list[dict[str, Any]]:
         value = found["share"] if isinstance(found, dict) else found
         met = None
         if value is not None:
-            met = {
-                "max": value <= wanted + 1e-12,
-                "min": value >= wanted - 1e-12,
-                "within": abs(value - wanted) <= WITHIN + 1e-12,
-            }[rule]
+            met = {"max": value <= wanted + 1e-12, "min": value >= wanted - 1e-12, "within": abs(value - wanted) <= WITHIN + 1e-12}[rule]
         interval = {k: found[k] for k in ("k", "n", "low", "high")} if isinstance(found, dict) else {}
-        rows.append(
-            {"id": name, "name": SAID[name], "value": value, "target": wanted, "rule": rule, "met": met} | interval
-        )
+        rows.append({"id": name, "name": SAID[name], "value": value, "target": wanted, "rule": rule, "met": met} | interval)
     return rows
 
 
@@ -290,9 +280,7 @@ def baselines(cases: Sequence[Judged]) -> list[dict[str, Any]]:
                     "strength": strength,
                     "isolation": share({rule(c)} == c.withheld for c in single),
                     "false_alarm": share(rule(c) is not None for c in nothing),
-                    "wrong_commits": share(
-                        rule(c) is not None and (c.kind == "outside" or rule(c) not in c.withheld) for c in something
-                    ),
+                    "wrong_commits": share(rule(c) is not None and (c.kind == "outside" or rule(c) not in c.withheld) for c in something),
                     "unknown_recall": share(False for _ in outside),
                 }
             )

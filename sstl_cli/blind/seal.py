@@ -20,9 +20,7 @@ def digest(salt: str, content: Any) -> str:
     return hashlib.sha256(f"{salt}|{plain}".encode()).hexdigest()
 
 
-def seal(
-    truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: bool
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def seal(truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the hashes to publish and the truth document that stays closed.
 
     The salts follow from the seed, so that the same call gives the same bytes; who wants to keep the truth
@@ -58,10 +56,7 @@ def require_purpose(closed: Mapping[str, Any], wanted: str, where: str) -> None:
     """Raise SstlError if a set was made for something else: sets of old were made for calibration, too."""
     if closed.get("purpose") != wanted:
         raise SstlError(
-            f"the set was made for {closed.get('purpose')}, not for {wanted}",
-            where=where,
-            fix="make a set and score that",
-            code="E953",
+            f"the set was made for {closed.get('purpose')}, not for {wanted}", where=where, fix="make a set and score that", code="E953"
         )
 
 

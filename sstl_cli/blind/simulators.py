@@ -77,16 +77,18 @@ class Hardware:
     @property
     def bounds(self) -> Mapping[str, Mapping[str, Any]]:
         """Neutral value and range of every parameter of every effect."""
-        tables: dict[str, Mapping[str, Mapping[str, Any]]] = {
-            "rig": rig.EFFECTS, "bristle": bristle.EFFECTS, "variant": variant.EFFECTS,
-        }
+        tables: dict[str, Mapping[str, Mapping[str, Any]]] = {"rig": rig.EFFECTS, "bristle": bristle.EFFECTS, "variant": variant.EFFECTS}
         return tables[self.name]
 
     def _shared(self) -> dict[str, Any]:
         s = self.spec
         return {
-            "length_mm": s.length_mm, "ea_n": s.ea_n, "nodes": s.nodes, "bend_arc_fraction": s.bend_arc_fraction,
-            "bend_centres": dict(s.bend_centres), "load_k1_n_per_mm": s.load_k1_n_per_mm,
+            "length_mm": s.length_mm,
+            "ea_n": s.ea_n,
+            "nodes": s.nodes,
+            "bend_arc_fraction": s.bend_arc_fraction,
+            "bend_centres": dict(s.bend_centres),
+            "load_k1_n_per_mm": s.load_k1_n_per_mm,
         }
 
     def _variant(self) -> variant.VariantSpec:
@@ -97,4 +99,3 @@ def _sound(unconverged: int, truth: Truth) -> Truth:
     if unconverged > max(1, truth[0].size // SLOPPY):
         raise SstlError(f"{unconverged} steps of the simulator did not converge", code="E950")
     return truth
-

@@ -62,10 +62,7 @@ def describe(path: Path, screen: Screen) -> dict[str, Any]:
     screen.say(f"{path.name} holds {rows} answers of compensate --stream, {path.stat().st_size / 1e6:.2f} MB.")
     if low <= high:
         screen.say(f"  command {low:.3f}..{high:.3f} N; " + ", ".join(f"{p} {n}" for p, n in phases.most_common(8)))
-    return {
-        "file": str(path), "schema": "no schema", "version": 0, "rows": rows, "provenance": None,
-        "columns": list(ANSWER_HEADER),
-    }
+    return {"file": str(path), "schema": "no schema", "version": 0, "rows": rows, "provenance": None, "columns": list(ANSWER_HEADER)}
 
 
 def _rows(path: Path) -> Iterator[tuple[int, float, str]]:

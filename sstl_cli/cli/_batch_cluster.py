@@ -27,9 +27,7 @@ def connected(scheduler: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError:
-        raise SstlError(
-            "needs the package distributed", where="--scheduler", fix="pip install 'sstl-cli[cluster]'", code="E041"
-        ) from None
+        raise SstlError("needs the package distributed", where="--scheduler", fix="pip install 'sstl-cli[cluster]'", code="E041") from None
     # a connection that ends is told by our own line; the libraries would add the stack of whichever callback saw it first
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
@@ -38,9 +36,7 @@ def connected(scheduler: str) -> Iterator[Any]:
         client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         text = " ".join(str(error).split())[:120]
-        raise SstlError(
-            f"no scheduler answers ({text})", where=scheduler, fix="start one with 'dask scheduler'", code="E042"
-        ) from None
+        raise SstlError(f"no scheduler answers ({text})", where=scheduler, fix="start one with 'dask scheduler'", code="E042") from None
     try:
         _check_workers(client, scheduler)
         yield client

@@ -61,9 +61,7 @@ def place(url: str, root: str = "") -> Place:
     try:
         fs, path = url_to_fs(os.path.abspath(os.path.join(root, url)) if "://" not in url else url)
     except (ImportError, ValueError) as error:
-        raise SstlError(
-            f"its file system cannot be used ({str(error)[:120]})", where=url, fix="install its package", code="E030"
-        ) from None
+        raise SstlError(f"its file system cannot be used ({str(error)[:120]})", where=url, fix="install its package", code="E030") from None
     return Place(url, fs, path)
 
 

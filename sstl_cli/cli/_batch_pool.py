@@ -42,9 +42,7 @@ def run_all(jobs: list[Job], workers: int, scheduler: str | None, told: Callable
     return [found[job.item.source] for job in jobs]
 
 
-def _all(
-    jobs: list[Job], spread: Spread, ahead: int, note: Callable[[Outcome], None], found: dict[str, Outcome]
-) -> None:
+def _all(jobs: list[Job], spread: Spread, ahead: int, note: Callable[[Outcome], None], found: dict[str, Outcome]) -> None:
     """Run all jobs; each time a worker dies, those that were in flight run one by one, the rest together again."""
     while jobs:
         try:
@@ -67,9 +65,7 @@ def _local(jobs: list[Job], workers: int) -> Iterator[Outcome]:
     from joblib import Parallel, delayed
 
     # n_jobs=1 would run here: a process of its own keeps a crash away from this one
-    pool = Parallel(
-        n_jobs=max(workers, 2), batch_size=1, pre_dispatch=AHEAD * max(workers, 2), return_as="generator_unordered"
-    )
+    pool = Parallel(n_jobs=max(workers, 2), batch_size=1, pre_dispatch=AHEAD * max(workers, 2), return_as="generator_unordered")
     with interrupts_held():
         # the processes start here and keep the mask: Ctrl-C ends this one, which ends them
         results = pool(delayed(run_here)(job, os.getpid()) for job in jobs)

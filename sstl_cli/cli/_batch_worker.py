@@ -159,9 +159,7 @@ def _staging(folder: places.Place) -> Iterator[Path]:
     """Yield a folder on the disk of the outputs where these are local, so that a rename is enough."""
     beside = Path(folder.path, places.WORK) if folder.local else None
     if beside is not None and not beside.is_dir():
-        raise SstlError(
-            "the output folder does not exist on this worker", where=folder.url, fix="use a shared folder", code="E033"
-        )
+        raise SstlError("the output folder does not exist on this worker", where=folder.url, fix="use a shared folder", code="E033")
     with places.telling(folder.url):
         work = Path(tempfile.mkdtemp(prefix="work-", dir=beside))
     try:

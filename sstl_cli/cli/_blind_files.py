@@ -60,9 +60,7 @@ class Folder:
         return self.root / "results" / f"{case}.json"
 
 
-def write_set(
-    folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, quick: bool, force: bool
-) -> dict[str, Any]:
+def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, quick: bool, force: bool) -> dict[str, Any]:
     """Write a set: hashes first, then the recordings and the plan; the truth goes into its one file last."""
     from sstl_cli.blind import seal
     from sstl_cli.core.errors import SstlError
@@ -74,9 +72,7 @@ def write_set(
     require_followed(root)
     if root.exists() and (not root.is_dir() or any(root.iterdir())):
         if not force or not (folder.hashes.exists() or not root.is_dir()):
-            raise SstlError(
-                "exists already and is not empty", where=str(root), fix="give a new folder, or --force", code="E956"
-            )
+            raise SstlError("exists already and is not empty", where=str(root), fix="give a new folder, or --force", code="E956")
         if not root.is_dir():
             raise SstlError("is not a folder", where=str(root), fix="give a folder", code="E956")
         for name in PARTS:
@@ -149,9 +145,7 @@ def check_log(folder: Folder, case: str, asked: dict[str, Any]) -> None:
     if not path.is_file():
         raise SstlError("recording is missing", where=str(path), fix="make the set again", code="E952")
     if sha256(path) != asked["sha256"]:
-        raise SstlError(
-            "recording differs from the planned one", where=str(path), fix="make the set again", code="E952"
-        )
+        raise SstlError("recording differs from the planned one", where=str(path), fix="make the set again", code="E952")
 
 
 def finished(folder: Folder, case: str, asked: dict[str, Any]) -> dict[str, Any] | None:
@@ -239,19 +233,12 @@ def read_limit(folder: Folder) -> dict[str, dict[str, Any]] | None:
         return None
     found = read_json(folder.limit, SCHEMA)
     if found.get("seal") != published_seal(folder):
-        raise SstlError(
-            "was measured on another set", where=str(folder.limit), fix="run 'sstl blind limit' again", code="E952"
-        )
+        raise SstlError("was measured on another set", where=str(folder.limit), fix="run 'sstl blind limit' again", code="E952")
     return {row["case"]: row for row in found["distances"]}
 
 
 def measure_all(
-    folder: Folder,
-    plan: dict[str, dict[str, Any]],
-    truth: dict[str, Any],
-    workers: int,
-    redo: bool,
-    advance: Callable[[float], None],
+    folder: Folder, plan: dict[str, dict[str, Any]], truth: dict[str, Any], workers: int, redo: bool, advance: Callable[[float], None]
 ) -> dict[str, Any]:
     """Measure the distances that are not there yet, one file a case; write and return all of them as one document."""
     from sstl_cli.core.files import read_json, write_json

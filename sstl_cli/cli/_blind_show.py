@@ -97,9 +97,7 @@ def _strengths(screen: Screen, document: dict[str, Any]) -> None:
     header = ("strength", "isolation", "in group", "wrong commits", "unknown recall", "pairs", "coverage")
     fields = ("isolation", "in_group", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
     strengths: list[tuple[object, ...]] = [
-        (f"{r['strength']:g} x noise", *(_share(r[f]) for f in fields))
-        for r in document["by_strength"]
-        if r["strength"] is not None
+        (f"{r['strength']:g} x noise", *(_share(r[f]) for f in fields)) for r in document["by_strength"] if r["strength"] is not None
     ]
     screen.table("by strength (right of all)", header, strengths)
     compared = ("isolation", "false_alarm", "wrong_commits", "unknown_recall")
@@ -121,10 +119,7 @@ def _misses(screen: Screen, misses: list[dict[str, Any]]) -> None:
     screen.table(
         "missed single effects",
         ("case", "withheld", "strength", "verdict", "named or grouped"),
-        [
-            (m["case"], "+".join(m["withheld"]), m["strength"], m["status"], ", ".join(m["ambiguity_group"]))
-            for m in misses[:MISSES_SHOWN]
-        ],
+        [(m["case"], "+".join(m["withheld"]), m["strength"], m["status"], ", ".join(m["ambiguity_group"])) for m in misses[:MISSES_SHOWN]],
         f"and {len(misses) - MISSES_SHOWN} more in --json" if len(misses) > MISSES_SHOWN else "",
     )
 
@@ -170,9 +165,7 @@ def real(screen: Screen, document: dict[str, Any]) -> None:
         f"{document['wrong']} wrong; with nothing taken out: {'an alarm' if document['false_alarm'] else 'none'}"
     )
     if document["false_alarm"]:
-        screen.note(
-            "the model does not explain these recordings: what it leaves is more than noise and hides its terms"
-        )
+        screen.note("the model does not explain these recordings: what it leaves is more than noise and hides its terms")
 
 
 def injected(screen: Screen, document: dict[str, Any]) -> None:
@@ -182,8 +175,14 @@ def injected(screen: Screen, document: dict[str, Any]) -> None:
         ("log", "model", "put in", "size", "verdict", "named", "estimate", "decidable"),
         [
             (
-                r["log"], "rig's" if r["with_model"] else "none", r["effect"] or "nothing", r["size"], r["status"],
-                " + ".join(r["effects"]), r["estimate"], {True: "yes", False: "no", None: ""}[r["decidable"]],
+                r["log"],
+                "rig's" if r["with_model"] else "none",
+                r["effect"] or "nothing",
+                r["size"],
+                r["status"],
+                " + ".join(r["effects"]),
+                r["estimate"],
+                {True: "yes", False: "no", None: ""}[r["decidable"]],
             )
             for r in document["rows"]
         ],
@@ -226,8 +225,7 @@ def learned(screen: Screen, document: dict[str, Any]) -> None:
     names = ("both_of_a_pair", "covered", "false_alarm", "wrong_commits", "unknown_recall", "right")
     header = ("left out", "cases", *(f"exact at {s:g}" for s in STRENGTHS), *(n.replace("_", " ") for n in names))
     rows: list[tuple[object, ...]] = [
-        (r["simulator"], r["cases"], *map(_share, r["exact"].values()), *(_share(r[n]) for n in names))
-        for r in document["left_out"]
+        (r["simulator"], r["cases"], *map(_share, r["exact"].values()), *(_share(r[n]) for n in names)) for r in document["left_out"]
     ]
     screen.table("weights learned on the other simulators", header, rows)
     screen.say(f"commits from a probability of {document['commit']:.3f}, sets hold {100 * document['cover']:.1f} % of what is named")

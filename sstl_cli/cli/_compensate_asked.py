@@ -19,19 +19,12 @@ if TYPE_CHECKING:
 class Asked:
     """What a call asks for."""
 
-    theta: Annotated[
-        Path | None, typer.Option(help="Theta table of sstl segment, or parameters of sstl export (JSON).")
-    ] = None
+    theta: Annotated[Path | None, typer.Option(help="Theta table of sstl segment, or parameters of sstl export (JSON).")] = None
     sim: Annotated[
-        Path | None,
-        typer.Option(
-            help="Instead of --theta: simulator (TOML, as diagnose --save-sim writes it) for lines and plant."
-        ),
+        Path | None, typer.Option(help="Instead of --theta: simulator (TOML, as diagnose --save-sim writes it) for lines and plant.")
     ] = None
     model: shared.ModelFile = None
-    reference: Annotated[
-        list[str] | None, typer.Option(help="sinusoid, random, trapezoid, or a Parquet or CSV file (repeatable).")
-    ] = None
+    reference: Annotated[list[str] | None, typer.Option(help="sinusoid, random, trapezoid, or a Parquet or CSV file (repeatable).")] = None
     methods: Annotated[str | None, typer.Option(help="none,no-bias,proposed,DI or some of them.")] = None
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Command stream (Parquet).")] = None
     scores: Annotated[Path | None, typer.Option(help="Scores (Parquet).")] = None

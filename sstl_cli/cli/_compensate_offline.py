@@ -101,14 +101,11 @@ def _results(job: Job, plan: Plan) -> tuple[Iterator[Result], int | None]:
     def references_of(case: Case) -> list[Reference]:
         # three distinct random references, one a location, as in Section V
         return [
-            loaded.get(n)
-            or references.make(n, stream(asked.seed, "reference", n, case.location or ""), options.dt_s, asked.cycles)
+            loaded.get(n) or references.make(n, stream(asked.seed, "reference", n, case.location or ""), options.dt_s, asked.cycles)
             for n in names
         ]
 
-    results = step.run(
-        plan.cases, references_of, plan.plant_of, plan.methods, options, asked.seed, asked.mape_floor
-    )
+    results = step.run(plan.cases, references_of, plan.plant_of, plan.methods, options, asked.seed, asked.mape_floor)
     return results, len(plan.cases) * len(names) * len(plan.methods)
 
 
@@ -140,9 +137,7 @@ def _run(screen: Screen, job: Job, plan: Plan, made: Provenance) -> Done:
     return done
 
 
-def _show(
-    screen: Screen, floor_n: float, plan: Plan, done: Done, summary: list[dict[str, Any]], outside: list[str]
-) -> None:
+def _show(screen: Screen, floor_n: float, plan: Plan, done: Done, summary: list[dict[str, Any]], outside: list[str]) -> None:
     from sstl_cli.steps.compensate_summary import gain
 
     screen.say(_sentence(gain(summary)))
@@ -152,8 +147,7 @@ def _show(
         ["reference", "place", "method", "n", "RMSE N", "STD N", "MAPE %", "less %"],
         # an exact inverse leaves rounding errors: 1e-10 N is zero to a reader
         [[round(v, 5) if isinstance(v, float) else v for v in (s[k] for k in shown)] for s in summary],
-        notes=f"Means over n configurations; window: {summary[0]['window']}; "
-        f"MAPE above a reference of {floor_n:g} N.",
+        notes=f"Means over n configurations; window: {summary[0]['window']}; MAPE above a reference of {floor_n:g} N.",
     )
     costs = [e["bound_cost_n"] for e in done.runs if e["bound_cost_n"] is not None]
     if costs:
@@ -172,7 +166,4 @@ def _sentence(found: Gain) -> str:
         return f"{found.method}: tracking error {cell(found.after_n)} N (RMSE)."
     share = f"{abs(less):.1f}" if abs(less) > 99 else f"{abs(less):.0f}"
     word = "less" if less >= 0 else "MORE"
-    return (
-        f"{found.method} tracks with an error of {found.after_n:.2g} N instead of {found.before_n:.2g} N: "
-        f"{share} % {word} (RMSE)."
-    )
+    return f"{found.method} tracks with an error of {found.after_n:.2g} N instead of {found.before_n:.2g} N: {share} % {word} (RMSE)."

@@ -18,15 +18,10 @@ MaxRate = Annotated[float | None, typer.Option(help="Largest rate of the command
 MaxJump = Annotated[float | None, typer.Option(help="Largest change of the command in one sample in N (default none).")]
 Lead = Annotated[float | None, typer.Option(help="Lead for the lag of the tension loop in s, no more (default 0).")]
 Reversal = Annotated[
-    Literal["paper", "play"] | None,
-    typer.Option(help="Reversals by Algorithm 1, or by the exact inverse of the play (default paper)."),
+    Literal["paper", "play"] | None, typer.Option(help="Reversals by Algorithm 1, or by the exact inverse of the play (default paper).")
 ]
-Presliding = Annotated[
-    float | None, typer.Option(help="With --reversal play: spread of presliding to follow, 0 to 1 (default 0).")
-]
-Doubled = Annotated[
-    bool | None, typer.Option("--doubled/--no-doubled", help="Doubled error term in backlash (default on).")
-]
+Presliding = Annotated[float | None, typer.Option(help="With --reversal play: spread of presliding to follow, 0 to 1 (default 0).")]
+Doubled = Annotated[bool | None, typer.Option("--doubled/--no-doubled", help="Doubled error term in backlash (default on).")]
 Period = Annotated[float | None, typer.Option("--dt", help="Period of the controller in s (default 0.002).")]
 ModelFile = Annotated[Path | None, typer.Option("--model", help="Mapping model (safetensors) for the method proposed.")]
 BetaP = Annotated[float | None, typer.Option(help="Constant bias in pull in N (default: mean of the Theta table).")]
@@ -92,9 +87,7 @@ def controller_options(source: Path, given: Settings) -> Options:
         raise UsageError(error.what, where=error.where, code="E403") from None
 
 
-def load_cases(
-    path: Path, model: Path | None, biases: Biases, config_id: str | None
-) -> tuple[list[Case], dict[str, str]]:
+def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | None) -> tuple[list[Case], dict[str, str]]:
     """Return the configurations of a Theta table or of a simulator, mapped where a model is given, and what was set aside."""
     from sstl_cli.control import parameters
     from sstl_cli.core.files import read_json

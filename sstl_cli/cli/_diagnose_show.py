@@ -29,9 +29,7 @@ def answer(screen: Screen, document: dict[str, Any]) -> None:
 def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
     """Return the effects of which the least would have been seen, the smallest gap first."""
     found = sorted(verdict.get("would_have_shown") or [], key=lambda s: float(s["gap_n"]))[:SMALLEST]
-    return [
-        f"  would have shown: {s['effect']} from {_brief(s['size'], s['unit'])} on, a gap of {_brief(s['gap_n'], unit)}" for s in found
-    ]
+    return [f"  would have shown: {s['effect']} from {_brief(s['size'], s['unit'])} on, a gap of {_brief(s['gap_n'], unit)}" for s in found]
 
 
 def _tracked(document: dict[str, Any], unit: str) -> list[str]:
@@ -101,9 +99,7 @@ def stages(screen: Screen, document: dict[str, Any]) -> None:
         f"Most of the largest tracking error ({worst['run_id']}, {worst['rmse_n']:.2g} N) comes from the {stage}: "
         f"{worst['share_pct'][stage]:.0f} %."
     )
-    rows = [
-        (s["run_id"], small(s["rmse_n"]), *(round(s["share_pct"][n], 1) + 0.0 for n in names)) for s in document["streams"]
-    ]
+    rows = [(s["run_id"], small(s["rmse_n"]), *(round(s["share_pct"][n], 1) + 0.0 for n in names)) for s in document["streams"]]
     against = "A share below 0 cancels a part of the others." if any(v < 0 for r in rows for v in r[2:]) else ""
     screen.table("share of the squared tracking error by stage / %", ("stream", "RMSE N", *names), rows, against, most=20)
 

@@ -36,7 +36,12 @@ def markdown(document: dict[str, Any], missed: Sequence[str]) -> str:
     unit, gap, verdict = document.get("unit") or "N", document["gap"], document["verdict"]
     out = [f"### sstl diagnose: {verdict['status']}", "", _plain(document["sentence"]), ""]
     out += [f"- **gate missed**: {_plain(text)}" for text in missed] + ([""] if missed else [])
-    steps = (("as given", "rmse_base_n"), ("re-tuned", "rmse_retuned_n"), ("with the effect", "rmse_with_effect_n"), ("noise floor", "noise_floor_n"))
+    steps = (
+        ("as given", "rmse_base_n"),
+        ("re-tuned", "rmse_retuned_n"),
+        ("with the effect", "rmse_with_effect_n"),
+        ("noise floor", "noise_floor_n"),
+    )
     out += _table(["", f"RMSE / {unit}"], [(name, _number(gap.get(key))) for name, key in steps])
     places = sorted(document["where"], key=lambda r: -(r["share_pct"] or 0.0))[:5]
     rows = [(r["system"], r["phase"], r["config_id"] or "", _number(r["share_pct"])) for r in places]

@@ -41,9 +41,4 @@ def _parameters(options: Any) -> Iterator[Parameter]:
 
 def _filled(options: Any, values: Mapping[str, Any]) -> Any:
     hints = get_type_hints(options)
-    return options(
-        **{
-            f.name: _filled(hints[f.name], values) if is_dataclass(hints[f.name]) else values[f.name]
-            for f in fields(options)
-        }
-    )
+    return options(**{f.name: _filled(hints[f.name], values) if is_dataclass(hints[f.name]) else values[f.name] for f in fields(options)})

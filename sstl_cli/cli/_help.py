@@ -12,7 +12,16 @@ from sstl_cli.cli.options import path_of
 
 GROUPS = ("Options", "Outputs", "Gates (exit 4 if missed)", "Common options")
 # what a value is, in words of everyday
-PLAIN = {"list[Path]": "path", "list[float]": "number", "list[str]": "text", "str": "text", "int": "number", "float": "number", "int range": "number", "float range": "number"}
+PLAIN = {
+    "list[Path]": "path",
+    "list[float]": "number",
+    "list[str]": "text",
+    "str": "text",
+    "int": "number",
+    "float": "number",
+    "int range": "number",
+    "float range": "number",
+}
 COMMON = {"force", "json", "config", "seed", "workers", "help", "quiet", "verbose"}
 
 
@@ -95,9 +104,7 @@ def _narrate(parameter: typer.CallbackParam, value: bool) -> bool:
 
 
 def _narrated(
-    quiet: bool = typer.Option(
-        False, "--quiet", "-q", callback=_narrate, help="Errors only on stderr: no narration, no progress."
-    ),
+    quiet: bool = typer.Option(False, "--quiet", "-q", callback=_narrate, help="Errors only on stderr: no narration, no progress."),
     verbose: bool = typer.Option(
         False, "--verbose", "-v", callback=_narrate, help="Say on stderr how long it took and with how much memory."
     ),

@@ -239,7 +239,9 @@ def _brief(value: Any) -> str:
     """
     if isinstance(value, dict):
         # of a hash the first digits, as where a table came from
-        shown = {k: v[:12] if isinstance(v, str) and HASH.fullmatch(v) else cell(v) for k, v in value.items() if not isinstance(v, (dict, list))}
+        shown = {
+            k: v[:12] if isinstance(v, str) and HASH.fullmatch(v) else cell(v) for k, v in value.items() if not isinstance(v, (dict, list))
+        }
         inner = ", ".join(f"{k} {v}" for k, v in shown.items())
         return _cut(inner) if inner else f"{len(value)} entries"
     return f"{len(value)} entries" if isinstance(value, list) else _cut(cell(value))

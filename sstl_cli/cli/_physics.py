@@ -101,8 +101,7 @@ def findings(judged: Judged) -> list[dict[str, Any]]:
 def channels(judged: Judged) -> list[dict[str, Any]]:
     """Return how every channel was sampled for a JSON document."""
     return [
-        {"file": c.log, "run_id": c.run_id, "unit": c.unit, "rate_hz": c.sensor.rate_hz, "held": c.sensor.held}
-        | asdict(c.sensor)
+        {"file": c.log, "run_id": c.run_id, "unit": c.unit, "rate_hz": c.sensor.rate_hz, "held": c.sensor.held} | asdict(c.sensor)
         for c in judged.channels
     ]
 

@@ -18,7 +18,18 @@ GAP_LOGS = ("fitted.parquet", "stated.parquet")
 THETA = {"cp40_theta.parquet": "slopes", "paper150_theta.parquet": "mapping"}
 SCORES = "tracking_scores.parquet"
 EVALUATION = "mapping_evaluation.parquet"
-FIGURES = ("loop", "segmentation", "correlation", "product", "parameters", "tracking_sinusoid", "tracking_random", "ablation", "better", "probe")
+FIGURES = (
+    "loop",
+    "segmentation",
+    "correlation",
+    "product",
+    "parameters",
+    "tracking_sinusoid",
+    "tracking_random",
+    "ablation",
+    "better",
+    "probe",
+)
 
 
 def names() -> tuple[str, ...]:
@@ -35,9 +46,7 @@ def require(folder: Path, wanted: Sequence[str], force: bool) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SstlError(
-            f"cannot be made a folder: {error.strerror}", where=str(folder), fix="choose another --out", code="E806"
-        ) from None
+        raise SstlError(f"cannot be made a folder: {error.strerror}", where=str(folder), fix="choose another --out", code="E806") from None
     for name in wanted:
         require_writable(folder / name, force)
 
@@ -101,12 +110,7 @@ def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, for
         write_table(folder / EVALUATION, table, EVALUATION_SCHEMA, provenance, force)
         done.append(EVALUATION)
     if found.blocks:
-        rows = [
-            {**row, "run_id": f"{b.settings.name}-{row['run_id']}"}
-            for b in found.blocks
-            for r in b.results
-            for row in score_rows(r)
-        ]
+        rows = [{**row, "run_id": f"{b.settings.name}-{row['run_id']}"} for b in found.blocks for r in b.results for row in score_rows(r)]
         write_table(folder / SCORES, pa.Table.from_pylist(rows, schema=SCORE.arrow()), SCORE, provenance, force)
         done.append(SCORES)
     return done

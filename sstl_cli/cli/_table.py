@@ -82,8 +82,7 @@ def _row(cells: Sequence[Sequence[str]], widths: Sequence[int], numeric: Sequenc
     by_line = zip(*filled, strict=True)
     return [
         SEPARATION.join(
-            " " * (w - columns(t)) + t if n else t + " " * (w - columns(t))
-            for t, w, n in zip(line, widths, numeric, strict=True)
+            " " * (w - columns(t)) + t if n else t + " " * (w - columns(t)) for t, w, n in zip(line, widths, numeric, strict=True)
         ).rstrip()
         for line in by_line
     ]

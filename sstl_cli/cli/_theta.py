@@ -45,8 +45,4 @@ def note_aside(screen: Screen, pairs: Any) -> None:
 
 def aside_fields(pairs: Any) -> dict[str, object]:
     """Return the same for a JSON document."""
-    return {
-        "rows": pairs.rows,
-        "set_aside": len(pairs.aside),
-        "set_aside_runs": [{"run_id": k, "why": v} for k, v in pairs.aside.items()],
-    }
+    return {"rows": pairs.rows, "set_aside": len(pairs.aside), "set_aside_runs": [{"run_id": k, "why": v} for k, v in pairs.aside.items()]}

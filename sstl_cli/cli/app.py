@@ -103,9 +103,7 @@ def _register() -> None:
     """Let every module beside this one that has ``register(app)`` add its subcommand (once a process)."""
     if app.registered_commands:
         return
-    names = [
-        m.name for m in pkgutil.iter_modules(cli.__path__) if m.name not in _NOT_COMMANDS and not m.name.startswith("_")
-    ]
+    names = [m.name for m in pkgutil.iter_modules(cli.__path__) if m.name not in _NOT_COMMANDS and not m.name.startswith("_")]
     for name in sorted(names, key=lambda n: _rank(n.removesuffix("_"))):
         importlib.import_module(f"sstl_cli.cli.{name}").register(app)
 

@@ -58,9 +58,9 @@ class Asked:
     files: Annotated[list[str], typer.Argument(metavar="FILE", help="Files, or addresses such as s3://rig/*.csv.")]
     out_dir: Annotated[str, typer.Option("--out-dir", help="Folder (or address) for one output a file.")]
     workers: Annotated[int, typer.Option(min=0, max=1024, help="Local processes (0: one a core).")] = 0
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Run on the workers of this Dask scheduler instead.")
-    ] = None
+    scheduler: Annotated[str | None, typer.Option(metavar="tcp://HOST:PORT", help="Run on the workers of this Dask scheduler instead.")] = (
+        None
+    )
     force: Force = False
     as_json: Json = False
     config: Config = None
@@ -88,9 +88,7 @@ def batch(asked: Asked) -> None:
     out, workers = places.place(asked.out_dir), asked.workers
     if out.own or any(places.place(s).own for s in sources):
         if asked.scheduler:
-            raise SstlError(
-                "memory:// exists in one process only", where=asked.scheduler, fix="leave out --scheduler", code="E045"
-            )
+            raise SstlError("memory:// exists in one process only", where=asked.scheduler, fix="leave out --scheduler", code="E045")
         workers = 1
     prefix = f"SSTL_{command.upper()}_"
     environment = {k: v for k, v in sorted(os.environ.items()) if k.startswith(prefix)}
@@ -150,9 +148,7 @@ def _folder(out: Place) -> Iterator[None]:
         lock = open(work / "lock", "a")
     with lock:
         if not _locked(lock):
-            raise SstlError(
-                "another batch is writing here", where=out.url, fix="wait for it, or give another folder", code="E035"
-            )
+            raise SstlError("another batch is writing here", where=out.url, fix="wait for it, or give another folder", code="E035")
         _clear(work)
         try:
             yield

@@ -15,9 +15,7 @@ from sstl_cli.cli.render import Screen
 
 Set = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the set.")]
 Workers = Annotated[int, typer.Option(min=1, max=64, help="Processes; the answer does not depend on it.")]
-Simulator = Annotated[
-    Literal["rig", "bristle", "variant", "mixed"], typer.Option(help="What stands in for hardware; mixed: all in turn.")
-]
+Simulator = Annotated[Literal["rig", "bristle", "variant", "mixed"], typer.Option(help="What stands in for hardware; mixed: all in turn.")]
 Recordings = Annotated[
     Literal["plain", "lab", "mixed"],
     typer.Option(help="plain: complete, at a steady rate; lab: as labs make them (rates, gaps, held sensors); mixed: in turn."),
@@ -38,16 +36,14 @@ class Making:
     """What ``sstl blind make`` asks for."""
 
     out: Set
-    cases: Annotated[
-        int | None, typer.Option(min=1, max=100_000, help=f"Cases (default {FULL_CASES}, quick {QUICK_CASES}).")
-    ] = None
+    cases: Annotated[int | None, typer.Option(min=1, max=100_000, help=f"Cases (default {FULL_CASES}, quick {QUICK_CASES}).")] = None
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False
     simulator: Simulator = "mixed"
     recordings: Recordings = "mixed"
     workers: Workers = 2
-    seed: Annotated[
-        int | None, typer.Option(min=0, max=2**63 - 1, help="Seed (default: one that nobody knows, kept under the seal).")
-    ] = None
+    seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Seed (default: one that nobody knows, kept under the seal).")] = (
+        None
+    )
     force: Force = False
     as_json: Json = False
     config: Config = None
@@ -165,10 +161,7 @@ def limit(
     waiting = [c for c, asked in plan.items() if files.finished(folder, c, asked) is None]
     if waiting:
         raise SstlError(
-            f"{len(waiting)} cases have no result: the truth stays closed",
-            where=str(out),
-            fix="run 'sstl blind run' first",
-            code="E959",
+            f"{len(waiting)} cases have no result: the truth stays closed", where=str(out), fix="run 'sstl blind run' first", code="E959"
         )
     truth = files.open_truth(folder)
     with screen.progress("computing distances", len(plan)) as advance:
@@ -244,9 +237,9 @@ class Real:
 
     logs: Annotated[list[Path], typer.Argument(help="Logs (Parquet) of a real rig.")]
     model: Annotated[str | None, typer.Option(help="The accepted simulator (default: diagnose the logs).")] = None
-    plant: Annotated[
-        str | None, typer.Option(help="Effects to add and take out again, comma-separated (default: if none is there).")
-    ] = None
+    plant: Annotated[str | None, typer.Option(help="Effects to add and take out again, comma-separated (default: if none is there).")] = (
+        None
+    )
     strength: Annotated[float, typer.Option(min=0.05, max=100, help="Their gap over the residual RMS.")] = 2.0
     inject: Annotated[
         str | None,

@@ -24,10 +24,7 @@ def register(app: typer.Typer) -> None:
 
 
 def check(
-    logs: Annotated[
-        list[Path],
-        typer.Argument(metavar="LOG", help="Files of sstl: logs and other tables, logs as CSV, JSON, models."),
-    ],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG", help="Files of sstl: logs and other tables, logs as CSV, JSON, models.")],
     no_physics: NoPhysics = False,
     as_json: Json = False,
     config: Config = None,
@@ -45,14 +42,7 @@ def check(
         entries += [{"file": str(path), **e.document()} for e in _entries(path, screen)]
     judged = _physics.judge([] if no_physics else logs, screen)
     rows = [
-        (
-            e["level"],
-            Path(e["file"]).name,
-            e["run_id"] or "",
-            e["column"] or "",
-            f"{e['what']}: {e['detail']}",
-            e["fix"],
-        )
+        (e["level"], Path(e["file"]).name, e["run_id"] or "", e["column"] or "", f"{e['what']}: {e['detail']}", e["fix"])
         for e in sorted(entries, key=lambda e: e["level"])
     ]
     entries += _physics.findings(judged)

@@ -93,9 +93,7 @@ def _source(theta: Path | None, sim: Path | None) -> Path:
     if theta is not None:
         raise UsageError("--theta and --sim exclude one another", fix="give one", code="E413")
     if sim.suffix != ".toml":
-        raise UsageError(
-            "is not a simulator", where=str(sim), fix="give a TOML file, as diagnose --save-sim writes it", code="E413"
-        )
+        raise UsageError("is not a simulator", where=str(sim), fix="give a TOML file, as diagnose --save-sim writes it", code="E413")
     return sim
 
 

@@ -34,58 +34,37 @@ def register(app: typer.Typer) -> None:
 class Asked:
     """What a call asks for."""
 
-    logs: Annotated[
-        list[Path] | None, typer.Argument(metavar="LOG", help="Logs (Parquet) with act and/or sstl runs.")
-    ] = None
+    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG", help="Logs (Parquet) with act and/or sstl runs.")] = None
     plan: Annotated[
-        str | None,
-        typer.Option(
-            help="Before recording: a scenario TOML or name; says which effects its movement could tell apart."
-        ),
+        str | None, typer.Option(help="Before recording: a scenario TOML or name; says which effects its movement could tell apart.")
     ] = None
-    sim: Annotated[str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")] = (
-        None
-    )
+    sim: Annotated[str | None, typer.Option(help="The simulator: a scenario TOML (default: physical base model).")] = None
     against: Annotated[Path | None, typer.Option(help="Another simulator's log for the same input.")] = None
-    before: Annotated[
-        Path | None, typer.Option(help="What has changed since this log? The model fitted to it is the simulator.")
-    ] = None
-    prior: Annotated[
-        Path | None, typer.Option(help="TOML: effect = odds over those of the library; no confidence is given then.")
-    ] = None
-    effects: Annotated[str | None, typer.Option(help="Candidates, comma-separated (default: the whole catalogue).")] = (
-        None
-    )
+    before: Annotated[Path | None, typer.Option(help="What has changed since this log? The model fitted to it is the simulator.")] = None
+    prior: Annotated[Path | None, typer.Option(help="TOML: effect = odds over those of the library; no confidence is given then.")] = None
+    effects: Annotated[str | None, typer.Option(help="Candidates, comma-separated (default: the whole catalogue).")] = None
     exclude: Annotated[str | None, typer.Option(help="Effects that are no candidates, comma-separated.")] = None
     max_effects: Annotated[int, typer.Option(min=1, max=3, help="How many effects may be combined.")] = 3
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the diagnosis as JSON.")] = None
     save_sim: Annotated[Path | None, typer.Option(help="Write the accepted simulator as a scenario TOML.")] = None
     next_out: Annotated[
-        Path | None,
-        typer.Option(help="Write the proposed recording: a scenario (.toml) or the tensions to drive (.csv)."),
+        Path | None, typer.Option(help="Write the proposed recording: a scenario (.toml) or the tensions to drive (.csv).")
     ] = None
     max_tension: Annotated[
-        float | None,
-        typer.Option(min=0, help="What the proposed recording may ask of the input, N (default: as recorded)."),
+        float | None, typer.Option(min=0, help="What the proposed recording may ask of the input, N (default: as recorded).")
     ] = None
-    max_rate: Annotated[
-        float | None, typer.Option(min=0, help="How fast it may move the input, N/s (default: as recorded).")
-    ] = None
+    max_rate: Annotated[float | None, typer.Option(min=0, help="How fast it may move the input, N/s (default: as recorded).")] = None
     max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None
     max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None
     expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None
     junit: Annotated[Path | None, typer.Option(help="Write the gates as a JUnit file, for a build server.")] = None
     summary: Annotated[Path | None, typer.Option(help="Write the diagnosis as a short Markdown text.")] = None
     position: Annotated[
-        bool,
-        typer.Option("--position", help="Diagnose the recorded position too (the simulator claims a rigid tendon)."),
+        bool, typer.Option("--position", help="Diagnose the recorded position too (the simulator claims a rigid tendon).")
     ] = False
     max_seconds: Annotated[
         float | None,
-        typer.Option(
-            min=0,
-            help="Begin nothing after this that can be left out (pairs, triples, odd runs, ...); notes say what was.",
-        ),
+        typer.Option(min=0, help="Begin nothing after this that can be left out (pairs, triples, odd runs, ...); notes say what was."),
     ] = None
     workers: Annotated[int, typer.Option(min=1, max=64, help="Threads; the answer does not depend on it.")] = 2
     no_physics: NoPhysics = False
@@ -144,9 +123,7 @@ def _options(asked: Asked) -> DiagnoseOptions:
     )
 
 
-def _diagnosed(
-    screen: Screen, asked: Asked, runs: Sequence[Run], options: DiagnoseOptions, since: float
-) -> Diagnosed:
+def _diagnosed(screen: Screen, asked: Asked, runs: Sequence[Run], options: DiagnoseOptions, since: float) -> Diagnosed:
     """Return the diagnosis; with an earlier log, against the model that is fitted to it."""
     from dataclasses import replace
 
@@ -173,9 +150,7 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     from sstl_cli.steps.diagnose_gates import Gates
 
     document = result.document()
-    document["inputs"] = inputs(
-        [*(asked.logs or ()), *files_among(asked.against, asked.sim, asked.before, asked.prior)]
-    )
+    document["inputs"] = inputs([*(asked.logs or ()), *files_among(asked.against, asked.sim, asked.before, asked.prior)])
     if taken := environment():
         document["environment"] = taken
     if asked.out is not None:

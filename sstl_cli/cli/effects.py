@@ -56,9 +56,7 @@ def list_effects(as_json: Json = False, config: Config = None) -> None:
 
 @effects_app.command("show", epilog="Example: sstl effects show pulley_friction")
 def show_effect(
-    effect_id: Annotated[str, typer.Argument(metavar="ID", help="Id of the effect.")],
-    as_json: Json = False,
-    config: Config = None,
+    effect_id: Annotated[str, typer.Argument(metavar="ID", help="Id of the effect.")], as_json: Json = False, config: Config = None
 ) -> None:
     """Show one effect: equation, source, parameters, and what it takes to see it."""
     from sstl_cli.physics.effects import get

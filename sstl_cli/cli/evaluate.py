@@ -34,9 +34,7 @@ class Asked:
     everything: Annotated[bool, typer.Option("--all", help="Judge on trained configurations too.")] = False
     out: Annotated[Path | None, typer.Option("--out", "-o", help="RMSE of every variant and seed (Parquet).")] = None
     predictions: Annotated[Path | None, typer.Option(help="True and predicted slopes (Parquet).")] = None
-    max_rmse: Annotated[
-        float | None, typer.Option(min=0, help="Exit 4 if Total of the default variant is above this.")
-    ] = None
+    max_rmse: Annotated[float | None, typer.Option(min=0, help="Exit 4 if Total of the default variant is above this.")] = None
     force: Force = False
     as_json: Json = False
     config: Config = None

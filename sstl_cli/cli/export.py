@@ -31,22 +31,16 @@ class Asked:
     """What a call asks for."""
 
     source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="INPUT", help="Theta table, parameters (JSON), simulator (TOML), mapping model, or log."
-        ),
+        Path, typer.Argument(metavar="INPUT", help="Theta table, parameters (JSON), simulator (TOML), mapping model, or log.")
     ]
-    out_name: Annotated[
-        str, typer.Option("--out", "-o", metavar="PATH", help="Output file; for c also a folder (NAME/ makes it).")
-    ]
+    out_name: Annotated[str, typer.Option("--out", "-o", metavar="PATH", help="Output file; for c also a folder (NAME/ makes it).")]
     format_: Annotated[
         Literal["c", "json", "onnx", "csv", "mat", "mcap"],
         typer.Option("--format", "-f", help="c, json: controller; onnx: mapping model; csv, mat, mcap: log."),
     ] = "json"
     config_id: shared.ConfigId = None
     method: Annotated[
-        Literal["none", "no-bias", "proposed", "DI"] | None,
-        typer.Option(help="Whose lines (default: proposed, else DI)."),
+        Literal["none", "no-bias", "proposed", "DI"] | None, typer.Option(help="Whose lines (default: proposed, else DI).")
     ] = None
     model: shared.ModelFile = None
     biases: shared.Biases
@@ -141,9 +135,7 @@ def _write_c(asked: Asked, lines: dict[str, Theta], method: str, options: Option
         raise UsageError("is not a name for C source", where=str(out), fix="give a folder or a .c file", code="E412")
     base = out / "sstl_controller" if folder else out.with_suffix("")
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", base.name):
-        raise UsageError(
-            f"'{base.name}' is not a portable file name", where="--out", fix="use letters, digits, _ . -", code="E412"
-        )
+        raise UsageError(f"'{base.name}' is not a portable file name", where="--out", fix="use letters, digits, _ . -", code="E412")
     header, source = base.with_name(base.name + ".h"), base.with_name(base.name + ".c")
     code = step.to_c(name, lines[name], method, options, asked.real, header.name)
     if folder:

@@ -52,12 +52,11 @@ class Asked:
     on_gap: Annotated[str | None, typer.Option("--on-gap", help="split, fill or fail (default split).")] = None
     manifest: Annotated[Path | None, typer.Option("--manifest", help="CSV with labels by file name.")] = None
     merge: Annotated[
-        str | None,
-        typer.Option(
-            "--merge", help="append (files follow in time), channels (each with its clock) or rows (row n of each)."
-        ),
+        str | None, typer.Option("--merge", help="append (files follow in time), channels (each with its clock) or rows (row n of each).")
     ] = None
-    guess: Annotated[bool, typer.Option("--guess", help="Propose a mapping for files of one kind, with reasons; what it cannot know it asks.")] = False
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Propose a mapping for files of one kind, with reasons; what it cannot know it asks.")
+    ] = False
     json_: Json = False
     force: Force = False
     config: Config = None
@@ -77,9 +76,7 @@ def import_(asked: Asked) -> None:
         _guess(screen, asked)
     if asked.out is None:
         raise UsageError(
-            "--out is missing",
-            fix=f"add --out {asked.files[0].stem}.parquet, or --guess to see what the file holds",
-            code="E346",
+            "--out is missing", fix=f"add --out {asked.files[0].stem}.parquet, or --guess to see what the file holds", code="E346"
         )
     _import(screen, asked, asked.out)
 
@@ -141,9 +138,7 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
     for reason, n in document["set_aside_by"].items():
         screen.note(f"set aside: {n} samples, {reason}")
     if document["set_aside"]:
-        screen.note(
-            f"set aside in all: {document['set_aside']} samples, {document['set_aside_pct']:.2f} % of those read"
-        )
+        screen.note(f"set aside in all: {document['set_aside']} samples, {document['set_aside_pct']:.2f} % of those read")
     for bad in document["files_set_aside"]:
         screen.note(f"set aside: {bad['file']}, [{bad['code']}] {bad['message']}" + (f"; {bad['fix']}" if bad["fix"] else ""))
     for name, unit in document.get("not_a_tension", {}).items():

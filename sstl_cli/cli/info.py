@@ -24,9 +24,7 @@ def register(app: typer.Typer) -> None:
 
 
 def info(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE", help="Files of sstl: tables, logs as CSV, JSON, models.")
-    ],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Files of sstl: tables, logs as CSV, JSON, models.")],
     as_json: Json = False,
     config: Config = None,
 ) -> None:
@@ -49,17 +47,10 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
     name = LOG.id if kind == "text" else schema_id_of(path)
     schema = SCHEMAS.get(name or LOG.id)
     if schema is None:
-        raise SstlError(
-            f"holds {name!r}, which this program does not know",
-            where=str(path),
-            fix="give a table of sstl",
-            code="E240",
-        )
+        raise SstlError(f"holds {name!r}, which this program does not know", where=str(path), fix="give a table of sstl", code="E240")
     reader: Any = _text(path) if kind == "text" else open_table(path, schema)
     origin = reader.metadata
-    screen.say(
-        f"{path.name} is a table {schema.id} (version {schema.version}) of {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB."
-    )
+    screen.say(f"{path.name} is a table {schema.id} (version {schema.version}) of {reader.rows} rows, {path.stat().st_size / 1e6:.2f} MB.")
     if origin:
         screen.say(f"  made by: {origin.get('command')}")
         screen.line(f"  sstl {origin.get('package_version')}, seed {origin.get('seed')}")

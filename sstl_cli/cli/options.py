@@ -125,9 +125,7 @@ def effect_ids(text: str | None, option: str) -> tuple[str, ...]:
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout; narration on stderr.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite existing outputs.")]
-NoPhysics = Annotated[
-    bool, typer.Option("--no-physics", help="Do not judge by physics (docs/gate.md): I know better.")
-]
+NoPhysics = Annotated[bool, typer.Option("--no-physics", help="Do not judge by physics (docs/gate.md): I know better.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=2**63 - 1, help="Seed of the random numbers.")]
 Config = Annotated[
     Path | None,

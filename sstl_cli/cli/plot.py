@@ -19,13 +19,9 @@ def register(app: typer.Typer) -> None:
 
 
 def plot(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE", help="What to draw; further files add phases or fitted lines.")
-    ],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="What to draw; further files add phases or fitted lines.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Picture to write: .png, .svg or .pdf.")],
-    kind: Annotated[
-        str | None, typer.Option("--kind", "-k", help="loop, time, overview, theta, waterfall, where, ...")
-    ] = None,
+    kind: Annotated[str | None, typer.Option("--kind", "-k", help="loop, time, overview, theta, waterfall, where, ...")] = None,
     run_id: Annotated[str | None, typer.Option("--run", help="The run to draw, for figures of one run.")] = None,
     force: Force = False,
     as_json: Json = False,
@@ -42,9 +38,7 @@ def plot(
     screen = Screen(as_json)
     form = out.suffix.lower().removeprefix(".")
     if form not in FORMATS:
-        raise UsageError(
-            f"no picture format '{out.suffix}'", where=str(out), fix="end the name in .png, .svg or .pdf", code="E610"
-        )
+        raise UsageError(f"no picture format '{out.suffix}'", where=str(out), fix="end the name in .png, .svg or .pdf", code="E610")
     require_writable(out, force)
     choice = run(load(files), kind, run_id)
     with atomic(out, force) as temporary:

@@ -63,9 +63,7 @@ class Screen:
         for line in _broken(printable(text), width_of(sys.stdout)):
             self.line(line)
 
-    def table(
-        self, title: str, header: Sequence[str], rows: Iterable[Sequence[object]], notes: str = "", most: int | None = None
-    ) -> None:
+    def table(self, title: str, header: Sequence[str], rows: Iterable[Sequence[object]], notes: str = "", most: int | None = None) -> None:
         """Print a table in the width of the terminal; numbers to the right, at most ``most`` rows (not with --json)."""
         if self.as_json:
             return
@@ -245,9 +243,7 @@ def _broken(text: str, width: int) -> list[str]:
     if len(text) <= width:
         return [text]
     indent = text[: len(text) - len(text.lstrip())]
-    return textwrap.wrap(
-        text, width, subsequent_indent=indent * 2, break_long_words=False, break_on_hyphens=False
-    )
+    return textwrap.wrap(text, width, subsequent_indent=indent * 2, break_long_words=False, break_on_hyphens=False)
 
 
 def cell(value: object) -> str:

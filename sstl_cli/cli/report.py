@@ -18,9 +18,7 @@ def register(app: typer.Typer) -> None:
 
 
 def report(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE", help="Logs, Theta, phases, commands, scores, diagnoses, ...")
-    ],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Logs, Theta, phases, commands, scores, diagnoses, ...")],
     out: Annotated[Path, typer.Option("--out", "-o", help="HTML file to write.")],
     title: Annotated[str | None, typer.Option("--title", help="Heading of the page.")] = None,
     force: Force = False,

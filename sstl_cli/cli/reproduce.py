@@ -32,17 +32,16 @@ class Asked:
 
     table: Annotated[
         str,
-        typer.Option(help="I, II, III, IV, R (block R: the rig), diagnosis, figures, withheld, better, probe (several with commas), or all: the first seven."),
+        typer.Option(
+            help="I, II, III, IV, R (block R: the rig), diagnosis, figures, withheld, better, probe (several with commas), or all: the first seven."
+        ),
     ] = "all"
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="Folder for Parquet, LaTeX, HTML and SVG (made if missing)."),
+        Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for Parquet, LaTeX, HTML and SVG (made if missing).")
     ] = None
     seeds: Annotated[int, typer.Option(min=2, max=1000, help="Training seeds of Table III.")] = 5
     seed: Seed = 0
-    data_seeds: Annotated[
-        int, typer.Option(min=1, max=1000, help="Data seeds of block R that are held against the committed spread.")
-    ] = 3
+    data_seeds: Annotated[int, typer.Option(min=1, max=1000, help="Data seeds of block R that are held against the committed spread.")] = 3
     spread: Annotated[
         bool,
         typer.Option(
@@ -53,10 +52,7 @@ class Asked:
     ] = False
     spread_seeds: Annotated[int, typer.Option(min=2, max=10_000, help="Data sets of --spread.")] = 50
     workers: Annotated[int, typer.Option(min=1, max=256, help="Processes.")] = 2
-    gap_logs: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Write logs of Table IV for sstl diagnose --against."),
-    ] = None
+    gap_logs: Annotated[Path | None, typer.Option(metavar="DIR", help="Write logs of Table IV for sstl diagnose --against.")] = None
     force: Force = False
     as_json: Json = False
     config: Config = None

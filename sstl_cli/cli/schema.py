@@ -18,9 +18,7 @@ def register(app: typer.Typer) -> None:
 
 
 def schema(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Document, such as diagnosis; without a name: list them.")
-    ] = None,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Document, such as diagnosis; without a name: list them.")] = None,
     as_json: Json = False,
     config: Config = None,
 ) -> None:

@@ -36,18 +36,12 @@ class Asked:
     logs: Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs (Parquet).")]
     out: Out
     phases: Annotated[Path | None, typer.Option(help="Also write the phase PB, PP, RB or RP of every sample.")] = None
-    cutoff_hz: Annotated[
-        float | None, typer.Option(help="Cut-off of the low-pass (default: from rate and motion).")
-    ] = None
+    cutoff_hz: Annotated[float | None, typer.Option(help="Cut-off of the low-pass (default: from rate and motion).")] = None
     prominence_n: Annotated[
         float | None, typer.Option(help="Turn of the input that counts as a reversal (default: from noise and range).")
     ] = None
-    delta_bl_n: Annotated[
-        float | None, typer.Option(help="Backlash threshold on the output (default: from noise and range).")
-    ] = None
-    ransac_threshold_n: Annotated[
-        float | None, typer.Option(help="Largest distance of an inlier (default: from the residuals).")
-    ] = None
+    delta_bl_n: Annotated[float | None, typer.Option(help="Backlash threshold on the output (default: from noise and range).")] = None
+    ransac_threshold_n: Annotated[float | None, typer.Option(help="Largest distance of an inlier (default: from the residuals).")] = None
     ransac_trials: Annotated[int, typer.Option(help="Pairs of points tried per direction.")] = 64
     no_physics: NoPhysics = False
     seed: Seed = 0
@@ -135,9 +129,7 @@ def _identified(screen: Screen, asked: Asked, total: int) -> Identified:
                 file.write(found.phase_table())
             advance(len(found.run))
         if not rows:
-            raise SstlError(
-                "holds no run", where=", ".join(map(str, asked.logs)), fix="import a recording first", code="E221"
-            )
+            raise SstlError("holds no run", where=", ".join(map(str, asked.logs)), fix="import a recording first", code="E221")
         remarks = gate.judge(evidence)
         rows = step.set_aside(rows, remarks)
         # inside the block: should this fail, neither file appears
@@ -162,9 +154,7 @@ def _sentence(rows: list[dict[str, Any]], samples: int, aside: int, out: Path) -
 def _show(screen: Screen, found: Identified) -> None:
     rows, slope, unit = found.rows, found.unit_slope, found.unit_out
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
-    shown = [
-        [r["run_id"], *_rounded(r, names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]] for r in rows
-    ]
+    shown = [[r["run_id"], *_rounded(r, names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]] for r in rows]
     per = f" {slope}" if slope else ""
     heads = (f"Γ_p{per}", f"β_p {unit}", f"Γ_r{per}", f"β_r {unit}", "± p %", "± r %", "loops")
     screen.table("Theta: slope Γ and bias β of pull (p) and release (r), standard errors of Γ", ("run", *heads), shown, most=SHOWN)
@@ -175,10 +165,7 @@ def _rounded(row: dict[str, Any], names: tuple[str, ...]) -> list[float | None]:
     from math import floor, log10
 
     scale = max((abs(row[n]) for n in names if n.startswith("gamma") and row[n]), default=1.0)
-    return [
-        None if row[n] is None else row[n] if n.startswith("gamma") else round(row[n], 3 - floor(log10(scale))) + 0.0
-        for n in names
-    ]
+    return [None if row[n] is None else row[n] if n.startswith("gamma") else round(row[n], 3 - floor(log10(scale))) + 0.0 for n in names]
 
 
 def _percent(row: dict[str, Any], name: str) -> float | None:

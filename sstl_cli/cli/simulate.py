@@ -25,19 +25,13 @@ class Asked:
     """What a call asks for."""
 
     out: Out
-    scenario: Annotated[
-        str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")
-    ] = "default"
+    scenario: Annotated[str, typer.Option(help="TOML file, or a built-in name such as default or paper-cp40.")] = "default"
     simulator: Annotated[
         Literal["transmission", "rig", "bristle", "variant"] | None,
         typer.Option(help="Fast model, elastic rig, bristle friction, or rig of law variants (default: as in the scenario)."),
     ] = None
-    effect: Annotated[
-        list[str] | None, typer.Option(metavar="ID[:param=value,...]", help="Effect to add (repeatable).")
-    ] = None
-    noise_n: Annotated[
-        float | None, typer.Option(min=0, max=5, help="White noise of each tension sensor in N.")
-    ] = None
+    effect: Annotated[list[str] | None, typer.Option(metavar="ID[:param=value,...]", help="Effect to add (repeatable).")] = None
+    noise_n: Annotated[float | None, typer.Option(min=0, max=5, help="White noise of each tension sensor in N.")] = None
     seed: Seed = 0
     force: Force = False
     as_json: Json = False
@@ -69,7 +63,9 @@ def simulate(asked: Asked) -> None:
                 advance(1)
 
         samples = write_runs(out, counted(), made, asked.force, lambda: bool(loaded.tendons))
-    screen.say(f"Simulated {many(total, 'run')} ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}")
+    screen.say(
+        f"Simulated {many(total, 'run')} ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}"
+    )
     document = {
         "schema": "sstl.simulate/1",
         "out": str(out),

@@ -27,22 +27,14 @@ class Asked:
 
     theta: Annotated[list[Path], typer.Argument(metavar="THETA", help="Theta tables of sstl segment (Parquet).")]
     out: Out
-    variants: Annotated[
-        str, typer.Option(help="all, or some of linear,plain,plain-inv,skip,skip-inv (inv: inverse consistency).")
-    ] = "all"
+    variants: Annotated[str, typer.Option(help="all, or some of linear,plain,plain-inv,skip,skip-inv (inv: inverse consistency).")] = "all"
     seeds: Annotated[int, typer.Option(min=1, max=1000, help="Number of training seeds, from --seed upwards.")] = 20
     seed: Seed = 0
     epochs: Annotated[int | None, typer.Option(min=1, max=1_000_000, help="Most epochs (default 600).")] = None
-    weight_inv: Annotated[
-        float, typer.Option("--lambda", min=0, max=1e3, help="Weight of the inverse-consistency term.")
-    ] = 2e-3
+    weight_inv: Annotated[float, typer.Option("--lambda", min=0, max=1e3, help="Weight of the inverse-consistency term.")] = 2e-3
     test_share: Annotated[float, typer.Option(min=0.01, max=0.9, help="Share of configurations held out.")] = 0.25
-    per_seed_split: Annotated[
-        bool, typer.Option("--per-seed-split", help="Hold out other configurations for every seed.")
-    ] = False
-    leave_out: Annotated[
-        str | None, typer.Option(help="Hold out this location, for example ND, instead of a share.")
-    ] = None
+    per_seed_split: Annotated[bool, typer.Option("--per-seed-split", help="Hold out other configurations for every seed.")] = False
+    leave_out: Annotated[str | None, typer.Option(help="Hold out this location, for example ND, instead of a share.")] = None
     tendons: Annotated[
         Literal["auto", "one-hot", "separate"],
         typer.Option(help="Several tendons: one mapping with tendon inputs, one each, or the better of both."),

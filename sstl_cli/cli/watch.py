@@ -31,9 +31,7 @@ class Asked:
     sim: Annotated[str | None, typer.Option(help="Simulator (scenario TOML) that the loops are compared with.")] = None
     mapping: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Columns and units, as for sstl import.")] = None
     learn: Annotated[int, typer.Option(min=10, max=100, help="Loops that show what is usual.")] = 20
-    false_alarms: Annotated[
-        float, typer.Option(min=50, max=5000, help="Accept one false alarm in so many loops.")
-    ] = 500.0
+    false_alarms: Annotated[float, typer.Option(min=50, max=5000, help="Accept one false alarm in so many loops.")] = 500.0
     diagnose: Annotated[bool, typer.Option(help="Name the likely effect of a change.")] = True
     name_after: Annotated[int, typer.Option(min=2, max=8, help="Loops since a change before it is named.")] = 4
     once: Annotated[bool, typer.Option("--once", help="Take what is there, then end.")] = False
@@ -200,8 +198,14 @@ class _Session:
         if samples == 0:
             self.screen.note("no sample was read; is the name right, and are there whole lines?")
         document = {
-            "schema": "sstl.watch/1", "loops": loops, "samples": samples, "breaks": self.watcher.intake.breaks,
-            "alarms": self.alarms, "set_aside": aside, "not_armed": learning, "learn": self.watcher.options.learn,
+            "schema": "sstl.watch/1",
+            "loops": loops,
+            "samples": samples,
+            "breaks": self.watcher.intake.breaks,
+            "alarms": self.alarms,
+            "set_aside": aside,
+            "not_armed": learning,
+            "learn": self.watcher.options.learn,
         }
         missed = [f"{len(self.alarms)} alarms"] if fail_on_alarm and self.alarms else []
         self.screen.finish(document, EXIT_FAILED if samples == 0 else EXIT_DONE, missed=missed, aside=bool(aside))

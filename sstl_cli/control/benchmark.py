@@ -77,7 +77,12 @@ def python_latency(options: Options | None = None, cycles: int = 2) -> Latency:
     counts, _ = np.histogram(us, HISTOGRAM_US)
     q = np.percentile(us, (50.0, 99.0, 99.9))
     return Latency(
-        float(q[0]), float(q[1]), float(q[2]), float(us.max()), float(100.0 * np.mean(us < 20.0)), HISTOGRAM_US,
+        float(q[0]),
+        float(q[1]),
+        float(q[2]),
+        float(us.max()),
+        float(100.0 * np.mean(us < 20.0)),
+        HISTOGRAM_US,
         tuple(int(c) for c in counts),
     )
 

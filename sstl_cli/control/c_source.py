@@ -13,10 +13,21 @@ from sstl_cli.control.controller import Controller
 
 Real = Literal["double", "float"]
 _CONSTANTS = {
-    "GAMMA_P": law.P_GP, "BETA_P": law.P_BP, "GAMMA_R": law.P_GR, "BETA_R": law.P_BR, "T_MAX": law.P_T_MAX,
-    "STEP_MAX": law.P_STEP_MAX, "LOOP_GAIN": law.P_LOOP_GAIN, "DEADBAND": law.P_DEADBAND, "BAND": law.P_BAND,
-    "REF_LOW": law.P_REF_LOW, "REF_HIGH": law.P_REF_HIGH, "IN_LOW": law.P_IN_LOW, "IN_HIGH": law.P_IN_HIGH,
-    "RAMP": law.P_RAMP, "OBSERVER": law.P_OBSERVER,
+    "GAMMA_P": law.P_GP,
+    "BETA_P": law.P_BP,
+    "GAMMA_R": law.P_GR,
+    "BETA_R": law.P_BR,
+    "T_MAX": law.P_T_MAX,
+    "STEP_MAX": law.P_STEP_MAX,
+    "LOOP_GAIN": law.P_LOOP_GAIN,
+    "DEADBAND": law.P_DEADBAND,
+    "BAND": law.P_BAND,
+    "REF_LOW": law.P_REF_LOW,
+    "REF_HIGH": law.P_REF_HIGH,
+    "IN_LOW": law.P_IN_LOW,
+    "IN_HIGH": law.P_IN_HIGH,
+    "RAMP": law.P_RAMP,
+    "OBSERVER": law.P_OBSERVER,
 }
 
 
@@ -36,8 +47,7 @@ SINGLE = """ *
 
 
 def c_source(
-    controller: Controller, config_id: str, method: str = "DI", real: Real = "double",
-    header_name: str = "sstl_controller.h",
+    controller: Controller, config_id: str, method: str = "DI", real: Real = "double", header_name: str = "sstl_controller.h"
 ) -> CSource:
     """Return the C99 text of a controller.
 
@@ -63,11 +73,21 @@ def c_source(
     lines.append(f"static const long HOLD = {int(p[law.P_HOLD])}L; /* samples */")
     suffix = "" if real == "double" else "f"
     values = {
-        "CONFIG": _comment(config_id), "METHOD": _comment(method), "PERIOD": f"{controller.options.dt_s:g}",
-        "PRECISION": SINGLE if real == "float" else "", "REAL": real, "PLAYS": str(plays), "HEADER": header_name, "CONSTANTS": "\n".join(lines),
-        "SHARES": ", ".join(_literal(float(v)) for v in p[law.P_SHARES :]), "BOUNDED": str(int(bounded)),
-        "COMPENSATE": str(int(p[law.P_COMPENSATE])), "DOUBLED": str(int(p[law.P_DOUBLED])),
-        "FOLLOW": str(int(p[law.P_FOLLOW])), "FABS": f"fabs{suffix}", "SQRT": f"sqrt{suffix}",
+        "CONFIG": _comment(config_id),
+        "METHOD": _comment(method),
+        "PERIOD": f"{controller.options.dt_s:g}",
+        "PRECISION": SINGLE if real == "float" else "",
+        "REAL": real,
+        "PLAYS": str(plays),
+        "HEADER": header_name,
+        "CONSTANTS": "\n".join(lines),
+        "SHARES": ", ".join(_literal(float(v)) for v in p[law.P_SHARES :]),
+        "BOUNDED": str(int(bounded)),
+        "COMPENSATE": str(int(p[law.P_COMPENSATE])),
+        "DOUBLED": str(int(p[law.P_DOUBLED])),
+        "FOLLOW": str(int(p[law.P_FOLLOW])),
+        "FABS": f"fabs{suffix}",
+        "SQRT": f"sqrt{suffix}",
     }
     return CSource(_fill("controller.h", values), _fill("controller.c", values))
 

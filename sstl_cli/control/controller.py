@@ -54,7 +54,8 @@ class Theta:
         if self.gamma_p > self.gamma_r:
             raise SstlError(
                 f"pull slope {self.gamma_p:g} is above the release slope {self.gamma_r:g}",
-                fix="check that tension_in and tension_out are not exchanged", code="E402",
+                fix="check that tension_in and tension_out are not exchanged",
+                code="E402",
             )
 
     def without_bias(self) -> Theta:
@@ -131,8 +132,9 @@ def pack(theta: Theta, options: Options, compensate: bool = True) -> Array:
     shares = options.shares()
     if theta.gamma_p < 1.0 and 1.0 + float(shares.max()) * (theta.gamma_p - 1.0) <= 0.0:
         raise SstlError(
-            f"the widest play of presliding needs a pull slope above {1 - 1 / float(shares.max()):.3g}, "
-            f"found {theta.gamma_p:g}", fix="lower --presliding", code="E403",
+            f"the widest play of presliding needs a pull slope above {1 - 1 / float(shares.max()):.3g}, found {theta.gamma_p:g}",
+            fix="lower --presliding",
+            code="E403",
         )
     p = np.zeros(law.P_SHARES + len(shares))
     p[:4] = theta.gamma_p, theta.beta_p, theta.gamma_r, theta.beta_r

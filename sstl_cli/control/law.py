@@ -266,9 +266,7 @@ class Loop(NamedTuple):
 
 
 @njit(cache=True)
-def close_loop(
-    p: Array, s: Array, t_ref: Array, noise: Array, loop: Loop, command: Array, t_in: Array, phase: NDArray[np.int8]
-) -> None:
+def close_loop(p: Array, s: Array, t_ref: Array, noise: Array, loop: Loop, command: Array, t_in: Array, phase: NDArray[np.int8]) -> None:
     """Run the step against a tension loop; fills ``command``, ``t_in`` (true, N) and ``phase``.
 
     Parameters

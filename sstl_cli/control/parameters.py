@@ -70,10 +70,7 @@ def index_of(config_ids: list[str], wanted: str | None) -> int:
 def document(lines: Mapping[str, Theta], options: Options, method: str) -> dict[str, Any]:
     """Return the JSON document for named configurations."""
     entries = tuple(
-        Entry(
-            config_id=name, method=method,
-            theta=Lines(gamma_p=t.gamma_p, beta_p=t.beta_p, gamma_r=t.gamma_r, beta_r=t.beta_r),
-        )
+        Entry(config_id=name, method=method, theta=Lines(gamma_p=t.gamma_p, beta_p=t.beta_p, gamma_r=t.gamma_r, beta_r=t.beta_r))
         for name, t in lines.items()
     )
     return Document(schema=SCHEMA, options=options, configurations=entries).model_dump(by_alias=True, mode="json")

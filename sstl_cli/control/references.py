@@ -41,8 +41,13 @@ def sinusoid(
 
 
 def random(
-    rng: np.random.Generator, dt_s: float = 0.002, duration_s: float = 400.0, low_n: float = 5.0, high_n: float = 30.0,
-    low_hz: float = 0.02, high_hz: float = 0.15,
+    rng: np.random.Generator,
+    dt_s: float = 0.002,
+    duration_s: float = 400.0,
+    low_n: float = 5.0,
+    high_n: float = 30.0,
+    low_hz: float = 0.02,
+    high_hz: float = 0.15,
 ) -> Reference:
     """Return a multi-sine whose overall range is [low, high] N (PAPER.md reads "5-30 N" so)."""
     time = _grid("random", duration_s, dt_s)
@@ -55,9 +60,7 @@ def random(
     return Reference("random", time, tension, 1.0 / low_hz)
 
 
-def trapezoid(
-    dt_s: float = 0.002, duration_s: float = 12.0, cycles: int = 2, low_n: float = 5.0, high_n: float = 15.0
-) -> Reference:
+def trapezoid(dt_s: float = 0.002, duration_s: float = 12.0, cycles: int = 2, low_n: float = 5.0, high_n: float = 15.0) -> Reference:
     """Return ramps with holds: 40 % up, 5 % hold, 50 % down, 5 % hold per cycle."""
     time = _grid("trapezoid", duration_s * cycles, dt_s)
     shape = np.interp(time / duration_s % 1.0, [0.0, 0.4, 0.45, 0.95, 1.0], [0.0, 1.0, 1.0, 0.0, 0.0])
@@ -81,7 +84,9 @@ def _grid(name: str, duration_s: float, dt_s: float) -> Array:
     if not 2.0 <= periods <= MOST_PERIODS:
         raise SstlError(
             f"{duration_s:g} s at {dt_s:g} s gives {periods:.6g} periods, not 2 to {MOST_PERIODS:.0e}",
-            where=name, fix="give another period, or other cycles", code="E407",
+            where=name,
+            fix="give another period, or other cycles",
+            code="E407",
         )
     return np.arange(round(periods), dtype=np.float64) * dt_s
 
@@ -107,7 +112,9 @@ def from_samples(name: str, time_s: Array, tension_n: Array, dt_s: float) -> Ref
     if not 1.0 - 1e-6 <= periods <= MOST_PERIODS:
         raise SstlError(
             f"{time[-1] - time[0]:g} s at {dt_s:g} s gives {periods:.6g} periods, not 1 to {MOST_PERIODS:.0e}",
-            where=name, fix="is there a pause in it, or a longer period?", code="E407",
+            where=name,
+            fix="is there a pause in it, or a longer period?",
+            code="E407",
         )
     n = int(np.floor(periods + 1e-6)) + 1
     grid = np.arange(n, dtype=np.float64) * dt_s

@@ -52,9 +52,7 @@ def plant_of(scenario: Scenario, config_id: str | None, loop: TensionLoop | None
     values = effects.pop("tension_loop_lag", {})
     if loop is None:
         inverse = values.get("inverse_slew_s_per_n", 0.0)
-        loop = TensionLoop(
-            values.get("tau_s", 0.0), 1.0 / inverse if inverse > 0.0 else float("inf"), noise_n=scenario.noise.white_n
-        )
+        loop = TensionLoop(values.get("tau_s", 0.0), 1.0 / inverse if inverse > 0.0 else float("inf"), noise_n=scenario.noise.white_n)
     tendon: Tendon
     if found.theta is None and found.act is not None:
         a = found.act

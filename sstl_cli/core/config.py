@@ -14,9 +14,7 @@ from sstl_cli.core.files import MAX_DEPTH, deeper_than
 
 MAX_TOML_BYTES = 4 << 20
 # strings and comments, to the end of the line or the text where they do not close
-_NO_KEY = re.compile(
-    r'''"""(?:\\.|[^\\])*?(?:"""|\Z)|\'\'\'.*?(?:\'\'\'|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?|#[^\n]*''', re.DOTALL
-)
+_NO_KEY = re.compile(r'''"""(?:\\.|[^\\])*?(?:"""|\Z)|\'\'\'.*?(?:\'\'\'|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?|#[^\n]*''', re.DOTALL)
 _BETWEEN_KEYS = re.compile(r"[\[\]{},=\n]")
 
 

@@ -32,9 +32,7 @@ def require_writable(path: Path, force: bool) -> None:
     require_followed(path)
     _require_own(path)
     if path.exists() and not path.is_file():
-        raise SstlError(
-            "is no regular file (a device or a pipe)", where=str(path), fix="give the name of a file", code="E108"
-        )
+        raise SstlError("is no regular file (a device or a pipe)", where=str(path), fix="give the name of a file", code="E108")
     if path.exists() and not force:
         raise SstlError("exists already", where=str(path), fix="use --force to overwrite", code="E102")
     folder = path.resolve().parent if path.is_symlink() else path.parent
@@ -113,8 +111,7 @@ def _require_own(path: Path) -> None:
     # named once and in these words, it is the output's own option
     if len(options) > 1 or (options and all(text != path for _, text in named)):
         raise UsageError(
-            f"is the same file as {' and '.join(options)}", where=str(path),
-            fix="give the output a file of its own", code="E109",
+            f"is the same file as {' and '.join(options)}", where=str(path), fix="give the output a file of its own", code="E109"
         )
 
 

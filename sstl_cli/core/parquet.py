@@ -27,9 +27,7 @@ MOST_CODES = 32_767
 class TableWriter:
     """Write a table block by block; the file appears whole when the block ends without error."""
 
-    def __init__(
-        self, path: Path, schema: Schema, provenance: Provenance, force: bool = False, extra: list[Column] | None = None
-    ) -> None:
+    def __init__(self, path: Path, schema: Schema, provenance: Provenance, force: bool = False, extra: list[Column] | None = None) -> None:
         fields = list(schema.arrow())
         fields += [pa.field(c.name, c.type, c.nullable, {"unit": c.unit, "meaning": c.meaning}) for c in extra or []]
         self.schema = pa.schema(fields, metadata=provenance.metadata(schema.id, schema.version))
@@ -62,14 +60,10 @@ class TableWriter:
 
     def write(self, table: pa.Table) -> None:
         """Append a table whose columns are those of the schema."""
-        table = pa.Table.from_arrays(
-            [table.column(n).cast(self.schema.field(n).type) for n in self.schema.names], schema=self.schema
-        )
+        table = pa.Table.from_arrays([table.column(n).cast(self.schema.field(n).type) for n in self.schema.names], schema=self.schema)
         self._writer.write_table(table, row_group_size=ROWS_PER_BLOCK)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._stack.__exit__(kind, error, trace)
 
 
@@ -201,14 +195,10 @@ def check_columns(names: list[str], schema: Schema, where: str) -> None:
     if missing:
         spare = [n for n in names if n not in schema.names]
         hints = "; ".join(f"'{m}'" + (f" ({nearest(m, spare)})" if spare else "") for m in missing)
-        raise SstlError(
-            f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134"
-        )
+        raise SstlError(f"misses column {hints}", where=where, fix="rename it, or give a mapping to sstl import", code="E134")
     twice = [c for c, n in Counter(names).items() if n > 1]
     if twice:
-        raise SstlError(
-            f"has column '{twice[0]}' {names.count(twice[0])} times", where=where, fix="drop all but one", code="E137"
-        )
+        raise SstlError(f"has column '{twice[0]}' {names.count(twice[0])} times", where=where, fix="drop all but one", code="E137")
 
 
 def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = ()) -> pa.Table:
@@ -255,12 +245,7 @@ def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = 
 
 
 def write_table(
-    path: Path,
-    table: pa.Table,
-    schema: Schema,
-    provenance: Provenance,
-    force: bool = False,
-    extra: list[Column] | None = None,
+    path: Path, table: pa.Table, schema: Schema, provenance: Provenance, force: bool = False, extra: list[Column] | None = None
 ) -> None:
     """Write a whole table atomically."""
     with TableWriter(path, schema, provenance, force, extra) as writer:

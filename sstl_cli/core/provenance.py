@@ -22,12 +22,7 @@ class Provenance:
 
     def metadata(self, schema_id: str, schema_version: int) -> dict[str, str]:
         """Return the table metadata stored under the key ``sstl``."""
-        body = {
-            "schema": schema_id,
-            "schema_version": schema_version,
-            "package_version": __version__,
-            **asdict(self),
-        }
+        body = {"schema": schema_id, "schema_version": schema_version, "package_version": __version__, **asdict(self)}
         return {"sstl": json.dumps(body, sort_keys=True)}
 
 

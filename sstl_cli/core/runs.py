@@ -90,11 +90,7 @@ def run_table(run: Run, with_tendon: bool = False) -> pa.Table:
 
 
 def write_runs(
-    path: Path,
-    runs: Iterable[Run],
-    provenance: Provenance,
-    force: bool = False,
-    tendons: Callable[[], bool] = lambda: False,
+    path: Path, runs: Iterable[Run], provenance: Provenance, force: bool = False, tendons: Callable[[], bool] = lambda: False
 ) -> int:
     """Write runs one by one (memory bounded by the largest) and return the number of samples.
 

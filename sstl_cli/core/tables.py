@@ -39,15 +39,11 @@ class Schema:
 
     def in_units(self, units: dict[str, str]) -> Schema:
         """Return the schema with the given columns in other units (a log whose output is no tension)."""
-        return replace(
-            self, columns=tuple(replace(c, unit=units[c.name]) if c.name in units else c for c in self.columns)
-        )
+        return replace(self, columns=tuple(replace(c, unit=units[c.name]) if c.name in units else c for c in self.columns))
 
     def arrow(self) -> pa.Schema:
         """Return the Arrow schema with the unit of each column in its field metadata."""
-        return pa.schema(
-            [pa.field(c.name, c.type, c.nullable, {"unit": c.unit, "meaning": c.meaning}) for c in self.columns]
-        )
+        return pa.schema([pa.field(c.name, c.type, c.nullable, {"unit": c.unit, "meaning": c.meaning}) for c in self.columns])
 
 
 _S, _F, _I = pa.string(), pa.float64(), pa.int64()
@@ -94,15 +90,7 @@ THETA = Schema(
     ),
 )
 
-PHASES = Schema(
-    "sstl.phases",
-    1,
-    (
-        Column("run_id", _S),
-        Column("time_s", _F, "s"),
-        Column("phase", _S, meaning="PB, PP, RB or RP"),
-    ),
-)
+PHASES = Schema("sstl.phases", 1, (Column("run_id", _S), Column("time_s", _F, "s"), Column("phase", _S, meaning="PB, PP, RB or RP")))
 
 COMMAND = Schema(
     "sstl.command",

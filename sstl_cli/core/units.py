@@ -181,8 +181,5 @@ def conversion(
     known = ", ".join(u for u, (d, _) in UNITS.items() if d == target)
     keep = f'; an output that is no {target}: add as = "N"' if target == "force" else ""
     raise SstlError(
-        f"{unit} is a {dimension}, not a {target}",
-        where=where,
-        fix=f"correct the column, or use one of {known}{keep}",
-        code="E302",
+        f"{unit} is a {dimension}, not a {target}", where=where, fix=f"correct the column, or use one of {known}{keep}", code="E302"
     )

@@ -200,7 +200,9 @@ def _fit_position(sim: Simulator, lines: Sequence[_Line], effect: Effect) -> tup
     best = None
     for share in POSITION_STARTS:
         start = low + share * (high - low)
-        done = least_squares(residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), POSITION_STEP), max_nfev=POSITION_TRIES)
+        done = least_squares(
+            residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), POSITION_STEP), max_nfev=POSITION_TRIES
+        )
         best = done if best is None or done.cost < best.cost else best
     assert best is not None
     values = {p.name: float(v) for p, v in zip(parameters, best.x, strict=True)}

@@ -72,9 +72,7 @@ def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = (
     """
     gain = base_cost - f.cost
     se = standard_errors(sim, f)
-    charge = sum(
-        shape_charge(x, float(v), float(s)) for x, v, s in zip(f.free, f.values, se, strict=True) if x.parameter.shape
-    )
+    charge = sum(shape_charge(x, float(v), float(s)) for x, v, s in zip(f.free, f.values, se, strict=True) if x.parameter.shape)
     lacking = {next(iter(set(f.ids) - set(p.ids))): p.gain for p in parts if len(set(f.ids) - set(p.ids)) == 1}
     for effect_id in f.ids:
         k = sum(1 for x in f.hypothesis.strengths if x.effect.id == effect_id)

@@ -151,11 +151,11 @@ def _reducible(found: Search) -> float:
 
 
 def _candidate(found: Search, w: Weighed, left: Leftover, reducible: float) -> CandidateRow:
-    lacking = [
-        found.best(p)
-        for p in [tuple(sorted(set(w.ids) - {i})) for i in w.ids]
-        if len(p) == 1 or p in found.combined
-    ] if len(w.ids) > 1 else []
+    lacking = (
+        [found.best(p) for p in [tuple(sorted(set(w.ids) - {i})) for i in w.ids] if len(p) == 1 or p in found.combined]
+        if len(w.ids) > 1
+        else []
+    )
     return CandidateRow(
         tuple(sorted(w.ids)),
         OUTPUT,

@@ -137,7 +137,9 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
             fastest = limits.rate_n_per_s / problem.unit_n
         if high <= low or fastest <= 0.0:
             continue
-        own = trajectory.model_copy(update={"low_n": round(low, TENSION_DIGITS), "high_n": round(high, TENSION_DIGITS), "systems": (system,)})
+        own = trajectory.model_copy(
+            update={"low_n": round(low, TENSION_DIGITS), "high_n": round(high, TENSION_DIGITS), "systems": (system,)}
+        )
         slow = _slowed(own, system, dt, fastest)
         if slow is not None:
             movements.append(slow)
@@ -162,7 +164,10 @@ def _slowed(trajectory: Trajectory, system: str, dt_s: float, fastest: float) ->
         if trajectory.kind in ("chirp", "random"):
             low, top = trajectory.frequency_hz or CHIRP_FROM_HZ, trajectory.top_frequency_hz or 1.0
             # a chirp keeps its slow beginning as far as it can
-            slower = {"frequency_hz": min(low, 0.5 * top * share) if trajectory.kind == "chirp" else low * share, "top_frequency_hz": top * share}
+            slower = {
+                "frequency_hz": min(low, 0.5 * top * share) if trajectory.kind == "chirp" else low * share,
+                "top_frequency_hz": top * share,
+            }
             trajectory = trajectory.model_copy(update=slower)
         else:
             trajectory = trajectory.model_copy(update={"speed": trajectory.speed * share})
@@ -178,7 +183,16 @@ def planned(found: Search, movements: Sequence[Movement]) -> Simulator | None:
         noise = found.noise.input[m.system].white_n * stream(0, "plan", m.system).standard_normal(len(m.time_s))
         out, place = 0.5 * m.tension_n + noise[::-1], sim.problem.records[0].location
         runs.append(
-            Run(f"plan-{m.system}", m.system, m.time_s, m.tension_n + noise, out, config_id="plan", location=place, trajectory=m.trajectory.name)
+            Run(
+                f"plan-{m.system}",
+                m.system,
+                m.time_s,
+                m.tension_n + noise,
+                out,
+                config_id="plan",
+                location=place,
+                trajectory=m.trajectory.name,
+            )
         )
     try:
         return Simulator(prepare(runs, sim.problem.unit_n), sim.mechanics, sim.fixed)

@@ -129,5 +129,10 @@ def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor) -> Sensor:
                 left -= len(r.raw) // every
         return nats + 0.5 * float(np.sum((p / ALIKE) ** 2))
 
-    options = {"initial_simplex": ALIKE * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), "maxfev": HEARD_TRIES, "xatol": HEARD_NEAR, "fatol": FLAT}
+    options = {
+        "initial_simplex": ALIKE * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        "maxfev": HEARD_TRIES,
+        "xatol": HEARD_NEAR,
+        "fatol": FLAT,
+    }
     return sensor(np.asarray(minimize(cost, np.zeros(2), method="Nelder-Mead", options=options).x))

@@ -20,9 +20,7 @@ def bridged(signal: Array, good: Mask) -> Array:
     return np.interp(at, at[good], signal[good])
 
 
-def of_readings(
-    signal: Array, fine: Array, good: Mask, fresh: Mask, thin: int, factor: int
-) -> tuple[Array, Array, Array]:
+def of_readings(signal: Array, fine: Array, good: Mask, fresh: Mask, thin: int, factor: int) -> tuple[Array, Array, Array]:
     """Return the mean reading of each block, of how many it is, and the share of each step of the simulation in it.
 
     Parameters
@@ -39,9 +37,7 @@ def of_readings(
     count = block_mean(read[: n * thin].astype(float), thin) * thin
     readings = block_mean(count, factor) * factor
     total = block_mean((signal * read)[: n * thin], thin * factor) * thin * factor
-    share = np.where(
-        np.repeat(readings, factor) > 0.0, count / np.maximum(np.repeat(readings, factor), 1.0), 1.0 / factor
-    )
+    share = np.where(np.repeat(readings, factor) > 0.0, count / np.maximum(np.repeat(readings, factor), 1.0), 1.0 / factor)
     means = np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(signal[: n * thin], thin * factor))
     return means, np.maximum(readings, 1.0), share
 
@@ -59,11 +55,7 @@ def latent_means(
         return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, slow)
     at = np.flatnonzero(fresh)
     white = max(
-        white_beside(
-            slow_noise(signal[fresh], at.astype(float)),
-            slow.sd_n,
-            slow.kept(float(np.median(np.diff(at))) * dt_s / thin),
-        ),
+        white_beside(slow_noise(signal[fresh], at.astype(float)), slow.sd_n, slow.kept(float(np.median(np.diff(at))) * dt_s / thin)),
         rounding_n,
     )
     return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, slow)

@@ -119,7 +119,12 @@ def _scattered(section: MisfitSection, records: Sequence[Record], left: Array, p
         return section
     start = np.array([0.0, np.log(section.correlation_s)])
     simplex = start + np.array([[0.0, 0.0], [SCATTER_STEPS[0], 0.0], [0.0, SCATTER_STEPS[1]]])
-    found = minimize(cost, start, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": SCATTER_TRIES, "xatol": SCATTER_NEAR, "fatol": SCATTER_FLAT})
+    found = minimize(
+        cost,
+        start,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "maxfev": SCATTER_TRIES, "xatol": SCATTER_NEAR, "fatol": SCATTER_FLAT},
+    )
     return at(found.x)
 
 
@@ -262,7 +267,9 @@ def rescaled(section: MisfitSection, unit_n: float) -> MisfitSection:
 
     return section.model_copy(
         update={
-            "input_n": times(section.input_n), "mean_n": times(section.mean_n), "sd_n": times(section.sd_n),
+            "input_n": times(section.input_n),
+            "mean_n": times(section.mean_n),
+            "sd_n": times(section.sd_n),
             "other": times(section.other) if section.along == "turning" else section.other,
         }
     )

@@ -94,7 +94,9 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_in_n"))), least_in)
             held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
             # a difference is known as well as what was taken off; there is no more of it than was seen
-            loose[system] = float(min(np.hypot(WHITE, MEASURED * (seen**2 / white_out**2 - 1.0)), WHITE + np.log(seen / white_out) / AT_MOST))
+            loose[system] = float(
+                min(np.hypot(WHITE, MEASURED * (seen**2 / white_out**2 - 1.0)), WHITE + np.log(seen / white_out) / AT_MOST)
+            )
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)
@@ -143,7 +145,9 @@ def _spacing(records: Sequence[Record], column: str) -> float:
     found = []
     for r in records:
         readings = known(r.raw, column)
-        found.append(float(np.median(np.diff(r.raw.time_s[readings]))) if not readings.all() else r.dt_s if column == "tension_out_n" else r.raw.dt_s)
+        found.append(
+            float(np.median(np.diff(r.raw.time_s[readings]))) if not readings.all() else r.dt_s if column == "tension_out_n" else r.raw.dt_s
+        )
     return float(np.median(found))
 
 
@@ -170,7 +174,9 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, le
     rows = np.zeros((0, 0))
     for window_s in WINDOWS_S:
         length = max(SHORTEST_WINDOW, round(window_s / step_s))
-        rows = np.array([p for r, slide in zip(records, slides, strict=True) for p in _pieces(r.y, (slide < HELD) & (r.weight > 0), length)])
+        rows = np.array(
+            [p for r, slide in zip(records, slides, strict=True) for p in _pieces(r.y, (slide < HELD) & (r.weight > 0), length)]
+        )
         if len(rows) >= LEAST_WINDOWS:
             break
     if len(rows) < LEAST_WINDOWS:
@@ -221,9 +227,7 @@ def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
     return [y[start : start + length] for a, b in stretches(held) for start in range(a, b - length + 1, length)]
 
 
-def likely(
-    records: Sequence[Record], phases: Phases, residual: Array, columns: Array, start: Noise
-) -> tuple[Noise, dict[str, float]]:
+def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: Array, start: Noise) -> tuple[Noise, dict[str, float]]:
     """Return the most likely noise given what a rich model leaves, near the measured one, and its cost (nats) by system.
 
     Parameters

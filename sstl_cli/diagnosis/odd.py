@@ -40,9 +40,7 @@ class _Left:
     all_squared: float
 
 
-def suspects(
-    said: Verdict, whole: Rows, run_ids: Sequence[str], rows: Sequence[Rows], decide: Callable[[Rows], Verdict]
-) -> list[Suspect]:
+def suspects(said: Verdict, whole: Rows, run_ids: Sequence[str], rows: Sequence[Rows], decide: Callable[[Rows], Verdict]) -> list[Suspect]:
     """Return the runs without which the verdict differs by their rows, those that move the most probability first.
 
     Of an unknown cause also those that hold most of what is left: to first order the noise stays as large as they made it.

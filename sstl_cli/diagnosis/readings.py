@@ -9,15 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import (
-    CHANCE_COPIES,
-    CLIPPED_RUN,
-    CLIPPED_SIGMA,
-    COPIED,
-    COPIED_NOISE_N,
-    MIN_READINGS,
-    MOST_ALIKE,
-)
+from sstl_cli.diagnosis.constants import CHANCE_COPIES, CLIPPED_RUN, CLIPPED_SIGMA, COPIED, COPIED_NOISE_N, MIN_READINGS, MOST_ALIKE
 from sstl_cli.diagnosis.recorder import Faults, limited, scan, stretches
 from sstl_cli.identification.gate import Sensor, sensors_of
 

@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.clock import blurred, cornered, hiding, on_grid
-from sstl_cli.diagnosis.constants import (
-    ANALYSIS_HZ,
-    MIN_CONFIGS,
-    MIN_SAMPLES,
-    MIN_SPAN_N,
-    MIN_SPAN_SIGMA,
-    SIMULATION_HZ,
-)
+from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, SIMULATION_HZ
 from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
@@ -152,9 +145,7 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
             usable.append(checked)
     if not usable:
         reasons = sorted(set(aside.values()))
-        raise SstlError(
-            "no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901"
-        )
+        raise SstlError("no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901")
     usable = agreed(usable)
     # runs without a configuration share no theta with any other
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
@@ -300,7 +291,16 @@ def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:
         if noise is None:
             return r
         into = _input(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, noise)
-        new = replace(r, u=into.u, rate=into.rate, error_n=into.error_n, error_law=into.error_law, corner=into.corner, told_n=noise.sd_n, told_s=noise.correlation_s)
+        new = replace(
+            r,
+            u=into.u,
+            rate=into.rate,
+            error_n=into.error_n,
+            error_law=into.error_law,
+            corner=into.corner,
+            told_n=noise.sd_n,
+            told_s=noise.correlation_s,
+        )
         return _halfway(new) if r.halfway else new
 
     return replace(problem, records=tuple(again(r) for r in problem.records))

@@ -44,7 +44,10 @@ def scale_of(runs: Sequence[Run]) -> Scale | None:
     for system in systems:
         own = [r for r in runs if r.system == system]
         # the span of an output is that of its input times exp(-+theta): a factor of a few at most
-        per_n[system] = float(np.median([np.ptp(np.nan_to_num(r.tension_out_n)) / max(np.ptp(np.nan_to_num(r.tension_in_n)), 1e-9) for r in own])) or 1.0
+        per_n[system] = (
+            float(np.median([np.ptp(np.nan_to_num(r.tension_out_n)) / max(np.ptp(np.nan_to_num(r.tension_in_n)), 1e-9) for r in own]))
+            or 1.0
+        )
         origin[system] = 0.0
     found = Scale(", ".join(units), per_n, origin)
     for _ in range(SCALE_ROUNDS):

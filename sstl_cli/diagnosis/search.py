@@ -119,7 +119,9 @@ def run(
         # what slides show beyond holds is the scatter of the accepted model, which is known
         noise = noise_of.white_only(measured)
     else:
-        rich = [fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]]
+        rich = [
+            fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]
+        ]
         sim, first, noise = hearing.heard(sim, [first, *rich], measured)
     found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
 
@@ -332,9 +334,7 @@ def _combine(found: Search, size: int, workers: int) -> int:
     return len(chosen)
 
 
-def _pairs(
-    sim: Simulator, base: Fit, models: Sequence[Weighed]
-) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:
+def _pairs(sim: Simulator, base: Fit, models: Sequence[Weighed]) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:
     """Return the linearised gain (nats) over the base of every two models that share no effect, with their steps."""
     gram, score, slices = _projected(sim, base, models)
     found = []

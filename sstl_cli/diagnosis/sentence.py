@@ -69,9 +69,7 @@ def lines(document: dict[str, Any]) -> list[str]:
         places[key] = places.get(key, 0.0) + row["share_pct"]
     top = sorted(places.items(), key=lambda item: -item[1])[:PLACES]
     rest = 100.0 - sum(v for _, v in top)
-    out.append(
-        "  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %"
-    )
+    out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")
     group = [e for e in spelled_out(document["verdict"]) if e not in document["verdict"]["effects"]]
     if document["verdict"]["effects"]:
         out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))
@@ -89,7 +87,9 @@ def lines(document: dict[str, Any]) -> list[str]:
 def _said(odd: dict[str, Any]) -> str:
     """Return a verdict in a few words: the effects, or that there are none."""
     effects = " + ".join(odd["effects"])
-    return {"none": "nothing is missing", "unknown": "the cause is not known", "ambiguous": f"{effects}, not told apart"}.get(odd["status"], effects)
+    return {"none": "nothing is missing", "unknown": "the cause is not known", "ambiguous": f"{effects}, not told apart"}.get(
+        odd["status"], effects
+    )
 
 
 def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
@@ -98,4 +98,3 @@ def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
     out = [f"  would have shown: {s['effect']} from {s['size']:.2g} {s['unit']} on, a gap of {s['gap_n']:.2g} {unit}" for s in small]
     left = (verdict.get("leftover") or [])[:2]
     return out + [f"  left over: {t['test']}, {t['sigma']:.0f} sigma" + (f", at {t['where']}" if t["where"] else "") for t in left]
-

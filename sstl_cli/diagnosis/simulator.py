@@ -82,8 +82,10 @@ class Simulator:
         self._share = np.concatenate([r.share for r in p.records])
         self._driven = np.array([r.slip is not None for r in p.records])
         known = [r.known for r in p.records]
-        self._known = None if all(k is None for k in known) else np.concatenate(
-            [np.zeros(len(r.u)) if k is None else k for r, k in zip(p.records, known, strict=True)]
+        self._known = (
+            None
+            if all(k is None for k in known)
+            else np.concatenate([np.zeros(len(r.u)) if k is None else k for r, k in zip(p.records, known, strict=True)])
         )
         self.edges = np.concatenate(([0], np.cumsum([len(r) for r in p.records])))
         self.y = np.concatenate([r.y for r in p.records])
@@ -257,7 +259,11 @@ def _pieces(r: Record, drive: Drive) -> list[Drive]:
 
 def _part(drive: Drive, part: slice) -> Drive:
     """Return a part of a drive, on the clock and the path of the whole."""
-    cut = {f: getattr(drive, f)[part] for f in ("time_s", "tension_n", "rate_n_s", "path_n", "slip", "neighbour_n") if getattr(drive, f) is not None}
+    cut = {
+        f: getattr(drive, f)[part]
+        for f in ("time_s", "tension_n", "rate_n_s", "path_n", "slip", "neighbour_n")
+        if getattr(drive, f) is not None
+    }
     return replace(drive, knots=knots(cut["tension_n"], drive.dt_s), **cut)
 
 

@@ -86,7 +86,9 @@ def learned() -> Weights:
 def from_document(d: Mapping[str, Any]) -> Weights:
     """Return weights from their document."""
     pairs = tuple((float(a), float(b)) for a, b in d["reliability"])
-    return Weights(d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["member"], d["quiet"], d["cover"], pairs, d["provenance"])
+    return Weights(
+        d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["member"], d["quiet"], d["cover"], pairs, d["provenance"]
+    )
 
 
 def _squash(x: float) -> float:

@@ -85,8 +85,7 @@ def _by(x: Array, squared: Array, quantiles: bool = False, edges: list[float] | 
     sums = np.bincount(bins, squared, len(at) - 1)
     total = max(float(sums.sum()), 1e-300)
     return [
-        {"from": float(a), "to": float(b), "share_pct": 100.0 * float(v) / total}
-        for a, b, v in zip(at[:-1], at[1:], sums, strict=True)
+        {"from": float(a), "to": float(b), "share_pct": 100.0 * float(v) / total} for a, b, v in zip(at[:-1], at[1:], sums, strict=True)
     ]
 
 

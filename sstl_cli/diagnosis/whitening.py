@@ -20,25 +20,19 @@ of a Jacobian pass through it in one go.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, STATES, filtered, gains
 from sstl_cli.diagnosis.records import Record, starts_of
-from sstl_cli.diagnosis.smoother import LAW, MOVES
-from sstl_cli.diagnosis.smoother import STATES as ERRORS
+from sstl_cli.diagnosis.smoother import MOVES
 from sstl_cli.diagnosis.wander import Turned, levels, turned
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# error of the input, what the line holds of it, coloured noise of the output's sensor
-STATES, HELD_AT, OWN_AT = ERRORS + 2, ERRORS, ERRORS + 1
-# columns of the law of the error: the last state kept, its weight in the mean, what is new in it, in both, in the mean
-STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW = 15, 19, 29, 30, 33, LAW - 1
 
 
 @dataclass(frozen=True)
@@ -139,7 +133,7 @@ class Whitener:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
-        out = _filter(x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.gain, self.first)
+        out = filtered(x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.gain, self.first)
         for turn in self.known:
             out = turn(out)
         return out[:, 0] if flat else out
@@ -173,11 +167,7 @@ class Constants:
 
 
 def whitener(
-    records: Sequence[Record],
-    phases: Phases,
-    noise: Noise,
-    discrepancy_n: Array | None = None,
-    known: Constants | None = None,
+    records: Sequence[Record], phases: Phases, noise: Noise, discrepancy_n: Array | None = None, known: Constants | None = None
 ) -> Whitener:
     """Return the innovations filter of records whose model slides and holds as ``phases`` say.
 
@@ -192,7 +182,7 @@ def whitener(
     """
     c = known or constants(records, noise)
     white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
-    weights, scale, log_det = _gains(
+    weights, scale, log_det = gains(
         phases.slide, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,
         white_n, c.keep, c.first, c.start,
     )  # fmt: skip
@@ -219,14 +209,18 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     first = np.zeros(sum(count), np.bool_)
     first[begin] = True
     sensors = [(noise.input[r.system], noise.output[r.system]) for r in records]
-    variance = np.array([out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)])
+    variance = np.array(
+        [out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)]
+    )
     own = Own(*(np.concatenate(part) for part in zip(*(_own(r, out) for r, (_, out) in zip(records, sensors, strict=True)), strict=True)))
     start = np.zeros(len(first))
     start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + variance[whose]
     law = np.concatenate([_entering(r, into, noise.smoother[r.system]) for r, (into, _) in zip(records, sensors, strict=True)])
     white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
     moves = np.ascontiguousarray(law[:, :MOVES])
-    return Constants(own, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first, levels([r.wander for r in records], count))
+    return Constants(
+        own, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first, levels([r.wander for r in records], count)
+    )
 
 
 def _entering(r: Record, into: Sensor, smoother: float) -> Array:
@@ -285,110 +279,3 @@ def coloured(r: Record, out: Sensor) -> tuple[Array, Array]:
     share = (r.misfit_n / np.maximum(total, 1e-300)) ** 2
     slow = np.exp(share * np.log(r.misfit_s) + (1.0 - share) * np.log(out.correlation_s))
     return slow, total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _gains(
-    slide: Array,
-    gain: Array,
-    doubt_n: Array,
-    law: Array,
-    decay: Array,
-    fresh: Array,
-    shown: Array,
-    both: Array,
-    mean: Array,
-    white_n: Array,
-    keep: Mask,
-    first: Mask,
-    start: Array,
-) -> tuple[Array, Array, float]:
-    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det.
-
-    State: error of the input (four numbers), what the line holds of it (4), coloured noise of the output's sensor (5); p and q
-    are its covariances before and after a step.
-    """
-    n = slide.size
-    k_out, scale, log_det, product = np.zeros((n, STATES)), np.zeros(n), 0.0, 1.0
-    p, q, m = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((ERRORS, STATES))
-    e, z = np.zeros(STATES), np.zeros(STATES)
-    for t in range(n):
-        row = law[t]
-        if first[t]:
-            p[:, HELD_AT:] = 0.0
-        hold, f, d = 1.0 - slide[t], slide[t] * gain[t], decay[t]
-        # transition times the covariance of the input's error, and that of its mean over the step with the state before
-        for j in range(STATES):
-            c0, c1, c2, c3 = p[0, j], p[1, j], p[2, j], p[3, j]
-            for i in range(ERRORS):
-                m[i, j] = row[4 * i] * c0 + row[4 * i + 1] * c1 + row[4 * i + 2] * c2 + row[4 * i + 3] * c3
-            e[j] = row[16] * c0 + row[17] * c1 + row[18] * c2 + row[19] * c3
-        at = MOVES
-        for i in range(ERRORS):
-            m0, m1, m2, m3 = m[i, 0], m[i, 1], m[i, 2], m[i, 3]
-            for j in range(i, ERRORS):
-                q[i, j] = m0 * row[4 * j] + m1 * row[4 * j + 1] + m2 * row[4 * j + 2] + m3 * row[4 * j + 3] + row[at]
-                at += 1
-            q[i, HELD_AT] = f * (m0 * row[16] + m1 * row[17] + m2 * row[18] + m3 * row[19] + row[BOTH_FROM + i]) + hold * m[i, HELD_AT]
-            q[i, OWN_AT] = d * m[i, OWN_AT]
-        entering = row[16] * e[0] + row[17] * e[1] + row[18] * e[2] + row[19] * e[3] + row[MEAN_NEW]
-        if first[t]:
-            # the output before the first sample is what was read there, or where the input holds it
-            p[HELD_AT, HELD_AT] = start[t] + gain[t] ** 2 * entering
-        # what a slip that may or may not have happened leaves behind stays until the next slide
-        before = 0.0 if first[t] else hold * doubt_n[t - 1]
-        slip = max(doubt_n[t] ** 2 - before**2, 0.0)
-        q[HELD_AT, HELD_AT] = f * f * entering + 2.0 * f * hold * e[HELD_AT] + hold * hold * p[HELD_AT, HELD_AT] + slip
-        with_held = f * e[OWN_AT] + hold * p[HELD_AT, OWN_AT]
-        q[HELD_AT, OWN_AT] = d * with_held
-        q[OWN_AT, OWN_AT] = d * d * p[OWN_AT, OWN_AT] + fresh[t]
-        if keep[t]:
-            # of the sensor's own noise a step shows the mean
-            g = shown[t]
-            for i in range(ERRORS):
-                z[i] = q[i, HELD_AT] + g * m[i, OWN_AT]
-            z[HELD_AT] = q[HELD_AT, HELD_AT] + g * with_held
-            z[OWN_AT] = q[HELD_AT, OWN_AT] + d * g * p[OWN_AT, OWN_AT] + both[t]
-            var = z[HELD_AT] + g * with_held + g * g * p[OWN_AT, OWN_AT] + mean[t] + white_n[t] ** 2
-            scale[t] = s = 1.0 / math.sqrt(var)
-            # a logarithm of a product instead of one a sample
-            product *= var
-            if not 1e-100 < product < 1e100:
-                log_det += math.log(product)
-                product = 1.0
-            for i in range(STATES):
-                z[i] *= s
-                k_out[t, i] = z[i]
-        else:
-            z[:] = 0.0
-        for i in range(STATES):
-            for j in range(i, STATES):
-                p[i, j] = p[j, i] = q[i, j] - z[i] * z[j]
-    return k_out, scale, log_det + math.log(product)
-
-
-@njit(cache=True, nogil=True)
-def _filter(x: Array, moves: Array, decay: Array, shown: Array, weights: Array, scale: Array, slide: Array, gain: Array, first: Mask) -> Array:
-    """Return innovations over their standard deviations of every column, shape (n, k)."""
-    n, k = x.shape
-    out = np.zeros((n, k))
-    state = np.zeros((STATES, k))
-    for t in range(n):
-        if first[t]:
-            state[HELD_AT:, :] = 0.0
-        t00, t01, t02, t03, t10, t11, t12, t13 = moves[t, 0], moves[t, 1], moves[t, 2], moves[t, 3], moves[t, 4], moves[t, 5], moves[t, 6], moves[t, 7]
-        t20, t21, t22, t23, t30, t31, t32, t33 = moves[t, 8], moves[t, 9], moves[t, 10], moves[t, 11], moves[t, 12], moves[t, 13], moves[t, 14], moves[t, 15]
-        f0, f1, f2, f3 = moves[t, 16], moves[t, 17], moves[t, 18], moves[t, 19]
-        hold, f, d, g, s = 1.0 - slide[t], slide[t] * gain[t], decay[t], shown[t], scale[t]
-        u0, u1, u2, u3, u4, u5 = weights[t, 0], weights[t, 1], weights[t, 2], weights[t, 3], weights[t, 4], weights[t, 5]
-        for j in range(k):
-            a0, a1, a2, a3 = state[0, j], state[1, j], state[2, j], state[3, j]
-            e0, e1 = t00 * a0 + t01 * a1 + t02 * a2 + t03 * a3, t10 * a0 + t11 * a1 + t12 * a2 + t13 * a3
-            e2, e3 = t20 * a0 + t21 * a1 + t22 * a2 + t23 * a3, t30 * a0 + t31 * a1 + t32 * a2 + t33 * a3
-            e4, a5 = f * (f0 * a0 + f1 * a1 + f2 * a2 + f3 * a3) + hold * state[4, j], state[5, j]
-            # 0 where masked: the state is only moved on
-            v = s * (x[t, j] - e4 - g * a5) if s > 0.0 else 0.0
-            out[t, j] = v
-            state[0, j], state[1, j], state[2, j], state[3, j] = e0 + u0 * v, e1 + u1 * v, e2 + u2 * v, e3 + u3 * v
-            state[4, j], state[5, j] = e4 + u4 * v, d * a5 + u5 * v
-    return out

@@ -127,9 +127,7 @@ def _parts(length: int, dt_s: float) -> tuple[Array, Array]:
     return share * amplitude[:, None], 1.0 - share + share * (variance - amplitude)[:, None]
 
 
-def fit_lines(
-    points: list[tuple[Array, Array, Array, int]], dt_s: float, sd_in: float, sd_out: float
-) -> list[Line | None]:
+def fit_lines(points: list[tuple[Array, Array, Array, int]], dt_s: float, sd_in: float, sd_out: float) -> list[Line | None]:
     """Return the line of each direction, or None where the points do not define one.
 
     Parameters

@@ -98,9 +98,7 @@ def travel(y: Array, stretch: NDArray[np.int64]) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _consensus(
-    x: Array, y: Array, weight: Array, picks: NDArray[np.int64], threshold: float
-) -> tuple[float, float]:
+def _consensus(x: Array, y: Array, weight: Array, picks: NDArray[np.int64], threshold: float) -> tuple[float, float]:
     """Return the line through two points with the smallest weighted sum of squared distances capped at the threshold."""
     best, slope, bias = np.inf, np.nan, np.nan
     cap = threshold * threshold
@@ -123,14 +121,7 @@ def _consensus(
 
 
 def ransac(
-    x: Array,
-    y: Array,
-    threshold: float,
-    floor: float,
-    fixed: bool,
-    trials: int,
-    rng: np.random.Generator,
-    weight: Array | None = None,
+    x: Array, y: Array, threshold: float, floor: float, fixed: bool, trials: int, rng: np.random.Generator, weight: Array | None = None
 ) -> tuple[float, float, float]:
     """Return slope, bias and the inlier threshold of a robust line (NaN where no pair is far enough apart).
 

@@ -39,8 +39,6 @@ class SegmentOptions:
         for name in ("cutoff_hz", "prominence_n", "delta_bl_n", "ransac_threshold_n"):
             value = getattr(self, name)
             if value is not None and not SMALLEST <= value < 1e9:
-                raise UsageError(
-                    f"must be a positive number, not {value:g}", where="--" + name.replace("_", "-"), code="E210"
-                )
+                raise UsageError(f"must be a positive number, not {value:g}", where="--" + name.replace("_", "-"), code="E210")
         if not 1 <= self.ransac_trials <= 100_000:
             raise UsageError(f"must be 1 to 100000, not {self.ransac_trials}", where="--ransac-trials", code="E211")

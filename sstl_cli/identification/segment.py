@@ -177,9 +177,7 @@ class _Session:
         first = given or max(0.05 * float(np.ptp(y)), 2.0 * floor)
         rng = stream(self.options.seed, "ransac", self.run.run_id, direction)
         weight = lines.travel(y, stretch)
-        slope, bias, threshold = lines.ransac(
-            x, y, first, floor, given is not None, self.options.ransac_trials, rng, weight
-        )
+        slope, bias, threshold = lines.ransac(x, y, first, floor, given is not None, self.options.ransac_trials, rng, weight)
         if not math.isfinite(slope):
             return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: propagation too short for a line")
         inlier = np.abs(y - slope * x - bias) <= threshold
@@ -199,9 +197,7 @@ class _Session:
             self.left_in = max(self.left_in, min(min(slow), SLOWEST * float(np.ptp(self.xf))))
             self.left_out = max(self.left_out, min(min(slow), SLOWEST * float(np.ptp(self.yf))))
             known = np.array([v for f in fits for v in (f.slope, f.bias)])
-            margin = [
-                4.0 * (self.left_out + abs(f.slope) * self.left_in) if math.isfinite(f.slope) else 0.0 for f in fits
-            ]
+            margin = [4.0 * (self.left_out + abs(f.slope) * self.left_in) if math.isfinite(f.slope) else 0.0 for f in fits]
             self._split(known, (margin[0], margin[1]), labels.FLOOR)
             fits = self._fits()
         loops = (len(self.turns) - 1) // 2 if self.moves else 0

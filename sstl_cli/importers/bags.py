@@ -58,9 +58,7 @@ def list_channels(messages: Messages, path: Path) -> list[Channel]:
             found.setdefault(name, Channel(name, None, unit, clock, text=isinstance(value, str)))
     if not found:
         why = "; ".join(f"{t}: {w}" for t, w in list(refused.items())[:4]) or "it holds no message"
-        raise SstlError(
-            f"holds no readable message ({why})", where=str(path), fix="record json, ROS 1 or CDR messages", code="E347"
-        )
+        raise SstlError(f"holds no readable message ({why})", where=str(path), fix="record json, ROS 1 or CDR messages", code="E347")
     return list(found.values())
 
 
@@ -115,9 +113,7 @@ def _block(rows: dict[str, list[Any]], numbers: list[str], position: int, path: 
     for name, values in rows.items():
         if name in numbers:
             if any(isinstance(v, str) for v in values):
-                raise SstlError(
-                    f"'{name}' holds text, not numbers", where=str(path), fix="map another field", code="E328"
-                )
+                raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another field", code="E328")
             columns[name] = np.array([np.nan if v is None else float(v) for v in values], np.float64)
         else:
             columns[name] = text_array(values)

@@ -132,9 +132,7 @@ def detect(path: Path, wanted: str | None = None) -> Format:
             fix="the file is damaged or misnamed; --format names another format",
             code="E304",
         )
-    raise SstlError(
-        "is in no known format", where=str(path), fix=f"give --format, one of {', '.join(known)}", code="E305"
-    )
+    raise SstlError("is in no known format", where=str(path), fix=f"give --format, one of {', '.join(known)}", code="E305")
 
 
 def head_of(path: Path) -> bytes:
@@ -171,10 +169,7 @@ def guarded(path: Path, title: str) -> Iterator[None]:
     except Exception as error:
         detail = " ".join(f"{type(error).__name__}: {error}".split())[:110]
         raise SstlError(
-            f"is truncated, damaged, or not {title} ({detail})",
-            where=str(path),
-            fix="record or copy it again",
-            code="E310",
+            f"is truncated, damaged, or not {title} ({detail})", where=str(path), fix="record or copy it again", code="E310"
         ) from error
 
 
@@ -215,10 +210,7 @@ def need(path: Path, module: str, extra: str) -> Any:
         return importlib.import_module(module)
     except ImportError:
         raise SstlError(
-            f"this format needs the library '{module.split('.')[0]}'",
-            where=str(path),
-            fix=f"pip install 'sstl-cli[{extra}]'",
-            code="E308",
+            f"this format needs the library '{module.split('.')[0]}'", where=str(path), fix=f"pip install 'sstl-cli[{extra}]'", code="E308"
         ) from None
 
 
@@ -275,17 +267,9 @@ def members(path: Path) -> list[Path]:
     storage = [p for p in found if p.suffix.lower() != ".yaml"]
     if not storage:
         raise SstlError(
-            "is a folder without .db3 or .mcap files",
-            where=str(path),
-            fix="give recordings, or a ROS 2 bag folder",
-            code="E306",
+            "is a folder without .db3 or .mcap files", where=str(path), fix="give recordings, or a ROS 2 bag folder", code="E306"
         )
     for member in found:
         if member.is_symlink() or not member.is_file():
-            raise SstlError(
-                f"'{member.name}' is a link or no regular file",
-                where=str(path),
-                fix="copy the file into the bag",
-                code="E315",
-            )
+            raise SstlError(f"'{member.name}' is a link or no regular file", where=str(path), fix="copy the file into the bag", code="E315")
     return found

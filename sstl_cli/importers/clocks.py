@@ -76,14 +76,7 @@ def on_grid(grid: Array, time: Array, values: Array) -> Array:
 
 
 def compare(
-    reference: str,
-    clock: str,
-    time_a: Array,
-    a: Array,
-    time_b: Array,
-    b: Array,
-    max_offset_s: float | None = None,
-    shared: bool = True,
+    reference: str, clock: str, time_a: Array, a: Array, time_b: Array, b: Array, max_offset_s: float | None = None, shared: bool = True
 ) -> ClockReport:
     """Estimate offset and drift of clock ``b`` against clock ``a``.
 
@@ -99,9 +92,7 @@ def compare(
     """
     good_a, good_b = np.isfinite(time_a) & np.isfinite(a), np.isfinite(time_b) & np.isfinite(b)
     good_a &= (
-        np.concatenate(([True], time_a[1:] > np.maximum.accumulate(np.where(good_a, time_a, -np.inf))[:-1]))
-        if len(time_a)
-        else good_a
+        np.concatenate(([True], time_a[1:] > np.maximum.accumulate(np.where(good_a, time_a, -np.inf))[:-1])) if len(time_a) else good_a
     )
     time_a, a, time_b, b = time_a[good_a], a[good_a], time_b[good_b], b[good_b]
     none = ClockReport(reference, clock, None, None, None, None, None, 0.0, shared)
@@ -126,9 +117,7 @@ def compare(
         return replace(none, why_not=f"the contents do not agree (correlation {correlation:.2f})")
     # the fit maps reference to clock; the report maps back, which to first order needs the same numbers
     inverse = rate / (1 + rate)
-    return ClockReport(
-        reference, clock, offset, offset_se, inverse * 1e6, rate_se * 1e6, correlation, origin + offset, shared
-    )
+    return ClockReport(reference, clock, offset, offset_se, inverse * 1e6, rate_se * 1e6, correlation, origin + offset, shared)
 
 
 def _lag(ta: Array, a: Array, tb: Array, b: Array, step: float, limit: float) -> tuple[float, float]:

@@ -72,7 +72,7 @@ class Finder:
         return SstlError(
             f"{target}: stands in another file than time_s, and it is not said which channel there is its time",
             where=str(self.files[file].path),
-            fix=f"write {target} = {{ ..., time = {shown} }}, or merge = \"rows\" where row n of both belongs together",
+            fix=f'write {target} = {{ ..., time = {shown} }}, or merge = "rows" where row n of both belongs together',
             code="E339",
         )
 
@@ -96,19 +96,14 @@ class Finder:
         pool = [(i, f) for i, f in enumerate(self.files) if fits[i] is not None]
         if not pool:
             names = ", ".join(f.path.name for f in self.files)
-            raise SstlError(
-                f"{target}: no file name matches '{file}'", where=self.where, fix=f"files: {names}", code="E337"
-            )
+            raise SstlError(f"{target}: no file name matches '{file}'", where=self.where, fix=f"files: {names}", code="E337")
         found = [(i, c) for i, f in pool for c in self._match(f, wanted, pattern)]
         if len(found) == 1:
             return found[0]
         known = [c.name.removeprefix(f.prefix) for _, f in pool for c in f.channels]
         if not found and isinstance(wanted, int):
             raise SstlError(
-                f"{target}: column {wanted} does not exist",
-                where=self.where,
-                fix=f"there are {len(known)}, counted from 1",
-                code="E336",
+                f"{target}: column {wanted} does not exist", where=self.where, fix=f"there are {len(known)}, counted from 1", code="E336"
             )
         if not found:
             self._once(str(wanted))

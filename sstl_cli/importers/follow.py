@@ -155,8 +155,10 @@ class TextFollower:
             raise
         if found.format.ID != "text":
             raise SstlError(
-                f"is {found.format.TITLE}, which cannot grow in place", where=str(self.path),
-                fix="give a folder in which finished files appear", code="E356",
+                f"is {found.format.TITLE}, which cannot grow in place",
+                where=str(self.path),
+                fix="give a folder in which finished files appear",
+                code="E356",
             )
         labels: Labels = labels_of(self.path, self.mapping, {})
         name = str(labels.get("run_id", self.path.stem))
@@ -187,7 +189,8 @@ class TextFollower:
             pc.ReadOptions(column_names=list(layout.names), use_threads=False, block_size=max(len(body) + 1, 1024)),
             pc.ParseOptions(
                 delimiter="\t" if layout.delimiter == SPACES else layout.delimiter,
-                quote_char='"' if layout.delimiter != SPACES else False, invalid_row_handler=skip,
+                quote_char='"' if layout.delimiter != SPACES else False,
+                invalid_row_handler=skip,
             ),
             pc.ConvertOptions(column_types=dict.fromkeys(wanted, pa.string()), include_columns=wanted, check_utf8=False),
         )

@@ -28,13 +28,7 @@ Pair = tuple[Signal, Signal]
 
 
 def gridded(
-    plan: Plan,
-    skip: int,
-    align: str,
-    max_offset_s: float | None,
-    notes: Notes,
-    reports: list[ClockReport],
-    advance: Advance,
+    plan: Plan, skip: int, align: str, max_offset_s: float | None, notes: Notes, reports: list[ClockReport], advance: Advance
 ) -> Iterator[Chunk]:
     """Yield the chunks of a recording with several clocks, without what lies outside their overlap."""
     others = plan.clocks[1:]
@@ -97,9 +91,7 @@ def _first_look(plan: Plan, pairs: dict[TimeBase, Pair | None], notes: Notes, ad
             for signal in series:
                 look.series[signal.target].add(time[keep], value_of(signal, block)[keep])
         if not rows:
-            raise SstlError(
-                f"clock '{clock.channel}' has no sample", where=str(plan.files[clock.file].path), code="E340"
-            )
+            raise SstlError(f"clock '{clock.channel}' has no sample", where=str(plan.files[clock.file].path), code="E340")
         found[clock] = look
     return found
 
@@ -136,9 +128,7 @@ def _met(
         return _as_is
     none = (np.empty(0), np.empty(0))
     a, b = (here.series[pair[0].target].arrays(), there.series[pair[1].target].arrays()) if pair else (none, none)
-    report = compare(
-        _name(plan, plan.clock), _name(plan, clock), *a, *b, max_offset_s, shared=plan.content is not None
-    )
+    report = compare(_name(plan, plan.clock), _name(plan, clock), *a, *b, max_offset_s, shared=plan.content is not None)
     applied = align == "apply" and report.estimated
     reports.append(report.applied(applied))
     return report.to_reference if applied else _as_is

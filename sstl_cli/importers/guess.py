@@ -42,9 +42,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     kinds = Counter(look.channels for look in looks)
     pair = _pair(looks) if len(looks) > 1 else None
     if pair is not None:
-        reasons.append(
-            f"'{pair.first.path.name}' holds the input and '{pair.second.path.name}' the output: merge = \"channels\""
-        )
+        reasons.append(f"'{pair.first.path.name}' holds the input and '{pair.second.path.name}' the output: merge = \"channels\"")
         look, roles = pair.first, Roles(pair.first.roles.first, pair.second.roles.second)
         reasons += [*pair.second.time.reasons]
     else:

@@ -129,9 +129,7 @@ def _antagonists(plain: list[Said], names: list[Said], data: dict[str, Array]) -
                 )
                 others = [s for s in names if s not in (a, b) and not s.reference]
                 second, why = _follows(x - y, others, data)
-                return Roles(
-                    (a, b), second, "swap them if pulling should raise the input", "what is this?", (reason, *why)
-                )
+                return Roles((a, b), second, "swap them if pulling should raise the input", "what is this?", (reason, *why))
     return None
 
 
@@ -159,9 +157,7 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
     if pair is not None:
         return pair
     if len(common) < 2:
-        return Roles(
-            ask_first="which channel?", ask_second="which channel?", reasons=("fewer than two channels move",)
-        )
+        return Roles(ask_first="which channel?", ask_second="which channel?", reasons=("fewer than two channels move",))
     table = np.vstack([np.nan_to_num(data[s.name]) for s in common])
     with np.errstate(invalid="ignore", divide="ignore"):
         together = np.abs(np.nan_to_num(np.corrcoef(table)))

@@ -51,17 +51,12 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str]) -> T
         # of several the one that tells samples apart; then the sender's own stamp; then the first of the file
         best = min(
             named,
-            key=lambda s: (
-                _goes_back(data[s.name]),
-                _repeats(data[s.name]) > 0.5,
-                "header" not in s.words,
-                _repeats(data[s.name]) > 0,
-            ),
+            key=lambda s: (_goes_back(data[s.name]), _repeats(data[s.name]) > 0.5, "header" not in s.words, _repeats(data[s.name]) > 0),
         )
         sides = {s.side for s in named if s.side}
         if len(sides) == 2:
             found = _of(best, data[best.name], reasons, sure=True)
-            ask = "each side has its own clock: add time = \"...\" to the other tension"
+            ask = 'each side has its own clock: add time = "..." to the other tension'
             return replace(found, line=found.line.partition("  # (?)")[0] + f"  # (?) {ask}")
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)

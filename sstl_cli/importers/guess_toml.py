@@ -109,7 +109,7 @@ def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
     if one.dimension == "pressure":
         return f'unit = "{one.unit}"', "a pressure needs bore_mm or area_mm2"
     if one.unit:
-        return f'unit = "{one.unit}", as = "N"', f"a {one.dimension} in {one.unit}, no tension: as = \"N\" keeps its numbers"
+        return f'unit = "{one.unit}", as = "N"', f'a {one.dimension} in {one.unit}, no tension: as = "N" keeps its numbers'
     if one.name == target:
         return 'unit = "N"', ""
     if whole and most > 50:
@@ -130,7 +130,7 @@ def _others(p: Proposal) -> list[str]:
         for s in found:
             name = json.dumps(s.name, ensure_ascii=False)
             sure = len(found) == 1 and s.dimension == dimension and p.pair is None
-            lines.append(f"{'' if sure else '# '}{target} = {{ column = {name}, unit = \"{s.unit or '...'}\" }}")
+            lines.append(f'{"" if sure else "# "}{target} = {{ column = {name}, unit = "{s.unit or "..."}" }}')
     return lines
 
 

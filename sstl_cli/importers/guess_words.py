@@ -48,10 +48,8 @@ SIDE: dict[str, str] = {
     ),
 }
 REFERENCE = words(
-
-        "ref reference cmd command commanded desired des setpoint set sp target soll sollwert consigne consigna "
-        "referencia riferimento demand goal nominal vorgabe"
-
+    "ref reference cmd command commanded desired des setpoint set sp target soll sollwert consigne consigna "
+    "referencia riferimento demand goal nominal vorgabe"
 )
 # parts of German compounds and of words written together
 STEMS: dict[str, tuple[str, str]] = {

@@ -10,18 +10,7 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
-from sstl_cli.importers.base import (
-    MAX_CHANNELS,
-    Block,
-    Channel,
-    Layout,
-    Notes,
-    check_declared,
-    guarded,
-    same_length,
-    slices,
-    text_array,
-)
+from sstl_cli.importers.base import MAX_CHANNELS, Block, Channel, Layout, Notes, check_declared, guarded, same_length, slices, text_array
 from sstl_cli.importers.isolate import isolated, isolated_blocks
 
 ID = "hdf5"
@@ -73,14 +62,9 @@ def list_channels(path: Path, matlab: bool) -> list[Channel]:
             shown = name.replace("/", ".") if matlab else name
             text = dataset.dtype.kind in "SO"
             if dataset.dtype.names:
-                out += [
-                    Channel(f"{shown}.{f}", rows_of(dataset, matlab), text=dataset.dtype[f].kind in "SO")
-                    for f in dataset.dtype.names
-                ]
+                out += [Channel(f"{shown}.{f}", rows_of(dataset, matlab), text=dataset.dtype[f].kind in "SO") for f in dataset.dtype.names]
             elif width(dataset, matlab) > 1:
-                out += [
-                    Channel(f"{shown}[{i + 1}]", rows_of(dataset, matlab), unit) for i in range(width(dataset, matlab))
-                ]
+                out += [Channel(f"{shown}[{i + 1}]", rows_of(dataset, matlab), unit) for i in range(width(dataset, matlab))]
             else:
                 out.append(Channel(shown, rows_of(dataset, matlab), unit, text=text))
             if len(out) > MAX_CHANNELS:
@@ -136,10 +120,7 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
             link = group.get(key, getlink=True)
             if isinstance(link, h5py.ExternalLink):
                 raise SstlError(
-                    f"'{prefix}{key}' is a link to another file",
-                    where=str(path),
-                    fix="copy the data into one file",
-                    code="E315",
+                    f"'{prefix}{key}' is a link to another file", where=str(path), fix="copy the data into one file", code="E315"
                 )
             if isinstance(link, h5py.SoftLink):
                 continue
@@ -149,10 +130,7 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
             elif isinstance(item, h5py.Dataset) and _usable(item):
                 if item.external or item.is_virtual:
                     raise SstlError(
-                        f"'{prefix}{key}' keeps its values in another file",
-                        where=str(path),
-                        fix="copy the data into one file",
-                        code="E315",
+                        f"'{prefix}{key}' keeps its values in another file", where=str(path), fix="copy the data into one file", code="E315"
                     )
                 _check(path, prefix + key, item, size)
                 yield prefix + key, item
@@ -215,9 +193,7 @@ def _cutter(dataset: Any, rest: str, number: bool, matlab: bool, path: Path, nam
             values = values[rest[1:]]
         if number:
             if values.dtype.kind not in "biuf":
-                raise SstlError(
-                    f"'{name}' holds text, not numbers", where=str(path), fix="map another dataset", code="E328"
-                )
+                raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another dataset", code="E328")
             return values.astype(np.float64)
         return text_array(values)
 

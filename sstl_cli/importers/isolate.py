@@ -107,12 +107,7 @@ def _be_child(messages: Callable[[], Iterator[tuple[dict[str, Any], list[bytes]]
                 detail = " ".join(f"{type(error).__name__}: {error}".split())[:110]
                 _send(
                     pipe,
-                    {
-                        "error": f"is truncated or damaged ({detail})",
-                        "where": str(path),
-                        "fix": "record or copy it again",
-                        "code": "E310",
-                    },
+                    {"error": f"is truncated or damaged ({detail})", "where": str(path), "fix": "record or copy it again", "code": "E310"},
                     [],
                 )
         code = 0
@@ -153,20 +148,10 @@ def _exactly(pipe: Any, n: int, path: Path, child: int) -> bytes:
     while left:
         ready, _, _ = select.select([pipe], [], [], TIMEOUT_S)
         if not ready:
-            raise SstlError(
-                f"gives no value within {TIMEOUT_S:.0f} s",
-                where=str(path),
-                fix="the file is damaged or hostile",
-                code="E317",
-            )
+            raise SstlError(f"gives no value within {TIMEOUT_S:.0f} s", where=str(path), fix="the file is damaged or hostile", code="E317")
         piece = pipe.read(min(left, 1 << 20))
         if not piece:
-            raise SstlError(
-                "is damaged so badly that its reader stopped",
-                where=str(path),
-                fix="record or copy it again",
-                code="E317",
-            )
+            raise SstlError("is damaged so badly that its reader stopped", where=str(path), fix="record or copy it again", code="E317")
         pieces.append(piece)
         left -= len(piece)
     return b"".join(pieces)

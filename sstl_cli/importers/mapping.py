@@ -178,10 +178,7 @@ class Mapping(Model):
     @classmethod
     def _plain(cls, value: Any) -> Any:
         if isinstance(value, dict):
-            return {
-                k: str(v) if isinstance(v, int) and not isinstance(v, bool) and k != "lead_mm" else v
-                for k, v in value.items()
-            }
+            return {k: str(v) if isinstance(v, int) and not isinstance(v, bool) and k != "lead_mm" else v for k, v in value.items()}
         return value
 
 
@@ -207,9 +204,7 @@ def mapping_of(document: dict[str, Any], where: str) -> Mapping:
         if source.rate_hz is not None and name != "time_s":
             raise SstlError(f"'{name}' cannot be a rate", where=where, fix="rate_hz belongs to time_s", code="E331")
         if source.several and (name in LABELS or name == "time_s"):
-            raise SstlError(
-                f"'{name}' cannot be made of several channels", where=where, fix="name one column", code="E331"
-            )
+            raise SstlError(f"'{name}' cannot be made of several channels", where=where, fix="name one column", code="E331")
         if source.as_ is not None and (name not in TENSIONS or source.as_ != "N"):
             raise SstlError(
                 f"'as = {source.as_!r}' on {name}",
@@ -233,7 +228,7 @@ def _with_own_units(document: dict[str, Any], where: str) -> dict[str, Any]:
         found = _OWN_UNIT.fullmatch(text) if isinstance(text, str) else None
         if is_unit(name) or found is None or not is_unit(found[2]) or float(found[1]) == 0:
             what = f"'{name}' is a known unit" if is_unit(name) else f"unit '{name}' is {text!r}"
-            fix = "choose another name" if is_unit(name) else "give a number and a known unit, such as \"0.0125 N\""
+            fix = "choose another name" if is_unit(name) else 'give a number and a known unit, such as "0.0125 N"'
             raise SstlError(what, where=f"{where}, [units]", fix=fix, code="E331")
         known[name] = (float(found[1]), found[2])
     out = {}

@@ -16,18 +16,7 @@ from typing import Any
 import numpy as np
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.importers.base import (
-    MAX_CHANNELS,
-    Block,
-    Channel,
-    Layout,
-    Notes,
-    check_declared,
-    guarded,
-    same_length,
-    slices,
-    text_array,
-)
+from sstl_cli.importers.base import MAX_CHANNELS, Block, Channel, Layout, Notes, check_declared, guarded, same_length, slices, text_array
 
 ID = "mat5"
 TITLE = "a MATLAB file (v5 to v7)"
@@ -64,9 +53,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         columns: dict[str, Any] = {}
         for name, values in chosen.items():
             if name in numbers and isinstance(values, list):
-                raise SstlError(
-                    f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328"
-                )
+                raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328")
             held = text_array(values) if name in labels else values
             columns[name] = _cut(held)
         yield from slices(rows, columns, path.stat().st_size, path)
@@ -209,9 +196,7 @@ def _vectors(path: Path) -> dict[str, Any]:
     if at < len(data) and len(data) - at >= 8:
         raise ValueError("ends inside an element")
     if not out:
-        raise SstlError(
-            "holds no numeric vector", where=str(path), fix="save arrays or structs, not objects", code="E333"
-        )
+        raise SstlError("holds no numeric vector", where=str(path), fix="save arrays or structs, not objects", code="E333")
     return out
 
 

@@ -56,12 +56,7 @@ def messages(path: Path) -> Messages:
                 if isinstance(record, records.Chunk):
                     data = unpacked(record.data, record.compression, record.uncompressed_size, path)
                     plain = records.Chunk(
-                        compression="",
-                        data=data,
-                        message_end_time=0,
-                        message_start_time=0,
-                        uncompressed_crc=0,
-                        uncompressed_size=len(data),
+                        compression="", data=data, message_end_time=0, message_start_time=0, uncompressed_crc=0, uncompressed_size=len(data)
                     )
                     inner = reader.breakup_chunk(plain)
                 else:

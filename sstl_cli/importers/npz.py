@@ -37,9 +37,7 @@ _MAGIC = b"\x93NUMPY"
 
 def sniff(head: bytes, path: Path) -> bool:
     """Return whether the file is a zip archive named or filled like NPZ, or one array."""
-    return head.startswith(_MAGIC) or (
-        head.startswith(b"PK\x03\x04") and (path.suffix.lower() == ".npz" or b".npy" in head[:512])
-    )
+    return head.startswith(_MAGIC) or (head.startswith(b"PK\x03\x04") and (path.suffix.lower() == ".npz" or b".npy" in head[:512]))
 
 
 @dataclass(frozen=True)
@@ -160,9 +158,7 @@ def _members(path: Path) -> list[Stored]:
     with zipfile.ZipFile(path) as archive:
         entries = archive.infolist()
         if len(entries) > MAX_CHANNELS:
-            raise SstlError(
-                f"has {len(entries)} members", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324"
-            )
+            raise SstlError(f"has {len(entries)} members", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
         check_declared(path, sum(e.file_size for e in entries), "the archive", size)
         for entry in entries:
             _check_name(entry, path)
@@ -179,9 +175,7 @@ def _check_name(entry: zipfile.ZipInfo, path: Path) -> None:
     """Refuse names that lead out of the archive, and links; nothing is ever unpacked to disk."""
     name = PurePosixPath(entry.filename.replace("\\", "/"))
     if name.is_absolute() or ".." in name.parts or entry.filename[1:2] == ":":
-        raise SstlError(
-            f"member '{entry.filename}' leads out of the archive", where=str(path), fix="do not trust it", code="E315"
-        )
+        raise SstlError(f"member '{entry.filename}' leads out of the archive", where=str(path), fix="do not trust it", code="E315")
     if stat.S_ISLNK(entry.external_attr >> 16):
         raise SstlError(f"member '{entry.filename}' is a link", where=str(path), fix="do not trust it", code="E315")
     if entry.flag_bits & 1:

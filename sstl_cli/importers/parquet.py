@@ -10,17 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.importers.base import (
-    MAX_CHANNELS,
-    ROWS_PER_BLOCK,
-    Block,
-    Channel,
-    Layout,
-    Notes,
-    check_declared,
-    guarded,
-    text_array,
-)
+from sstl_cli.importers.base import MAX_CHANNELS, ROWS_PER_BLOCK, Block, Channel, Layout, Notes, check_declared, guarded, text_array
 
 ID = "parquet"
 TITLE = "Parquet"
@@ -110,9 +100,7 @@ def _is_text(kind: pa.DataType) -> bool:
 
 def _number(values: pa.Array, name: str, origins: dict[str, int], path: Path) -> np.ndarray:
     if _is_time(values.type):
-        raw = values.cast(pa.timestamp("ns") if pa.types.is_timestamp(values.type) else pa.duration("ns")).cast(
-            pa.int64()
-        )
+        raw = values.cast(pa.timestamp("ns") if pa.types.is_timestamp(values.type) else pa.duration("ns")).cast(pa.int64())
         first = next((v for v in raw.to_pylist() if v is not None), 0) if name not in origins else 0
         origin = origins.setdefault(name, first)
         whole = raw.fill_null(origin).to_numpy(zero_copy_only=False) - origin
@@ -126,10 +114,7 @@ def _number(values: pa.Array, name: str, origins: dict[str, int], path: Path) ->
             values = values.cast(pa.float64())
         except pa.ArrowException:
             raise SstlError(
-                f"column '{name}' holds {values.type}, not numbers",
-                where=str(path),
-                fix="map another column",
-                code="E328",
+                f"column '{name}' holds {values.type}, not numbers", where=str(path), fix="map another column", code="E328"
             ) from None
     return np.asarray(values.cast(pa.float64()).to_numpy(zero_copy_only=False), np.float64)
 

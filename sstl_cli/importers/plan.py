@@ -144,14 +144,10 @@ def plan_of(files: list[Recording], mapping: MappingFile, labels: dict[str, str 
             code="E334",
         )
     if constants.get("system", "act") not in ("act", "sstl"):
-        raise SstlError(
-            f"system is '{constants['system']}'", where=find.where, fix="it must be 'act' or 'sstl'", code="E334"
-        )
+        raise SstlError(f"system is '{constants['system']}'", where=find.where, fix="it must be 'act' or 'sstl'", code="E334")
     if "lead_mm" in constants:
         constants["lead_mm"] = _number(constants["lead_mm"], find.where)
-    return Plan(
-        tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units
-    )
+    return Plan(tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units)
 
 
 def fill(value: str | float, names: dict[str, str | float]) -> str | float:
@@ -182,10 +178,7 @@ def _number(value: str | float, where: str) -> float:
 def _clock_of(time: Source | None, first: Source | None, find: Finder, mapping: MappingFile) -> TimeBase:
     if time is not None and time.rate_hz is not None:
         file = find.find(
-            _reference(first) if first else "tension_in_n",
-            "tension_in_n",
-            first.file if first else None,
-            bool(first and first.pattern),
+            _reference(first) if first else "tension_in_n", "tension_in_n", first.file if first else None, bool(first and first.pattern)
         )[0]
         return TimeBase(file, None, Linear(1.0), time.rate_hz)
     if time is None and not find.has("time_s"):
@@ -194,10 +187,7 @@ def _clock_of(time: Source | None, first: Source | None, find: Finder, mapping: 
             return _own_clock(first, find, None if first.several else find.channel(first, "tension_in_n"))
         try:
             file, channel = find.find(
-                _reference(first) if first else "tension_in_n",
-                "tension_in_n",
-                first.file if first else None,
-                bool(first and first.pattern),
+                _reference(first) if first else "tension_in_n", "tension_in_n", first.file if first else None, bool(first and first.pattern)
             )
         except SstlError:
             raise find.missing("time_s") from None
@@ -229,9 +219,7 @@ def _own_clock(source: Source, find: Finder, found: tuple[int, Channel] | None) 
     return TimeBase(at, channel.name, _scaled(made, source.time_scale))
 
 
-def _signal(
-    target: str, source: Source, dimension: str | None, find: Finder, clock: TimeBase, notes: list[str]
-) -> Signal:
+def _signal(target: str, source: Source, dimension: str | None, find: Finder, clock: TimeBase, notes: list[str]) -> Signal:
     if source.several:
         found = [find.find(r, target, source.file) for r in source.several]
         if len({at for at, _ in found}) > 1:

@@ -167,9 +167,7 @@ class Splitter:
             return chunk, changes
         if self.policy.time.repeated == "fail":
             at = float(time[int(np.argmax(same))])
-            raise SstlError(
-                f"time {at:g} s is repeated", where=self.where, fix='use repeated = "last" in [time]', code="E351"
-            )
+            raise SstlError(f"time {at:g} s is repeated", where=self.where, fix='use repeated = "last" in [time]', code="E351")
         self.counts.repeated += n
         self.counts.notes.aside(f"repeated time (kept the {self.policy.time.repeated})", n)
         if self.policy.time.repeated == "first":
@@ -218,9 +216,7 @@ class Splitter:
                 self.gap_s = GAP_PERIODS * self.step_s
             self.counts.gap_s = self.counts.gap_s or self.gap_s
 
-    def _gaps(
-        self, chunk: Chunk, gaps: NDArray[np.bool_], changes: NDArray[np.bool_], body: int
-    ) -> tuple[Chunk, NDArray[np.bool_], int]:
+    def _gaps(self, chunk: Chunk, gaps: NDArray[np.bool_], changes: NDArray[np.bool_], body: int) -> tuple[Chunk, NDArray[np.bool_], int]:
         n = int(gaps.sum())
         if not n:
             return chunk, changes, body
@@ -241,9 +237,7 @@ class Splitter:
         missing = np.rint((time[rows] - time[rows - 1]) / self.step_s).astype(np.float64) - 1
         long = missing > MAX_FILL_STEPS
         if long.any():
-            self.counts.remarks.append(
-                f"{int(long.sum())} gaps longer than {MAX_FILL_STEPS} steps were split, not filled"
-            )
+            self.counts.remarks.append(f"{int(long.sum())} gaps longer than {MAX_FILL_STEPS} steps were split, not filled")
         starts = changes.copy()
         starts[rows[long]] = True
         fill = {int(r): int(m) for r, m in zip(rows[~long], missing[~long], strict=True)}
@@ -268,9 +262,7 @@ class Splitter:
             self.zero = float(piece.signals["time_s"][0]) if self.policy.time.start == "zero" else None
         for name in LABELS:
             if name in piece.labels and name not in ("run_id", "lead_mm") and len(piece.labels[name].unique()) > 1:
-                raise SstlError(
-                    f"{name} changes within a run", where=self.where, fix="give the parts another run_id", code="E355"
-                )
+                raise SstlError(f"{name} changes within a run", where=self.where, fix="give the parts another run_id", code="E355")
         self.waiting.append(piece)
         self.waiting_rows += len(piece)
         if self.waiting_rows >= max(PIECE_ROWS, self.policy.repair.min_samples):
@@ -305,9 +297,7 @@ class Splitter:
             n += 1
             self.run_id = f"{base}-{n}"
             if n > MAX_RUNS:
-                raise SstlError(
-                    f"splits into more than {MAX_RUNS} runs", where=self.where, fix="raise gap_s", code="E354"
-                )
+                raise SstlError(f"splits into more than {MAX_RUNS} runs", where=self.where, fix="raise gap_s", code="E354")
         self.used.add(self.run_id)
         self.counts.runs += 1
 
@@ -337,24 +327,16 @@ class Splitter:
         system = labels["system"]
         if system not in ("act", "sstl"):
             raise SstlError(
-                f"system is {system!r}",
-                where=f"{self.where}, run {self.run_id!r}",
-                fix="it must be 'act' or 'sstl'",
-                code="E334",
+                f"system is {system!r}", where=f"{self.where}, run {self.run_id!r}", fix="it must be 'act' or 'sstl'", code="E334"
             )
         lead: float | None = None
         if labels["lead_mm"] is not None:
             try:
                 lead = float(labels["lead_mm"])
             except ValueError:
-                raise SstlError(
-                    f"lead_mm is {labels['lead_mm']!r}", where=self.where, fix="give a number in mm", code="E335"
-                ) from None
+                raise SstlError(f"lead_mm is {labels['lead_mm']!r}", where=self.where, fix="give a number in mm", code="E335") from None
             lead = lead if np.isfinite(lead) else None
-        text = {
-            n: str(labels[n]) if labels[n] is not None else None
-            for n in ("config_id", "location", "trajectory", "tendon")
-        }
+        text = {n: str(labels[n]) if labels[n] is not None else None for n in ("config_id", "location", "trajectory", "tendon")}
         signals = dict(piece.signals)
         if self.zero is not None:
             signals["time_s"] = signals["time_s"] - self.zero

@@ -46,9 +46,7 @@ def messages(path: Path) -> Messages:
     topics: dict[int, Topic] = {}
     with open(path, "rb") as file:
         if file.read(len(_MAGIC)) != _MAGIC:
-            raise SstlError(
-                "is a bag of another version than 2.0", where=str(path), fix="convert it with rosbag", code="E347"
-            )
+            raise SstlError("is a bag of another version than 2.0", where=str(path), fix="convert it with rosbag", code="E347")
         for header, data in _records(file, path):
             operation = header.get("op", b"\0")[0]
             if operation == _CHUNK:
@@ -88,12 +86,7 @@ def _length(raw: bytes) -> int:
 
 def _exactly(file: IO[bytes], size: int, limit: int, path: Path) -> bytes:
     if size > limit:
-        raise SstlError(
-            f"a record declares {size:.3g} bytes",
-            where=str(path),
-            fix="damaged, or recorded in too large chunks",
-            code="E312",
-        )
+        raise SstlError(f"a record declares {size:.3g} bytes", where=str(path), fix="damaged, or recorded in too large chunks", code="E312")
     data = file.read(size)
     if len(data) < size:
         raise SstlError("ends inside a record", where=str(path), fix="truncated: record or copy it again", code="E310")

@@ -56,12 +56,7 @@ def messages(path: Path) -> Messages:
             base.set_progress_handler(budget.spend, 10_000)
             kinds = dict(base.execute("SELECT name, type FROM sqlite_master").fetchmany(200))
             if kinds.get("messages") != "table" or kinds.get("topics") != "table":
-                raise SstlError(
-                    "is an SQLite file without topics and messages",
-                    where=str(path),
-                    fix="give a ROS 2 bag",
-                    code="E347",
-                )
+                raise SstlError("is an SQLite file without topics and messages", where=str(path), fix="give a ROS 2 bag", code="E347")
             topics = _topics(base, kinds, path)
             total = base.execute("SELECT max(rowid) FROM messages").fetchone()[0] or 1
             rows = base.execute("SELECT rowid, topic_id, timestamp, data FROM messages ORDER BY timestamp, rowid")
@@ -88,14 +83,10 @@ class _Budget:
 def _topics(base: sqlite3.Connection, kinds: dict[str, str], path: Path) -> dict[int, Topic]:
     texts: dict[str, str] = {}
     if kinds.get("message_definitions") == "table":
-        rows = base.execute(
-            "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
-        ).fetchmany(10_000)
+        rows = base.execute("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions").fetchmany(10_000)
         texts = {str(k): str(t) for k, e, t in rows if e == "ros2msg"}
     out: dict[int, Topic] = {}
-    for number, name, kind, how in base.execute("SELECT id, name, type, serialization_format FROM topics").fetchmany(
-        10_000
-    ):
+    for number, name, kind, how in base.execute("SELECT id, name, type, serialization_format FROM topics").fetchmany(10_000):
         name, kind = str(name), str(kind)
         try:
             known = definitions(kind, texts[kind]) if texts.get(kind) else _standard(kind, path)

@@ -29,9 +29,7 @@ class JoinedRows:
         """Return where each channel stands; names that several files use get the file's stem in front."""
         count = Counter(c.name for p in self.parts for c in p.channels)
         return {
-            c.name if count[c.name] == 1 else f"{p.path.stem}/{c.name}": (i, c.name)
-            for i, p in enumerate(self.parts)
-            for c in p.channels
+            c.name if count[c.name] == 1 else f"{p.path.stem}/{c.name}": (i, c.name) for i, p in enumerate(self.parts) for c in p.channels
         }
 
     def sniff(self, head: bytes, path: Path) -> bool:
@@ -69,8 +67,7 @@ class JoinedRows:
         if any(ready):
             short, long = readers[ready.index(0)], readers[ready.index(max(ready))]
             raise SstlError(
-                f"has {short.rows} rows, '{long.part.path.name}' has more: row n of one does not belong to row n of "
-                "the other",
+                f"has {short.rows} rows, '{long.part.path.name}' has more: row n of one does not belong to row n of the other",
                 where=str(short.part.path),
                 fix='cut them to the same rows, or use merge = "channels" with a time for each',
                 code="E349",
@@ -80,9 +77,7 @@ class JoinedRows:
 class _Reader:
     """One of the files: blocks in, any number of rows out."""
 
-    def __init__(
-        self, part: Recording, mine: dict[str, str], numbers: list[str], labels: list[str], notes: Notes
-    ) -> None:
+    def __init__(self, part: Recording, mine: dict[str, str], numbers: list[str], labels: list[str], notes: Notes) -> None:
         self.part, self.mine, self.position, self.rows = part, mine, 0, 0
         wanted = [own for shown, own in mine.items() if shown in numbers]
         texts = [own for shown, own in mine.items() if shown in labels]

@@ -13,13 +13,7 @@ from sstl_cli.importers.plan import Plan
 
 
 def chunks(
-    plan: Plan,
-    skip: int,
-    align: str,
-    max_offset_s: float | None,
-    notes: Notes,
-    clocks: list[ClockReport],
-    advance: Advance,
+    plan: Plan, skip: int, align: str, max_offset_s: float | None, notes: Notes, clocks: list[ClockReport], advance: Advance
 ) -> Iterator[Chunk]:
     """Yield the chunks of one recording.
 

@@ -101,17 +101,12 @@ def labels_of(path: Path, mapping: Mapping, manifest: dict[str, Labels]) -> Labe
         [found] = search(mapping.file_name, [path.name])
         if found is None:
             raise SstlError(
-                f"name does not fit the pattern '{mapping.file_name}'",
-                where=str(path),
-                fix="correct file_name in the mapping",
-                code="E341",
+                f"name does not fit the pattern '{mapping.file_name}'", where=str(path), fix="correct file_name in the mapping", code="E341"
             )
         labels |= found
     if manifest:
         if path.name not in manifest:
-            raise SstlError(
-                "is not listed in the manifest", where=str(path), fix=nearest(path.name, manifest), code="E342"
-            )
+            raise SstlError("is not listed in the manifest", where=str(path), fix=nearest(path.name, manifest), code="E342")
         labels |= manifest[path.name]
     return labels
 
@@ -134,9 +129,7 @@ def read_manifest(path: Path) -> dict[str, Labels]:
         raise SstlError(f"has column '{twice[0]}' more than once", where=str(path), fix="drop all but one", code="E343")
     names = list(rows[0]) if rows else []
     if "file" not in names:
-        raise SstlError(
-            "has no column 'file'", where=str(path), fix=f"columns: file and any of {', '.join(LABELS)}", code="E343"
-        )
+        raise SstlError("has no column 'file'", where=str(path), fix=f"columns: file and any of {', '.join(LABELS)}", code="E343")
     out: dict[str, Labels] = {}
     for row in rows:
         if None in row or None in row.values():
@@ -161,9 +154,7 @@ def _key(path: Path, mapping: Mapping, labels: Labels) -> str:
 def _single(path: Path, mapping: Mapping, wanted: str | None) -> Recording:
     found = recordings(path, mapping, wanted)
     if len(found) > 1:
-        raise SstlError(
-            "holds several runs and cannot be merged", where=str(path), fix="import it by itself", code="E344"
-        )
+        raise SstlError("holds several runs and cannot be merged", where=str(path), fix="import it by itself", code="E344")
     return found[0]
 
 

@@ -50,11 +50,7 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
             own = _array_kind(channel)
             out.append(
                 Channel(
-                    name,
-                    rows,
-                    unit if is_unit(unit) else ("s" if own == "time" else ""),
-                    name + TIME if timed else "",
-                    text=own == "text",
+                    name, rows, unit if is_unit(unit) else ("s" if own == "time" else ""), name + TIME if timed else "", text=own == "text"
                 )
             )
             if timed:
@@ -105,18 +101,13 @@ def _check_lead_ins(path: Path) -> None:
             if len(lead) < 28:
                 raise SstlError("ends inside a segment", where=str(path), fix="record or copy it again", code="E310")
             if lead[:4] != b"TDSm":
-                raise SstlError(
-                    f"has no segment at byte {at}", where=str(path), fix="record or copy it again", code="E310"
-                )
+                raise SstlError(f"has no segment at byte {at}", where=str(path), fix="record or copy it again", code="E310")
             order = "big" if int.from_bytes(lead[4:8], "little") & 64 else "little"
             length = int.from_bytes(lead[12:20], order)  # type: ignore[arg-type]
             raw = int.from_bytes(lead[20:28], order)  # type: ignore[arg-type]
             if length == 0xFFFFFFFFFFFFFFFF:
                 raise SstlError(
-                    "was not closed by the recorder (open last segment)",
-                    where=str(path),
-                    fix="let the recorder finish",
-                    code="E310",
+                    "was not closed by the recorder (open last segment)", where=str(path), fix="let the recorder finish", code="E310"
                 )
             if raw > length or at + 28 + length > size:
                 raise SstlError(
@@ -128,9 +119,7 @@ def _check_lead_ins(path: Path) -> None:
             at += 28 + length
             count += 1
             if count > MAX_SEGMENTS:
-                raise SstlError(
-                    f"has more than {MAX_SEGMENTS} segments", where=str(path), fix="defragment it", code="E312"
-                )
+                raise SstlError(f"has more than {MAX_SEGMENTS} segments", where=str(path), fix="defragment it", code="E312")
 
 
 def _channels(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
@@ -168,9 +157,7 @@ def _cutter(channel: Any, number: bool, path: Path, name: str, origin: list[Any]
                 origin.append(values[0])
             return (values - origin[0]) / np.timedelta64(1, "ns") * 1e-9
         if values.dtype.kind not in "biuf":
-            raise SstlError(
-                f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328"
-            )
+            raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328")
         return values.astype(np.float64)
 
     return piece

@@ -44,8 +44,10 @@ def require_once(name: str, names: Collection[str], where: str) -> None:
     """Raise SstlError if a header holds a name more than once (its columns are numbered then)."""
     if name not in names and f"{name}.1" in names and f"{name}.2" in names:
         raise SstlError(
-            f"column '{name}' stands in the header more than once", where=where,
-            fix=f"rename all but one, or say in the mapping which is meant: '{name}.1', '{name}.2', ...", code="E329",
+            f"column '{name}' stands in the header more than once",
+            where=where,
+            fix=f"rename all but one, or say in the mapping which is meant: '{name}.1', '{name}.2', ...",
+            code="E329",
         )
 
 
@@ -62,9 +64,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     types = {n: pa.float64() for n in numbers} | {n: pa.binary() for n in labels if n not in numbers}
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     # a lone quote can only be damage where every wanted cell is a number
-    parse = pc.ParseOptions(
-        delimiter=delimiter, ignore_empty_lines=True, quote_char='"' if found.delimiter != SPACES else False
-    )
+    parse = pc.ParseOptions(delimiter=delimiter, ignore_empty_lines=True, quote_char='"' if found.delimiter != SPACES else False)
     convert = pc.ConvertOptions(
         column_types=types,
         include_columns=wanted,
@@ -77,13 +77,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
 
 
 def _blocks(
-    path: Path,
-    found: TextLayout,
-    parse: pc.ParseOptions,
-    convert: pc.ConvertOptions,
-    numbers: list[str],
-    labels: list[str],
-    notes: Notes,
+    path: Path, found: TextLayout, parse: pc.ParseOptions, convert: pc.ConvertOptions, numbers: list[str], labels: list[str], notes: Notes
 ) -> Iterator[Block]:
     with open(path, "rb") as file:
         file.seek(found.first_byte)
@@ -167,14 +161,7 @@ def _whole_lines(body: bytes, found: TextLayout, notes: Notes) -> bytes:
     return body
 
 
-def _parse(
-    body: bytes,
-    found: TextLayout,
-    parse: pc.ParseOptions,
-    convert: pc.ConvertOptions,
-    path: Path,
-    offset: int,
-) -> pa.Table:
+def _parse(body: bytes, found: TextLayout, parse: pc.ParseOptions, convert: pc.ConvertOptions, path: Path, offset: int) -> pa.Table:
     options = pc.ReadOptions(column_names=list(found.names), use_threads=False, block_size=max(len(body) + 1, 1024))
     try:
         return pc.read_csv(pa.py_buffer(body), options, parse, convert)
@@ -193,11 +180,7 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
     """Raise the error with the line and the column that the fast parser stumbled over."""
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     width = len(found.names)
-    checked = [
-        (i, n)
-        for i, n in enumerate(found.names)
-        if n in convert.include_columns and pa.types.is_floating(convert.column_types[n])
-    ]
+    checked = [(i, n) for i, n in enumerate(found.names) if n in convert.include_columns and pa.types.is_floating(convert.column_types[n])]
     for offset, raw in enumerate(body.split(b"\n")):
         text = raw.decode("utf-8", "replace")
         if not text.strip():

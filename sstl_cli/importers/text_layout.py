@@ -21,23 +21,7 @@ _NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitesp
 _COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
 _COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
-MISSING = (
-    "",
-    "NA",
-    "N/A",
-    "#N/A",
-    "NaN",
-    "nan",
-    "NAN",
-    "-nan",
-    "-NaN",
-    "null",
-    "NULL",
-    "None",
-    "1.#QNAN",
-    "-1.#IND",
-    "nan(ind)",
-)
+MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null", "NULL", "None", "1.#QNAN", "-1.#IND", "nan(ind)")
 _MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 
@@ -121,10 +105,7 @@ def _head(sample: list[str], wanted: Layout, delimiter: str, path: Path, before:
                 return _Head(i, texts, comment, cells)
             if wanted.header is False:
                 raise SstlError(
-                    f"line {before + i + 1} holds no number",
-                    where=str(path),
-                    fix="raise skip_rows, or leave header out",
-                    code="E323",
+                    f"line {before + i + 1} holds no number", where=str(path), fix="raise skip_rows, or leave header out", code="E323"
                 )
             texts.append(line)
             if wanted.header is True:
@@ -214,9 +195,7 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
             code="E320",
         )
     if skip and skip >= len([x for x in lines if x.strip()]):
-        raise SstlError(
-            f"has only {len(lines)} lines, {skip} are skipped", where=str(path), fix="lower skip_rows", code="E323"
-        )
+        raise SstlError(f"has only {len(lines)} lines, {skip} are skipped", where=str(path), fix="lower skip_rows", code="E323")
     return lines[: skip + MAX_HEADER_LINES + SAMPLE_LINES], line_end, start
 
 

@@ -51,9 +51,7 @@ class TextTable:
                 code="E134",
             )
         units = [{"unit": stated[c.name] or c.unit} for c in self.fields]
-        self.schema_arrow = pa.schema(
-            [pa.field(c.name, c.type, True, u) for c, u in zip(self.fields, units, strict=True)]
-        )
+        self.schema_arrow = pa.schema([pa.field(c.name, c.type, True, u) for c, u in zip(self.fields, units, strict=True)])
         self.file = SimpleNamespace(schema_arrow=self.schema_arrow, iter_batches=self.iter_batches)
 
     @property
@@ -81,8 +79,7 @@ class TextTable:
         labels = [c.name for c in wanted if c.name not in numbers]
         for block in text.read(self.path, numbers, labels, self._layout, Notes()):
             arrays: list[Any] = [
-                pa.array(block.columns[c.name], from_pandas=c.nullable) if c.name in numbers else block.columns[c.name]
-                for c in wanted
+                pa.array(block.columns[c.name], from_pandas=c.nullable) if c.name in numbers else block.columns[c.name] for c in wanted
             ]
             batch = pa.RecordBatch.from_arrays(arrays, names=[c.name for c in wanted])
             for start in range(0, batch.num_rows, rows):

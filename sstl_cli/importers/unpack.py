@@ -21,10 +21,7 @@ def unpacked(data: bytes, how: str, declared: int, path: Path) -> bytes:
     """
     if declared > MAX_CHUNK_BYTES:
         raise SstlError(
-            f"a chunk declares {declared:.3g} bytes",
-            where=str(path),
-            fix=f"at most {MAX_CHUNK_BYTES >> 20} MiB are read",
-            code="E312",
+            f"a chunk declares {declared:.3g} bytes", where=str(path), fix=f"at most {MAX_CHUNK_BYTES >> 20} MiB are read", code="E312"
         )
     if how in ("", "none"):
         return data
@@ -38,9 +35,7 @@ def unpacked(data: bytes, how: str, declared: int, path: Path) -> bytes:
         with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data) as stream:
             plain = stream.read(declared + 1)
     else:
-        raise SstlError(
-            f"has chunks compressed as '{how[:20]}'", where=str(path), fix="use lz4, zstd, bz2 or none", code="E347"
-        )
+        raise SstlError(f"has chunks compressed as '{how[:20]}'", where=str(path), fix="use lz4, zstd, bz2 or none", code="E347")
     if len(plain) != declared:
         raise SstlError(
             f"a chunk yields another size than the {declared} bytes it declares",

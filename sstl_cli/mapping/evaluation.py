@@ -105,7 +105,8 @@ def evaluate(model: MappingModel, pairs: Pairs, everything: bool = False) -> Eva
         held = np.ones_like(held)
     if not held.any(axis=1).all():
         raise SstlError(
-            f"none of the {len(pairs)} pairs is held out: the model was trained on them", code="E506",
+            f"none of the {len(pairs)} pairs is held out: the model was trained on them",
+            code="E506",
             fix="give the whole table of the training, new configurations, or --all",
         )
     # pairs that no seed is judged on say nothing here
@@ -137,9 +138,7 @@ def compare(scores: list[Score]) -> tuple[Comparison, ...]:
         p_w = float(stats.wilcoxon(d).pvalue) if testable else float("nan")
         found.append(Comparison(a.variant, b.variant, float(d.mean()), p_t, p_w))
     holm = _holm(np.array([c.p_t for c in found]))
-    return tuple(
-        Comparison(c.a, c.b, c.difference, c.p_t, c.p_wilcoxon, float(p)) for c, p in zip(found, holm, strict=True)
-    )
+    return tuple(Comparison(c.a, c.b, c.difference, c.p_t, c.p_wilcoxon, float(p)) for c, p in zip(found, holm, strict=True))
 
 
 def _members(model: MappingModel, pairs: Pairs, variant: str) -> Array:

@@ -97,8 +97,12 @@ def weight_shapes(alpha: float | None, seeds: int, inputs: int) -> dict[str, tup
         return {"a": (seeds, 2, inputs), "c": (seeds, 2)}
     square, row = (seeds, BLOCKS, WIDTH, WIDTH), (seeds, BLOCKS, WIDTH)
     return {
-        "e_w": (seeds, WIDTH, inputs), "e_b": (seeds, WIDTH), "w1": square, "b1": row, "w2": square, "b2": row,
-        "h_w": (seeds, 2, WIDTH), "h_b": (seeds, 2),
+        "e_w": (seeds, WIDTH, inputs),
+        "e_b": (seeds, WIDTH),
+        "w1": square,
+        "b1": row,
+        "w2": square,
+        "b2": row,
+        "h_w": (seeds, 2, WIDTH),
+        "h_b": (seeds, 2),
     }
-
-

@@ -21,9 +21,7 @@ class Part(Protocol):
     def weight(self) -> Array: ...
 
 
-def fit_linear(
-    fitting: Part, validating: Part, whole: Part, scaling: dict[str, NDArray[Any]]
-) -> tuple[dict[str, NDArray[Any]], Array]:
+def fit_linear(fitting: Part, validating: Part, whole: Part, scaling: dict[str, NDArray[Any]]) -> tuple[dict[str, NDArray[Any]], Array]:
     """Return the weights fitted on the whole training part, and the validation RMSE (total) of a fit without it."""
     mean, scale = scaling["y_mean"], scaling["y_scale"]
     trial = _solve(fitting, mean, scale)

@@ -49,8 +49,12 @@ class Origin:
 
 
 def train(
-    pairs: Pairs, splits: Splits, variants: tuple[Variant, ...] = VARIANTS,
-    options: training.Options = training.Options(), strategy: str = "auto", origin: Origin = Origin(),
+    pairs: Pairs,
+    splits: Splits,
+    variants: tuple[Variant, ...] = VARIANTS,
+    options: training.Options = training.Options(),
+    strategy: str = "auto",
+    origin: Origin = Origin(),
     advance: Callable[[float], None] | None = None,
 ) -> Trained:
     """Train all variants and seeds and return the model with the best variant of the validation part as default.
@@ -74,32 +78,44 @@ def train(
         package_version=__version__,
         default=min(scores, key=lambda n: scores[n]),
         variants=tuple(
-            VariantHeader(name=v.name, alpha=v.alpha, weight_inv=v.weight_inv, rmse_validation=scores[v.name])
-            for v in variants
+            VariantHeader(name=v.name, alpha=v.alpha, weight_inv=v.weight_inv, rmse_validation=scores[v.name]) for v in variants
         ),
-        seed=origin.seed, seeds=splits.seeds, split_seed=origin.split_seed, per_seed_split=splits.per_seed, left_out=splits.left_out,
-        test_share=origin.test_share, configs=splits.configs, roles=splits.roles, data_sha256=pairs.sha256(), pairs=len(pairs),
-        tendons=pairs.tendons, strategy=kept.strategy,
+        seed=origin.seed,
+        seeds=splits.seeds,
+        split_seed=origin.split_seed,
+        per_seed_split=splits.per_seed,
+        left_out=splits.left_out,
+        test_share=origin.test_share,
+        configs=splits.configs,
+        roles=splits.roles,
+        data_sha256=pairs.sha256(),
+        pairs=len(pairs),
+        tendons=pairs.tendons,
+        strategy=kept.strategy,
         strategy_rmse={a.strategy: a.score for a in attempts},
         beta_act=_biases(seen.beta_act),
         beta_by_tendon={t: _biases(seen.beta_act[np.array(seen.tendon) == t]) for t in pairs.tendons},
-        epochs=options.epochs, learning_rate=options.learning_rate, weight_decay=options.weight_decay,
+        epochs=options.epochs,
+        learning_rate=options.learning_rate,
+        weight_decay=options.weight_decay,
         **_range(seen.sstl),
     )
     return Trained(MappingModel(header, kept.groups), kept.curves)
 
 
 def _attempt(
-    strategy: str, pairs: Pairs, splits: Splits, variants: tuple[Variant, ...], options: training.Options,
+    strategy: str,
+    pairs: Pairs,
+    splits: Splits,
+    variants: tuple[Variant, ...],
+    options: training.Options,
     advance: Callable[[float], None] | None,
 ) -> _Attempt:
     if strategy == "separate":
         tendons = np.array(pairs.tendon)
         parts = [(t, pairs.take(np.flatnonzero(tendons == t))) for t in pairs.tendons]
         told = _share(advance, len(parts))
-        done = [
-            (t, training.fit(p.sstl, p.act, p.config_id, splits, variants, options, told), len(p)) for t, p in parts
-        ]
+        done = [(t, training.fit(p.sstl, p.act, p.config_id, splits, variants, options, told), len(p)) for t, p in parts]
         total = sum(n for *_, n in done)
         rmse = {v.name: np.sqrt(sum(n * f.rmse_validation[v.name] ** 2 for _, f, n in done) / total) for v in variants}
         curves = tuple((t, c) for t, f, _ in done for c in f.curves)
@@ -118,9 +134,11 @@ def _range(x: Array) -> dict[str, object]:
     precision = np.asarray(np.linalg.pinv(np.cov(x.T, bias=True), rcond=1e-12, hermitian=True), np.float64)
     reach = distance(x, centre, precision).max() * (1 + 1e-9)
     return {
-        "input_low": tuple(x.min(axis=0).tolist()), "input_high": tuple(x.max(axis=0).tolist()),
+        "input_low": tuple(x.min(axis=0).tolist()),
+        "input_high": tuple(x.max(axis=0).tolist()),
         "centre": tuple(centre.tolist()),
-        "precision": tuple(tuple(r) for r in precision.tolist()), "reach": float(reach),
+        "precision": tuple(tuple(r) for r in precision.tolist()),
+        "reach": float(reach),
     }
 
 

@@ -54,11 +54,15 @@ def _graph(onnx: Any, model: MappingModel) -> Any:
     source = helper.make_tensor_value_info("gamma_sstl", double, ["n", 2])
     graph = helper.make_graph(nodes, "sstl_mapping", [source], outputs, constants)
     proto = helper.make_model(
-        graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="sstl", ir_version=IR_VERSION,
+        graph,
+        opset_imports=[helper.make_opsetid("", OPSET)],
+        producer_name="sstl",
+        ir_version=IR_VERSION,
         producer_version=model.header.package_version,
     )
     notes = {
-        "variant": model.header.default, "data_sha256": model.header.data_sha256,
+        "variant": model.header.default,
+        "data_sha256": model.header.data_sha256,
         "input_low": ",".join(map(repr, model.header.input_low)),
         "input_high": ",".join(map(repr, model.header.input_high)),
     }

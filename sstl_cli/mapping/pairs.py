@@ -124,9 +124,10 @@ def require_enough(pairs: Pairs, where: str = "") -> None:
         return
     reasons = "; ".join(f"{k}: {v}" for k, v in list(pairs.aside.items())[:3])
     raise SstlError(
-        f"has {found} paired configurations, training needs {MIN_CONFIGS}"
-        + (f" (set aside: {reasons})" if reasons else ""),
-        where=where, fix="record act and sstl runs with the same config_id", code="E502",
+        f"has {found} paired configurations, training needs {MIN_CONFIGS}" + (f" (set aside: {reasons})" if reasons else ""),
+        where=where,
+        fix="record act and sstl runs with the same config_id",
+        code="E502",
     )
 
 

@@ -38,8 +38,12 @@ class Splits:
 
 
 def make_splits(
-    location_of: dict[str, str], seeds: Sequence[int], split_seed: int, test_share: float = 0.25,
-    per_seed: bool = False, leave_out: str | None = None,
+    location_of: dict[str, str],
+    seeds: Sequence[int],
+    split_seed: int,
+    test_share: float = 0.25,
+    per_seed: bool = False,
+    leave_out: str | None = None,
 ) -> Splits:
     """Return the splits of every training seed.
 

@@ -71,8 +71,13 @@ class _Part:
 
 
 def fit(
-    x: Array, y: Array, config_id: Sequence[str], splits: Splits, variants: Sequence[Variant],
-    options: Options = Options(), advance: Callable[[float], None] | None = None,
+    x: Array,
+    y: Array,
+    config_id: Sequence[str],
+    splits: Splits,
+    variants: Sequence[Variant],
+    options: Options = Options(),
+    advance: Callable[[float], None] | None = None,
 ) -> Fitted:
     """Train all variants for all seeds of the splits.
 
@@ -137,22 +142,18 @@ class _Done:
 
 
 def _train(
-    members: list[tuple[Variant, int]], seeds: Sequence[int], fitting: _Part, validating: _Part, scaling: Weights,
-    options: Options, advance: Callable[[float], None],
+    members: list[tuple[Variant, int]],
+    seeds: Sequence[int],
+    fitting: _Part,
+    validating: _Part,
+    scaling: Weights,
+    options: Options,
+    advance: Callable[[float], None],
 ) -> _Done:
     """Train one stack of members until each has stopped or the epochs are over."""
     kind = torch.float64 if options.double else torch.float32
     own = [s for _, s in members]
-    tensor = {
-        n: torch.from_numpy(a[own]).to(kind)
-        for n, a in (
-            ("x", fitting.x), ("y", fitting.y), ("w", fitting.weight),
-            ("xv", validating.x), ("yv", validating.y), ("wv", validating.weight),
-            ("mean", scaling["y_mean"][:, None]), ("scale", scaling["y_scale"][:, None]),
-        )
-    }
-    tensor["alpha"] = torch.tensor([v.alpha for v, _ in members], dtype=kind).reshape(-1, 1, 1)
-    tensor["inv"] = torch.tensor([v.weight_inv for v, _ in members], dtype=kind)
+    tensor = _tensors(members, fitting, validating, scaling, kind)
     p = networks.initial([seeds[s] for s in own], fitting.x.shape[2], kind)
     best = {k: v.clone() for k, v in p.items()}
     optimiser = _optimiser(p, options)
@@ -197,6 +198,19 @@ def _train(
         curves.append(Curve(v.name, seeds[s], epochs.astype(np.int64), fitted, first + second))
         judged[k] = _judge(first, second)
     return _Done(networks.stacked(best), judged, curves)
+
+
+def _tensors(
+    members: list[tuple[Variant, int]], fitting: _Part, validating: _Part, scaling: Weights, kind: torch.dtype
+) -> dict[str, torch.Tensor]:
+    """Return the data of a stack, one row a member."""
+    own = [s for _, s in members]
+    arrays = {"x": fitting.x, "y": fitting.y, "w": fitting.weight, "xv": validating.x, "yv": validating.y, "wv": validating.weight}
+    arrays |= {"mean": scaling["y_mean"][:, None], "scale": scaling["y_scale"][:, None]}
+    tensor = {n: torch.from_numpy(a[own]).to(kind) for n, a in arrays.items()}
+    tensor["alpha"] = torch.tensor([v.alpha for v, _ in members], dtype=kind).reshape(-1, 1, 1)
+    tensor["inv"] = torch.tensor([v.weight_inv for v, _ in members], dtype=kind)
+    return tensor
 
 
 def _optimiser(p: networks.Parameters, options: Options) -> torch.optim.AdamW:

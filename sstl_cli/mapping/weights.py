@@ -111,10 +111,7 @@ def _groups(header: Header, tensors: Weights, where: str) -> tuple[Group, ...]:
         if found is None:
             raise SstlError(f"weights '{key}' are missing", where=where, fix=FIX, code="E512")
         if found.shape != shape or found.dtype not in (np.float32, np.float64):
-            raise SstlError(
-                f"weights '{key}' are {found.dtype} {found.shape}, not floats {shape}", where=where, fix=FIX,
-                code="E512",
-            )
+            raise SstlError(f"weights '{key}' are {found.dtype} {found.shape}, not floats {shape}", where=where, fix=FIX, code="E512")
         if not np.isfinite(found).all():
             raise SstlError(f"weights '{key}' are not all finite", where=where, fix=FIX, code="E512")
         return found

@@ -115,10 +115,7 @@ class ModelBench:
         """Return theta (rad) of one pass that explains a recording best."""
         coarse = _block_means(run)
         found = minimize_scalar(
-            lambda t: float(np.mean(self._residual(coarse, t) ** 2)),
-            bounds=THETA_BOUNDS,
-            method="bounded",
-            options={"xatol": 1e-5},
+            lambda t: float(np.mean(self._residual(coarse, t) ** 2)), bounds=THETA_BOUNDS, method="bounded", options={"xatol": 1e-5}
         )
         return float(found.x)
 
@@ -145,6 +142,4 @@ def _block_means(run: Run) -> Run:
     def mean(values: Array) -> Array:
         return np.asarray(values[:n].reshape(-1, EVERY).mean(axis=1))
 
-    return Run(
-        run.run_id, run.system, mean(run.time_s), mean(run.tension_in_n), mean(run.tension_out_n), run.config_id, run.location
-    )
+    return Run(run.run_id, run.system, mean(run.time_s), mean(run.tension_in_n), mean(run.tension_out_n), run.config_id, run.location)

@@ -73,12 +73,7 @@ class Drive:
 
     def lines(self, method: str) -> Theta:
         """Return the lines a method drives with; without compensation they are the identity."""
-        return {
-            "none": IDENTITY,
-            "no-bias": self.mapped.without_bias(),
-            "DI": self.direct,
-            "proposed": self.mapped,
-        }[method]
+        return {"none": IDENTITY, "no-bias": self.mapped.without_bias(), "DI": self.direct, "proposed": self.mapped}[method]
 
 
 @dataclass(frozen=True)
@@ -119,11 +114,7 @@ def learn(seed: int, bench: Bench = RIG, per_location: int = BENDS) -> Learned:
     sstl, act = (np.array([_vector(pair[i]) for pair in pairs]) for i in (0, 1))
     made = _trained(seed, used, sstl, act)
     centre = [i for i, b in enumerate(used) if b.location == "CP"]
-    betas = {
-        (name, d): lines[centre, column]
-        for name, lines in (("act", act), ("sstl", sstl))
-        for d, column in (("p", 1), ("r", 3))
-    }
+    betas = {(name, d): lines[centre, column] for name, lines in (("act", act), ("sstl", sstl)) for d, column in (("p", 1), ("r", 3))}
     slopes = line_entries(sstl[centre][:, SLOPES], act[centre][:, SLOPES], betas)
     return replace(made, entries={**slopes, **made.entries}, failed=failed)
 
@@ -233,5 +224,3 @@ def run(seed: int, bench: Bench = RIG, per_location: int = BENDS) -> BlockR:
     made = tracked(drives, seed, bench)
     entries = {w: {**tracking_entries(s), **learned.entries} for w, s in made.scores.items()}
     return BlockR(seed, entries, learned, made)
-
-

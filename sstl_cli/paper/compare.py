@@ -91,10 +91,7 @@ class Compared:
 
 
 def compare(
-    published: Iterable[Entry],
-    ours: Mapping[Key, float],
-    spread: Mapping[Key, tuple[float, float]],
-    block: str = STATED,
+    published: Iterable[Entry], ours: Mapping[Key, float], spread: Mapping[Key, tuple[float, float]], block: str = STATED
 ) -> list[Compared]:
     """Return every published entry beside ours; entries we have no value for are not judged.
 
@@ -123,10 +120,7 @@ def judge(entry: Entry, value: float | None, mean: float | None, sd: float | Non
     if value is None or mean is None or sd is None:
         return UNJUDGED, "no value of ours" if value is None else "no sampling spread"
     if abs(value - mean) > STALE_SD * sd + entry.rounding:
-        return (
-            DIFFERS,
-            f"ours is {value:.4g}, but the stored spread says {mean:.4g} +- {sd:.2g}: run sstl reproduce --spread",
-        )
+        return (DIFFERS, f"ours is {value:.4g}, but the stored spread says {mean:.4g} +- {sd:.2g}: run sstl reproduce --spread")
     off = mean - entry.value
     relative = f", {100.0 * off / abs(entry.value):+.1f} %" if entry.value else ""
     if abs(off) <= BOUND_SD * sd + entry.rounding:

@@ -18,13 +18,7 @@ from scipy import stats
 from sstl_cli.paper.spread import Spread
 
 NETWORKS = ("plain", "plain-inv", "skip", "skip-inv")
-CONTESTS = (
-    *((n, "linear") for n in NETWORKS),
-    ("plain-inv", "plain"),
-    ("skip-inv", "skip"),
-    ("skip", "plain"),
-    ("skip-inv", "plain-inv"),
-)
+CONTESTS = (*((n, "linear") for n in NETWORKS), ("plain-inv", "plain"), ("skip-inv", "skip"), ("skip", "plain"), ("skip-inv", "plain-inv"))
 #: blocks of the stored spread
 MEAN, SEEDS, SAMPLES, DIFFERENCE, WINS = "III", "III seeds", "III samples", "III difference", "III wins"
 LEVEL = 0.05
@@ -58,10 +52,7 @@ def contests(spread: Spread) -> list[Contest]:
         return []
     p = [_p(*known[k], spread.seeds) for k in keys]
     adjusted = holm(p)
-    return [
-        Contest(a, b, *known[k], wins[k][0], p[i], adjusted[i])
-        for i, ((a, b), k) in enumerate(zip(CONTESTS, keys, strict=True))
-    ]
+    return [Contest(a, b, *known[k], wins[k][0], p[i], adjusted[i]) for i, ((a, b), k) in enumerate(zip(CONTESTS, keys, strict=True))]
 
 
 def holm(p: list[float]) -> list[float]:

@@ -56,9 +56,7 @@ def mape(numbers: Mapping[Key, float]) -> dict[Key, str]:
             row = f"sinusoid {method}"
             bound = 100.0 * (numbers["IV", row, f"rmse_{place}"] + 0.005) * rms_inverse()
             if numbers["IV", row, f"mape_{place}"] - 0.005 > bound:
-                found["IV", row, f"mape_{place}"] = (
-                    f"MAPE cannot exceed RMSE x rms(1/T_ref) = {bound:.2f} % for a 10 +- 5 N reference"
-                )
+                found["IV", row, f"mape_{place}"] = f"MAPE cannot exceed RMSE x rms(1/T_ref) = {bound:.2f} % for a 10 +- 5 N reference"
     return found
 
 
@@ -69,9 +67,7 @@ def bias_free(numbers: Mapping[Key, float]) -> dict[Key, str]:
     error is that of beta_p and beta_r, whatever the slopes.
     """
     found: dict[Key, str] = {}
-    most = max(
-        abs(numbers["bias", f"act_beta_{d}", "mean"]) + 2 * numbers["bias", f"act_beta_{d}", "std"] for d in "pr"
-    )
+    most = max(abs(numbers["bias", f"act_beta_{d}", "mean"]) + 2 * numbers["bias", f"act_beta_{d}", "std"] for d in "pr")
     mean = 0.5 * abs(sum(numbers["bias", f"act_beta_{d}", "mean"] for d in "pr"))
     for place in LOCATIONS:
         row = "sinusoid no-bias"

@@ -71,12 +71,8 @@ def segmentation(runs: Sequence[Loop]) -> Drawing:
             _loop(panel, run, True)
             panel.set_title("actuation tendon" if run.system == "act" else "SSTL", loc="left")
 
-    words = "; ".join(
-        f"{r.system}: " + ", ".join(f"{k} {v:.3f}" for k, v in r.theta.items() if v is not None) for r in runs
-    )
-    return Drawing(
-        "segmentation", "Fig. 5. Segmentation and fitted lines of both systems.", (9.6, 3.9), (1, len(runs)), paint, words
-    )
+    words = "; ".join(f"{r.system}: " + ", ".join(f"{k} {v:.3f}" for k, v in r.theta.items() if v is not None) for r in runs)
+    return Drawing("segmentation", "Fig. 5. Segmentation and fitted lines of both systems.", (9.6, 3.9), (1, len(runs)), paint, words)
 
 
 def correlation(act: Array, sstl: Array) -> Drawing:
@@ -182,9 +178,7 @@ def tracking(runs: Sequence[Tracked], letter: str, trajectory: str) -> Drawing:
                 colour = palette.METHODS.get(method, palette.GREY)
                 panel.plot(time, out[part], color=colour, linewidth=0.9, label=LABELS.get(method, method))
             shaded = run.outputs["proposed"][part]
-            panel.fill_between(
-                time, run.reference[part], shaded, where=run.pulling[part], color=palette.GREEN, alpha=0.3, linewidth=0
-            )
+            panel.fill_between(time, run.reference[part], shaded, where=run.pulling[part], color=palette.GREEN, alpha=0.3, linewidth=0)
             panel.set_title(run.name, loc="left")
             panel.set_xlabel("time / s")
             panel.set_ylabel("output tension / N")
@@ -265,12 +259,7 @@ def probe(curves: Mapping[str, tuple[Array, Array, Array]]) -> Drawing:
             panel.legend()
 
     return Drawing(
-        "probe",
-        "Errors over the time of the probe.",
-        (9.6, 3.6),
-        (1, 2),
-        paint,
-        "Errors stay nearly level down to the shortest probes.",
+        "probe", "Errors over the time of the probe.", (9.6, 3.6), (1, 2), paint, "Errors stay nearly level down to the shortest probes."
     )
 
 
@@ -289,9 +278,7 @@ def _loop(axes: Any, run: Loop, lines: bool) -> None:
             if gamma is None or beta is None:
                 continue
             ends = np.array([low, min(high, (top - beta) / gamma)])
-            axes.plot(
-                ends, gamma * ends + beta, style, color=palette.INK, linewidth=0.9, label=f"{gamma:.3f} x {beta:+.3f}"
-            )
+            axes.plot(ends, gamma * ends + beta, style, color=palette.INK, linewidth=0.9, label=f"{gamma:.3f} x {beta:+.3f}")
     axes.set_xlabel("input tension / N")
     axes.set_ylabel("output tension / N")
     axes.legend()

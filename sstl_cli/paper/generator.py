@@ -98,21 +98,14 @@ def configurations(place: Place, count: int, rng: np.random.Generator, scatter: 
     """
     slopes = draw_slopes(place, count, rng, scatter)
     shift = {"act": (0.0, 0.0), "sstl": (-0.5 * place.pulley_n, 1.7 * place.pulley_n)}
-    biases = {
-        s: [m + d + sd * rng.standard_normal(count) for (m, sd), d in zip(BIAS_N[s], shift[s], strict=True)]
-        for s in BIAS_N
-    }
+    biases = {s: [m + d + sd * rng.standard_normal(count) for (m, sd), d in zip(BIAS_N[s], shift[s], strict=True)] for s in BIAS_N}
     return [
         Configuration(
             id=f"{place.name}-{round(LEAD_STEP_MM * i * 10):04d}",
             location=place.name,
             lead_mm=LEAD_STEP_MM * i,
-            act=Lines(
-                gamma_p=slopes[i, 0], beta_p=biases["act"][0][i], gamma_r=slopes[i, 1], beta_r=biases["act"][1][i]
-            ),
-            sstl=Lines(
-                gamma_p=slopes[i, 2], beta_p=biases["sstl"][0][i], gamma_r=slopes[i, 3], beta_r=biases["sstl"][1][i]
-            ),
+            act=Lines(gamma_p=slopes[i, 0], beta_p=biases["act"][0][i], gamma_r=slopes[i, 1], beta_r=biases["act"][1][i]),
+            sstl=Lines(gamma_p=slopes[i, 2], beta_p=biases["sstl"][0][i], gamma_r=slopes[i, 3], beta_r=biases["sstl"][1][i]),
         )
         for i in range(count)
     ]

@@ -50,9 +50,7 @@ def text(grid: Grid) -> str:
     widths = [max(len(r[i]) for r in (grid.header, *grid.rows)) for i in range(len(grid.header))]
 
     def line(cells: Sequence[str]) -> str:
-        parts = [
-            c.ljust(w) if i < grid.labels else c.rjust(w) for i, (c, w) in enumerate(zip(cells, widths, strict=True))
-        ]
+        parts = [c.ljust(w) if i < grid.labels else c.rjust(w) for i, (c, w) in enumerate(zip(cells, widths, strict=True))]
         return " ".join(parts).rstrip()
 
     out = [*wrapped(grid.source), *wrapped(grid.title), line(grid.header), "-" * min(sum(widths) + len(widths) - 1, WIDTH)]
@@ -92,15 +90,7 @@ def entry_grids(compared: Sequence[Compared], block: str = "stated") -> list[Gri
         if not own:
             continue
         rows = tuple(
-            (
-                label(c.entry.row),
-                label(c.entry.column),
-                _printed(c),
-                number(c.ours, c.entry.decimals),
-                _spread(c),
-                mark(c),
-            )
-            for c in own
+            (label(c.entry.row), label(c.entry.column), _printed(c), number(c.ours, c.entry.decimals), _spread(c), mark(c)) for c in own
         )
         name, title = (table, titles()[table]) if block == "stated" else (f"R-{table}", f"On the rig: {titles()[table]}")
         header = ("row", "entry", "paper", "ours", "over data sets", "")
@@ -111,8 +101,7 @@ def entry_grids(compared: Sequence[Compared], block: str = "stated") -> list[Gri
 def tracking_grids(compared: Sequence[Compared]) -> list[Grid]:
     """Return Table IV: paper, ours as stated (S), under fitted settings (F) and on the rig (R)."""
     by_block = {
-        b: {(c.entry.table, c.entry.row, c.entry.column): c for c in compared if c.block == b and c.ours is not None}
-        for b in TRACKED
+        b: {(c.entry.table, c.entry.row, c.entry.column): c for c in compared if c.block == b and c.ours is not None} for b in TRACKED
     }
     shown = [b for b in TRACKED if any(k[0] == "IV" for k in by_block[b])]
     if not shown:
@@ -129,8 +118,13 @@ Blocks = Mapping[str, Mapping[tuple[str, str, str], Compared]]
 
 
 def _tracking_grid(blocks: Blocks, shown: Sequence[str], trajectory: str, measures: tuple[str, str], unit: str) -> Grid:
-    keys = dict.fromkeys((row, place) for b in shown for _, row, column in blocks[b] for place in LOCATIONS
-                         if row.startswith(trajectory) and column.endswith(place))
+    keys = dict.fromkeys(
+        (row, place)
+        for b in shown
+        for _, row, column in blocks[b]
+        for place in LOCATIONS
+        if row.startswith(trajectory) and column.endswith(place)
+    )
     rows, own = [], []
     for row, place in keys:
         cells = [row.split(" ", 1)[1], place]
@@ -181,8 +175,7 @@ def count_grid(counts: Mapping[tuple[str, str, str], Mapping[str, int]]) -> Grid
     """Return how many entries were fitted, how many predicted, and how each fared."""
     verdicts = (MET, CONTRADICTED, DIFFERS, UNJUDGED)
     rows = [
-        (block, table, origin, *(str(found[v]) if found[v] else "-" for v in verdicts))
-        for (block, table, origin), found in counts.items()
+        (block, table, origin, *(str(found[v]) if found[v] else "-" for v in verdicts)) for (block, table, origin), found in counts.items()
     ]
     for origin in ("fitted", "predicted"):
         total = [sum(f[v] for (_, _, o), f in counts.items() if o == origin) for v in verdicts]

@@ -51,10 +51,5 @@ def tabular(grid: Grid) -> str:
 
 def document(grids: Sequence[Grid]) -> str:
     """Return a document that compiles by itself; needs the package booktabs."""
-    head = [
-        r"\documentclass{article}",
-        r"\usepackage{booktabs}",
-        r"\usepackage[margin=15mm]{geometry}",
-        r"\begin{document}",
-    ]
+    head = [r"\documentclass{article}", r"\usepackage{booktabs}", r"\usepackage[margin=15mm]{geometry}", r"\begin{document}"]
     return "\n".join([*head, "\n\n".join(tabular(g) for g in grids), r"\end{document}"]) + "\n"

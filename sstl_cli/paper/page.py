@@ -20,16 +20,10 @@ class Shown:
     caption: str
 
 
-def page(
-    grids: Sequence[Grid], figures: Sequence[Shown], counts: Mapping[str, int], facts: Sequence[str], command: str
-) -> str:
+def page(grids: Sequence[Grid], figures: Sequence[Shown], counts: Mapping[str, int], facts: Sequence[str], command: str) -> str:
     """Return the page; it needs no network and no script."""
     environment = Environment(
-        loader=PackageLoader("sstl_cli.paper", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+        loader=PackageLoader("sstl_cli.paper", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     return environment.get_template("page.html").render(
         grids=grids, figures=figures, counts=counts, verdicts=VERDICTS, facts=facts, command=command

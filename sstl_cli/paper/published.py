@@ -42,16 +42,11 @@ def entries() -> tuple[Entry, ...]:
         Entry(table, row, column, float(value), digits, _at(document[table].get("spread", {}).get(row, []), i))
         for table in TABLES
         for row, values in document[table]["rows"].items()
-        for i, (column, digits, value) in enumerate(
-            zip(document[table]["columns"], document[table]["decimals"], values, strict=False)
-        )
+        for i, (column, digits, value) in enumerate(zip(document[table]["columns"], document[table]["decimals"], values, strict=False))
     ]
     numbers = {(e.table, e.row, e.column): e.value for e in plain}
     reasons = contradictions.find(numbers)
-    return tuple(
-        Entry(e.table, e.row, e.column, e.value, e.decimals, e.spread, reasons.get((e.table, e.row, e.column), ""))
-        for e in plain
-    )
+    return tuple(Entry(e.table, e.row, e.column, e.value, e.decimals, e.spread, reasons.get((e.table, e.row, e.column), "")) for e in plain)
 
 
 @cache

@@ -64,9 +64,7 @@ def bends(per_location: int, rng: np.random.Generator) -> list[Bend]:
     return [
         Bend(f"{place}-{i:03d}", place, float(theta), float(SEAT * seat))
         for place, (low, high) in THETA_RANGE.items()
-        for i, (theta, seat) in enumerate(
-            zip(rng.uniform(low, high, per_location), rng.standard_normal(per_location), strict=True)
-        )
+        for i, (theta, seat) in enumerate(zip(rng.uniform(low, high, per_location), rng.standard_normal(per_location), strict=True))
     ]
 
 
@@ -91,9 +89,7 @@ def slow_sine(duration_s: float = 100.0, dt_s: float = DT_S) -> tuple[Array, Arr
 def recorded(bend: Bend, system: str, time_s: Array, tension_n: Array, seed: int, effects: Effects = GAP) -> Run:
     """Return what the rig's sensors record of one movement (noise 0.02 N)."""
     own = int(stream(seed, "rig", bend.name, system, len(time_s)).integers(2**62))
-    r = simulate_rig(
-        SPEC, RigRun(system, bend.theta_of(system), bend.location, time_s, "tension", tension_n), effects, NoiseSpec(), own
-    )
+    r = simulate_rig(SPEC, RigRun(system, bend.theta_of(system), bend.location, time_s, "tension", tension_n), effects, NoiseSpec(), own)
     return Run(f"{bend.name}-{system}", system, r.time_s, r.tension_in_n, r.tension_out_n, bend.name, bend.location)
 
 
@@ -124,13 +120,7 @@ class RigTendon:
 
 
 def tracked(
-    bend: Bend,
-    lines: Theta,
-    reference: Reference,
-    options: Options,
-    compensate: bool,
-    seed: int,
-    effects: Effects = GAP,
+    bend: Bend, lines: Theta, reference: Reference, options: Options, compensate: bool, seed: int, effects: Effects = GAP
 ) -> tuple[Score, Array]:
     """Return the score without the first cycle, and the output (N), of tracking a reference on the rig."""
     plant = Plant(RigTendon(bend, effects), TensionLoop(LAG_S, noise_n=0.02))

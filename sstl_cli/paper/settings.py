@@ -55,12 +55,7 @@ FITTED = Settings(
     0.035,
 )
 # parts of the fit that can be switched off one at a time
-PARTS = {
-    "reference": ("offset_n", "amplitude_n", "random_n"),
-    "lines": ("lines",),
-    "loop lag": ("lag_s",),
-    "mismatch": ("mismatch",),
-}
+PARTS = {"reference": ("offset_n", "amplitude_n", "random_n"), "lines": ("lines",), "loop lag": ("lag_s",), "mismatch": ("mismatch",)}
 
 
 def fitted_values() -> tuple[tuple[str, float], ...]:

@@ -62,10 +62,7 @@ def parse(text: str) -> Spread:
     blocks: dict[str, Moments] = {}
     seeds = 0
     for row in csv.DictReader(io.StringIO(text)):
-        blocks.setdefault(row["block"], {})[row["table"], row["row"], row["column"]] = (
-            float(row["mean"]),
-            float(row["sd"]),
-        )
+        blocks.setdefault(row["block"], {})[row["table"], row["row"], row["column"]] = (float(row["mean"]), float(row["sd"]))
         seeds = int(row["seeds"])
     return Spread(blocks, seeds)
 

@@ -27,11 +27,7 @@ def slope_entries(theta: pa.Table) -> dict[Key, float]:
     """
     pairs = pairs_of(theta)
     if len(pairs) < MIN_PAIRS:
-        raise SstlError(
-            f"only {len(pairs)} configurations have both systems identified",
-            fix="look at the status column",
-            code="E801",
-        )
+        raise SstlError(f"only {len(pairs)} configurations have both systems identified", fix="look at the status column", code="E801")
     rows = theta.to_pylist()
     betas = {
         (system, d): np.array([r[f"beta_{d}"] for r in rows if r["system"] == system and r[f"beta_{d}"] is not None])
@@ -54,13 +50,7 @@ def line_entries(sstl: Array, act: Array, betas: Mapping[tuple[str, str], Array]
     found = relations(sstl, act)
     done: dict[Key, float] = {}
     for row, fit in found.correlation.items():
-        named = {
-            "R": fit.pearson_r,
-            "rmse_id": fit.identity_rmse,
-            "slope": fit.slope,
-            "bias": fit.bias,
-            "rmse_fit": fit.fit_rmse,
-        }
+        named = {"R": fit.pearson_r, "rmse_id": fit.identity_rmse, "slope": fit.slope, "bias": fit.bias, "rmse_fit": fit.fit_rmse}
         done.update({("I", row, column): value for column, value in named.items()})
     for system, quantities in found.slopes.items():
         for name, s in quantities.items():

@@ -163,9 +163,7 @@ def _load_changed(scene: Scene, pull: Array) -> Array:
     return np.asarray(np.maximum(scene.tension_out_n + pull - pull[since], 0.0))
 
 
-def in_reading(
-    disturbance: Disturbance, amplitude: float, scene: Scene, tension_in: Array, tension_out: Array
-) -> tuple[Array, Array]:
+def in_reading(disturbance: Disturbance, amplitude: float, scene: Scene, tension_in: Array, tension_out: Array) -> tuple[Array, Array]:
     """Return the readings (N, noise included) of a run whose sensor is disturbed; else the readings themselves."""
     if disturbance.in_line or amplitude == 0.0 or scene.system not in disturbance.systems:
         return tension_in, tension_out
@@ -201,9 +199,7 @@ def _events(disturbance: Disturbance, share: float, scene: Scene) -> NDArray[np.
     return np.asarray(stuck)
 
 
-def rms_n(
-    disturbance: Disturbance, amplitude: float, scenes: Sequence[Scene], simulate: Simulate
-) -> float:
+def rms_n(disturbance: Disturbance, amplitude: float, scenes: Sequence[Scene], simulate: Simulate) -> float:
     """Return the RMS change of both readings (N), of all runs together and without noise."""
     total, count = 0.0, 0
     for scene in scenes:
@@ -214,9 +210,7 @@ def rms_n(
     return float(np.sqrt(total / max(count, 1)))
 
 
-def draw_at(
-    rng: np.random.Generator, asked_n: float, gap: Callable[[Disturbance, float], float]
-) -> tuple[Disturbance, float, float]:
+def draw_at(rng: np.random.Generator, asked_n: float, gap: Callable[[Disturbance, float], float]) -> tuple[Disturbance, float, float]:
     """Return a random disturbance that reaches an asked gap (N) within a quarter, its amplitude, and its gap.
 
     Raises

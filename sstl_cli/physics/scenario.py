@@ -32,9 +32,7 @@ class RigSection(Model):
     def _bend_inside_the_tube(self) -> RigSection:
         for name, centre in self.bend_centres.items():
             if centre - self.arc_fraction / 2 < -1e-9 or centre + self.arc_fraction / 2 > 1 + 1e-9:
-                raise ValueError(
-                    f"the bend of {name} (centre {centre:g}, arc {self.arc_fraction:g} of the length) leaves the tube"
-                )
+                raise ValueError(f"the bend of {name} (centre {centre:g}, arc {self.arc_fraction:g} of the length) leaves the tube")
         return self
 
     def mechanics(self) -> Mechanics:

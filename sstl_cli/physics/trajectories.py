@@ -12,14 +12,7 @@ from sstl_cli.physics.scenario import Lines, Trajectory
 Array = NDArray[np.float64]
 # default range of the input tension (N): the sensing loop must fall by Gamma_r / Gamma_p before it releases
 RANGE_N = {"act": (1.0, 30.0), "sstl": (0.2, 40.0)}
-DURATION_S = {
-    "trapezoid": 12.0,
-    "sinusoid": 100.0,
-    "random": 400.0,
-    "ramp_hold": 60.0,
-    "minor_loops": 60.0,
-    "chirp": 60.0,
-}
+DURATION_S = {"trapezoid": 12.0, "sinusoid": 100.0, "random": 400.0, "ramp_hold": 60.0, "minor_loops": 60.0, "chirp": 60.0}
 MAX_SAMPLES = 100_000_000
 
 
@@ -45,9 +38,7 @@ def tension_path(trajectory: Trajectory, system: str, time_s: Array, rng: np.ran
     low = trajectory.low_n if trajectory.low_n is not None else low
     high = trajectory.high_n if trajectory.high_n is not None else high
     if high <= low:
-        raise SstlError(
-            f"high_n {high:g} N is not above low_n {low:g} N", where=f"trajectory {trajectory.name}", code="E712"
-        )
+        raise SstlError(f"high_n {high:g} N is not above low_n {low:g} N", where=f"trajectory {trajectory.name}", code="E712")
     phase = time_s / (time_s[-1] + time_s[1])
     mid, half = (low + high) / 2, (high - low) / 2
     kind = trajectory.kind
@@ -110,14 +101,7 @@ def _through(levels: Array, phase: Array, hold: float) -> Array:
 
 @njit(cache=True)
 def position_driven(
-    position: Array,
-    start_n: float,
-    gp: float,
-    bp: float,
-    gr: float,
-    br: float,
-    tendon_mm_per_n: float,
-    load_mm_per_n: float,
+    position: Array, start_n: float, gp: float, bp: float, gr: float, br: float, tendon_mm_per_n: float, load_mm_per_n: float
 ) -> Array:
     """Return the input tension (N) of a line pulled to a given position (mm), by its stiffness in each phase.
 
@@ -142,9 +126,7 @@ def position_driven(
     return out
 
 
-def probe(
-    trajectory: Trajectory, system: str, time_s: Array, lines: Lines, tendon_mm_per_n: float, load_mm_per_n: float
-) -> Array:
+def probe(trajectory: Trajectory, system: str, time_s: Array, lines: Lines, tendon_mm_per_n: float, load_mm_per_n: float) -> Array:
     """Return the input tension (N) of the position-driven trapezoid, scaled to the range of the trajectory."""
     low, high = RANGE_N[system]
     low = trajectory.low_n if trajectory.low_n is not None else low

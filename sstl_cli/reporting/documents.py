@@ -26,9 +26,7 @@ def rows(document: Any, key: str) -> list[dict[str, Any]]:
     """Return the list of objects under ``key`` (empty if absent); SstlError E604 if it is not one."""
     found = _typed(document, key, list, "a list of objects") or []
     if not all(isinstance(r, dict) for r in found):
-        raise SstlError(
-            f"'{key}' is not a list of objects", where=str(document.get("schema", "JSON document")), code="E604"
-        )
+        raise SstlError(f"'{key}' is not a list of objects", where=str(document.get("schema", "JSON document")), code="E604")
     return found
 
 
@@ -77,9 +75,7 @@ def _typed(document: Any, key: str, kind: type, name: str) -> Any:
     value = document.get(key) if isinstance(document, dict) else None
     if value is not None and not isinstance(value, kind):
         where = str(document.get("schema", "JSON document"))
-        raise SstlError(
-            f"'{key}' is not {name}", where=where, fix="make the file again with this version of sstl", code="E604"
-        )
+        raise SstlError(f"'{key}' is not {name}", where=where, fix="make the file again with this version of sstl", code="E604")
     return value
 
 

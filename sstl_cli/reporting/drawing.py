@@ -182,11 +182,7 @@ def _inline(svg: str, name: str, description: str, axes: str) -> Markup:
     body = re.sub(r'href="#([^"]+)"', rf'href="#{safe}-\1"', body)
     body = re.sub(r"url\(#([^)]+)\)", rf"url(#{safe}-\1)", body)
     # groups are named for editors of the figure only
-    body = re.sub(
-        r'<g id="[^"]*-(?:line2d|text|patch|matplotlib\.axis|xtick|ytick|PolyCollection|LineCollection)_\d+">',
-        "<g>",
-        body,
-    )
+    body = re.sub(r'<g id="[^"]*-(?:line2d|text|patch|matplotlib\.axis|xtick|ytick|PolyCollection|LineCollection)_\d+">', "<g>", body)
     # a hundredth of a point is finer than any screen
     body = re.sub(r' d="[^"]*"', lambda d: re.sub(r"(\.\d\d)\d+", r"\1", d.group()), body)
     for colour, variable in palette.CSS.items():

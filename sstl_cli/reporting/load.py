@@ -36,12 +36,7 @@ TABLES = {
     "sstl.predictions": "predictions",
     "sstl.prediction": "predictions",
 }
-DOCUMENTS = {
-    "sstl.diagnosis": "diagnosis",
-    "sstl.diagnose": "diagnosis",
-    "sstl.blind.score": "blind",
-    "sstl.evaluate": "evaluate",
-}
+DOCUMENTS = {"sstl.diagnosis": "diagnosis", "sstl.diagnose": "diagnosis", "sstl.blind.score": "blind", "sstl.evaluate": "evaluate"}
 KINDS = sorted({*TABLES.values(), *DOCUMENTS.values(), "model", "document"})
 
 
@@ -210,9 +205,7 @@ def _model(path: Path, inputs: Inputs) -> None:
         metadata = {str(k): str(v) for k, v in header.pop("__metadata__", {}).items()}
         tensors = sorted((str(k), str(v["dtype"]), [int(n) for n in v["shape"]]) for k, v in header.items())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise SstlError(
-            "is not a readable safetensors model", where=str(path), fix="train it again", code="E605"
-        ) from None
+        raise SstlError("is not a readable safetensors model", where=str(path), fix="train it again", code="E605") from None
     inputs.model.append(Model(path.name, dict(sorted(metadata.items())), tensors))
 
 

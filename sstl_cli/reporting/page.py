@@ -38,11 +38,7 @@ def page(inputs: Inputs, title: str) -> Page:
         Heading and window title.
     """
     environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     made = []
     for name, module in sections.find():

@@ -12,12 +12,7 @@ INK, GRID, PAPER = "#010203", "#c8c9ca", "#fefdfc"
 CSS = {INK: "var(--ink)", GRID: "var(--grid)", PAPER: "var(--paper)"}
 
 PHASES = {"PB": ORANGE, "PP": BLUE, "RB": SKY, "RP": VERMILLION}
-PHASE_NAMES = {
-    "PB": "pull, backlash",
-    "PP": "pull, propagation",
-    "RB": "release, backlash",
-    "RP": "release, propagation",
-}
+PHASE_NAMES = {"PB": "pull, backlash", "PP": "pull, propagation", "RB": "release, backlash", "RP": "release, propagation"}
 METHODS = {"none": PURPLE, "no-bias": ORANGE, "proposed": GREEN, "DI": BLUE}
 METHOD_STYLES = {"none": "-", "no-bias": "--", "proposed": "-", "DI": "-."}
 LOCATIONS = {"NP": BLUE, "CP": ORANGE, "ND": GREEN}

@@ -101,11 +101,7 @@ def how_far(document: dict[str, Any]) -> str:
     gap, unit = mapping(document, "gap"), unit_of(document)
     steps = [
         (number(gap.get(key)), text)
-        for key, text in (
-            ("rmse_base_n", "as given"),
-            ("rmse_retuned_n", "re-tuned"),
-            ("rmse_with_effect_n", "with the effect"),
-        )
+        for key, text in (("rmse_base_n", "as given"), ("rmse_retuned_n", "re-tuned"), ("rmse_with_effect_n", "with the effect"))
     ]
     if mapping(document, "verdict").get("status") in ("none", "unknown"):
         steps = steps[:2]

@@ -28,18 +28,14 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
     for run in measured:
         twin = twins.get(run.run_id)
         if twin is None or not len(twin):
-            raise SstlError(
-                f"run {run.run_id!r} has no twin in the simulated log", fix="use the same run_id in both", code="E910"
-            )
+            raise SstlError(f"run {run.run_id!r} has no twin in the simulated log", fix="use the same run_id in both", code="E910")
         inside = (run.time_s >= twin.time_s[0]) & (run.time_s <= twin.time_s[-1])
         if inside.sum() < 0.5 * len(run):
             raise SstlError(f"run {run.run_id!r}: the two logs overlap in less than half of the time", code="E911")
         there = np.interp(run.time_s, twin.time_s, twin.tension_out_n)
         theta = _theta(twin)
         n = run.passes
-        base = play_operator(
-            run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0])
-        )
+        base = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
         moved = base + (run.tension_out_n - there)
         out.append(replace(_cut(run, inside), tension_out_n=moved[inside]))
     return out
@@ -63,9 +59,7 @@ def _theta(run: Run) -> float:
     n = run.passes
 
     def error(theta: float) -> float:
-        y = play_operator(
-            run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0])
-        )
+        y = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
         return float(np.mean((y - run.tension_out_n) ** 2))
 
     grid = np.linspace(0.02, 1.5, 75)

@@ -77,9 +77,7 @@ def form_of(command: str, options: Sequence[str]) -> Form:
         If the subcommand is unknown or does not turn one file into one file, or the options name the output.
     """
     if command not in FORMS:
-        raise UsageError(
-            f"cannot run '{command}' over files ({nearest(command, FORMS)})", where="COMMAND", code="E020"
-        )
+        raise UsageError(f"cannot run '{command}' over files ({nearest(command, FORMS)})", where="COMMAND", code="E020")
     for word in options:
         if word.partition("=")[0] in ("--out", "-o", "--json", "--force", "--help", "-h"):
             raise UsageError(
@@ -92,9 +90,7 @@ def form_of(command: str, options: Sequence[str]) -> Form:
     if command == "export":
         wanted = _value(options, "--format", "-f") or "json"
         if wanted not in EXPORT_SUFFIXES:
-            raise UsageError(
-                f"'{wanted}' is not one file", where="--format", fix=nearest(wanted, EXPORT_SUFFIXES), code="E021"
-            )
+            raise UsageError(f"'{wanted}' is not one file", where="--format", fix=nearest(wanted, EXPORT_SUFFIXES), code="E021")
         form = Form(EXPORT_SUFFIXES[wanted])
     return form
 
@@ -127,13 +123,7 @@ def plan(command: str, sources: Sequence[str], options: Sequence[str]) -> list[I
     return items
 
 
-def decide(
-    record: Mapping[str, Any] | None,
-    wanted: Mapping[str, Any],
-    present: Mapping[str, str | None],
-    force: bool,
-    where: str,
-) -> bool:
+def decide(record: Mapping[str, Any] | None, wanted: Mapping[str, Any], present: Mapping[str, str | None], force: bool, where: str) -> bool:
     """Return whether a file is to be run (False: its outputs are complete already).
 
     Parameters
@@ -158,26 +148,19 @@ def decide(
     if force or not there:
         return True
     if record is None:
-        raise SstlError(
-            "exists already and no batch made it", where=where, fix="use --force or another --out-dir", code="E023"
-        )
+        raise SstlError("exists already and no batch made it", where=where, fix="use --force or another --out-dir", code="E023")
     if record.get("state") != DONE:
         return True
     if any(record.get(key) != wanted[key] for key in ("command", "options")):
         raise SstlError(
-            "was made by another command or with other options",
-            where=where,
-            fix="use --force or another --out-dir",
-            code="E024",
+            "was made by another command or with other options", where=where, fix="use --force or another --out-dir", code="E024"
         )
     if any(record.get(key) != wanted[key] for key in ("inputs", "version", "environment")):
         return True
     return bool(record.get("outputs") != dict(there))
 
 
-def wanted_record(
-    command: str, item: Item, inputs: Mapping[str, str], environment: Mapping[str, str]
-) -> dict[str, Any]:
+def wanted_record(command: str, item: Item, inputs: Mapping[str, str], environment: Mapping[str, str]) -> dict[str, Any]:
     """Return the part of a record that decides the bytes of the outputs."""
     return {
         "schema": RECORD,

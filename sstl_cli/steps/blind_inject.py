@@ -68,10 +68,20 @@ def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any], 
     verdict, gap = said["verdict"], said["gap"]
     effects, committed = list(verdict["effects"]), verdict["status"] == "identified"
     row: dict[str, Any] = {
-        "log": log, "with_model": known, "effect": None if put is None else put.effect, "size": None if put is None else put.size,
-        "status": verdict["status"], "effects": effects, "ambiguity_group": verdict["ambiguity_group"],
-        "shrink_pct": gap["shrink_pct"], "estimate": None, "decidable": None, "close": None,
-        "named": False, "in_group": False, "wrong": committed and put is None,
+        "log": log,
+        "with_model": known,
+        "effect": None if put is None else put.effect,
+        "size": None if put is None else put.size,
+        "status": verdict["status"],
+        "effects": effects,
+        "ambiguity_group": verdict["ambiguity_group"],
+        "shrink_pct": gap["shrink_pct"],
+        "estimate": None,
+        "decidable": None,
+        "close": None,
+        "named": False,
+        "in_group": False,
+        "wrong": committed and put is None,
     }
     if put is None:
         return row
@@ -100,8 +110,14 @@ def _score(rows: Sequence[Mapping[str, Any]], known: bool) -> dict[str, Any]:
     untouched = [r for r in own if r["effect"] is None]
     named = [r for r in put if r["named"]]
     return {
-        "of": len(put), "named": len(named), "in_group": sum(r["in_group"] for r in put), "wrong": sum(r["wrong"] for r in put),
-        "decidable": sum(bool(r["decidable"]) for r in put), "decidable_named": sum(bool(r["decidable"]) for r in named),
-        "close": sum(bool(r["close"]) for r in named), "untouched": len(untouched),
-        "untouched_none": sum(r["status"] == "none" for r in untouched), "untouched_named": sum(r["status"] == "identified" for r in untouched),
+        "of": len(put),
+        "named": len(named),
+        "in_group": sum(r["in_group"] for r in put),
+        "wrong": sum(r["wrong"] for r in put),
+        "decidable": sum(bool(r["decidable"]) for r in put),
+        "decidable_named": sum(bool(r["decidable"]) for r in named),
+        "close": sum(bool(r["close"]) for r in named),
+        "untouched": len(untouched),
+        "untouched_none": sum(r["status"] == "none" for r in untouched),
+        "untouched_named": sum(r["status"] == "identified" for r in untouched),
     }

@@ -107,9 +107,7 @@ def _claim(parts: Path, asked: dict[str, Any]) -> None:
     if parts.exists():
         found = read_json(plan, PLAN)
         if {k: found.get(k) for k in asked} != asked:
-            raise SstlError(
-                "holds the parts of another library", where=str(parts), fix="remove it, or give its options again", code="E956"
-            )
+            raise SstlError("holds the parts of another library", where=str(parts), fix="remove it, or give its options again", code="E956")
         return
     parts.mkdir(parents=True)
     write_json(plan, {"schema": PLAN, **asked})

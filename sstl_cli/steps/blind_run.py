@@ -27,9 +27,7 @@ def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> tu
     return found.document(), found.bare()
 
 
-def run(
-    case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose
-) -> dict[str, Any]:
+def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose) -> dict[str, Any]:
     """Return the result of one case (``sstl.blind.result/1``); a diagnosis that fails is a result, too.
 
     Parameters

@@ -67,18 +67,14 @@ def table(columns: dict[str, Array], nulls: dict[str, int], required: list[str])
         if name.endswith("_se"):
             bad = int(np.count_nonzero(values < 0))
             if bad:
-                found.append(
-                    Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again")
-                )
+                found.append(Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again"))
     return found
 
 
 def _labels(piece: Piece) -> list[Finding]:
     found = []
     if piece.run_id is None:
-        found.append(
-            Finding(FAILURE, "run_id is null", "run_id", 1, "samples without a run", "give every sample a run_id")
-        )
+        found.append(Finding(FAILURE, "run_id is null", "run_id", 1, "samples without a run", "give every sample a run_id"))
     for name, values in piece.labels.items():
         if len(values) > 1:
             shown = ", ".join(map(repr, values[:4]))
@@ -98,14 +94,10 @@ def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Findin
         found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
     nan = int(np.count_nonzero(np.isnan(values))) - nulls
     if nan > 0:
-        found.append(
-            Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples")
-        )
+        found.append(Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples"))
     infinite = int(np.count_nonzero(np.isinf(values)))
     if infinite:
-        found.append(
-            Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export")
-        )
+        found.append(Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export"))
     absurd = int(np.count_nonzero(np.isfinite(values) & unsound(values)))
     if absurd:
         detail = f"{absurd} of {len(values)} over {LARGEST:.0e}, beyond any sensor or clock"
@@ -155,9 +147,7 @@ def _signal(name: str, values: Array) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
-        return [
-            Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")
-        ]
+        return [Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")]
     found = []
     step = np.diff(values)
     inside = (values[1:] != values.max()) & (values[1:] != values.min())
@@ -187,9 +177,7 @@ def _signal(name: str, values: Array) -> list[Finding]:
             longest, count = _stretches(values == extreme)
             if longest >= 3:
                 detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
-                found.append(
-                    Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier")
-                )
+                found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
         longest, count = _stretches((step == 0.0) & inside)
         if longest >= STUCK_SAMPLES:
             detail = f"longest {longest + 1} samples"
@@ -198,9 +186,7 @@ def _signal(name: str, values: Array) -> list[Finding]:
     if spikes:
         many = spikes > 0.02 * n
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
-        found.append(
-            Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix)
-        )
+        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
     return found
 
 
@@ -211,11 +197,7 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
         return []
     longest, count = _stretches(same)
     if 3 <= longest < STUCK_SAMPLES:
-        return [
-            Finding(
-                REMARK, "frozen stretches", "", count, f"both tensions, longest {longest + 1} samples", "none needed"
-            )
-        ]
+        return [Finding(REMARK, "frozen stretches", "", count, f"both tensions, longest {longest + 1} samples", "none needed")]
     return []
 
 

@@ -121,9 +121,7 @@ def _by_run(blocks: Iterator[Any]) -> Any:
 
 
 def _is_number(arrow: Any, name: str) -> bool:
-    return name in arrow.names and (
-        pa.types.is_floating(arrow.field(name).type) or pa.types.is_integer(arrow.field(name).type)
-    )
+    return name in arrow.names and (pa.types.is_floating(arrow.field(name).type) or pa.types.is_integer(arrow.field(name).type))
 
 
 def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
@@ -140,14 +138,10 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
         number = (pa.types.is_floating, pa.types.is_integer, pa.types.is_null)
         fits = any(test(field.type) for test in (text if column.type == pa.string() else number))
         if not fits:
-            yield Finding(
-                FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}"
-            )
+            yield Finding(FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}")
         unit = (field.metadata or {}).get(b"unit")
         if unit is None and column.unit:
-            yield Finding(
-                REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right"
-            )
+            yield Finding(REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right")
         elif unit is not None and unit.decode(errors="replace") != column.unit:
             stated = unit.decode(errors="replace")
             if column.name in ("tension_in_n", "tension_out_n") and not is_force(stated):
@@ -163,9 +157,7 @@ def _blocks(reader: Any, columns: list[str] | None = None) -> Iterator[Any]:
         for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=columns):
             yield pa.Table.from_batches([batch])
     except (pa.ArrowException, OSError) as error:
-        raise SstlError(
-            f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230"
-        ) from None
+        raise SstlError(f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230") from None
 
 
 def _of_table(reader: Any, numeric: list[str], required: list[str]) -> Iterator[Entry]:
@@ -175,25 +167,17 @@ def _of_table(reader: Any, numeric: list[str], required: list[str]) -> Iterator[
         columns = {n: _numbers(block.column(n)) for n in numeric}
         yield from map(Entry, check.table(columns, nulls, required))
         if "status" in block.column_names and reader.metadata.get("schema") == THETA.id:
-            for run_id, status in zip(
-                block.column("run_id").to_pylist(), block.column("status").to_pylist(), strict=True
-            ):
+            for run_id, status in zip(block.column("run_id").to_pylist(), block.column("status").to_pylist(), strict=True):
                 ids[str(run_id)] = ids.get(str(run_id), 0) + 1
                 if status != "ok":
                     yield Entry(Finding(REMARK, "set aside", "status", 1, str(status), "none needed"), run_id)
     for run_id, count in ids.items():
         if count > 1:
-            yield Entry(
-                Finding(FAILURE, "run comes twice", "run_id", count, f"{count} rows", "keep one row a run"), run_id
-            )
+            yield Entry(Finding(FAILURE, "run comes twice", "run_id", count, f"{count} rows", "keep one row a run"), run_id)
 
 
 def _numbers(column: Any) -> Any:
-    return (
-        column.cast(pa.float64()).to_numpy(zero_copy_only=False)
-        if not pa.types.is_null(column.type)
-        else column.to_numpy()
-    )
+    return column.cast(pa.float64()).to_numpy(zero_copy_only=False) if not pa.types.is_null(column.type) else column.to_numpy()
 
 
 def _pieces(blocks: Iterator[Any], numeric: list[str]) -> Iterator[Piece]:

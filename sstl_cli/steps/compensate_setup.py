@@ -43,9 +43,7 @@ class Plan:
     plant_of: PlantOf
 
 
-def mapped_cases(
-    cases: Sequence[Case], mapping: MappingModel, biases: Biases
-) -> tuple[list[Case], dict[str, str]]:
+def mapped_cases(cases: Sequence[Case], mapping: MappingModel, biases: Biases) -> tuple[list[Case], dict[str, str]]:
     """Return the configurations with the lines a mapping predicts, tendon by tendon, and why others have none."""
     done, aside = list(cases), {}
     names: list[str | None] = [*mapping.header.tendons] or [None]
@@ -84,9 +82,7 @@ def plants(truth: Sequence[Case], scenario: Scenario | None = None, loop: Tensio
     return found
 
 
-def plan(
-    cases: list[Case], aside: dict[str, str], methods: Sequence[str], insist: bool, plant_of: PlantOf, where: str = ""
-) -> Plan:
+def plan(cases: list[Case], aside: dict[str, str], methods: Sequence[str], insist: bool, plant_of: PlantOf, where: str = "") -> Plan:
     """Return what can be compensated of what was asked for.
 
     Parameters
@@ -115,7 +111,9 @@ def plan(
                 aside[f"{case.config_id} ({name})"] = "no usable row to drive this method"
     if len(plantless) == len(cases):
         raise SstlError(
-            "no configuration has a plant to be scored on", where=where,
-            fix="give --plant or --plant-sim, or a Theta table with act rows", code="E405",
+            "no configuration has a plant to be scored on",
+            where=where,
+            fix="give --plant or --plant-sim, or a Theta table with act rows",
+            code="E405",
         )
     return Plan(cases, left, impossible, aside, plant_of)

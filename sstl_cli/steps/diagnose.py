@@ -15,20 +15,7 @@ from sstl_cli.core.deadline import Deadline
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.provenance import by_another
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import (
-    channels,
-    downstream,
-    faults,
-    features,
-    following,
-    misfit,
-    odd,
-    scale,
-    scaling,
-    search,
-    variation,
-    verdict,
-)
+from sstl_cli.diagnosis import channels, downstream, faults, features, following, misfit, odd, scale, scaling, search, variation, verdict
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
@@ -157,9 +144,18 @@ def run(
     said = verdict.verdict(found.rows, verdict.learned(), options.prior or None)
     body = document(
         Given(
-            found.problem, found.search, found.nominal, found.recorder, found.beside, found.rows, said,
-            accepted(found, said), found.scale, [asdict(r) for r in remarks],
-            following.Limits(options.max_tension_n, options.max_rate_n_per_s), deadline.passed,
+            found.problem,
+            found.search,
+            found.nominal,
+            found.recorder,
+            found.beside,
+            found.rows,
+            said,
+            accepted(found, said),
+            found.scale,
+            [asdict(r) for r in remarks],
+            following.Limits(options.max_tension_n, options.max_rate_n_per_s),
+            deadline.passed,
         )
     )
     result = Diagnosis(found, said, options, body)
@@ -184,9 +180,7 @@ def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[R
     if failed and not kept:
         first = next(r for r in remarks if r.failed)
         raise SstlError(
-            f"no run passes the gate of the physics: {first.sentence}",
-            fix=f"{first.mend}; --no-physics if you know better",
-            code="E902",
+            f"no run passes the gate of the physics: {first.sentence}", fix=f"{first.mend}; --no-physics if you know better", code="E902"
         )
     return kept, failed
 
@@ -251,7 +245,9 @@ def _faults(found: search.Search, ids: Sequence[str], scenario: Scenario, lackin
     return [e for e in seen if e.id in ids]
 
 
-def _beside(found: search.Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
+def _beside(
+    found: search.Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]
+) -> list[features.CandidateRow]:
     """Return the candidates that are not fitted to the output."""
     return [e.row() for e in recorder] + [g.row() for g in gaps if g.effect not in found.singles]
 
@@ -270,7 +266,7 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
     rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, given, i), found.beside))
     suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
     confirmed: list[dict[str, Any]] = []
-    for suspect in suspects[: CONFIRMED_RUNS]:
+    for suspect in suspects[:CONFIRMED_RUNS]:
         if deadline.passed(ODD):
             return confirmed or None
         try:
@@ -323,9 +319,7 @@ def _add_downstream(result: Diagnosis, deadline: Deadline) -> None:
         return
     result.body["downstream"] = {
         "config_id": name,
-        "tracking": [
-            {"reference": t.reference, "rmse_without_n": t.rmse_without_n, "rmse_with_n": t.rmse_with_n} for t in found
-        ],
+        "tracking": [{"reference": t.reference, "rmse_without_n": t.rmse_without_n, "rmse_with_n": t.rmse_with_n} for t in found],
     }
 
 

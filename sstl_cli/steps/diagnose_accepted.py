@@ -47,14 +47,15 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         effects[effect_id] = {k: scaling.parameter(v, units[k], unit_n) for k, v in total.items()}
     for fault in found.recorder:
         if (fault.id,) == said.effects:
-            effects[fault.id] = get(fault.id).complete({k: scaling.parameter(v, get(fault.id).parameter(k).unit, unit_n) for k, v in fault.parameters.items() if v})
+            effects[fault.id] = get(fault.id).complete(
+                {k: scaling.parameter(v, get(fault.id).parameter(k).unit, unit_n) for k, v in fault.parameters.items() if v}
+            )
     for gap in found.beside:
         if (gap.effect,) == said.effects:
             effects[gap.effect] = dict(gap.values)
     locations = {r.config: r.location for r in found.problem.records}
     configurations = tuple(
-        Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i]))
-        for i, name in enumerate(found.problem.configs)
+        Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i])) for i, name in enumerate(found.problem.configs)
     )
     # of holds and second differences only: what the model leaves is no noise of a sensor
     noise = of_readings(found.problem.records, found.search.measured).output.values()
@@ -65,9 +66,17 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     }
     return base.model_copy(
         update={
-            "configurations": configurations, "effects": effects, "generator": None,
-            "misfits": (), "dispersion": {}, "faults": {}, "wander": None, "package_version": __version__,
-            "output": None if found.scale is None else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
+            "configurations": configurations,
+            "effects": effects,
+            "generator": None,
+            "misfits": (),
+            "dispersion": {},
+            "faults": {},
+            "wander": None,
+            "package_version": __version__,
+            "output": None
+            if found.scale is None
+            else OutputScale(unit=found.scale.unit, per_n=found.scale.per_n, origin=found.scale.origin),
             "noise": base.noise.model_copy(update=heard),
         }
     )
@@ -88,7 +97,8 @@ def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     varies = variation.learned(knowing, chosen, variation.ways(found.search.singles.values()), whiten, remains)
     return bare.model_copy(
         update={
-            "misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections), "dispersion": usual,
+            "misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections),
+            "dispersion": usual,
             "wander": variation.rescaled(varies, problem.unit_n),
         }
     )

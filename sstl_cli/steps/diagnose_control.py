@@ -45,8 +45,13 @@ def run(table: pa.Table) -> dict[str, Any]:
             continue
         rows.append(
             {
-                "run_id": s.run_id, "rmse_n": s.rmse_n, "simulated_rmse_n": s.simulated_rmse_n, "share_pct": s.share_pct,
-                "believed": vars(s.believed), "true": vars(s.true), "loop_tau_s": s.loop_tau_s,
+                "run_id": s.run_id,
+                "rmse_n": s.rmse_n,
+                "simulated_rmse_n": s.simulated_rmse_n,
+                "share_pct": s.share_pct,
+                "believed": vars(s.believed),
+                "true": vars(s.true),
+                "loop_tau_s": s.loop_tau_s,
             }
         )
     if not rows:

@@ -199,10 +199,7 @@ def _noise(g: Given) -> dict[str, Any]:
         sensors = (("input", noise.input[system]), ("output", noise.output[system]))
         spread = noise.spread.get(system, {})
         found[system] = {
-            side: {
-                key: {"estimate": v, "ci95": _log_interval(v, spread.get(f"{side}.{key}"))}
-                for key, v in asdict(sensor).items()
-            }
+            side: {key: {"estimate": v, "ci95": _log_interval(v, spread.get(f"{side}.{key}"))} for key, v in asdict(sensor).items()}
             for side, sensor in sensors
         }
     return found

@@ -20,8 +20,12 @@ def loops(g: Given) -> list[dict[str, Any]]:
     base, after = g.search.base.prediction, g.accepted.prediction
     return [
         {
-            "run_id": r.run_id, "system": r.system, "tension_in_n": u, "measured_n": r.y[::step],
-            "base_n": base[s][::step], "with_effect_n": after[s][::step],
+            "run_id": r.run_id,
+            "system": r.system,
+            "tension_in_n": u,
+            "measured_n": r.y[::step],
+            "base_n": base[s][::step],
+            "with_effect_n": after[s][::step],
         }
         for r, s, step, u in _first_of_each(g)
     ]
@@ -32,8 +36,12 @@ def residuals(g: Given) -> list[dict[str, Any]]:
     base, after = g.search.base.residual, g.accepted.residual
     return [
         {
-            "run_id": r.run_id, "system": r.system, "time_s": r.time_s[::step], "tension_in_n": u,
-            "base_n": base[s][::step], "effect_n": after[s][::step],
+            "run_id": r.run_id,
+            "system": r.system,
+            "time_s": r.time_s[::step],
+            "tension_in_n": u,
+            "base_n": base[s][::step],
+            "effect_n": after[s][::step],
         }
         for r, s, step, u in _first_of_each(g)
     ]

@@ -30,8 +30,6 @@ class Gates:
             missed.append(f"--max-gap-pct: reducible part {reducible:.1f} % > {self.max_gap_pct:g} %")
         if self.expect == "none" and verdict["status"] != "none":
             missed.append(f"--expect: expected none, {found}")
-        if self.expect not in (None, "none") and not (
-            verdict["status"] == "identified" and self.expect in verdict["effects"]
-        ):
+        if self.expect not in (None, "none") and not (verdict["status"] == "identified" and self.expect in verdict["effects"]):
             missed.append(f"--expect: expected {self.expect}, {found}")
         return missed

@@ -98,7 +98,9 @@ def _planned(scenario: Scenario) -> tuple[Search, float]:
     sim = Simulator(problem, scaling.mechanics(scenario, unit_n), fixed)
     theta = np.array([scenario.theta_of(c) for c in problem.configs])
     heard = scenario.noise
-    out = Sensor(max(heard.white_n / unit_n, 1e-6) / float(np.sqrt(problem.records[0].thin)), heard.coloured_n / unit_n, heard.correlation_s)
+    out = Sensor(
+        max(heard.white_n / unit_n, 1e-6) / float(np.sqrt(problem.records[0].thin)), heard.coloured_n / unit_n, heard.correlation_s
+    )
     noise = Noise(dict.fromkeys(problem.systems, out), dict.fromkeys(problem.systems, out), dict.fromkeys(problem.systems, 1.0))
     # what the base shows, without the noise that is expected
     quiet = copy(sim)

@@ -22,7 +22,13 @@ def candidates(g: Given, errors: Errors) -> list[dict[str, Any]]:
     """Return single effects, what is named, and faults of the recorder, the most probable first."""
     ranked = g.search.ranked()
     p = g.verdict.probabilities
-    shown = [w for w in ranked if len(w.ids) == 1 or w.ids in (g.verdict.effects, *g.verdict.group) or tuple(sorted(w.ids)) in (g.verdict.effects, *g.verdict.group)]
+    shown = [
+        w
+        for w in ranked
+        if len(w.ids) == 1
+        or w.ids in (g.verdict.effects, *g.verdict.group)
+        or tuple(sorted(w.ids)) in (g.verdict.effects, *g.verdict.group)
+    ]
     lead = next((w for w in ranked if w.fit is g.accepted), ranked[0] if ranked else None)
     near = sorted(shown, key=lambda w: -p.get(tuple(sorted(w.ids)), 0.0))[: RIVALS + 1]
     rows = [_row(g, errors, w, lead if w in near else None) for w in shown]
@@ -81,15 +87,26 @@ def _change(g: Given, f: Fit) -> dict[str, float] | None:
 def _recorder_row(g: Given, r: RecorderEffect) -> dict[str, Any]:
     parameters = [
         {
-            "name": k, "effect": r.id, "unit": get(r.id).parameter(k).unit, "estimate": v, "ci95": None,
-            "why": "counted in this record, not estimated", "at_bound": False, "identifiability": "identifiable",
+            "name": k,
+            "effect": r.id,
+            "unit": get(r.id).parameter(k).unit,
+            "estimate": v,
+            "ci95": None,
+            "why": "counted in this record, not estimated",
+            "at_bound": False,
+            "identifiability": "identifiable",
         }
         for k, v in r.parameters.items()
     ]
     return {
-        "id": r.id, "probability": g.verdict.probabilities.get((r.id,), 0.0), "rmse_held_out_n": None,
-        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))), "d2": None, "sensor": None,
-        "parameters": parameters, "identifiability": "identifiable",
+        "id": r.id,
+        "probability": g.verdict.probabilities.get((r.id,), 0.0),
+        "rmse_held_out_n": None,
+        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))),
+        "d2": None,
+        "sensor": None,
+        "parameters": parameters,
+        "identifiability": "identifiable",
     }
 
 
@@ -99,8 +116,12 @@ def add_beside(g: Given, body: dict[str, Any]) -> None:
         return
     best = max(g.beside, key=lambda x: x.gain)
     body["beside"] = {
-        "channel": best.channel, "unit": best.unit, "effects": [best.effect], "rmse_base": best.rmse_base,
-        "rmse_with_effect": best.rmse_with, "shrink_pct": 100.0 * (1.0 - best.rmse_with / max(best.rmse_base, 1e-300)),
+        "channel": best.channel,
+        "unit": best.unit,
+        "effects": [best.effect],
+        "rmse_base": best.rmse_base,
+        "rmse_with_effect": best.rmse_with,
+        "shrink_pct": 100.0 * (1.0 - best.rmse_with / max(best.rmse_base, 1e-300)),
         "parameters": best.values,
     }
     for gap in g.beside:
@@ -108,13 +129,21 @@ def add_beside(g: Given, body: dict[str, Any]) -> None:
             continue
         body["candidates"].append(
             {
-                "id": gap.effect, "probability": g.verdict.probabilities.get((gap.effect,), 0.0),
+                "id": gap.effect,
+                "probability": g.verdict.probabilities.get((gap.effect,), 0.0),
                 "rmse_held_out_n": gap.rmse_with if gap.unit == "N" else None,
-                "shrink_pct": 100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)), "d2": None, "sensor": gap.channel,
+                "shrink_pct": 100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)),
+                "d2": None,
+                "sensor": gap.channel,
                 "parameters": [
                     {
-                        "name": k, "effect": gap.effect, "unit": get(gap.effect).parameter(k).unit, "estimate": v, "ci95": None,
-                        "why": "no interval is worked out for the channels beside", "at_bound": False,
+                        "name": k,
+                        "effect": gap.effect,
+                        "unit": get(gap.effect).parameter(k).unit,
+                        "estimate": v,
+                        "ci95": None,
+                        "why": "no interval is worked out for the channels beside",
+                        "at_bound": False,
                         "identifiability": "identifiable",
                     }
                     for k, v in gap.values.items()
@@ -124,10 +153,15 @@ def add_beside(g: Given, body: dict[str, Any]) -> None:
         )
         if (gap.effect,) == g.verdict.effects:
             body["gap"].update(
-                samples=f"channel {gap.channel} ({gap.unit})", held_out=False, shrink_ci95_pct=None,
+                samples=f"channel {gap.channel} ({gap.unit})",
+                held_out=False,
+                shrink_ci95_pct=None,
                 shrink_why="no interval is worked out for the channels beside",
-                shrink_pct=100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)), explained_of_reducible_pct=None,
+                shrink_pct=100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)),
+                explained_of_reducible_pct=None,
             )
             if gap.unit == "N":
-                body["gap"].update(rmse_base_n=gap.rmse_base, rmse_retuned_n=gap.rmse_base, rmse_with_effect_n=gap.rmse_with, noise_floor_n=gap.noise)
+                body["gap"].update(
+                    rmse_base_n=gap.rmse_base, rmse_retuned_n=gap.rmse_base, rmse_with_effect_n=gap.rmse_with, noise_floor_n=gap.noise
+                )
     body["candidates"].sort(key=lambda row: -float(row["probability"]))

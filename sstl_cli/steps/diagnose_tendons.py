@@ -104,8 +104,11 @@ def with_neighbours(run: Run, runs: Sequence[Run]) -> Run:
         beside = [
             r
             for r in runs
-            if r.system == "act" and (r.tendon or "") == name and r.config_id == run.config_id
-            and r.trajectory == run.trajectory and _covers(r, run)
+            if r.system == "act"
+            and (r.tendon or "") == name
+            and r.config_id == run.config_id
+            and r.trajectory == run.trajectory
+            and _covers(r, run)
         ]
         if len(beside) != 1:
             return run

@@ -51,9 +51,7 @@ def evaluation_table(found: Evaluation, seeds: tuple[int, ...]) -> pa.Table:
     """Return the table ``sstl.evaluation``: a row a variant and seed, and one of the mean over seeds (seed null)."""
     rows = []
     for score in found.scores:
-        lines: list[tuple[int | None, Any, float]] = [
-            (seed, score.rmse[k], found.outside_pct(k)) for k, seed in enumerate(seeds)
-        ]
+        lines: list[tuple[int | None, Any, float]] = [(seed, score.rmse[k], found.outside_pct(k)) for k, seed in enumerate(seeds)]
         if score.ensemble[2] == score.ensemble[2]:
             lines.append((None, score.ensemble, found.outside_pct()))
         for seed, rmse, outside in lines:

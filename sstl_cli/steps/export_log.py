@@ -150,9 +150,7 @@ def _mcap(runs: _Counted, path: Path, source: Path) -> None:
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        raise SstlError(
-            "MCAP needs the library 'mcap'", where=str(source), fix="pip install 'sstl-cli[robot]'", code="E308"
-        ) from None
+        raise SstlError("MCAP needs the library 'mcap'", where=str(source), fix="pip install 'sstl-cli[robot]'", code="E308") from None
 
     names = [n for n in SIGNALS if n != "time_s"]
     units = _units(source)
@@ -174,8 +172,10 @@ def _mcap(runs: _Counted, path: Path, source: Path) -> None:
             begin = min(float(one.time_s[0]), 0.0)
             if float(one.time_s[-1]) - begin > MAX_MCAP_S:
                 raise SstlError(
-                    "time goes beyond what MCAP can hold (584 years)", where=f"{source}, run {one.run_id!r}",
-                    fix="is time_s in s? export csv or mat instead", code="E362",
+                    "time goes beyond what MCAP can hold (584 years)",
+                    where=f"{source}, run {one.run_id!r}",
+                    fix="is time_s in s? export csv or mat instead",
+                    code="E362",
                 )
             present = [(n, getattr(one, n).tolist()) for n in names if getattr(one, n) is not None]
             for i, t in enumerate(one.time_s.tolist()):

@@ -56,10 +56,7 @@ class Import:
             "step_s": c.step_s,
             "gap_s": c.gap_s,
             "clocks": [r.document() for r in self.clocks],
-            "files_set_aside": [
-                {"file": b.path.name, "code": b.error.code, "message": b.error.what, "fix": b.error.fix}
-                for b in self.bad
-            ],
+            "files_set_aside": [{"file": b.path.name, "code": b.error.code, "message": b.error.what, "fix": b.error.fix} for b in self.bad],
             "remarks": list(dict.fromkeys(c.remarks)),
         }
 
@@ -107,12 +104,7 @@ def provenance_extra(mapping: Mapping) -> dict[str, object]:
 
 
 def _runs(
-    result: Import,
-    files: list[Path],
-    mapping: Mapping,
-    wanted: str | None,
-    manifest: dict[str, Labels],
-    advance: Callable[[float], None],
+    result: Import, files: list[Path], mapping: Mapping, wanted: str | None, manifest: dict[str, Labels], advance: Callable[[float], None]
 ) -> Iterator[Run]:
     counts = result.counts
     policy = Policy(mapping.time, mapping.repair)
@@ -189,13 +181,7 @@ def _appended(group: Group, mapping: Mapping, result: Import, advance: Callable[
     for plan in group.plans:
         begin: float | None = None
         read = chunks(
-            plan,
-            mapping.skip_samples,
-            mapping.clocks.align,
-            mapping.clocks.max_offset_s,
-            result.counts.notes,
-            result.clocks,
-            advance,
+            plan, mapping.skip_samples, mapping.clocks.align, mapping.clocks.max_offset_s, result.counts.notes, result.clocks, advance
         )
         for chunk in windowed(read, mapping, result.counts.notes):
             time = chunk.signals["time_s"]

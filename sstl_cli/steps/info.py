@@ -60,11 +60,7 @@ def draw_loop(x: Sequence[float], y: Sequence[float], width: int = 44, height: i
     >>> draw_loop([0.0, 1.0], [0.0, 1.0], 2, 1)
     ['⡠⠊']
     """
-    pairs = [
-        (a, b)
-        for a, b in zip(x, y, strict=True)
-        if a is not None and b is not None and abs(a) <= LARGEST and abs(b) <= LARGEST
-    ]
+    pairs = [(a, b) for a, b in zip(x, y, strict=True) if a is not None and b is not None and abs(a) <= LARGEST and abs(b) <= LARGEST]
     if len(pairs) < 2:
         return []
     x0, x1 = min(p[0] for p in pairs), max(p[0] for p in pairs)
@@ -84,6 +80,4 @@ def draw_loop(x: Sequence[float], y: Sequence[float], width: int = 44, height: i
 
 def _stroke(a: tuple[int, int], b: tuple[int, int]) -> list[tuple[int, int]]:
     steps = max(abs(b[0] - a[0]), abs(b[1] - a[1]), 1)
-    return [
-        (a[0] + round((b[0] - a[0]) * i / steps), a[1] + round((b[1] - a[1]) * i / steps)) for i in range(steps + 1)
-    ]
+    return [(a[0] + round((b[0] - a[0]) * i / steps), a[1] + round((b[1] - a[1]) * i / steps)) for i in range(steps + 1)]

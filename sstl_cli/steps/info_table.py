@@ -78,9 +78,7 @@ def _tables(reader: Any) -> Iterator[Any]:
         for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=present):
             yield conform(pa.Table.from_batches([batch]), wanted, str(reader.path))
     except (pa.ArrowException, OSError) as error:
-        raise SstlError(
-            f"is damaged ({str(error)[:120]})", where=str(reader.path), fix="make the file again", code="E241"
-        ) from None
+        raise SstlError(f"is damaged ({str(error)[:120]})", where=str(reader.path), fix="make the file again", code="E241") from None
 
 
 def _relaxed(column: Any) -> Any:
@@ -108,9 +106,7 @@ class _Lost:
         null = pc.is_null(column)
         empty = _numpy(pc.cast(null, "uint8")).astype(bool)
         # any number does in the place of an empty value: a Python one would import pandas
-        values = _numpy(pc.coalesce(pc.cast(column, "double"), pc.cast(pc.cast(null, "uint8"), "double"))).astype(
-            np.float64
-        )
+        values = _numpy(pc.coalesce(pc.cast(column, "double"), pc.cast(pc.cast(null, "uint8"), "double"))).astype(np.float64)
         wrong = unsound(values)
         with_faults = np.logical_or.reduceat(wrong, starts)
         out = wrong | empty
@@ -146,9 +142,7 @@ def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
     starts = np.array([0, *ends[:-1]])
     # an Arrow array made of a list would import pandas
     rows = np.diff([0, *ends]).tolist()
-    labels = [
-        [table.column(n)[i].as_py() for i in starts.tolist()] for n in ("run_id", "system", "config_id", "location")
-    ]
+    labels = [[table.column(n)[i].as_py() for i in starts.tolist()] for n in ("run_id", "system", "config_id", "location")]
     run_ids = [str(v) for v in labels[0]]
     limits = [v for name in COLUMNS[-3:] for v in lost.ranges(name, table.column(name), starts, run_ids)]
     for run_id, system, config_id, location, n, *six in zip(run_ids, *labels[1:], rows, *limits, strict=True):

@@ -50,9 +50,7 @@ def run(inputs: Inputs, kind: str | None = None, subject: str | None = None) -> 
     if kind is None:
         kind = next((FIRST[k] for k in FIRST if k in given), None)
         if kind is None:
-            raise SstlError(
-                f"no figure shows {', '.join(given)} alone", where="FILE", fix=nearest("", offered), code="E609"
-            )
+            raise SstlError(f"no figure shows {', '.join(given)} alone", where="FILE", fix=nearest("", offered), code="E609")
     if kind not in offered:
         raise UsageError(f"unknown figure '{kind}' ({nearest(kind, offered)})", where="--kind", code="E606")
     module = offered[kind]

@@ -23,17 +23,13 @@ def run(inputs: Inputs, title: str = DEFAULT_TITLE) -> Page:
     made = page(replace(inputs, catalogue=notes()), title)
     if not made.sections:
         given = ", ".join(sorted({kind for kind, _, _ in inputs.files}))
-        raise UsageError(
-            f"nothing to show in {given or 'no input'}", where="FILE", fix="add the log or the Theta table", code="E608"
-        )
+        raise UsageError(f"nothing to show in {given or 'no input'}", where="FILE", fix="add the log or the Theta table", code="E608")
     return made
 
 
 def notes() -> dict[str, EffectNote]:
     """Return what the page says of every effect of the catalogue."""
     return {
-        e.id: EffectNote(
-            e.title, e.stage, e.equation, e.source, e.excitation, {p.name: p.meaning for p in e.parameters}
-        )
+        e.id: EffectNote(e.title, e.stage, e.equation, e.source, e.excitation, {p.name: p.meaning for p in e.parameters})
         for e in catalogue().values()
     }

@@ -33,6 +33,8 @@ from sstl_cli.steps.reproduce_slopes import Slopes
 from sstl_cli.steps.reproduce_tracking import Block, Prepared
 
 Key = tuple[str, str, str]
+
+
 @dataclass(frozen=True)
 class Options:
     """What to rebuild and how.
@@ -69,9 +71,7 @@ class Reproduction:
     figures: bool = False
 
 
-def run(
-    options: Options, report: Callable[[str], None] | None = None, advance: Callable[[float], None] | None = None
-) -> Reproduction:
+def run(options: Options, report: Callable[[str], None] | None = None, advance: Callable[[float], None] | None = None) -> Reproduction:
     """Return the tables asked for; ``report`` is told what begins."""
     say = report or (lambda text: None)
     seeds = range(options.seed, options.seed + options.data_seeds) if "R" in options.tables else range(0)
@@ -165,9 +165,7 @@ def _beyond(made: Reproduction, o: Options, say: Say, advance: Advance) -> Repro
 _TRACKED = ("IV", "summary", "headline")
 
 
-def _judged(
-    tables: Sequence[str], ours: Mapping[Key, float], spread: Spread, block: str, only: bool = False
-) -> list[Compared]:
+def _judged(tables: Sequence[str], ours: Mapping[Key, float], spread: Spread, block: str, only: bool = False) -> list[Compared]:
     """Return the entries of some tables beside ours; ``only`` leaves out what we have no value for."""
     published = [e for t in tables for e in of_table(t)]
     found = compare(published, ours, spread.of(block), block)

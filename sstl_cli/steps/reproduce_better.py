@@ -14,18 +14,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper.bench import ModelBench
-from sstl_cli.paper.rig import (
-    LAG_S,
-    TABLE_II,
-    Bend,
-    bends,
-    identified,
-    lines_of,
-    recorded,
-    slow_sine,
-    tracked,
-    trapezoid,
-)
+from sstl_cli.paper.rig import LAG_S, TABLE_II, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps.reproduce_diagnosis import completed
 
@@ -57,9 +46,7 @@ class Calibration:
 
     def with_biases(self, sstl: Theta) -> Theta:
         """Return slopes and biases mapped from slopes and biases."""
-        return Theta(
-            *(float(v) for v in np.array([sstl.gamma_p, sstl.beta_p, sstl.gamma_r, sstl.beta_r, 1.0]) @ self.all_four)
-        )
+        return Theta(*(float(v) for v in np.array([sstl.gamma_p, sstl.beta_p, sstl.gamma_r, sstl.beta_r, 1.0]) @ self.all_four))
 
 
 @dataclass(frozen=True)
@@ -121,9 +108,7 @@ def calibrate(seed: int) -> Calibration:
     sets = bends(CALIBRATION_BENDS, stream(seed, "better", "calibration"))
     runs = {(b.name, s): recorded(b, s, *trapezoid(s), seed) for b in sets for s in ("act", "sstl")}
     found = {key: lines_of(identified(run)) for key, run in runs.items()}
-    rows = [
-        (a, s) for b in sets if (a := found[b.name, "act"]) is not None and (s := found[b.name, "sstl"]) is not None
-    ]
+    rows = [(a, s) for b in sets if (a := found[b.name, "act"]) is not None and (s := found[b.name, "sstl"]) is not None]
     if len(rows) < 8:
         raise SstlError(f"only {len(rows)} of {len(sets)} calibration bends could be identified", code="E802")
     act, sstl = (np.array([_vector(r[i]) for r in rows]) for i in (0, 1))
@@ -145,12 +130,7 @@ def sources(calibration: Calibration, bend: Bend, seed: int) -> dict[str, Theta]
     physics = calibration.simulator.lines(bend, calibration.simulator.theta(probe))
     if sstl is None or direct is None or physics is None:
         raise SstlError(f"bend {bend.name} could not be identified", code="E802")
-    return {
-        "mapped": calibration.mapped(sstl),
-        "biases": calibration.with_biases(sstl),
-        "physics": physics,
-        "direct": direct,
-    }
+    return {"mapped": calibration.mapped(sstl), "biases": calibration.with_biases(sstl), "physics": physics, "direct": direct}
 
 
 def tracked_bends(seed: int) -> list[Bend]:
@@ -159,10 +139,7 @@ def tracked_bends(seed: int) -> list[Bend]:
 
 
 def run(
-    seed: int,
-    calibration: Calibration | None = None,
-    ways: Sequence[Way] = WAYS,
-    advance: Callable[[float], None] | None = None,
+    seed: int, calibration: Calibration | None = None, ways: Sequence[Way] = WAYS, advance: Callable[[float], None] | None = None
 ) -> list[Rung]:
     """Return what every way reaches on the rig, on both references, at one bend a location."""
     learned = calibration or calibrate(seed)
@@ -172,15 +149,10 @@ def run(
     for way in ways:
         scores: dict[str, list[tuple[float, float, float]]] = {"sinusoid": [], "random": []}
         for bend in tests:
-            for reference in (
-                references.sinusoid(cycles=2),
-                references.random(stream(seed, "reference", bend.location), duration_s=200.0),
-            ):
+            for reference in (references.sinusoid(cycles=2), references.random(stream(seed, "reference", bend.location), duration_s=200.0)):
                 own = lines[bend.name][way.lines] if way.compensate else IDENTITY
                 s, _ = tracked(bend, own, reference, way.options, way.compensate, seed)
-                scores[reference.name].append(
-                    (s.rmse_n, s.std_n, s.mape_pct if s.mape_pct is not None else float("nan"))
-                )
+                scores[reference.name].append((s.rmse_n, s.std_n, s.mape_pct if s.mape_pct is not None else float("nan")))
         columns = [{t: tuple(v[i] for v in values) for t, values in scores.items()} for i in range(3)]
         done.append(Rung(way.name, *columns))
         if advance is not None:

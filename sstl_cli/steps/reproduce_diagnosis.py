@@ -154,9 +154,7 @@ def _own_table(bench: RigBench, seed: int) -> Mapping[Key, float] | None:
         return None
 
 
-def completed(
-    scenario: Scenario, recorded: Sequence[Run], workers: int, rounds: int = ROUNDS
-) -> tuple[Scenario, diagnose.Diagnosis]:
+def completed(scenario: Scenario, recorded: Sequence[Run], workers: int, rounds: int = ROUNDS) -> tuple[Scenario, diagnose.Diagnosis]:
     """Return the simulator with every effect that a diagnosis after the other names, and the first diagnosis."""
     options = diagnose.DiagnoseOptions(max_effects=MAX_EFFECTS, workers=workers)
     first: diagnose.Diagnosis | None = None
@@ -175,9 +173,7 @@ def _bare(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"configurations": (), "generator": None})
 
 
-def _closed(
-    missing: tuple[str, ...], before: Scenario, after: Scenario, found: diagnose.Diagnosis, rig: _Hardware, seed: int
-) -> Closed:
+def _closed(missing: tuple[str, ...], before: Scenario, after: Scenario, found: diagnose.Diagnosis, rig: _Hardware, seed: int) -> Closed:
     document = found.document()
     verdict = document["verdict"]
     first, later = (_judged(ModelBench(scenario), rig, seed) for scenario in (before, after))
@@ -206,9 +202,7 @@ def _judged(model: ModelBench, rig: _Hardware, seed: int) -> tuple[float, float 
         return withheld, None, None
 
 
-def _table(
-    learned: block_r.Learned, bench: Bench, seed: int, methods: tuple[str, ...] = METHODS
-) -> Mapping[Key, float]:
+def _table(learned: block_r.Learned, bench: Bench, seed: int, methods: tuple[str, ...] = METHODS) -> Mapping[Key, float]:
     """Return Table IV with a given mapping, probed and tracked on a bench."""
     drives = [block_r.drive(b, learned, seed, bench) for b in block_r.new_bends(seed)]
     return tracking_entries(block_r.tracked(drives, seed, bench, methods=methods).scores[WINDOW_STEADY])

@@ -63,9 +63,7 @@ def run(prepared: Prepared, seed: int) -> Gap:
         for some in (s for s in value if name not in s):
             weight = math.factorial(len(some)) * math.factorial(len(names) - len(some) - 1) / math.factorial(len(names))
             gain += weight * (value[some] - value[some | {name}])
-        shares.append(
-            Share(name, value[frozenset({name})], value[whole - {name}], 100.0 * gain / drop if drop else 0.0)
-        )
+        shares.append(Share(name, value[frozenset({name})], value[whole - {name}], 100.0 * gain / drop if drop else 0.0))
     return Gap(value[none], value[whole], tuple(shares))
 
 
@@ -86,10 +84,7 @@ def _kept(fitted: Block) -> list[Result]:
 def _measured(fitted: Block, seed: int) -> Iterator[Run]:
     for r in _kept(fitted):
         rng = stream(seed, "gap", r.run_id)
-        seen_in, seen_out = (
-            v[::EVERY] + NOISE_N * rng.standard_normal(len(v[::EVERY]))
-            for v in (r.track.tension_in, r.track.tension_out)
-        )
+        seen_in, seen_out = (v[::EVERY] + NOISE_N * rng.standard_normal(len(v[::EVERY])) for v in (r.track.tension_in, r.track.tension_out))
         yield _run(r, seen_in, seen_out)
 
 

@@ -117,9 +117,7 @@ def draw(seed: int, seeds: int = SEEDS_EACH) -> dict[str, dict[Key, float]]:
             for i, column in enumerate(COLUMNS)
         },
         SAMPLES: {
-            ("III", name, column): float(values[i])
-            for name, values in found.samples.items()
-            for i, column in enumerate(COLUMNS[:2])
+            ("III", name, column): float(values[i]) for name, values in found.samples.items() for i, column in enumerate(COLUMNS[:2])
         },
         DIFFERENCE: gaps,
         WINS: {key: float(gap < 0.0) for key, gap in gaps.items()},
@@ -131,11 +129,7 @@ COLUMNS = ("rmse_p", "rmse_r", "total")
 
 def means(per_seed: dict[str, Array]) -> dict[Key, float]:
     """Return Table III's entries: means over training seeds."""
-    return {
-        ("III", name, column): float(values[:, i].mean())
-        for name, values in per_seed.items()
-        for i, column in enumerate(COLUMNS)
-    }
+    return {("III", name, column): float(values[:, i].mean()) for name, values in per_seed.items() for i, column in enumerate(COLUMNS)}
 
 
 def require_apart(config_id: Sequence[str], splits: Splits) -> None:
@@ -166,9 +160,7 @@ def predictions(group: Group, variant: Variant, sstl: Array) -> Array:
     return forward(sstl, group.scaling, group.variants[variant.name], variant.alpha)
 
 
-def _fit(
-    pairs: Pairs, splits: Splits, variants: tuple[Variant, ...], advance: Callable[[float], None] | None = None
-) -> Group:
+def _fit(pairs: Pairs, splits: Splits, variants: tuple[Variant, ...], advance: Callable[[float], None] | None = None) -> Group:
     return fit(pairs.sstl, pairs.act, pairs.config_id, splits, variants, Options(), advance).group
 
 

@@ -10,17 +10,7 @@ import numpy as np
 from sstl_cli.control import references
 from sstl_cli.control.controller import Theta
 from sstl_cli.core.rng import stream
-from sstl_cli.paper.rig import (
-    RANGE_N,
-    Bend,
-    bends,
-    identified,
-    lines_of,
-    recorded,
-    slow_sine,
-    tracked,
-    trapezoid,
-)
+from sstl_cli.paper.rig import RANGE_N, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
 from sstl_cli.steps.reproduce_better import ALL_MEANS, WAYS, Calibration, calibrate
 
 DURATIONS_S = (12.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.5, 2.0)
@@ -46,9 +36,7 @@ class Probe:
     tracking_n: float
 
 
-def run(
-    seed: int, calibration: Calibration | None = None, advance: Callable[[float], None] | None = None
-) -> list[Probe]:
+def run(seed: int, calibration: Calibration | None = None, advance: Callable[[float], None] | None = None) -> list[Probe]:
     """Return the curve for faster full strokes and for partial strokes at the speed of the 12 s probe."""
     learned = calibration or calibrate(seed)
     tests = bends(1, stream(seed, "probe", "test"))
@@ -72,13 +60,7 @@ def shortest(probes: Sequence[Probe], measure: str) -> Probe:
 
 
 def _probe(
-    kind: str,
-    time_s: float,
-    top_n: float,
-    tests: Sequence[Bend],
-    direct: dict[str, Theta],
-    learned: Calibration,
-    seed: int,
+    kind: str, time_s: float, top_n: float, tests: Sequence[Bend], direct: dict[str, Theta], learned: Calibration, seed: int
 ) -> Probe:
     way = next(w for w in WAYS if w.name == ALL_MEANS)
     fitted, segmented, tracking = [], [], []

@@ -32,9 +32,7 @@ def draw(experiment: str, seed: int) -> Drawn:
     return Drawn(seed, reproduce_mapping.draw(seed) if experiment == "III" else reproduce_tracking.draw(seed))
 
 
-def run(
-    experiment: str, seeds: Sequence[int], at_hand: Callable[[int], Draw | None], keep: Callable[[int, Draw], None]
-) -> Iterator[Draw]:
+def run(experiment: str, seeds: Sequence[int], at_hand: Callable[[int], Draw | None], keep: Callable[[int, Draw], None]) -> Iterator[Draw]:
     """Yield the entries of every seed; ``keep`` is told new ones at once, so that a stopped run can be taken up."""
     for seed in seeds:
         made = at_hand(seed)

@@ -59,10 +59,7 @@ def facts(found: Reproduction) -> list[str]:
         )
     if found.probes:
         a, b = shortest(found.probes, "lines_error"), shortest(found.probes, "tracking_n")
-        said.append(
-            f"Shortest probe within 10 % of 12 s: {a.time_s:.1f} s by Theta ({a.kind}), "
-            f"{b.time_s:.1f} s by tracking ({b.kind})."
-        )
+        said.append(f"Shortest probe within 10 % of 12 s: {a.time_s:.1f} s by Theta ({a.kind}), {b.time_s:.1f} s by tracking ({b.kind}).")
     return said
 
 
@@ -79,8 +76,7 @@ def _mapping_facts(found: Reproduction) -> list[str]:
     beyond = [c for c in held if c.verdict]
     if held:
         named = "; ".join(
-            f"{NAMES[c.first]} against {NAMES[c.second]} {c.difference:+.4f}, lower on {100 * c.wins:.0f} % of them"
-            for c in beyond
+            f"{NAMES[c.first]} against {NAMES[c.second]} {c.difference:+.4f}, lower on {100 * c.wins:.0f} % of them" for c in beyond
         )
         said.append(
             f"Over {spread.seeds} data sets: "
@@ -183,10 +179,7 @@ def _gap(found: Reproduction) -> list[Grid]:
             f"Table IV: parts of the fit ({g.stated:.2f} N as stated, {g.fitted:.2f} N with all)",
             ("part", "N with it alone", "N with all but it", "share %"),
             rows,
-            (
-                "distance: rms of ours - paper over every RMSE and STD; shares by Shapley's rule.",
-                f"The 14 fitted numbers: {fitted}.",
-            ),
+            ("distance: rms of ours - paper over every RMSE and STD; shares by Shapley's rule.", f"The 14 fitted numbers: {fitted}."),
         )
     ]
 
@@ -231,10 +224,7 @@ def _closed(closed: tuple[Closed, ...]) -> list[Grid]:
 def _better(found: Reproduction) -> list[Grid]:
     if not found.better:
         return []
-    rows = tuple(
-        (r.name, *(number(v, 2) for t in ("sinusoid", "random") for v in (*r.rmse_n[t], r.mean(t))))
-        for r in found.better
-    )
+    rows = tuple((r.name, *(number(v, 2) for t in ("sinusoid", "random") for v in (*r.rmse_n[t], r.mean(t)))) for r in found.better)
     return [
         Grid(
             "better",
@@ -266,9 +256,6 @@ def _probe(found: Reproduction) -> list[Grid]:
             "A shorter probe",
             ("probe", "s", "top N", "slopes %, fit", "slopes %, segm.", "RMSE N"),
             rows,
-            (
-                "fit: one theta fitted to the whole recording; segm.: segmentation and linear map, "
-                "'-' where a bend shows no release line.",
-            ),
+            ("fit: one theta fitted to the whole recording; segm.: segmentation and linear map, '-' where a bend shows no release line.",),
         )
     ]

@@ -69,9 +69,7 @@ def prepare(seed: int, predict: Predict, biases: tuple[float, float]) -> Prepare
         Trajectory(kind="trapezoid", systems=("sstl",), duration_s=12.0),
         Trajectory(kind="sinusoid", systems=("act",), duration_s=100.0, low_n=1.0, high_n=30.0),
     )
-    scenario = Scenario(
-        schema="sstl.scenario/1", configurations=tuple(truth.values()), trajectories=probes, noise=NoiseSection()
-    )
+    scenario = Scenario(schema="sstl.scenario/1", configurations=tuple(truth.values()), trajectories=probes, noise=NoiseSection())
     theta, _ = identify(scenario, seed)
     found, _ = compensate.cases_of(theta)
     mapped, _ = compensate.with_mapping(found, predict, biases)
@@ -96,9 +94,7 @@ def draw(seed: int) -> dict[str, dict[Key, float]]:
 def block(settings: Settings, prepared: Prepared, seed: int, methods: Sequence[str] = METHODS) -> Block:
     """Return Table IV under the given settings."""
     cases = {place: _case(settings, prepared, place) for place in prepared.cases}
-    plants = {
-        c.config_id: Plant(PlayTendon(plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()
-    }
+    plants = {c.config_id: Plant(PlayTendon(plant_lines(settings, prepared, p)), _loop(settings)) for p, c in cases.items()}
 
     def wanted(case: Case) -> list[references.Reference]:
         low, high = settings.random_n[str(case.location)]

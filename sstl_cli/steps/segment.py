@@ -69,9 +69,7 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
                 code="E222",
             )
         if one.run_id in seen:
-            raise SstlError(
-                "comes twice", where=f"run {one.run_id!r}", fix="give every run its own run_id", code="E220"
-            )
+            raise SstlError("comes twice", where=f"run {one.run_id!r}", fix="give every run its own run_id", code="E220")
         seen.add(one.run_id)
         yield Segmented(one, segment_run(one, options))
 

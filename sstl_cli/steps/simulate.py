@@ -204,7 +204,9 @@ def _require_possible(run_id: str, tension: np.ndarray, out: np.ndarray) -> None
         if lost:
             raise SstlError(
                 f"the {name} is no number up to {LARGEST:.0e} at {lost} of {len(values)} samples",
-                where=f"run {run_id}", fix="correct what the scenario says of its movement or lines", code="E723",
+                where=f"run {run_id}",
+                fix="correct what the scenario says of its movement or lines",
+                code="E723",
             )
 
 

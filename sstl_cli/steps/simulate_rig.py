@@ -50,9 +50,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
         # a simulator that stands in for hardware shares no code with the rest and so raises no error of ours
         raise SstlError(str(error), where=f"run {p.run_id}", fix="change the scenario or the effect", code="E720") from error
     if result.unconverged > max(1, len(time) // 100_000):
-        raise SstlError(
-            f"{result.unconverged} of {len(time)} steps did not converge", where=f"run {p.run_id}", code="E719"
-        )
+        raise SstlError(f"{result.unconverged} of {len(time)} steps did not converge", where=f"run {p.run_id}", code="E719")
     return Run(
         time_s=result.time_s,
         tension_in_n=result.tension_in_n,

@@ -43,9 +43,7 @@ class Result:
     epochs: dict[str, float]
 
 
-def run(
-    theta: pa.Table, config: Config = Config(), advance: Callable[[float], None] | None = None, where: str = ""
-) -> Result:
+def run(theta: pa.Table, config: Config = Config(), advance: Callable[[float], None] | None = None, where: str = "") -> Result:
     """Train every variant and seed on a Theta table.
 
     Raises

@@ -102,8 +102,15 @@ class Alarm:
     def document(self) -> dict[str, object]:
         """Return the alarm as one JSON line."""
         return {
-            "schema": "sstl.watch.alarm/1", "kind": self.kind, "loop": self.loop, "began_with_loop": self.began,
-            "stream": self.stream, "config_id": self.config_id, "why": self.why, "before": self.mean, "now": self.value,
+            "schema": "sstl.watch.alarm/1",
+            "kind": self.kind,
+            "loop": self.loop,
+            "began_with_loop": self.began,
+            "stream": self.stream,
+            "config_id": self.config_id,
+            "why": self.why,
+            "before": self.mean,
+            "now": self.value,
         }
 
 
@@ -169,9 +176,7 @@ class Watcher:
         gap, against = self._gap(stream, run, found)
         change = stream.chart.add(*self._observation(stream, run, found, gap))
         stream.numbers.append(self.loops)
-        loop = Loop(
-            self.loops, run, found, against, gap, mapped, where, stream.chart.learning, stream.chart.level, whole.position
-        )
+        loop = Loop(self.loops, run, found, against, gap, mapped, where, stream.chart.learning, stream.chart.level, whole.position)
         self._keep(loop)
         yield loop
         if where == OUTSIDE and not stream.outside:
@@ -230,9 +235,7 @@ class Watcher:
         except SstlError:
             return 0.0, 0.0
 
-    def _observation(
-        self, stream: _Stream, run: Run, found: Segmentation, gap: float | None
-    ) -> tuple[Array, Array]:
+    def _observation(self, stream: _Stream, run: Run, found: Segmentation, gap: float | None) -> tuple[Array, Array]:
         """Return the components of the charts and their standard errors.
 
         Slopes and the levels (N) of both lines at the middle of the tension: bias and slope go together, a level does not.
@@ -278,11 +281,7 @@ class Watcher:
         Of several tendons only one is taken: each has a friction of its own.
         """
         tendon = self._tendon(alarm)
-        mine = [
-            k
-            for k in self.kept
-            if k.run.config_id == alarm.config_id and (k.run.system == "sstl" or k.run.tendon == tendon)
-        ]
+        mine = [k for k in self.kept if k.run.config_id == alarm.config_id and (k.run.system == "sstl" or k.run.tendon == tendon)]
         before, since = ([k for k in mine if k.number < alarm.began], [k for k in mine if k.number >= alarm.began])
         # the loop in which something changed is neither
         whole = [k for k in since if k.number > alarm.began] if self.loops_since(alarm) > 2 else since

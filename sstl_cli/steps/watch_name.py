@@ -28,9 +28,13 @@ class Naming:
     def document(self) -> dict[str, object]:
         """Return the naming as plain values."""
         return {
-            "status": self.status, "effects": list(self.effects), "ambiguity_group": list(self.group),
-            "confidence": self.confidence, "theta_before": None if self.theta is None else self.theta[0],
-            "theta_now": None if self.theta is None else self.theta[1], "why": self.why,
+            "status": self.status,
+            "effects": list(self.effects),
+            "ambiguity_group": list(self.group),
+            "confidence": self.confidence,
+            "theta_before": None if self.theta is None else self.theta[0],
+            "theta_now": None if self.theta is None else self.theta[1],
+            "why": self.why,
         }
 
 

@@ -44,10 +44,7 @@ def cluster(folder: Path, workers: int) -> Iterator[Cluster]:
         out = {"stdout": log, "stderr": log, "cwd": folder}
         at = ["--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
         scheduler = stack.enter_context(started([*dask, "scheduler", *at], **out))
-        made = [
-            stack.enter_context(started([*dask, "worker", address, *flags, "--name", f"w{i}"], **out))
-            for i in range(workers)
-        ]
+        made = [stack.enter_context(started([*dask, "worker", address, *flags, "--name", f"w{i}"], **out)) for i in range(workers)]
         yield Cluster(address, scheduler, made)
 
 

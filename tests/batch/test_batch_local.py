@@ -116,9 +116,7 @@ def test_a_mapping_that_changed_is_a_changed_input(tmp_path: Path) -> None:
     assert document(sstl(*words, cwd=tmp_path))["done"] == 1
 
 
-def test_memory_and_file_addresses_give_the_same_bytes(
-    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_memory_and_file_addresses_give_the_same_bytes(logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import fsspec
 
     from sstl_cli.cli._batch_worker import call_program

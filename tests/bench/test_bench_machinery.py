@@ -25,9 +25,7 @@ def test_one_quick_job_runs_and_writes_nothing() -> None:
     assert (run.RESULTS.read_bytes() if run.RESULTS.is_file() else None) == stored
 
 
-def test_results_are_stored_and_a_fall_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_results_are_stored_and_a_fall_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     page = tmp_path / "page.md"
     page.write_text(f"before\n{show.BEGINS}\nold\n{show.ENDS}\nafter\n")
     monkeypatch.setattr(run, "RESULTS", tmp_path / "results.json")

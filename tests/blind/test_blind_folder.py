@@ -112,9 +112,7 @@ def test_hashes_are_written_before_any_recording_shows(tmp_path, monkeypatch):
 
     written = core.write_json
     monkeypatch.setattr(
-        core,
-        "write_json",
-        lambda path, *a, **k: (order.append((path.name, (path.parent / "cases").exists())), written(path, *a, **k)),
+        core, "write_json", lambda path, *a, **k: (order.append((path.name, (path.parent / "cases").exists())), written(path, *a, **k))
     )
     call("make", tmp_path / "s", "--cases", 1, "--quick", "--seed", 3, "--workers", 1)
     assert order == [("hashes.json", False), ("plan.json", True), ("truth.json", True)]

@@ -157,18 +157,9 @@ def test_confusion_holds_every_case_once():
     ]
     found = confusion(cases)
     cells = {
-        (r, c): n
-        for r, row in zip(found["labels"], found["matrix"], strict=True)
-        for c, n in zip(found["columns"], row, strict=True)
-        if n
+        (r, c): n for r, row in zip(found["labels"], found["matrix"], strict=True) for c, n in zip(found["columns"], row, strict=True) if n
     }
-    assert cells == {
-        ("a", "b"): 1,
-        ("a", "ambiguous"): 1,
-        ("a", "a"): 1,
-        ("pair", "other pair"): 1,
-        ("none", "unknown"): 1,
-    }
+    assert cells == {("a", "b"): 1, ("a", "ambiguous"): 1, ("a", "a"): 1, ("pair", "other pair"): 1, ("none", "unknown"): 1}
 
 
 def test_baselines_stand_beside_each_strength():
@@ -186,9 +177,7 @@ def test_baselines_stand_beside_each_strength():
 
 
 def test_targets_without_cases_are_neither_met_nor_missed():
-    empty = dict.fromkeys(
-        ("isolation", "isolation_weak", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage")
-    )
+    empty = dict.fromkeys(("isolation", "isolation_weak", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage"))
     scores = {**empty, "false_alarm": share([False] * 49 + [True]), "ece": 0.2}
     met = {t["id"]: t["met"] for t in targets(scores)}
     assert met["false_alarm"] is True and met["ece"] is False

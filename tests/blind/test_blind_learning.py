@@ -8,17 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sstl_cli.blind.learning import (
-    Example,
-    calibrated,
-    examples,
-    is_right,
-    learn,
-    left_out,
-    right_answer,
-    to_document,
-    without_answer,
-)
+from sstl_cli.blind.learning import Example, calibrated, examples, is_right, learn, left_out, right_answer, to_document, without_answer
 from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, from_document, probabilities, verdict
@@ -53,8 +43,13 @@ def case(kind, simulator, rng, name="x"):
         log = replace(QUIET, base_chi2=base, base_worst_z=0.4 * gap, base_mean_z=0.3 * gap, best_chi2=best.chi2,
                       best_worst_z=best.worst_z, best_mean_z=best.mean_z)  # fmt: skip
     truth = {
-        "simulator": simulator, "kind": kind, "strength": 0.0 if kind == "none" else 1.0, "poor": None,
-        "excluded": None, "unlisted": ["x"] if kind == "unlisted" else [], "effects": {answer: {}} if kind == "single" else {},
+        "simulator": simulator,
+        "kind": kind,
+        "strength": 0.0 if kind == "none" else 1.0,
+        "poor": None,
+        "excluded": None,
+        "unlisted": ["x"] if kind == "unlisted" else [],
+        "effects": {answer: {}} if kind == "single" else {},
     }
     return name, truth, Rows(log, tuple(candidates), LEFT, LEFT)
 

@@ -61,12 +61,7 @@ def answering(seen):
         error = np.mean([np.mean(r.y_fine - p) for r, p in accepted.predictions(sim, runs)])
         seen.append(float(error))
         named = ["zero_offset"] if abs(error) > 0.1 else []
-        verdict = {
-            "status": "identified" if named else "none",
-            "effects": named,
-            "ambiguity_group": named,
-            "confidence": 0.9,
-        }
+        verdict = {"status": "identified" if named else "none", "effects": named, "ambiguity_group": named, "confidence": 0.9}
         return {"verdict": verdict, "gap": {"shrink_pct": 50.0}}, scenario(zero_offset={"z_out_act_n": 0.5})
 
     return diagnose
@@ -82,9 +77,7 @@ def test_an_accepted_term_is_taken_out_and_named():
 
 def test_a_planted_term_has_the_wanted_strength():
     seen = []
-    found = blind_real.run(
-        [recording()], scenario(), ["zero_offset", "const_friction"], strength=10.0, diagnoser=answering(seen)
-    )
+    found = blind_real.run([recording()], scenario(), ["zero_offset", "const_friction"], strength=10.0, diagnoser=answering(seen))
     assert [r["taken_out"] for r in found["trials"]] == [None, "zero_offset", "const_friction"]
     assert found["of"] == 2 and found["wrong"] <= 1
     assert found["trials"][1]["values"]

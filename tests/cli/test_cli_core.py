@@ -19,9 +19,22 @@ from sstl_cli.cli import app as program
 from sstl_cli.cli.options import Config, Json, command_line
 
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
-CONTRACT = (
-    ["simulate", "import", "check", "info", "segment", "train", "evaluate", "compensate", "diagnose", "blind", "reproduce", "report", "effects", "export"]
-)
+CONTRACT = [
+    "simulate",
+    "import",
+    "check",
+    "info",
+    "segment",
+    "train",
+    "evaluate",
+    "compensate",
+    "diagnose",
+    "blind",
+    "reproduce",
+    "report",
+    "effects",
+    "export",
+]
 
 
 def commands() -> list[tuple[str, ...]]:
@@ -56,7 +69,9 @@ def test_every_command_has_the_shared_options(path, monkeypatch, capsys) -> None
     assert "--config" in text
     # what writes a file can overwrite it
     assert ("--force" in text) == ("--out" in text or path[:2] in (("blind", "make"), ("blind", "run"))) or path in (
-        ("blind", "real"), ("blind", "limit"), ("blind", "library"),
+        ("blind", "real"),
+        ("blind", "limit"),
+        ("blind", "library"),
     )
 
 

@@ -111,8 +111,7 @@ def test_effects_list_through_head() -> None:
 
 @pytest.mark.parametrize("command", ["check", "info", "segment"])
 @pytest.mark.parametrize(
-    ("body", "says"),
-    [(b"", "is empty"), (b"time,x\n0,1\n", "sstl import"), (b"PAR1" + b"\0" * 60, "cut off or damaged")],
+    ("body", "says"), [(b"", "is empty"), (b"time,x\n0,1\n", "sstl import"), (b"PAR1" + b"\0" * 60, "cut off or damaged")]
 )
 def test_files_that_are_no_tables(command, body, says, tmp_path, monkeypatch, capsys) -> None:
     # a long folder would fold the message in its column

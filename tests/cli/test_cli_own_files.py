@@ -31,8 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rng = np.random.default_rng(4)
     x = 10 - 8 * np.cos(2 * np.pi * t / 5)
     runs = [
-        Run(name, "act", t, x + rng.normal(0, 0.01, len(t)), 0.7 * x + rng.normal(0, 0.01, len(t)), config_id="a")
-        for name in ("r1", "r2")
+        Run(name, "act", t, x + rng.normal(0, 0.01, len(t)), 0.7 * x + rng.normal(0, 0.01, len(t)), config_id="a") for name in ("r1", "r2")
     ]
     write_runs(place / "log.parquet", runs, Provenance("test"))
     assert sstl("export", place / "log.parquet", "--format", "csv", "--out", place / "log.csv").returncode == 0
@@ -82,11 +81,32 @@ def model_bytes() -> bytes:
     """Return a small linear model that says the identity."""
     shapes = weight_shapes(None, 1, 2)
     header = Header(
-        package_version="0", default="linear", seed=0, seeds=(0,), split_seed=0, per_seed_split=False, left_out="",
-        variants=(VariantHeader(name="linear", alpha=None, weight_inv=0.0, rmse_validation=None),), test_share=0.2,
-        configs=("a", "b"), roles=("fh",), data_sha256="0", pairs=2, tendons=(), strategy="single", strategy_rmse={},
-        input_low=(0.0, 0.0), input_high=(1.0, 1.0), centre=(0.5, 0.5), precision=((1.0, 0.0), (0.0, 1.0)), reach=1.0,
-        beta_act=None, beta_by_tendon={}, epochs=1, learning_rate=1.0, weight_decay=0.0,
+        package_version="0",
+        default="linear",
+        seed=0,
+        seeds=(0,),
+        split_seed=0,
+        per_seed_split=False,
+        left_out="",
+        variants=(VariantHeader(name="linear", alpha=None, weight_inv=0.0, rmse_validation=None),),
+        test_share=0.2,
+        configs=("a", "b"),
+        roles=("fh",),
+        data_sha256="0",
+        pairs=2,
+        tendons=(),
+        strategy="single",
+        strategy_rmse={},
+        input_low=(0.0, 0.0),
+        input_high=(1.0, 1.0),
+        centre=(0.5, 0.5),
+        precision=((1.0, 0.0), (0.0, 1.0)),
+        reach=1.0,
+        beta_act=None,
+        beta_by_tendon={},
+        epochs=1,
+        learning_rate=1.0,
+        weight_decay=0.0,
     )
     scaling = {k: np.ones((1, 2)) for k in SCALING}
     weights = {k: np.zeros(s, np.float32) for k, s in shapes.items()}
@@ -188,7 +208,7 @@ def test_scenarios_and_mappings_are_described_and_checked(folder: Path) -> None:
     (folder / "map.toml").write_text('[columns]\ntime_s = 1\n[constants]\nsystem = "act"\n')
     for name, words in (("rig.toml", "is a scenario sstl.scenario/1"), ("map.toml", "is a mapping")):
         assert found_in(folder / name) == (0, []) and words in sstl("info", folder / name).stdout
-    (folder / "asks.toml").write_text('[columns]\ntime_s = 1  # (?) which is it\n')
+    (folder / "asks.toml").write_text("[columns]\ntime_s = 1  # (?) which is it\n")
     assert found_in(folder / "asks.toml") == (1, [("failure", "open question")])
     (folder / "bad.toml").write_text((folder / "rig.toml").read_text().replace("duration_s", "duration"))
     assert found_in(folder / "bad.toml")[0] == 1

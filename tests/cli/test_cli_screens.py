@@ -69,7 +69,21 @@ def a_loop(**other):
 
 def test_a_watched_loop_stands_below_its_heading():
     heading, line = _watch_show.heading("N"), _watch_show.loop(a_loop(), 80)[0]
-    assert len(heading) <= 80 and heading.split() == ["loop", "stream", "time", "s", "Γ_p", "β_p", "N", "Γ_r", "β_r", "N", "gap", "N", "chart"]
+    assert len(heading) <= 80 and heading.split() == [
+        "loop",
+        "stream",
+        "time",
+        "s",
+        "Γ_p",
+        "β_p",
+        "N",
+        "Γ_r",
+        "β_r",
+        "N",
+        "gap",
+        "N",
+        "chart",
+    ]
     # each number ends where its heading ends
     for name, value in (("Γ_p", "0.6128"), ("β_p N", "-0.003"), ("gap N", "0.0222")):
         assert heading.index(name) + len(name) == line.index(value) + len(value)
@@ -99,7 +113,13 @@ def test_what_continues_a_line_stands_further_in(capsys, at_80):
 
 @pytest.mark.parametrize(
     ("low", "high", "shown"),
-    [(-0.0612, 30.049, "-0.1..30.0"), (0.0, 0.25, "0.000..0.250"), (-0.01, 2000.4, "0..2000"), (3.0, 3.0, "3.00..3.00"), (0.0, float("inf"), "0.00..inf")],
+    [
+        (-0.0612, 30.049, "-0.1..30.0"),
+        (0.0, 0.25, "0.000..0.250"),
+        (-0.01, 2000.4, "0..2000"),
+        (3.0, 3.0, "3.00..3.00"),
+        (0.0, float("inf"), "0.00..inf"),
+    ],
 )
 def test_ranges_are_as_long_as_they_need_to_be(low, high, shown):
     assert _span(low, high) == shown

@@ -45,12 +45,7 @@ def test_a_heading_keeps_its_unit_beside_it():
     assert "shrink %" in found[0] and max(map(len, found)) <= 60
 
 
-@given(
-    st.lists(
-        st.tuples(st.text("abc-_/. é漢", max_size=40), st.integers(-10**9, 10**9)), min_size=1, max_size=5
-    ),
-    st.integers(30, 120),
-)
+@given(st.lists(st.tuples(st.text("abc-_/. é漢", max_size=40), st.integers(-(10**9), 10**9)), min_size=1, max_size=5), st.integers(30, 120))
 def test_nothing_is_lost_and_the_width_is_kept(rows, width):
     found = drawn(["name", "n"], [[t, str(n)] for t, n in rows], [False, True], width)
     assert max(map(_table.columns, found)) <= width

@@ -18,12 +18,7 @@ from sstl_cli.core.runs import read_runs
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data/samples/log.parquet"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMANDS = [
-    line[2:]
-    for block in re.findall(r"```console\n(.*?)```", README, re.S)
-    for line in block.splitlines()
-    if line.startswith("$ ")
-]
+COMMANDS = [line[2:] for block in re.findall(r"```console\n(.*?)```", README, re.S) for line in block.splitlines() if line.startswith("$ ")]
 LBF = 4.4482216152605
 
 
@@ -89,7 +84,9 @@ def test_the_demo_compensates_inside_the_trained_range(walked: Path) -> None:
     scores = {r["method"]: r["rmse_n"] for r in pq.read_table(walked / "scores.parquet").to_pylist() if r["window"] != "all"}
     assert scores["proposed"] < 0.05 * scores["none"]
     gain = re.match(r"proposed tracks with an error of ([\d.]+) N instead of ([\d.]+) N", shown[0])
-    assert gain and float(gain[1]) == pytest.approx(scores["proposed"], rel=0.2) and float(gain[2]) == pytest.approx(scores["none"], rel=0.05)
+    assert (
+        gain and float(gain[1]) == pytest.approx(scores["proposed"], rel=0.2) and float(gain[2]) == pytest.approx(scores["none"], rel=0.05)
+    )
     assert "comes from the" in " ".join((walked / "screens/diagnose commands.txt").read_text().split())
     training = [r for r in pq.read_table(walked / "training_theta.parquet").to_pylist() if r["system"] == "sstl"]
     for row in pq.read_table(walked / "theta.parquet").to_pylist():

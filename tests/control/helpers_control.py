@@ -64,8 +64,17 @@ def theta_row(run_id, config, system, lines, status="ok", location="CP"):
     """Return one row of a Theta table."""
     gp, bp, gr, br = lines
     return {
-        "run_id": run_id, "config_id": config, "system": system, "location": location, "lead_mm": 40.0,
-        "gamma_p": gp, "beta_p": bp, "gamma_r": gr, "beta_r": br, "loops": 1, "status": status,
+        "run_id": run_id,
+        "config_id": config,
+        "system": system,
+        "location": location,
+        "lead_mm": 40.0,
+        "gamma_p": gp,
+        "beta_p": bp,
+        "gamma_r": gr,
+        "beta_r": br,
+        "loops": 1,
+        "status": status,
     }
 
 

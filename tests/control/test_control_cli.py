@@ -111,8 +111,10 @@ def test_gate_missed_is_exit_4(sstl, theta):
 
 def test_rows_set_aside_are_exit_3(sstl, tmp_path):
     rows = [
-        theta_row("a", "CP-1", "act", TABLE_II), theta_row("b", "CP-2", "act", (None,) * 4, "no propagation reached"),
-        theta_row("c", "CP-3", "act", (1.7, 0.0, 0.6, 0.0)), theta_row("d", "CP-4", "sstl", SSTL_LINES),
+        theta_row("a", "CP-1", "act", TABLE_II),
+        theta_row("b", "CP-2", "act", (None,) * 4, "no propagation reached"),
+        theta_row("c", "CP-3", "act", (1.7, 0.0, 0.6, 0.0)),
+        theta_row("d", "CP-4", "sstl", SSTL_LINES),
     ]
     code, text, err = sstl("compensate", "--theta", write_theta(tmp_path / "t.parquet", rows), "--json")
     aside = json.loads(text)["set_aside"]
@@ -151,8 +153,12 @@ def test_bad_options_end_in_one_line(sstl, theta, args, exit_code, said):
         ("t.parquet", b"not parquet", "is text, not a table of sstl"),
         ("t.json", b"{}", "E112"),
         ("t.json", b'{"schema": "sstl.controller/1", "configurations": []}', "configurations"),
-        ("t.json", b'{"schema": "sstl.controller/1", "configurations": [{"config_id": "a", "theta": {"gamma_p": -1, '
-                   b'"beta_p": 0, "gamma_r": 2, "beta_r": 0}}]}', "E401"),
+        (
+            "t.json",
+            b'{"schema": "sstl.controller/1", "configurations": [{"config_id": "a", "theta": {"gamma_p": -1, '
+            b'"beta_p": 0, "gamma_r": 2, "beta_r": 0}}]}',
+            "E401",
+        ),
     ],
 )
 def test_bad_theta_files(sstl, tmp_path, name, content, said):
@@ -165,8 +171,7 @@ def test_bad_theta_files(sstl, tmp_path, name, content, said):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
-    [("time_s,tension\n0,1\n1,2\n", "tension_ref_n"), ("time_s,tension_ref_n\n0,a\n1,b\n", "text"), ("", "CSV")],
+    ("text", "said"), [("time_s,tension\n0,1\n1,2\n", "tension_ref_n"), ("time_s,tension_ref_n\n0,a\n1,b\n", "text"), ("", "CSV")]
 )
 def test_bad_reference_files(sstl, theta, tmp_path, text, said):
     (tmp_path / "r.csv").write_text(text)
@@ -193,8 +198,19 @@ def test_stream_answers_as_the_offline_algorithm(theta):
 
 def test_stream_survives_anything_on_its_input(theta):
     lines = [
-        '{"t_ref": 10, "t_in": 19.6}', '{"t_ref": null, "t_in": 19.6}', '{"t_ref": "x", "t_in": 1}', "{", "[1,2]", "",
-        "nan,nan", "10", "10,20,30", "1e999,3", '{"t_ref": 1e400, "t_in": true}', "\x00\x1b[31m", "10.0,19.6",
+        '{"t_ref": 10, "t_in": 19.6}',
+        '{"t_ref": null, "t_in": 19.6}',
+        '{"t_ref": "x", "t_in": 1}',
+        "{",
+        "[1,2]",
+        "",
+        "nan,nan",
+        "10",
+        "10,20,30",
+        "1e999,3",
+        '{"t_ref": 1e400, "t_in": true}',
+        "\x00\x1b[31m",
+        "10.0,19.6",
     ]
     done = stream(theta, "\n".join(lines))
     answers = done.stdout.splitlines()

@@ -14,9 +14,9 @@ from sstl_cli.control.scoring import score, windows
 from sstl_cli.core.errors import SstlError
 
 LINES = Theta(*TABLE_II)
-slopes = st.tuples(
-    st.floats(0.3, 0.95), st.floats(-3, 1), st.floats(1.05, 3.0), st.floats(-3, 1)
-).map(lambda v: (v[0], v[1], v[2], max(v[3], v[1])))
+slopes = st.tuples(st.floats(0.3, 0.95), st.floats(-3, 1), st.floats(1.05, 3.0), st.floats(-3, 1)).map(
+    lambda v: (v[0], v[1], v[2], max(v[3], v[1]))
+)
 
 
 def steady(reference, output):
@@ -30,9 +30,7 @@ def driven(theta, lines, reference, tau=0.0, compensate=True, **options):
     return track(Controller(theta, Options(**options), compensate), plant, reference.tension_n)
 
 
-@pytest.mark.parametrize(
-    ("method", "expected"), [("none", (4.45, 3.54, 33.4)), ("no-bias", (1.26, 0.19, 14.1)), ("DI", (0.0, 0.0, 0.0))]
-)
+@pytest.mark.parametrize(("method", "expected"), [("none", (4.45, 3.54, 33.4)), ("no-bias", (1.26, 0.19, 14.1)), ("DI", (0.0, 0.0, 0.0))])
 def test_table_ii_with_an_ideal_loop_gives_the_known_numbers(method, expected):
     theta = LINES.without_bias() if method == "no-bias" else LINES
     reference = sinusoid()
@@ -91,9 +89,7 @@ def test_reversal_inside_backlash_keeps_the_held_output():
 
 
 @settings(max_examples=60, deadline=None)
-@given(
-    slopes, st.lists(st.floats(0, 30), min_size=2, max_size=60), st.integers(0, 2**32 - 1), st.booleans(),
-)
+@given(slopes, st.lists(st.floats(0, 30), min_size=2, max_size=60), st.integers(0, 2**32 - 1), st.booleans())
 def test_step_agrees_with_an_independent_algorithm_1(lines, reference, seed, doubled):
     measured = np.random.default_rng(seed).uniform(0, 60, len(reference)).round(2)
     wanted, phases = paper_controller(reference, measured, lines, doubled)
@@ -120,14 +116,11 @@ def test_propagation_is_inverted_exactly(lines, seed, reversal):
 
 @settings(max_examples=40, deadline=None)
 @given(
-    st.integers(0, 2**31), st.floats(5, 300), st.floats(0.01, 5), st.floats(0, 0.5), st.sampled_from(["paper", "play"]),
-    st.floats(20, 80),
+    st.integers(0, 2**31), st.floats(5, 300), st.floats(0.01, 5), st.floats(0, 0.5), st.sampled_from(["paper", "play"]), st.floats(20, 80)
 )
 def test_command_stays_within_its_bounds(seed, rate, jump, lead, reversal, t_max):
     rng = np.random.default_rng(seed)
-    options = Options(
-        max_rate_n_s=rate, max_jump_n=jump, lead_s=lead, reversal=reversal, t_max_n=t_max, presliding=rng.uniform(0, 1)
-    )
+    options = Options(max_rate_n_s=rate, max_jump_n=jump, lead_s=lead, reversal=reversal, t_max_n=t_max, presliding=rng.uniform(0, 1))
     n = 400
     reference = rng.uniform(0, t_max, n)
     measured = rng.uniform(0, t_max, n)

@@ -26,7 +26,10 @@ def _signals(seed: int, faults: int) -> tuple[np.ndarray, np.ndarray]:
 
 @settings(max_examples=25, deadline=None)
 @given(
-    st.integers(0, 10_000), st.integers(0, 4), st.booleans(), st.sampled_from([0.0, 0.3]),
+    st.integers(0, 10_000),
+    st.integers(0, 4),
+    st.booleans(),
+    st.sampled_from([0.0, 0.3]),
     st.sampled_from([{}, {"lead_s": 0.02}, {"max_rate_n_s": 40.0}, {"reversal": "play"}]),
 )
 def test_replay_is_the_step(seed: int, faults: int, doubled: bool, deadband: float, more: dict[str, object]) -> None:

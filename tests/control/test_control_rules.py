@@ -11,14 +11,9 @@ import pytest
 from helpers_control import TABLE_II, paper_controller, play, presliding
 
 from sstl_cli.control import benchmark, law, plant, references
-from sstl_cli.control.c_source import c_source
 from sstl_cli.control.controller import Controller, Options, Theta, fault_text, loop_gain, normalised, pack
-from sstl_cli.control.parameters import controller_of, document, index_of
-from sstl_cli.control.parameters import read as read_document
 from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop, pulled, track
 from sstl_cli.control.presliding import fit_widths, play_sum
-from sstl_cli.control.reference_file import read as read_reference
-from sstl_cli.control.scoring import score, windows
 from sstl_cli.control.sim_plant import plant_of
 from sstl_cli.control.streaming import LineServer, read_csv_sample, read_json_sample, read_lines
 from sstl_cli.core.errors import SstlError
@@ -77,11 +72,15 @@ def test_faults_at_their_limits() -> None:
         assert law.fault_of(p, ref, t_in) == bits
     assert fault_text(law.REF_NOT_FINITE) == "reference lost (not a number)" and fault_text(0) == ""
     assert fault_text(law.IN_OUTSIDE) == "measured tension out of range"
-    assert fault_text(law.IN_NOT_FINITE) == "measured tension lost (not a number)" and fault_text(law.REF_OUTSIDE) == "reference out of range"
+    assert (
+        fault_text(law.IN_NOT_FINITE) == "measured tension lost (not a number)" and fault_text(law.REF_OUTSIDE) == "reference out of range"
+    )
 
 
 def test_parameter_vector() -> None:
-    o = Options(dt_s=0.01, lead_s=0.2, max_rate_n_s=50.0, t_max_n=60.0, hold_s=0.057, ramp_n_s=20.0, band_n=0.3, deadband_n=0.1, doubled=False)
+    o = Options(
+        dt_s=0.01, lead_s=0.2, max_rate_n_s=50.0, t_max_n=60.0, hold_s=0.057, ramp_n_s=20.0, band_n=0.3, deadband_n=0.1, doubled=False
+    )
     expected = [
         0.583, -1.444, 1.688, -1.043, 1, 0, 0, 60.0, 0.5, 1.0 - math.exp(-0.05), 0.1, 0.3, -1.0, 61.0, -1.0, 76.0, 6, 0.2, 1, 0.2, 1.0,
     ]  # fmt: skip
@@ -148,12 +147,16 @@ def test_a_play_within_its_band_keeps_the_command() -> None:
     assert [edge.step(*v)[0] for v in ((10.0, 20.0), (10.5, 20.0), (10.4, 21.0), (10.25, 5.0))] == pytest.approx([20.0, 21.0, 5.2, 5.2])
 
 
-def loop(reference: list[float], noise: list[float] | None = None, start: float = 10.0, gain: float = 1.0, slew: float = 99.0, delay: int = 0) -> tuple[list[float], list[float]]:
+def loop(
+    reference: list[float], noise: list[float] | None = None, start: float = 10.0, gain: float = 1.0, slew: float = 99.0, delay: int = 0
+) -> tuple[list[float], list[float]]:
     """Close a loop of the given kind around a controller that passes its reference on."""
     c = Controller(Theta(1, 0, 1, 0), compensate=False)
     n = len(reference)
     command, t_in, phase = np.empty(n), np.empty(n), np.empty(n, np.int8)
-    law.close_loop(c.vector, c.state, np.array(reference), np.array(noise or [], float), law.Loop(start, gain, slew, delay), command, t_in, phase)
+    law.close_loop(
+        c.vector, c.state, np.array(reference), np.array(noise or [], float), law.Loop(start, gain, slew, delay), command, t_in, phase
+    )
     return command.tolist(), t_in.tolist()
 
 
@@ -273,7 +276,9 @@ def test_silence_counts_as_samples_without_a_number() -> None:
     s, said = server(dt_s=0.01, hold_s=0.03, ramp_n_s=10.0)
     s.answer("10,20")
     # 0.1 s are 10 samples: 3 of them hold, 7 go down by 0.1 N
-    assert float(s.silence(0.1).split(",")[0]) == pytest.approx(19.3) and said == ["line 1: no line arrived in time: holding, then ramping down"]
+    assert float(s.silence(0.1).split(",")[0]) == pytest.approx(19.3) and said == [
+        "line 1: no line arrived in time: holding, then ramping down"
+    ]
     assert float(s.silence(0.001).split(",")[0]) == pytest.approx(19.2)
 
 
@@ -319,74 +324,3 @@ def test_latency_with_a_clock_of_known_steps(monkeypatch: pytest.MonkeyPatch) ->
     assert benchmark.TABLE_II == LINES
     with pytest.raises(SstlError, match="E414"):
         benchmark.c_step_ns(steps=10, compiler="no-such-compiler")
-
-
-def test_constants_of_the_c_code() -> None:
-    code = c_source(Controller(LINES, Options(max_rate_n_s=100.0, hold_s=0.1)), "CP")
-    for text in ("T_MAX = (sstl_real)0x1.4000000000000p+6; /* 80 */", "HOLD = 50L; /* samples */", "/* 1e-12 N */", "STEP_MAX = (sstl_real)0x1.999999999999ap-3; /* 0.2 */"):
-        assert text in code.source
-    single = c_source(Controller(LINES), "CP", real="float").source
-    assert "/* 1e-05 N */" in single and "STEP_MAX = (sstl_real)0x0.0p+0; /* 0 */" in single and "fabsf" in single
-
-
-def test_documents_choose_and_drive() -> None:
-    made = document({"A": LINES, "B": EVEN}, Options(t_max_n=50.0), "none")
-    found = read_document(made, "here")
-    assert found.choose("B").lines() == EVEN and index_of(["A"], None) == 0
-    assert controller_of(found.choose("A"), found.options).step(12.0, 12.0) == (12.0, "PP")
-    with pytest.raises(SstlError, match=r"2 configurations \(A, B\)"):
-        found.choose(None)
-    for n, shown in ((8, "7)"), (9, "7, ...)")):
-        with pytest.raises(SstlError) as told:
-            index_of([str(k) for k in range(n)], None)
-        assert shown in str(told.value)
-
-
-def test_reference_files(tmp_path) -> None:
-    rows = ["time_s\ttension_ref_n", "0\t1", "1\t3", "2\t5", "0\t9", "1\t9"]
-    (tmp_path / "r.tsv").write_text("\n".join(rows))
-    # a second run begins where time runs back
-    found = read_reference(tmp_path / "r.tsv", 0.5)
-    assert found.tension_n.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0] and found.name == "r"
-    (tmp_path / "r.csv").write_text("time_s,tension_ref_n\n0,1\n1,2\n1,3\n2,3")
-    with pytest.raises(SstlError, match="does not rise at sample 2"):
-        read_reference(tmp_path / "r.csv", 0.5)
-
-
-def test_references_need_a_period_and_not_too_many() -> None:
-    y = np.array([1.0, 2.0])
-    assert len(references.from_samples("x", np.array([0.0, 0.1]), y, 0.1).time_s) == 2
-    assert len(references.from_samples("x", np.array([0.0, 0.1 * (1 - 0.8e-6)]), y, 0.1).time_s) == 2
-    for end in (0.0999, 0.1 * (1 - 1.25e-6), 1.1e6):
-        with pytest.raises(SstlError, match=r"not 1 to 1e\+07"):
-            references.from_samples("x", np.array([0.0, end]), y, 0.1)
-    assert references.Reference("late", np.array([5.0, 5.5]), y, 1.0).dt_s == 0.5
-    assert references.sinusoid().dt_s == references.trapezoid().dt_s == 0.002
-    assert len(references.make("sinusoid", np.random.default_rng(0)).time_s) == 100_000
-    with pytest.raises(SstlError, match="no reference 'x'"):
-        references.make("x", np.random.default_rng(0))
-
-
-def test_first_cycle_counts_turns_of_more_than_a_tenth() -> None:
-    # turns of 0.9 of 10 N are none; the top at 3 and the bottom at 6 are
-    x = np.array([0.0, 5.0, 4.1, 10.0, 9.2, 5.0, 0.5, 1.2, 6.0])
-    assert references.first_cycle_s(10.0 + np.arange(9.0), x) == 6.0
-    assert references.first_cycle_s(np.arange(9.0), 10.0 - x) == 6.0
-    # turns of 1.2 of 10 N are
-    assert references.first_cycle_s(np.arange(5.0), np.array([0.0, 5.0, 3.8, 10.0, 0.0])) == 2.0
-    # a flat turn ends with its last sample
-    assert references.first_cycle_s(np.arange(7.0), np.array([0.0, 5.0, 5.0, 0.0, 0.0, 0.0, 3.0])) == 5.0
-
-
-def test_scores_at_the_floor_and_windows_at_the_edge() -> None:
-    s = score(np.array([0.5, 0.49]), np.array([1.0, 1.0]))
-    assert s.mape_pct == pytest.approx(100.0) and s.masked_pct == 50.0 and s.mape_floor_n == 0.5
-    assert s.mape_bound_pct == pytest.approx(100.0)
-    two = score(np.array([1.0, 2.0]), np.array([2.0, 2.5]))
-    assert two.mape_bound_pct == pytest.approx(100 * math.sqrt((1 + 0.25) / 2 * (1 + 0.25) / 2))
-    time = 5.0 + np.arange(10.0)
-    assert windows(time, 8.0)["without first cycle"] == slice(8, None)
-    assert list(windows(time, 9.0)) == list(windows(time, 0.0)) == ["all"]
-    for a, b in ((np.empty(0), np.empty(0)), (np.ones(2), np.ones(3))):
-        with pytest.raises(SstlError, match="E409"):
-            score(a, b)

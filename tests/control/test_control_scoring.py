@@ -87,9 +87,7 @@ def test_recorded_samples_are_resampled_and_their_first_cycle_found():
     np.testing.assert_allclose(r.tension_n, 10 - 5 * np.cos(2 * np.pi * r.time_s / 10), atol=0.01)
 
 
-@pytest.mark.parametrize(
-    ("time", "tension"), [([0.0], [1.0]), ([0.0, 0.0], [1.0, 2.0]), ([0.0, 1.0], [1.0, np.nan])]
-)
+@pytest.mark.parametrize(("time", "tension"), [([0.0], [1.0]), ([0.0, 0.0], [1.0, 2.0]), ([0.0, 1.0], [1.0, np.nan])])
 def test_unusable_samples_are_refused(time, tension):
     with pytest.raises(SstlError, match="E407"):
         references.from_samples("mine", np.array(time), np.array(tension), 0.002)

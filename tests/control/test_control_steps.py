@@ -41,10 +41,7 @@ def test_runs_of_a_configuration_are_averaged():
 
 
 def test_tendons_share_the_sensing_loop():
-    rows = [
-        theta_row("a", "C", "act", TABLE_II), theta_row("b", "C", "act", (0.5, 0, 1.9, 0)),
-        theta_row("c", "C", "sstl", SSTL_LINES),
-    ]
+    rows = [theta_row("a", "C", "act", TABLE_II), theta_row("b", "C", "act", (0.5, 0, 1.9, 0)), theta_row("c", "C", "sstl", SSTL_LINES)]
     cases, _ = step.cases_of(table(rows, tendon=["left", "right", None]))
     assert [c.config_id for c in cases] == ["C/left", "C/right"]
     assert all(c.sstl == (0.271, 3.314) for c in cases)
@@ -67,10 +64,7 @@ def test_proposed_and_di_differ_only_in_their_lines():
     lines = Theta(*TABLE_II)
     case = step.Case("A", act=lines, mapped=lines)
     reference = sinusoid(dt_s=0.02)
-    results = {
-        r.method: r
-        for r in step.run([case], lambda c: [reference], lambda c: Plant(PlayTendon(lines)), options=Options(dt_s=0.02))
-    }
+    results = {r.method: r for r in step.run([case], lambda c: [reference], lambda c: Plant(PlayTendon(lines)), options=Options(dt_s=0.02))}
     assert list(results) == ["none", "no-bias", "proposed", "DI"]
     assert np.array_equal(results["proposed"].track.command, results["DI"].track.command)
     assert results["none"].reduction_pct["all"] is None
@@ -95,7 +89,9 @@ def test_locations_get_distinct_random_references_and_the_model_is_used(tmp_path
         rows += [theta_row(f"{place}s", place, "sstl", SSTL_LINES, location=place)]
     theta = write_theta(tmp_path / "t.parquet", rows)
     model = SimpleNamespace(
-        predict=lambda x: x * 0 + [0.59, 1.70], outside=lambda x: np.ones(len(x), bool), header=SimpleNamespace(tendons=()),
+        predict=lambda x: x * 0 + [0.59, 1.70],
+        outside=lambda x: np.ones(len(x), bool),
+        header=SimpleNamespace(tendons=()),
         beta_act_of=lambda tendon: (-1.444, -1.043),
     )
     monkeypatch.setattr(sstl_cli.mapping, "load_model", lambda path: model, raising=False)
@@ -116,8 +112,10 @@ def test_locations_get_distinct_random_references_and_the_model_is_used(tmp_path
 def scenario_with(effects):
     return Scenario.model_validate(
         {
-            "schema": "sstl.scenario/1", "configurations": [{"id": "C", "location": "CP", "theta": 0.53}],
-            "effects": effects, "noise": {"white_n": 0.0},
+            "schema": "sstl.scenario/1",
+            "configurations": [{"id": "C", "location": "CP", "theta": 0.53}],
+            "effects": effects,
+            "noise": {"white_n": 0.0},
         }
     )
 

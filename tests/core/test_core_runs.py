@@ -69,9 +69,7 @@ def test_nan_of_an_optional_channel_is_null_in_the_file(tmp_path: Path) -> None:
 
 @settings(max_examples=25, deadline=None)
 @given(
-    st.lists(
-        st.tuples(st.integers(1, 7), st.sampled_from(["act", "sstl"]), st.none() | st.text(max_size=4)), min_size=1, max_size=9
-    ),
+    st.lists(st.tuples(st.integers(1, 7), st.sampled_from(["act", "sstl"]), st.none() | st.text(max_size=4)), min_size=1, max_size=9),
     st.integers(1, 9),
 )
 def test_blocks_of_any_size_give_the_same_runs(tmp_path_factory: pytest.TempPathFactory, shape: list, rows: int) -> None:

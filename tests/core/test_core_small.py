@@ -39,8 +39,7 @@ def test_streams_belong_to_their_names() -> None:
 def test_streams_do_not_depend_on_the_hash_seed() -> None:
     code = "from sstl_cli.core.rng import stream; print(stream(7, 'noise', 'run-0', 3).integers(1 << 62))"
     found = {
-        subprocess.check_output([sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed})
-        for seed in ("0", "1", "12345")
+        subprocess.check_output([sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed}) for seed in ("0", "1", "12345")
     }
     assert len(found) == 1
 

@@ -28,7 +28,8 @@ def test_a_good_run_passes_untouched() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "why"), [(np.nan, "not a number"), (np.inf, "infinite"), (-np.inf, "infinite"), (1e308, "beyond any sensor"), (-2e15, "beyond")]
+    ("value", "why"),
+    [(np.nan, "not a number"), (np.inf, "infinite"), (-np.inf, "infinite"), (1e308, "beyond any sensor"), (-2e15, "beyond")],
 )
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
 def test_samples_no_sensor_can_give_go_with_all_their_channels(channel: str, value: float, why: str) -> None:

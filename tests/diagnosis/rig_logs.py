@@ -50,8 +50,11 @@ def scenario(
 ) -> Scenario:
     places = (("a", "NP", 0.46), ("b", "ND", 0.60), ("c", "CP", 0.53))[:configs]
     return Scenario(
-        simulator="rig", sampling_hz=hz, noise=NoiseSection(white_n=white, coloured_n=coloured),
-        configurations=tuple(Configuration(id=i, location=p, theta=t) for i, p, t in places), trajectories=moves,
+        simulator="rig",
+        sampling_hz=hz,
+        noise=NoiseSection(white_n=white, coloured_n=coloured),
+        configurations=tuple(Configuration(id=i, location=p, theta=t) for i, p, t in places),
+        trajectories=moves,
     )
 
 

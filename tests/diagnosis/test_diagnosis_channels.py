@@ -127,12 +127,7 @@ def positioned(effects, sensor=lambda y: y, load=lambda tension: tension / 8.0):
 
 @pytest.mark.parametrize(
     "effects, sensor",
-    [
-        ({}, lambda y: y),
-        ({}, lambda y: y + 0.8),
-        ({}, lambda y: 1.15 * y),
-        ({"const_friction": {"w_l_n": 0.8}}, lambda y: y),
-    ],
+    [({}, lambda y: y), ({}, lambda y: y + 0.8), ({}, lambda y: 1.15 * y), ({"const_friction": {"w_l_n": 0.8}}, lambda y: y)],
     ids=["nothing", "offset of the output", "gain of the output", "friction along the line"],
 )
 def test_an_effect_of_the_output_makes_no_load_that_is_no_spring(effects, sensor):

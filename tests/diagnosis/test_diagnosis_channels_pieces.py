@@ -52,17 +52,24 @@ def test_independent_samples_are_counted_up_to_where_correlation_ends():
 def test_a_gain_is_the_logarithm_of_what_is_left():
     a, b = np.full(100, 2.0), np.full(100, 0.5)
     white = np.tile([1.0, -1.0], 50)
-    assert log_gain(a, b, white) == pytest.approx(100.0 * np.log(4.0)) and channels._rms(np.array([3.0, -4.0])) == pytest.approx(np.sqrt(12.5))
+    assert log_gain(a, b, white) == pytest.approx(100.0 * np.log(4.0)) and channels._rms(np.array([3.0, -4.0])) == pytest.approx(
+        np.sqrt(12.5)
+    )
 
 
 def test_origin_and_stiffness_are_free():
     x, columns = np.array([1.0, 2.0, 4.0, 9.0, 16.0]), [np.array([0.0, 1.0, 2.0, 3.0, 4.0])]
     assert channels._affine(3.0 + 7.0 * columns[0], columns) == pytest.approx(np.zeros(5), abs=1e-9)
     left = channels._affine(x, columns)
-    assert left @ np.ones(5) == pytest.approx(0.0, abs=1e-9) and left @ columns[0] == pytest.approx(0.0, abs=1e-9) and np.abs(left).max() > 1.0
+    assert (
+        left @ np.ones(5) == pytest.approx(0.0, abs=1e-9) and left @ columns[0] == pytest.approx(0.0, abs=1e-9) and np.abs(left).max() > 1.0
+    )
 
 
-@pytest.mark.parametrize(("slope", "tracks"), [(1.0 + 0.95 * SAME_SLOPE, True), (1.0 + 1.05 * SAME_SLOPE, False), (1.0 - 0.95 * SAME_SLOPE, True), (1.0 - 1.05 * SAME_SLOPE, False)])
+@pytest.mark.parametrize(
+    ("slope", "tracks"),
+    [(1.0 + 0.95 * SAME_SLOPE, True), (1.0 + 1.05 * SAME_SLOPE, False), (1.0 - 0.95 * SAME_SLOPE, True), (1.0 - 1.05 * SAME_SLOPE, False)],
+)
 def test_an_input_of_nearly_the_reference_s_slope_follows_it(slope, tracks):
     assert channels._tracks(run(REFERENCE, 3.0 + slope * REFERENCE)) is tracks
 

@@ -39,9 +39,13 @@ def test_of_several_each_is_charged_by_what_it_adds_to_the_others():
     w = weigh(SIM, both, both.cost + 40.0, parts)
     # friction adds 10 to the gain error, that one 15 to friction
     assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 30.0))
-    assert weigh(SIM, both, both.cost + 40.0, parts[:1]).evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 80.0))
+    assert weigh(SIM, both, both.cost + 40.0, parts[:1]).evidence == pytest.approx(
+        40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 80.0)
+    )
     # what lacks more than one of them says nothing of either
-    assert weigh(SIM, both, both.cost + 40.0, [Weighed(made(noise()), 30.0, 0.0)]).evidence == pytest.approx(40.0 - 2.0 * strengths_charge(1, 80.0))
+    assert weigh(SIM, both, both.cost + 40.0, [Weighed(made(noise()), 30.0, 0.0)]).evidence == pytest.approx(
+        40.0 - 2.0 * strengths_charge(1, 80.0)
+    )
 
 
 def test_a_shape_costs_by_how_well_the_data_hold_it():
@@ -49,7 +53,10 @@ def test_a_shape_costs_by_how_well_the_data_hold_it():
     f = made(noise(), slow, (1.3, 2.0))
     se = standard_errors(SIM, f)
     w = weigh(SIM, f, f.cost + 900.0)
-    assert w.evidence == pytest.approx(900.0 - strengths_charge(1, 1800.0) - shape_charge(slow.free[1], 2.0, float(se[1]))) and shape_charge(slow.free[1], 2.0, float(se[1])) > 0.5
+    assert (
+        w.evidence == pytest.approx(900.0 - strengths_charge(1, 1800.0) - shape_charge(slow.free[1], 2.0, float(se[1])))
+        and shape_charge(slow.free[1], 2.0, float(se[1])) > 0.5
+    )
 
 
 def test_a_shape_from_nothing_is_even_over_its_range_and_what_is_held_exactly_costs_no_more_than_a_million():
@@ -62,7 +69,10 @@ def test_what_a_small_response_costs_is_what_one_of_unit_size_does():
     assert strengths_charge(1, 0.01) == strengths_charge(1, 1.0) < strengths_charge(1, 1.1)
 
 
-@pytest.mark.parametrize(("theta", "stopped"), [([0.5, 0.6], False), ([THETA_LOW, 0.6], True), ([0.5, THETA_HIGH], True), ([1.01 * THETA_LOW, 0.99 * THETA_HIGH], False)])
+@pytest.mark.parametrize(
+    ("theta", "stopped"),
+    [([0.5, 0.6], False), ([THETA_LOW, 0.6], True), ([0.5, THETA_HIGH], True), ([1.01 * THETA_LOW, 0.99 * THETA_HIGH], False)],
+)
 def test_a_line_that_has_stopped_or_lost_its_friction_explains_nothing(theta, stopped):
     w = weigh(SIM, at(ONE, theta), ONE.cost + 40.0)
     assert w.gain == pytest.approx(40.0) and w.evidence == (0.0 if stopped else pytest.approx(40.0 - strengths_charge(1, 80.0)))

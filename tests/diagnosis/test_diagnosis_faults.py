@@ -126,7 +126,9 @@ def test_a_rounded_input_counts_by_half_and_as_steeply_as_the_line_can_be():
 
 def test_what_was_counted_of_one_record_is_not_counted_of_the_rest():
     clipped = np.arange(N) >= 50
-    both = found(record(np.where(FEW, 10.0, np.where(clipped, -3.0, 0.0)), out=faults(spike=FEW, clipped=clipped, level=2.0, step=1.2)), noise=0.01)
+    both = found(
+        record(np.where(FEW, 10.0, np.where(clipped, -3.0, 0.0)), out=faults(spike=FEW, clipped=clipped, level=2.0, step=1.2)), noise=0.01
+    )
     assert "quantisation" not in both and both["saturation"].removed_n2 == pytest.approx(50 * 9.0)
 
 
@@ -167,4 +169,7 @@ def test_steps_that_the_noise_smooths_over_are_no_fault(step, is_fault):
 def test_a_step_counts_beyond_half_of_the_noise_that_is_not_its_own():
     # 0.05 N^2 hold 0.03 N^2 of rounding to 0.6 N: a quarter of the other 0.02 N^2 is smoothed over
     assert _coarse(Faults(NO, NO, NO, float("inf"), 0.6, np.sqrt(0.05))) == pytest.approx(0.36 - 0.25 * 0.02)
-    assert _coarse(Faults(NO, NO, NO, float("inf"), 0.6, 0.0)) == pytest.approx(0.36) and _coarse(Faults(NO, NO, NO, float("inf"), 0.1, 1.0)) == 0.0
+    assert (
+        _coarse(Faults(NO, NO, NO, float("inf"), 0.6, 0.0)) == pytest.approx(0.36)
+        and _coarse(Faults(NO, NO, NO, float("inf"), 0.1, 1.0)) == 0.0
+    )

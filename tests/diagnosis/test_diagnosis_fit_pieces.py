@@ -50,7 +50,17 @@ def test_slopes_are_differences_forward_but_at_the_end_of_a_range():
     assert partial(SIM, THETA, drop, np.array([0.9]), top, []).shape == (8000, 0)
 
 
-@pytest.mark.parametrize(("value", "there"), [(0.85, True), (0.85 + 0.9 * EDGE * 0.3, True), (0.85 + 1.1 * EDGE * 0.3, False), (1.15, True), (1.15 - 1.1 * EDGE * 0.3, False), (2.0, True)])
+@pytest.mark.parametrize(
+    ("value", "there"),
+    [
+        (0.85, True),
+        (0.85 + 0.9 * EDGE * 0.3, True),
+        (0.85 + 1.1 * EDGE * 0.3, False),
+        (1.15, True),
+        (1.15 - 1.1 * EDGE * 0.3, False),
+        (2.0, True),
+    ],
+)
 def test_a_parameter_is_at_its_bound_within_a_thousandth_of_its_range(value, there):
     assert bool(made(0.0, GAIN, (value,)).at_bound(0)) is there
 
@@ -81,7 +91,11 @@ def test_a_fit_of_no_iterations_is_its_start_and_its_cost_that_of_the_residual()
     whiten = made().whiten
     f = fit(sim, whiten, GAIN, THETA, np.array([1.05]), 0)
     z = whiten(sim.y - SIM.predict(THETA, {"gain_error": {"g_act": 1.05}}))
-    assert f.cost == pytest.approx(0.5 * float(z @ z) + 0.5 * whiten.log_det) and f.values.tolist() == [1.05] and np.array_equal(f.theta, THETA)
+    assert (
+        f.cost == pytest.approx(0.5 * float(z @ z) + 0.5 * whiten.log_det)
+        and f.values.tolist() == [1.05]
+        and np.array_equal(f.theta, THETA)
+    )
     assert np.array_equal(f.residual, sim.y - f.prediction) and f.jacobian.shape == (8000, 2) and f.discrepancy == 0.0
     # each iteration lowers it, and known ones need not be made again
     costs = [fit(sim, whiten, GAIN, THETA, np.array([1.05]), k).cost for k in (1, 2, 3)]
@@ -95,7 +109,11 @@ def test_a_fit_ends_at_the_dense_least_squares():
     j = np.column_stack((f.jacobian[:, :1] * (SIM.config[:, None] == np.arange(2)), f.jacobian[:, 1]))
     step = np.linalg.lstsq(j, f.residual, rcond=None)[0]
     # what is left asks for no further step, within a tenth of a nat
-    assert np.sum((j @ step) ** 2) / NOISE_N**2 < 0.2 and f.values[0] == pytest.approx(1.04, abs=2e-3) and f.theta == pytest.approx(THETA, abs=2e-3)
+    assert (
+        np.sum((j @ step) ** 2) / NOISE_N**2 < 0.2
+        and f.values[0] == pytest.approx(1.04, abs=2e-3)
+        and f.theta == pytest.approx(THETA, abs=2e-3)
+    )
     assert np.all((f.theta >= THETA_LOW) & (f.theta <= THETA_HIGH))
 
 

@@ -85,7 +85,9 @@ def test_a_plan_is_sampled_as_fast_as_the_log_but_no_faster_than_a_line_shows():
     found = search()
     assert sampling_s(found) == pytest.approx(0.02)
     experiment = best_experiment(found, *(found.best((e,)) for e in ("zero_offset", "const_friction")), Limits(15.0, 20.0))
-    assert experiment.separates == ("zero_offset", "const_friction") and experiment.d2 > 0.0 and experiment.settles == (experiment.d2 >= 24.0)
+    assert (
+        experiment.separates == ("zero_offset", "const_friction") and experiment.d2 > 0.0 and experiment.settles == (experiment.d2 >= 24.0)
+    )
     assert experiment.trajectory is experiment.movements[0].trajectory and experiment.movements[0].tension_n.max() <= 15.0 + 1e-9
     scenario = scenario_of(found, experiment)
     assert [c.id for c in scenario.configurations] == ["a", "b"] and scenario.sampling_hz == pytest.approx(50.0)

@@ -28,7 +28,13 @@ def read(out):
 
 def test_the_noise_of_some_systems_is_of_one_and_of_the_rest_of_the_other():
     def both(k):
-        return Noise(*({s: Sensor(k, k, k) for s in ("act", "sstl")} for _ in range(2)), {"act": k, "sstl": k}, {"act": {"x": k}, "sstl": {"x": k}}, {"act": k}, {"act": k})
+        return Noise(
+            *({s: Sensor(k, k, k) for s in ("act", "sstl")} for _ in range(2)),
+            {"act": k, "sstl": k},
+            {"act": {"x": k}, "sstl": {"x": k}},
+            {"act": k},
+            {"act": k},
+        )
 
     found = hearing._either(both(1.0), both(2.0), {"act"})
     assert {k: s.white_n for k, s in found.input.items()} == {k: s.white_n for k, s in found.output.items()} == {"act": 1.0, "sstl": 2.0}

@@ -62,7 +62,9 @@ def test_a_configuration_held_out_as_a_whole_is_given_its_own_theta():
 
 def test_a_trajectory_held_out_is_predicted_by_the_theta_of_the_others():
     known = simulator().problem
-    labelled = Simulator(replace(known, records=tuple(replace(r, trajectory="xxyy"[i]) for i, r in enumerate(known.records))), simulator().mechanics)
+    labelled = Simulator(
+        replace(known, records=tuple(replace(r, trajectory="xxyy"[i]) for i, r in enumerate(known.records))), simulator().mechanics
+    )
     f = off([0.02, 0.0, 0.05, 0.0])
     left = held_out_residual(labelled, f, make_folds(labelled))
     # runs 0 and 2 are of one configuration: each is predicted as the other asks for
@@ -72,7 +74,10 @@ def test_a_trajectory_held_out_is_predicted_by_the_theta_of_the_others():
 
 def test_what_is_held_out_takes_no_part_in_its_own_prediction():
     known = simulator().problem
-    labelled = Simulator(replace(known, records=tuple(replace(r, trajectory="xyz"[i % 3], config=0) for i, r in enumerate(known.records)), configs=("a",)), simulator().mechanics)
+    labelled = Simulator(
+        replace(known, records=tuple(replace(r, trajectory="xyz"[i % 3], config=0) for i, r in enumerate(known.records)), configs=("a",)),
+        simulator().mechanics,
+    )
     f = off([0.0, 0.0, 0.3, 0.0])
     f = replace(f, theta=f.theta[:1])
     left = held_out_residual(labelled, f, make_folds(labelled))

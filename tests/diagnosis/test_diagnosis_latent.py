@@ -73,7 +73,9 @@ def test_slow_noise_that_nobody_told_of_has_no_part_in_the_law():
 def test_units_and_origins_of_signal_and_time_are_of_no_matter():
     y = read("triangle", 0.02)
     plain, other = latent(y, DT, 0.02), latent(1000.0 * y - 7.0, 5.0 * DT, 20.0)
-    assert other.value == pytest.approx(1000.0 * plain.value - 7.0, rel=1e-6) and other.variance == pytest.approx(1e6 * plain.variance, rel=1e-4)
+    assert other.value == pytest.approx(1000.0 * plain.value - 7.0, rel=1e-6) and other.variance == pytest.approx(
+        1e6 * plain.variance, rel=1e-4
+    )
     assert other.rate == pytest.approx(200.0 * plain.rate, rel=1e-4, abs=1e-3)
 
 
@@ -89,7 +91,11 @@ def test_slow_noise_keeps_its_share_over_a_time_and_a_step_is_a_median():
     assert Slow(1.0, 0.5).kept(0.25) == pytest.approx(np.exp(-0.5)) and Slow(0.0, 1.0).kept(0.0) == 1.0
     y = np.array([0.0, 1.0, 4.0, 9.0, 17.0, 25.0])
     # second differences 2, 2, 3, 0
-    assert of._typical_step(y, 2) == pytest.approx(4.0) and of._typical_step(y, 3) == 0.0 and of._typical_step(y[:4], 2) == 0.0 < of._typical_step(y[:5], 2)
+    assert (
+        of._typical_step(y, 2) == pytest.approx(4.0)
+        and of._typical_step(y, 3) == 0.0
+        and of._typical_step(y[:4], 2) == 0.0 < of._typical_step(y[:5], 2)
+    )
 
 
 def test_readings_with_slow_noise_are_followed_less_when_that_is_known():

@@ -85,7 +85,14 @@ def test_a_response_that_theta_takes_up_needs_a_size_beyond_the_linear_one():
     quiet = Sensor(noise_n, 0.0, 0.1)
     friction = next(h for h in variants("const_friction", ("act",)) if [f.parameter.name for f in h.free] == ["w_l_n"])
     base, one = made(noise_n=noise_n), made(0.0, friction, (0.3,), noise_n)
-    found = Search(simulator(), Noise({"act": quiet}, {"act": quiet}, {"act": 1.0}), Noise({}, {}, {}), base, {"const_friction": (Weighed(one, 0.0, 0.0),)}, {})
+    found = Search(
+        simulator(),
+        Noise({"act": quiet}, {"act": quiet}, {"act": 1.0}),
+        Noise({}, {}, {}),
+        base,
+        {"const_friction": (Weighed(one, 0.0, 0.0),)},
+        {},
+    )
     (shown,) = least_shown(found)
     at = made(0.0, friction, (shown.size,), noise_n)
     assert distance2(simulator(), at, base) == pytest.approx(DECIDABLE, rel=0.1)

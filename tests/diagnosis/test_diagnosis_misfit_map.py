@@ -129,14 +129,18 @@ def test_a_section_holds_what_comes_again_and_the_places_of_the_scatter():
     e = np.where(way > 0, 1.0, 0.0) + sd * rng.standard_normal(400)
     found, left = misfit._section([r], [e], [np.full(400, 0.01)], "b")
     assert (found.system, found.config_id, found.along) == ("act", "b", "turning") and found.correlation_s == pytest.approx(0.02)
-    assert found.input_n == pytest.approx(np.linspace(*np.quantile(u, (0.01, 0.99)), INPUT_KNOTS)) and found.other == pytest.approx(np.linspace(*np.quantile(since, (0.01, 0.99)), OTHER_KNOTS))
+    assert found.input_n == pytest.approx(np.linspace(*np.quantile(u, (0.01, 0.99)), INPUT_KNOTS)) and found.other == pytest.approx(
+        np.linspace(*np.quantile(since, (0.01, 0.99)), OTHER_KNOTS)
+    )
     place = misfit._place(found, r, 1.0)
     assert np.mean(np.abs(place @ np.array(found.mean_n) - np.where(way > 0, 1.0, 0.0))) < 0.15
     beyond = np.array(found.sd_n) @ place.T
     assert np.mean(beyond[u > 60.0]) > 1.5 * np.mean(beyond[u < 40.0])
     # mean squares of what is left, less what was expected; and no place is quieter than a twentieth of that
     usual = np.mean(left**2) - 0.01
-    assert min(found.sd_n) >= np.sqrt(0.05 * usual) * (1.0 - 1e-9) and np.sqrt(np.mean(np.square(found.sd_n))) == pytest.approx(np.sqrt(usual), rel=0.3)
+    assert min(found.sd_n) >= np.sqrt(0.05 * usual) * (1.0 - 1e-9) and np.sqrt(np.mean(np.square(found.sd_n))) == pytest.approx(
+        np.sqrt(usual), rel=0.3
+    )
     # a scatter that was expected is none
     quiet, _ = misfit._section([r], [e], [sd**2 + 0.1], "b")
     assert max(quiet.sd_n) == 0.0
@@ -160,7 +164,9 @@ def test_every_place_is_judged_by_a_map_that_it_took_no_part_in():
 def test_the_state_of_a_record_is_averaged_and_along_the_stroke_where_a_motion_drives_it():
     fine = part(200, 2)
     u, since, way = misfit.state(fine)
-    assert u == pytest.approx(fine.u.reshape(-1, 2).mean(axis=1)) and all(np.array_equal(a, b) for a, b in zip((way, since), turning(u), strict=True))
+    assert u == pytest.approx(fine.u.reshape(-1, 2).mean(axis=1)) and all(
+        np.array_equal(a, b) for a, b in zip((way, since), turning(u), strict=True)
+    )
     slip = np.repeat([1.0, 0.5, -0.5, -1.0], 100)
     raw = replace(fine.raw, position_in_mm=np.arange(2000.0))
     u, place, way = misfit.state(replace(fine, slip=slip, raw=raw))

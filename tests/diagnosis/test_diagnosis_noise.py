@@ -15,7 +15,9 @@ from tests.diagnosis.made_windows import Held, coloured
 
 def test_slow_noise_is_found_in_holds_whatever_drifts_and_a_few_disturbed_holds_do_not_count():
     rng = np.random.default_rng(3)
-    quiet = [Held(0.03 * rng.standard_normal(1200) + coloured(rng, 1200, 0.01, 0.02, 0.4) + 0.1 * np.linspace(0, k, 1200)) for k in range(8)]
+    quiet = [
+        Held(0.03 * rng.standard_normal(1200) + coloured(rng, 1200, 0.01, 0.02, 0.4) + 0.1 * np.linspace(0, k, 1200)) for k in range(8)
+    ]
     found = _held(quiet, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)
     assert found.coloured_n == pytest.approx(0.02, rel=0.35) and 0.2 <= found.correlation_s <= 0.8
     loud = [Held(r.y + (np.arange(1200) > 600) * (i > 5)) for i, r in enumerate(quiet)]

@@ -41,7 +41,9 @@ def test_a_coarse_converter_without_noise_keeps_one_error_throughout_a_rest():
 
 def test_beside_an_accepted_model_only_white_noise_is_left():
     found = white_only(QUIET)
-    assert found.input["act"] == Sensor(0.01, pytest.approx(UNSEEN * 0.01), 0.2) and found.output["act"] == Sensor(NOISE_N, pytest.approx(UNSEEN * NOISE_N), 0.1)
+    assert found.input["act"] == Sensor(0.01, pytest.approx(UNSEEN * 0.01), 0.2) and found.output["act"] == Sensor(
+        NOISE_N, pytest.approx(UNSEEN * NOISE_N), 0.1
+    )
     assert found.smoother == {"act": 2.0}
 
 
@@ -99,7 +101,9 @@ def test_a_perfect_model_leaves_the_noise_of_both_sensors_where_it_enters():
 
 
 def test_the_floor_is_its_root_over_what_counts_with_the_scatter_where_asked_for():
-    part = [replace(r, weight=np.where(np.arange(2000) < 1000 * (i < 2), 1.0, 0.0), misfit_n=np.full(2000, 0.3)) for i, r in enumerate(RECORDS)]
+    part = [
+        replace(r, weight=np.where(np.arange(2000) < 1000 * (i < 2), 1.0, 0.0), misfit_n=np.full(2000, 0.3)) for i, r in enumerate(RECORDS)
+    ]
     still = phases(gain=0.0)
     plain = np.hypot(0.01, NOISE_N)
     assert floor_n(part, still, QUIET) == pytest.approx(plain) and floor_n(part, still, QUIET, True) == pytest.approx(np.hypot(plain, 0.3))
@@ -115,13 +119,21 @@ def test_measured_noise_of_a_line_that_holds_is_that_of_its_output():
     assert found.output["act"].white_n == pytest.approx(0.03, rel=0.05) and found.input["act"].white_n == pytest.approx(0.01, rel=0.05)
     # the input's slow noise is to its white as the output's is
     into, out = found.input["act"], found.output["act"]
-    assert into.coloured_n / out.coloured_n == pytest.approx(into.white_n / out.white_n, rel=0.1) and into.correlation_s == out.correlation_s
+    assert (
+        into.coloured_n / out.coloured_n == pytest.approx(into.white_n / out.white_n, rel=0.1) and into.correlation_s == out.correlation_s
+    )
     assert found.smoother == {"act": 1.0} and found.open == {"act": MEASURED}
 
 
 def test_noise_is_most_likely_where_a_dense_restricted_likelihood_has_its_minimum():
     # white noise of 0.03 N was taken for 0.02 N; a slope in the input is projected out
-    start = replace(QUIET, input={"act": Sensor(1e-6, 1e-6, 0.1)}, output={"act": Sensor(NOISE_N, 1e-4, 0.1)}, open={"act": MEASURED}, loose={"act": 0.3})
+    start = replace(
+        QUIET,
+        input={"act": Sensor(1e-6, 1e-6, 0.1)},
+        output={"act": Sensor(NOISE_N, 1e-4, 0.1)},
+        open={"act": MEASURED},
+        loose={"act": 0.3},
+    )
     column = np.concatenate([r.u for r in RECORDS])[:, None]
     residual = 1.5 * noise(9) + 0.7 * column[:, 0]
     found, nats = likely(RECORDS, phases(gain=0.0), residual, column, start)

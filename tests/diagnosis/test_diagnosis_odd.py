@@ -50,7 +50,9 @@ def searched(left: np.ndarray, keep: np.ndarray | None = None) -> Search:
     """Return base and offset fitted to the records of ``made_fits`` with this residual, or to some of their samples."""
     whole = simulator()
     runs = range(len(whole.problem.records)) if keep is None else np.unique(whole.run[keep])
-    sim = whole if keep is None else Simulator(replace(whole.problem, records=tuple(whole.problem.records[i] for i in runs)), whole.mechanics)
+    sim = (
+        whole if keep is None else Simulator(replace(whole.problem, records=tuple(whole.problem.records[i] for i in runs)), whole.mechanics)
+    )
     sim = copy(sim)
     sim.y = sim.predict(THETA, {}) + (left if keep is None else left[keep])
     whiten = white(0.02, sim.weight, [s.start for s in sim.slices()])
@@ -119,7 +121,9 @@ def shifted(runs):
     return spoilt(runs, lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4))
 
 
-@pytest.mark.parametrize("how", [lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4), lambda r: theta_jump([r])[0]], ids=["offset", "moved"])
+@pytest.mark.parametrize(
+    "how", [lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4), lambda r: theta_jump([r])[0]], ids=["offset", "moved"]
+)
 def test_the_run_that_alone_has_a_gap_is_named(runs, how):
     document = diagnose.run(spoilt(runs, how), OPTIONS).document()
     odd_run = {"run_id": runs[PLACE].run_id, "status": "none", "effects": []}

@@ -35,7 +35,7 @@ def test_the_white_part_beside_slow_noise_is_what_its_third_differences_leave(me
     slow, white = 0.04, 0.03
     lag = np.abs(np.subtract.outer(range(4), range(4)))
     weights = np.array([1.0, -3.0, 3.0, -1.0])
-    seen = np.sqrt(weights @ (slow**2 * memory**lag.astype(float) + white**2 * np.eye(4)) @ weights / 20.0)
+    seen = np.sqrt(weights @ (slow**2 * memory ** lag.astype(float) + white**2 * np.eye(4)) @ weights / 20.0)
     assert white_beside(seen, slow, memory) == pytest.approx(white)
     # never less than what could not be seen beside it
     assert white_beside(0.01, 1.0, 0.5) == pytest.approx(UNSEEN * 0.01)

@@ -51,7 +51,9 @@ def test_after_a_turn_that_nobody_saw_the_model_begins_anew_where_the_output_is_
     dark = r.time_s[r.weight == 0.0]
     assert dark.min() > 8.45 and dark.max() < 9.55
     (start,) = r.again
-    assert start.at * r.dt_s == pytest.approx(9.5, abs=0.03) and start.output_n == pytest.approx(np.interp(9.5, T, run.tension_out_n), abs=0.1)
+    assert start.at * r.dt_s == pytest.approx(9.5, abs=0.03) and start.output_n == pytest.approx(
+        np.interp(9.5, T, run.tension_out_n), abs=0.1
+    )
 
 
 def test_the_error_of_the_input_is_below_its_noise():

@@ -92,9 +92,13 @@ def test_every_sample_has_its_bin_of_each_partition():
     assert [q[8] for q in quarters] == ["1", "2", "3", "4"] and said["phase and tension"][0].startswith("act PP")
     assert said["phase and tension"][-1].startswith("sstl RP")
     # an eighth of a second a sample
-    assert said["phase and time since reversal"][:5] == [f"act PP, {e} s after a reversal" for e in ("0-0.1", "0.1-0.3", "0.1-0.3", "0.3-1", "0.3-1")]
+    assert said["phase and time since reversal"][:5] == [
+        f"act PP, {e} s after a reversal" for e in ("0-0.1", "0.1-0.3", "0.1-0.3", "0.3-1", "0.3-1")
+    ]
     assert said["run"][11:13] == ["run r0", "run r1"]
-    assert [said["run and time in the run"][i] for i in (0, 2, 3, 11, 12)] == [f"run {r}, quarter {q} of 4" for r, q in (("r0", 1), ("r0", 1), ("r0", 2), ("r0", 4), ("r1", 1))]
+    assert [said["run and time in the run"][i] for i in (0, 2, 3, 11, 12)] == [
+        f"run {r}, quarter {q} of 4" for r, q in (("r0", 1), ("r0", 1), ("r0", 2), ("r0", 4), ("r1", 1))
+    ]
     assert [said["configuration and phase"][i] for i in (0, 8, 12, 20)] == ["b, act PP", "b, act RP", "a, sstl PP", "a, sstl RP"]
     # the fastest quarter moves by more than the rest
     assert {s[-1:] for s in (x.split("quarter ")[1][:1] for x in said["phase and speed"])} <= set("1234")
@@ -115,7 +119,10 @@ def test_moments_of_what_is_left_by_hand():
 
 
 def test_less_than_the_known_scatter_is_brought_to_it_and_more_is_not():
-    known = replace(simulator(), problem=replace(simulator().problem, records=tuple(replace(r, misfit_n=np.ones(len(r))) for r in simulator().problem.records)))
+    known = replace(
+        simulator(),
+        problem=replace(simulator().problem, records=tuple(replace(r, misfit_n=np.ones(len(r))) for r in simulator().problem.records)),
+    )
     assert leftover(known, made(0.3 * noise(8))).chi2 == pytest.approx(1.0)
     more = leftover(known, made(2.0 * noise(8)))
     assert more.chi2 == pytest.approx(4.0, rel=0.05) and leftover(simulator(), made(0.3 * noise(8))).chi2 == pytest.approx(0.09, rel=0.05)

@@ -49,7 +49,9 @@ def test_a_log_of_usual_forces_stays_as_it_is():
     assert restore(DOCUMENT, 1.0) is DOCUMENT
 
 
-@pytest.mark.parametrize(("unit", "power"), [("N", 1), ("N s/mm", 1), ("1/N", -1), ("mm/N", -1), ("1/kN", -1), ("s/N", -1), ("1", 0), ("s", 0), ("mm", 0)])
+@pytest.mark.parametrize(
+    ("unit", "power"), [("N", 1), ("N s/mm", 1), ("1/N", -1), ("mm/N", -1), ("1/kN", -1), ("s/N", -1), ("1", 0), ("s", 0), ("mm", 0)]
+)
 def test_a_parameter_goes_with_the_size_of_the_forces_as_its_unit_says(unit, power):
     assert parameter(3.0, unit, 10.0) == pytest.approx(3.0 * 10.0**power) and (unit in FORCE_UNITS) is (power != 0)
 
@@ -58,7 +60,10 @@ def run(top, **more):
     return Run("r", "act", np.arange(200.0), np.where(np.arange(200) < 100, 0.0, top), np.full(200, 0.5 * top), **more)
 
 
-@pytest.mark.parametrize(("top", "unit"), [(3.0, 1.0), (2.9, 0.14), (60.0, 1.0), (61.0, 3.0), (1000.0, 50.0), (-1000.0, 50.0), (12_345.0, 620.0), (0.02, 0.001), (0.0, 1.0)])
+@pytest.mark.parametrize(
+    ("top", "unit"),
+    [(3.0, 1.0), (2.9, 0.14), (60.0, 1.0), (61.0, 3.0), (1000.0, 50.0), (-1000.0, 50.0), (12_345.0, 620.0), (0.02, 0.001), (0.0, 1.0)],
+)
 def test_tensions_far_from_a_tendon_s_are_brought_to_twenty_newtons_by_a_round_number(top, unit):
     assert unit_of([run(top)]) == unit
 
@@ -81,11 +86,17 @@ def test_runs_and_a_rig_are_brought_to_the_unit_together():
     # a rig of which nothing is known is as much stiffer as its tensions are larger: in their unit it is the usual one
     usual = Scenario().rig.mechanics()
     assert mechanics(in_proportion(50.0), 50.0) == usual and mechanics(Scenario(), 50.0).ea_n == usual.ea_n / 50.0
-    assert mechanics(Scenario(), 50.0).load_n_per_mm == usual.load_n_per_mm / 50.0 and mechanics(Scenario(), 50.0).length_mm == usual.length_mm
+    assert (
+        mechanics(Scenario(), 50.0).load_n_per_mm == usual.load_n_per_mm / 50.0 and mechanics(Scenario(), 50.0).length_mm == usual.length_mm
+    )
 
 
 def test_effects_of_a_simulator_are_brought_to_the_unit_and_back():
     there = {"const_friction": {"w_l_n": 5.0}, "tendon_elasticity": {"compliance_per_kn": 0.01}, "gain_error": {"g_act": 1.1}}
     found = scaling.effects(Scenario(effects=there), 50.0)
-    assert found["const_friction"] == {"w_l_n": pytest.approx(0.1)} and found["tendon_elasticity"] == {"compliance_per_kn": pytest.approx(0.5)}
-    assert found["gain_error"] == {"g_act": 1.1} and parameter(found["tendon_elasticity"]["compliance_per_kn"], "1/kN", 50.0) == pytest.approx(0.01)
+    assert found["const_friction"] == {"w_l_n": pytest.approx(0.1)} and found["tendon_elasticity"] == {
+        "compliance_per_kn": pytest.approx(0.5)
+    }
+    assert found["gain_error"] == {"g_act": 1.1} and parameter(
+        found["tendon_elasticity"]["compliance_per_kn"], "1/kN", 50.0
+    ) == pytest.approx(0.01)

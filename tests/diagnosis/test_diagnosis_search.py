@@ -41,6 +41,7 @@ def thetas(f):
 
 def gained(columns, others, x):
     """Return by how much columns lower half the square of ``x`` beside others."""
+
     def left(j):
         return 0.5 * float(np.sum((x - j @ np.linalg.lstsq(j, x, rcond=None)[0]) ** 2))
 
@@ -90,8 +91,13 @@ def test_screening_gains_what_the_linear_model_gains():
     # of several parameters at once
     drift = full("zero_drift", ("act",))
     both = screen(sim, z, drift)[0]
-    columns = [sim.predict(THETA, {"zero_drift": {"r_in_act_n": 0.0, "r_out_act_n": 0.0, k: 0.004}}) - z.prediction for k in ("r_in_act_n", "r_out_act_n")]
-    assert both == pytest.approx(gained(np.column_stack((thetas(z), z.whiten(np.stack(columns, axis=1)))), nothing, z.whiten(z.residual)), rel=0.01)
+    columns = [
+        sim.predict(THETA, {"zero_drift": {"r_in_act_n": 0.0, "r_out_act_n": 0.0, k: 0.004}}) - z.prediction
+        for k in ("r_in_act_n", "r_out_act_n")
+    ]
+    assert both == pytest.approx(
+        gained(np.column_stack((thetas(z), z.whiten(np.stack(columns, axis=1)))), nothing, z.whiten(z.residual)), rel=0.01
+    )
 
 
 def test_screening_stays_inside_what_an_effect_can_be():
@@ -118,7 +124,9 @@ def test_normal_equations_beside_a_fit_are_those_of_what_it_leaves():
     columns = f.whiten(np.column_stack([m.fit.jacobian[:, 1:] for m in models]))
     r = f.whiten(f.residual)
     out = columns - known @ np.linalg.lstsq(known, columns, rcond=None)[0]
-    assert gram == pytest.approx(out.T @ out, rel=1e-5, abs=1e-6 * np.abs(gram).max()) and score == pytest.approx(out.T @ r, rel=1e-5, abs=1e-4 * np.abs(score).max())
+    assert gram == pytest.approx(out.T @ out, rel=1e-5, abs=1e-6 * np.abs(gram).max()) and score == pytest.approx(
+        out.T @ r, rel=1e-5, abs=1e-4 * np.abs(score).max()
+    )
     empty = of._projected(SIM, f, [])
     assert empty[0].shape == (0, 0) and len(empty[1]) == 0 and empty[2] == []
 
@@ -160,7 +168,10 @@ def test_a_partner_begins_at_its_step_and_never_at_nothing():
 
 def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
     assert [h.ids for h in of._starting("zero_offset", ("act",))] == [("zero_offset",)]
-    assert [[f.parameter.name for f in h.free] for h in of._starting("friction_drift", ("act",))] == [["d_mu", "path_n"], ["d_mu_time", "time_s"]]
+    assert [[f.parameter.name for f in h.free] for h in of._starting("friction_drift", ("act",))] == [
+        ["d_mu", "path_n"],
+        ["d_mu_time", "time_s"],
+    ]
 
 
 def test_work_is_in_order_however_many_do_it():
@@ -181,8 +192,13 @@ def test_a_fit_that_ends_above_the_base_begins_once_more_from_the_base():
 
 def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monkeypatch):
     ids = ("zero_offset", "gain_error", "const_friction", "viscous", "slack", "asymmetric_friction")
-    singles = [Weighed(made(0.0, full(i, ("act",)), tuple(f.parameter.neutral for f in full(i, ("act",)).free)), 9.0, 6.0 - 1.2 * k) for k, i in enumerate(ids)]
-    pairs = [Weighed(made(0.0, ZERO.joined(h), (0.0, 0.0, h.free[0].parameter.neutral)), 20.0, e) for h, e in ((GAIN, 7.0), (FRICTION, 8.0))]
+    singles = [
+        Weighed(made(0.0, full(i, ("act",)), tuple(f.parameter.neutral for f in full(i, ("act",)).free)), 9.0, 6.0 - 1.2 * k)
+        for k, i in enumerate(ids)
+    ]
+    pairs = [
+        Weighed(made(0.0, ZERO.joined(h), (0.0, 0.0, h.free[0].parameter.neutral)), 20.0, e) for h, e in ((GAIN, 7.0), (FRICTION, 8.0))
+    ]
     found, led = searched(made(), *singles, combined=pairs), []
 
     def partners(sim, leader, others):
@@ -218,7 +234,9 @@ def whole():
     ends = np.cumsum([len(r) for r in sim.problem.records])
     records = tuple(replace(r, y=y[e - len(r) : e], y_fine=y[e - len(r) : e]) for r, e in zip(sim.problem.records, ends, strict=True))
     sim = replace(sim, problem=replace(sim.problem, records=records))
-    found = run(sim, ("zero_offset", "const_friction", "gain_error"), 0.9 * THETA, 2, shares.append, 1, lambda size: asked.append(size) or False)
+    found = run(
+        sim, ("zero_offset", "const_friction", "gain_error"), 0.9 * THETA, 2, shares.append, 1, lambda size: asked.append(size) or False
+    )
     return found, shares, asked
 
 

@@ -22,7 +22,14 @@ WHERE = [
 
 
 def document(status="identified", effects=("viscous",), group=(), confidence=None, **more):
-    verdict = {"status": status, "effects": list(effects), "confidence": confidence, "ambiguity_group": list(group), "why": "it moves", **more}
+    verdict = {
+        "status": status,
+        "effects": list(effects),
+        "confidence": confidence,
+        "ambiguity_group": list(group),
+        "why": "it moves",
+        **more,
+    }
     return {"verdict": verdict, "gap": GAP, "where": WHERE}
 
 
@@ -47,7 +54,9 @@ def test_rivals_are_listed_up_to_four_and_counted_beyond():
 
 def test_nothing_and_not_known_are_said_as_such():
     found = document("none", effects=(), confidence=0.5)
-    assert sentence(found).startswith("The simulator already explains the log to its noise floor") and sentence(found).endswith(" (right in 50 of 100 such cases).")
+    assert sentence(found).startswith("The simulator already explains the log to its noise floor") and sentence(found).endswith(
+        " (right in 50 of 100 such cases)."
+    )
     found["gap"] = {**GAP, "known_misfit_n": 0.123}
     assert "since the simulator was accepted: it leaves 0.12 N as it did then (right" in sentence(found)
     assert "it leaves 0.12 V as" in sentence({**found, "unit": "V"})
@@ -83,8 +92,15 @@ def test_lines_where_nothing_was_found_say_what_would_have_shown_the_smallest_ga
 
 
 def test_what_is_left_over_is_shown_twice_at_most():
-    left = [{"test": "mean", "sigma": 7.6, "where": "act PP"}, {"test": "lag", "sigma": 5.0, "where": ""}, {"test": "chi2", "sigma": 4.0, "where": ""}]
-    assert lines(document("unknown", effects=(), leftover=left))[2:] == ["  left over: mean, 8 sigma, at act PP", "  left over: lag, 5 sigma"]
+    left = [
+        {"test": "mean", "sigma": 7.6, "where": "act PP"},
+        {"test": "lag", "sigma": 5.0, "where": ""},
+        {"test": "chi2", "sigma": 4.0, "where": ""},
+    ]
+    assert lines(document("unknown", effects=(), leftover=left))[2:] == [
+        "  left over: mean, 8 sigma, at act PP",
+        "  left over: lag, 5 sigma",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -103,6 +103,8 @@ def test_the_interval_of_coloured_misfit_is_the_sandwich_over_blocks():
     inverse = np.linalg.inv(dense.T @ dense)
     n = len(scores)
     se = np.sqrt((inverse @ scores.T @ scores @ inverse)[2, 2] * n / (n - 3))
-    assert found.high - found.estimate == pytest.approx(1.96 * se, rel=1e-4) and found.estimate - found.low == pytest.approx(1.96 * se, rel=1e-4)
+    assert found.high - found.estimate == pytest.approx(1.96 * se, rel=1e-4) and found.estimate - found.low == pytest.approx(
+        1.96 * se, rel=1e-4
+    )
     # more than white noise gives
     assert se > 2.0 * np.sqrt(inverse[2, 2])

@@ -9,17 +9,7 @@ import pytest
 from made_fits import THETA, simulator
 
 from sstl_cli.diagnosis.records import Start
-from sstl_cli.diagnosis.simulator import (
-    CEILING_N,
-    SHIFT_N,
-    STEEPEST,
-    Simulator,
-    _means,
-    _phases,
-    as_effects,
-    free_parameters,
-    neighbour_of,
-)
+from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases, as_effects, free_parameters, neighbour_of
 from sstl_cli.diagnosis.wander import Wander
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
@@ -160,7 +150,12 @@ def test_noise_enters_by_the_phases_of_an_accepted_model_whatever_is_fitted():
 
 
 def test_known_scatter_is_read_late_by_a_late_sensor():
-    known = changed(misfit_n=lambda r: np.arange(len(r), dtype=float), wander=lambda r: Wander(np.ones((len(r), 1)) * np.arange(len(r))[:, None], np.zeros((len(r), 0)), np.zeros((len(r), 0)), (slice(0, len(r)),)))
+    known = changed(
+        misfit_n=lambda r: np.arange(len(r), dtype=float),
+        wander=lambda r: Wander(
+            np.ones((len(r), 1)) * np.arange(len(r))[:, None], np.zeros((len(r), 0)), np.zeros((len(r), 0)), (slice(0, len(r)),)
+        ),
+    )
     r = known.problem.records[0]
     (late, *_) = known.read_records({"channel_delay": {"tau_act_s": 3.0 * r.dt_s * r.factor}})
     assert late.misfit_n[3:] == pytest.approx(r.misfit_n[:-3]) and late.wander.stretch[3:] == pytest.approx(r.wander.stretch[:-3])
@@ -179,7 +174,10 @@ def test_free_parameters_are_those_that_a_recorded_system_can_show():
 def test_values_become_effects_within_their_meaning():
     free = [*free_parameters(("gain_error",), ("act", "sstl")), *free_parameters(("const_friction",), ("act",))]
     assert [f.width for f in free] == pytest.approx([0.3, 0.3, 0.5])
-    assert as_effects(free, np.array([1.02, 99.0, -1.0])) == {"gain_error": {"g_act": 1.02, "g_sstl": pytest.approx(11.5)}, "const_friction": {"w_l_n": 0.0}}
+    assert as_effects(free, np.array([1.02, 99.0, -1.0])) == {
+        "gain_error": {"g_act": 1.02, "g_sstl": pytest.approx(11.5)},
+        "const_friction": {"w_l_n": 0.0},
+    }
 
 
 def test_tendons_beside_are_averaged_to_the_grid_of_the_simulation():

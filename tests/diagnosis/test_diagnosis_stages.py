@@ -22,7 +22,15 @@ def stream(believed: Theta, tau: float = 0.0, extra: float = 0.0) -> Stream:
     # the rest before the first sample is no part of what is shared out
     keep = slice(1000, None)
     out = done.tension_out + extra * np.sin(2 * np.pi * reference.time_s / 7.0)
-    return Stream("s", reference.time_s[keep], reference.tension_n[keep], done.command[keep], done.tension_in[keep], out[keep], NAMES[done.phase[keep]])
+    return Stream(
+        "s",
+        reference.time_s[keep],
+        reference.tension_n[keep],
+        done.command[keep],
+        done.tension_in[keep],
+        out[keep],
+        NAMES[done.phase[keep]],
+    )
 
 
 @pytest.mark.parametrize(

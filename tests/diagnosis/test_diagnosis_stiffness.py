@@ -16,7 +16,9 @@ def rig(top_n: float, *effects: str) -> Scenario:
     moves = [Trajectory(kind="trapezoid", drive="tension", duration_s=12.0), Trajectory(kind="ramp_hold", duration_s=20.0)]
     moves = [m.model_copy(update={"low_n": 0.02 * top_n, "high_n": top_n}) for m in moves]
     noise = NoiseSection(white_n=0.001 * top_n)
-    return Scenario(sampling_hz=100.0, effects={e: ELASTIC[e] for e in effects}, noise=noise, configurations=PLACE, trajectories=tuple(moves))
+    return Scenario(
+        sampling_hz=100.0, effects={e: ELASTIC[e] for e in effects}, noise=noise, configurations=PLACE, trajectories=tuple(moves)
+    )
 
 
 @pytest.mark.parametrize("top_n", [20.0, 90.0])

@@ -35,7 +35,9 @@ def model(h, *values):
 def test_ways_are_the_strengths_that_were_fitted_the_most_evident_model_first():
     both = full("zero_offset", ("act",))
     slow = named("stribeck", "mean_ratio", "mean_mm_s")
-    own = ways([(model(named(*OUT), 0.3), model(both, 0.1, 0.2)), (model(slow, 1.25, 2.0), model(slow, 1.5, 3.0)), (model(named(*GAIN), 1.1),)])
+    own = ways(
+        [(model(named(*OUT), 0.3), model(both, 0.1, 0.2)), (model(slow, 1.25, 2.0), model(slow, 1.5, 3.0)), (model(named(*GAIN), 1.1),)]
+    )
     assert own.strengths == (OUT, ("zero_offset", "z_in_act_n"), ("stribeck", "mean_ratio"), GAIN)
     # from neutral, which is 1 for a ratio
     assert own.steps == pytest.approx((0.3, 0.1, 0.25, 0.1)) and own.shapes == SHAPED
@@ -50,7 +52,10 @@ def test_what_varies_is_kept_with_the_shapes_that_it_was_seen_at():
     own = Ways((OUT, ("stribeck", "mean_ratio"), GAIN), (0.1, 0.2, 0.1), SHAPED)
     kept = own.section(np.array([0.01, 0.5, 0.2, 0.0]))
     assert kept == Variation(theta=0.01, effects={"zero_offset": {"z_out_act_n": 0.5}, "stribeck": {"mean_mm_s": 2.0, "mean_ratio": 0.2}})
-    assert own.section(np.array([0.0, 0.0, 0.2, 0.3])).effects == {"stribeck": {"mean_mm_s": 2.0, "mean_ratio": 0.2}, "gain_error": {"g_act": 0.3}}
+    assert own.section(np.array([0.0, 0.0, 0.2, 0.3])).effects == {
+        "stribeck": {"mean_mm_s": 2.0, "mean_ratio": 0.2},
+        "gain_error": {"g_act": 0.3},
+    }
 
 
 def test_directions_are_differences_of_predictions():
@@ -80,11 +85,16 @@ def test_an_effect_that_is_there_is_moved_from_where_it_is():
     high = {"asymmetric_friction": {"a": 0.9}}
     columns = directions(SIM, THETA, high, Ways((("asymmetric_friction", "a"),), (0.0,), {"asymmetric_friction": {}}))
     less = 0.4 * PARAMETER_STEP
-    assert columns[:, 1] == pytest.approx((SIM.predict(THETA, high) - SIM.predict(THETA, {"asymmetric_friction": {"a": 0.9 - less}})) / less, abs=1e-6)
+    assert columns[:, 1] == pytest.approx(
+        (SIM.predict(THETA, high) - SIM.predict(THETA, {"asymmetric_friction": {"a": 0.9 - less}})) / less, abs=1e-6
+    )
 
 
 def test_sections_are_kept_in_the_units_of_the_recording():
-    part = Variation(theta=0.1, effects={"zero_offset": {"z_out_act_n": 0.2}, "gain_error": {"g_act": 0.3}, "tendon_elasticity": {"compliance_per_kn": 0.4}})
+    part = Variation(
+        theta=0.1,
+        effects={"zero_offset": {"z_out_act_n": 0.2}, "gain_error": {"g_act": 0.3}, "tendon_elasticity": {"compliance_per_kn": 0.4}},
+    )
     there = rescaled(WanderSection(stretch_s=5.0, stretch=part, run=part), 10.0)
     assert there.stretch_s == 5.0 and there.stretch == there.run and there.whole == Variation()
     assert there.stretch.theta == 0.1 and there.stretch.effects["gain_error"] == {"g_act": 0.3}
@@ -94,7 +104,9 @@ def test_sections_are_kept_in_the_units_of_the_recording():
 
 def test_records_know_one_standard_deviation_of_each_way():
     slow = {"mean_mm_s": 2.0, "mean_ratio": 0.2}
-    section = WanderSection(stretch_s=10.0, stretch=Variation(theta=0.01), run=Variation(effects={"zero_offset": {"z_out_act_n": 3.0}, "stribeck": slow}))
+    section = WanderSection(
+        stretch_s=10.0, stretch=Variation(theta=0.01), run=Variation(effects={"zero_offset": {"z_out_act_n": 3.0}, "stribeck": slow})
+    )
     known = applied(SIM, THETA, section, 10.0)
     own = Ways((OUT, ("stribeck", "mean_ratio")), (0.3, 0.2), SHAPED)
     columns = directions(SIM, THETA, {}, own)

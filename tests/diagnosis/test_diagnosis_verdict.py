@@ -38,7 +38,11 @@ def test_nothing_gains_and_nothing_is_left():
 
 
 def test_one_effect_explains_all_and_the_others_little():
-    found = said(row("pulley_friction", evidence=2000.0), *[replace(r, evidence=300.0, gain=304.0, chi2=1.7, worst_z=300.0, mean_z=200.0) for r in OTHERS], log=FAILING)
+    found = said(
+        row("pulley_friction", evidence=2000.0),
+        *[replace(r, evidence=300.0, gain=304.0, chi2=1.7, worst_z=300.0, mean_z=200.0) for r in OTHERS],
+        log=FAILING,
+    )
     assert found.status == "identified" and found.effects == ("pulley_friction",)
     assert found.confidence is not None and found.confidence > 0.6
 

@@ -223,7 +223,10 @@ def test_a_class_stands_where_several_of_its_members_do(group, classes):
 
 def test_a_class_and_a_pair_are_spelled_out_by_their_members():
     title = "lag: channel_delay | channel_lowpass"
-    told = {"ambiguity_group": [title, "crosstalk+viscous", "zero_offset"], "members": {title: ["channel_delay", "channel_lowpass"], "crosstalk+viscous": ["crosstalk", "viscous"]}}
+    told = {
+        "ambiguity_group": [title, "crosstalk+viscous", "zero_offset"],
+        "members": {title: ["channel_delay", "channel_lowpass"], "crosstalk+viscous": ["crosstalk", "viscous"]},
+    }
     assert set(spelled_out(told)) == {"channel_delay", "channel_lowpass", "crosstalk", "viscous", "zero_offset"}
     assert spelled_out({"ambiguity_group": ["viscous"], "members": None}) == ("viscous",)
 
@@ -257,7 +260,11 @@ def test_what_a_fault_of_the_recorder_leaves_is_what_the_base_leaves():
     # 0.01 of 5000 samples are 25 nats beside a gain of 99
     assert found["left_share"] == pytest.approx(25.0 / 124.0) and found["left_rms"] == pytest.approx(np.log10(2.0))
     assert (found["worst"], found["means"]) == pytest.approx((1.0, 2.0))
-    assert found["recorder"] == 1.0 and found["recorder_share"] == pytest.approx(np.log10(4.0)) and found["recorder_gain"] == pytest.approx(2.0)
+    assert (
+        found["recorder"] == 1.0
+        and found["recorder_share"] == pytest.approx(np.log10(4.0))
+        and found["recorder_gain"] == pytest.approx(2.0)
+    )
     assert found["rank"] == found["ahead"] == found["behind_0"] == found["unstable"] == found["beside_gain"] == 0.0
 
 

@@ -55,7 +55,7 @@ def test_the_scatter_is_as_large_at_every_sample_as_it_is_known_to_be():
     for at, error in ((0, r.start_error_n), (700, 0.1)):
         assert c.own.decay[at] == 0.0 and c.own.fresh[at] == pytest.approx(begin) and c.start[at] == pytest.approx(error**2 + begin)
     # a record without scatter begins with the slow noise alone
-    assert c.start[2000] == pytest.approx(RECORDS[1].start_error_n**2 + 0.03**2) and np.flatnonzero(c.first).tolist() == [0, 700, 2000]
+    assert c.start[2000] == pytest.approx(RECORDS[1].start_error_n ** 2 + 0.03**2) and np.flatnonzero(c.first).tolist() == [0, 700, 2000]
     assert np.count_nonzero(c.start) == 3 and c.own.fresh[2000] == pytest.approx(0.03**2) and c.own.mean[2000] == pytest.approx(0.03**2)
 
 
@@ -65,12 +65,18 @@ def test_white_noise_is_that_of_a_mean_and_what_the_input_is_off_by_as_stated_ti
     assert set(np.round(c.white_n, 9)) == {0.02, 0.01} and c.keep.all() and c.wander is None
     assert np.array_equal(c.moves, c.error_law[:, :MOVES])
     told = constants([replace(several, told_n=0.1)], NOISE)
-    assert told.error_law[:, MOVES:] == pytest.approx(4.0 * several.error_law[:, MOVES:]) and np.array_equal(told.error_law[:, :MOVES], several.error_law[:, :MOVES])
+    assert told.error_law[:, MOVES:] == pytest.approx(4.0 * several.error_law[:, MOVES:]) and np.array_equal(
+        told.error_law[:, :MOVES], several.error_law[:, :MOVES]
+    )
     # not told of it, the slow noise of the input's sensor is the last of the error's numbers: one reading a step
     kept = np.exp(-0.02 / 0.2)
     assert c.error_law[1:, 15] == pytest.approx(kept) and c.error_law[1:, 19] == pytest.approx(kept) and c.error_law[0, 15] == 0.0
     fresh = 0.004**2 * (1.0 - kept**2)
-    assert c.error_law[1:, 29] == pytest.approx(fresh) and c.error_law[1:, 33] == pytest.approx(fresh) and c.error_law[0, 29] == pytest.approx(0.004**2)
+    assert (
+        c.error_law[1:, 29] == pytest.approx(fresh)
+        and c.error_law[1:, 33] == pytest.approx(fresh)
+        and c.error_law[0, 29] == pytest.approx(0.004**2)
+    )
     assert c.error_law[1:, 34] - told.error_law[1:, 34] == pytest.approx(fresh)
 
 
@@ -79,4 +85,3 @@ def test_independent_noise_of_one_size_is_divided_by_it_where_something_is_known
     w = white(0.5, keep, [0, 2])
     assert w(np.array([1.0, 2.0, 3.0, 4.0])).tolist() == [2.0, 0.0, 6.0, 8.0] and w.first.tolist() == [True, False, True, False]
     assert w(np.ones((4, 2))).tolist() == [[2.0, 2.0], [0.0, 0.0], [2.0, 2.0], [2.0, 2.0]] and w.log_det == pytest.approx(6.0 * np.log(0.5))
-

@@ -24,9 +24,7 @@ def play(x, lines, start=None):
 
 def trapezoid(low=5.0, high=30.0, rate=500.0, cycles=1, seconds=12.0):
     t = np.arange(round(seconds * cycles * rate)) / rate
-    return t, np.interp(
-        t % seconds, [0, 0.4 * seconds, 0.45 * seconds, 0.95 * seconds, seconds], [low, high, high, low, low]
-    )
+    return t, np.interp(t % seconds, [0, 0.4 * seconds, 0.45 * seconds, 0.95 * seconds, seconds], [low, high, high, low, low])
 
 
 def multisine(seed, low=1.0, high=30.0, rate=100.0, seconds=400.0):

@@ -110,13 +110,7 @@ def test_same_input_gives_same_bytes_and_run_order_does_not_matter(log, tmp_path
 
 def test_segment_sets_runs_aside_with_exit_3(tmp_path):
     bad = replace(GOOD[0], run_id="bad", tension_in_n=np.full(len(GOOD[0]), 5.0))
-    one = replace(
-        GOOD[0],
-        run_id="one",
-        time_s=np.zeros(1),
-        tension_in_n=np.ones(1),
-        tension_out_n=np.ones(1),
-    )
+    one = replace(GOOD[0], run_id="one", time_s=np.zeros(1), tension_in_n=np.ones(1), tension_out_n=np.ones(1))
     log = tmp_path / "log.parquet"
     write_runs(log, [*GOOD, bad, one], ORIGIN)
     done = sstl("segment", log, "--out", tmp_path / "t.parquet", "--json")
@@ -228,17 +222,10 @@ def test_check_lists_every_failure_of_every_file(log, tmp_path):
     time[50], time[100], time[300:] = time[49], time[98], time[300:] + 5.0
     values = run.tension_in_n.copy()
     values[[5, 6]] = np.nan
-    bad = raw(
-        tmp_path / "bad.parquet",
-        time_s=pa.array(time),
-        tension_in_n=pa.array(values),
-        tension_out_n=pa.array(np.full(n, 3.0)),
-    )
+    bad = raw(tmp_path / "bad.parquet", time_s=pa.array(time), tension_in_n=pa.array(values), tension_out_n=pa.array(np.full(n, 3.0)))
     done = sstl("check", log, bad, tmp_path / "absent.parquet", "--json")
     assert done.returncode == 1
-    found = {
-        (Path(f["file"]).name, f["what"]): f for f in json.loads(done.stdout)["findings"] if f["level"] == "failure"
-    }
+    found = {(Path(f["file"]).name, f["what"]): f for f in json.loads(done.stdout)["findings"] if f["level"] == "failure"}
     for what, count in (("time repeats", 1), ("time runs backwards", 1), ("gaps", 1), ("not a number", 2)):
         assert found["bad.parquet", what]["count"] == count
         assert found["bad.parquet", what]["run_id"] == "run-0" and found["bad.parquet", what]["fix"]

@@ -94,7 +94,9 @@ def two_rigs():
 
 
 SLIPS = {
-    "counts": lambda: each(lambda r: replace(r, tension_in_n=np.round(80 * r.tension_in_n + 512), tension_out_n=np.round(80 * r.tension_out_n + 512))),
+    "counts": lambda: each(
+        lambda r: replace(r, tension_in_n=np.round(80 * r.tension_in_n + 512), tension_out_n=np.round(80 * r.tension_out_n + 512))
+    ),
     "magnitude": lambda: each(scaled(1000.0)),
     "magnitude (kN)": lambda: each(scaled(0.001)),
     "same_channel": lambda: each(lambda r: replace(r, tension_out_n=r.tension_in_n * 0.5 + 1.0)),

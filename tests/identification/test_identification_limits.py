@@ -13,8 +13,7 @@ from sstl_cli.physics.rig import NoiseSpec, RigRun, RigSpec, simulate_rig
 
 
 @pytest.mark.parametrize(
-    ("samples", "dt_s", "length"),
-    [(100, 0.001, 10), (100, 0.01, 1), (100, 0.5, 1), (4096, 1.0, 1), (4097, 1.0, 2), (1_000_000, 0.01, 245)],
+    ("samples", "dt_s", "length"), [(100, 0.001, 10), (100, 0.01, 1), (100, 0.5, 1), (4096, 1.0, 1), (4097, 1.0, 2), (1_000_000, 0.01, 245)]
 )
 def test_blocks_of_ten_ms_and_at_most_4096(samples: int, dt_s: float, length: int) -> None:
     assert block_length(samples, dt_s) == length

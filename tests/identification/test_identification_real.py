@@ -40,8 +40,7 @@ def test_endoscope_slope_falls_and_loop_widens():
 
 @needs
 @pytest.mark.parametrize(
-    ("pattern", "skip", "x", "y", "delimiter"),
-    [("bandbrake-capstan/*.csv", 1, 6, 7, ","), ("pneu-cylinder/*.csv", 15, 5, 6, None)],
+    ("pattern", "skip", "x", "y", "delimiter"), [("bandbrake-capstan/*.csv", 1, 6, 7, ","), ("pneu-cylinder/*.csv", 15, 5, 6, None)]
 )
 def test_every_other_recording_ends_in_numbers_or_reasons(pattern, skip, x, y, delimiter):
     files = sorted(DATA.glob(pattern))[:6]

@@ -79,19 +79,11 @@ def test_golden(num_regression):
     wiggle = 0.02 * np.sin(np.arange(len(t)) * 1.7) + 0.01 * np.cos(np.arange(len(t)) * 2.9)
     found = segment_run(Run("golden", "act", t, x + wiggle, play(x, ACT) - wiggle))
     document = {"theta": values(found), "se": errors(found), "counts": np.bincount(found.phases, minlength=4)}
-    num_regression.check(
-        {k: np.asarray(v, float) for k, v in document.items()}, default_tolerance={"rtol": 1e-6, "atol": 0}
-    )
+    num_regression.check({k: np.asarray(v, float) for k, v in document.items()}, default_tolerance={"rtol": 1e-6, "atol": 0})
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    gp=st.floats(0.3, 0.9),
-    gr=st.floats(1.1, 2.0),
-    bp=st.floats(-2, 0.3),
-    br=st.floats(-0.3, 1.5),
-    seed=st.integers(0, 10**6),
-)
+@given(gp=st.floats(0.3, 0.9), gr=st.floats(1.1, 2.0), bp=st.floats(-2, 0.3), br=st.floats(-0.3, 1.5), seed=st.integers(0, 10**6))
 def test_any_lines_are_recovered_within_their_errors(gp, gr, bp, br, seed):
     lines = (gp, bp, gr, br)
     t, x = trapezoid(low=1.0, seconds=24.0, rate=200.0)
@@ -147,19 +139,13 @@ def test_naive_errors_would_not_cover():
         (lambda r: replace(r, tension_in_n=np.full(len(r), 7.0)), "tension_in_n is constant"),
         (lambda r: replace(r, tension_out_n=np.full(len(r), 7.0)), "tension_out_n is constant"),
         (lambda r: replace(r, tension_in_n=np.where(np.arange(len(r)) == 9, np.nan, r.tension_in_n)), "1 not-a-number"),
-        (
-            lambda r: replace(r, tension_out_n=np.where(np.arange(len(r)) == 9, np.inf, r.tension_out_n)),
-            "1 not-a-number",
-        ),
+        (lambda r: replace(r, tension_out_n=np.where(np.arange(len(r)) == 9, np.inf, r.tension_out_n)), "1 not-a-number"),
         (lambda r: replace(r, time_s=r.time_s[::-1].copy()), "time repeats or runs backwards"),
         (lambda r: replace(r, time_s=np.repeat(r.time_s[::2], 2)), "time repeats or runs backwards"),
         (lambda r: cut(r, 5), "too few samples (5)"),
         (lambda r: cut(r, 1), "too few samples (1)"),
         (lambda r: cut(r, 0), "too few samples (0)"),
-        (
-            lambda r: replace(r, tension_in_n=r.tension_in_n * 0 + np.random.default_rng(0).normal(7, 0.02, len(r))),
-            "input does not move",
-        ),
+        (lambda r: replace(r, tension_in_n=r.tension_in_n * 0 + np.random.default_rng(0).normal(7, 0.02, len(r))), "input does not move"),
     ],
 )
 def test_what_cannot_be_identified_is_null_with_a_reason(change, reason):

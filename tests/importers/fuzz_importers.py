@@ -28,17 +28,7 @@ from sstl_cli.importers.mapping import Mapping
 from sstl_cli.steps.import_ import run
 
 MAX_SECONDS = 20.0
-_WILD = [
-    b"\xff" * 8,
-    b"\x00" * 8,
-    b"\x7f\xff\xff\xff",
-    b"\xff\xff\xff\x7f",
-    b"\x80\x00\x00\x00",
-    b"1e999",
-    b"\n\n",
-    b",,,",
-    b'"',
-]
+_WILD = [b"\xff" * 8, b"\x00" * 8, b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f", b"\x80\x00\x00\x00", b"1e999", b"\n\n", b",,,", b'"']
 
 
 @cache

@@ -86,11 +86,7 @@ HEADERS = (
         ("Load Cell Distal (V)", None),
     ),
     Header(
-        "Simulink To Workspace, writematrix",
-        "time,F_in,F_out\n" + rows(T, X, Y, digits=12),
-        ("time", "s"),
-        ("F_in", None),
-        ("F_out", None),
+        "Simulink To Workspace, writematrix", "time,F_in,F_out\n" + rows(T, X, Y, digits=12), ("time", "s"), ("F_in", None), ("F_out", None)
     ),
     Header(
         "Simulink log with a commanded stroke",
@@ -109,8 +105,7 @@ HEADERS = (
     Header(
         "dSPACE ControlDesk CSV export",
         'CSV export;ControlDesk 7.4\nrecorder;"Recorder_1"\ndescription;\n'
-        "Time;Platform()://Plant/Motor Tension [N]/Out1;Platform()://Plant/Tip Tension [N]/Out1\n"
-        + rows(T, X, Y, sep=";"),
+        "Time;Platform()://Plant/Motor Tension [N]/Out1;Platform()://Plant/Tip Tension [N]/Out1\n" + rows(T, X, Y, sep=";"),
         ("Time", "s"),
         ("Platform()://Plant/Motor Tension [N]/Out1", "N"),
         ("Platform()://Plant/Tip Tension [N]/Out1", "N"),
@@ -165,8 +160,7 @@ HEADERS = (
     ),
     Header(
         "Arduino through PLX-DAQ",
-        "Date,Time,Started Time,Force motor N,Force tip N\n"
-        + rows("05/03/2024", clock, lambda i: f"{T[i]:.3f}", X, Y),
+        "Date,Time,Started Time,Force motor N,Force tip N\n" + rows("05/03/2024", clock, lambda i: f"{T[i]:.3f}", X, Y),
         ("Started Time", "s"),
         ("Force motor N", "N"),
         ("Force tip N", "N"),
@@ -188,8 +182,7 @@ HEADERS = (
     ),
     Header(
         "Excel, Spanish",
-        "Tiempo (ms);Tensión del cable, motor (N);Tensión del cable, distal (N)\n"
-        + rows(1000 * T, X, Y, sep=";", dec=",", digits=3),
+        "Tiempo (ms);Tensión del cable, motor (N);Tensión del cable, distal (N)\n" + rows(1000 * T, X, Y, sep=";", dec=",", digits=3),
         ("Tiempo (ms)", "ms"),
         ("Tensión del cable, motor (N)", "N"),
         ("Tensión del cable, distal (N)", "N"),
@@ -210,11 +203,7 @@ HEADERS = (
         (None, None),
     ),
     Header(
-        "pandas to_csv with its index",
-        ",t,fin_N,fout_N\n" + rows(lambda i: str(i), T, X, Y),
-        ("t", "s"),
-        ("fin_N", "N"),
-        ("fout_N", "N"),
+        "pandas to_csv with its index", ",t,fin_N,fout_N\n" + rows(lambda i: str(i), T, X, Y), ("t", "s"), ("fin_N", "N"), ("fout_N", "N")
     ),
     Header(
         "Instron tensile tester",

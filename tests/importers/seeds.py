@@ -126,9 +126,7 @@ def rosbag2(folder: Path, definitions: bool = False) -> Path:
     path = folder / "seed.db3"
     path.unlink(missing_ok=True)
     base = sqlite3.connect(path)
-    base.execute(
-        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, qos TEXT)"
-    )
+    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, qos TEXT)")
     base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
     base.execute("INSERT INTO topics VALUES (1, '/tension', 'geometry_msgs/msg/Vector3Stamped', 'cdr', '')")
     for t, x, y in zip(*(v.tolist() for v in signals().values()), strict=True):

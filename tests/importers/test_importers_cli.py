@@ -13,9 +13,7 @@ HEAD = "run_id,system,time_s,tension_in_n,tension_out_n\n"
 
 
 def sstl(*words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "sstl_cli", *map(str, words)], capture_output=True, text=True, timeout=120
-    )
+    return subprocess.run([sys.executable, "-m", "sstl_cli", *map(str, words)], capture_output=True, text=True, timeout=120)
 
 
 def log_csv(folder: Path, repeat: bool = False) -> Path:
@@ -65,9 +63,7 @@ def test_guess_proposes_a_mapping_that_works(tmp_path: Path) -> None:
     assert guess.returncode == 0 and "by their names" in guess.stderr
     ask = sstl("import", source, "--mapping", tmp_path / "rig.toml", "--out", tmp_path / "a.parquet")
     assert ask.returncode == 1 and "still asks: system" in ask.stderr and not (tmp_path / "a.parquet").exists()
-    done = sstl(
-        "import", source, "--mapping", tmp_path / "rig.toml", "--map", "system=act", "--out", tmp_path / "a.parquet"
-    )
+    done = sstl("import", source, "--mapping", tmp_path / "rig.toml", "--map", "system=act", "--out", tmp_path / "a.parquet")
     assert done.returncode == 0, done.stderr
     (one,) = read_runs(tmp_path / "a.parquet")
     assert len(one) == 500 and abs(one.dt_s - 0.002) < 1e-9
@@ -85,7 +81,4 @@ def test_output_that_is_no_tension_is_recorded(tmp_path: Path) -> None:
     import pyarrow.parquet as pq
 
     stored = json.loads(pq.read_schema(tmp_path / "a.parquet").metadata[b"sstl"])
-    assert stored["extra"]["not_a_tension"] == {"tension_out_n": "deg"} and set(stored["inputs"]) == {
-        "rec.csv",
-        "m.toml",
-    }
+    assert stored["extra"]["not_a_tension"] == {"tension_out_n": "deg"} and set(stored["inputs"]) == {"rec.csv", "m.toml"}

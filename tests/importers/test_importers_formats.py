@@ -71,9 +71,7 @@ def test_matlab_struct_array_is_several_runs(tmp_path: Path) -> None:
 
     s = signals()
     kind = [(n, object) for n in (*s, "run_id", "system")]
-    savemat(
-        tmp_path / "two.mat", {"log": np.array([(*s.values(), "a", "act"), (*s.values(), "b", "sstl")], dtype=kind)}
-    )
+    savemat(tmp_path / "two.mat", {"log": np.array([(*s.values(), "a", "act"), (*s.values(), "b", "sstl")], dtype=kind)})
     runs = list(run([tmp_path / "two.mat"], Mapping()).runs)
     assert [(r.run_id, r.system) for r in runs] == [("a", "act"), ("b", "sstl")]
 
@@ -90,9 +88,7 @@ def log(tmp_path: Path) -> Path:
     s = signals()
     runs = [
         Run("=cmd|' /C'!A0", "act", s["time_s"], s["tension_in_n"], s["tension_out_n"], config_id="c1", lead_mm=2.5),
-        Run(
-            "b", "sstl", s["time_s"] + 3, s["tension_in_n"] / 3, s["tension_out_n"] * 7, position_in_mm=s["time_s"] * 2
-        ),
+        Run("b", "sstl", s["time_s"] + 3, s["tension_in_n"] / 3, s["tension_out_n"] * 7, position_in_mm=s["time_s"] * 2),
     ]
     write_runs(tmp_path / "log.parquet", runs, Provenance("test"))
     return tmp_path / "log.parquet"

@@ -68,9 +68,7 @@ def test_quoted_cells_hold_commas(tmp_path: Path) -> None:
     (tmp_path / "l.csv").write_text('time_s,"Force, in N",tension_out_n,"note, free",system\n' + rows)
     [run] = runs(tmp_path / "l.csv", tension_in_n="Force, in N")
     assert np.array_equal(run.tension_in_n, 1.0 + np.arange(40))
-    (tmp_path / "d.csv").write_text(
-        "time_s,tension_in_n,tension_out_n\n" + "".join(f'"0,{i:02d}","{i},5","{i},25"\n' for i in range(40))
-    )
+    (tmp_path / "d.csv").write_text("time_s,tension_in_n,tension_out_n\n" + "".join(f'"0,{i:02d}","{i},5","{i},25"\n' for i in range(40)))
     [run] = list(import_.run([tmp_path / "d.csv"], mapping_of({"constants": {"system": "act"}}, "m.toml")).runs)
     assert run.tension_in_n[3] == 3.5 and run.tension_out_n[3] == 3.25 and run.time_s[3] == 0.03
 

@@ -54,12 +54,7 @@ def test_npz_header_lies(shape: str, tmp_path: Path) -> None:
 
 
 def test_npz_pickle_is_never_loaded(tmp_path: Path) -> None:
-    np.savez(
-        tmp_path / "p.npz",
-        time_s=np.array([object(), {}], dtype=object),
-        tension_in_n=np.zeros(2),
-        tension_out_n=np.ones(2),
-    )
+    np.savez(tmp_path / "p.npz", time_s=np.array([object(), {}], dtype=object), tension_in_n=np.zeros(2), tension_out_n=np.ones(2))
     assert "pickled" in refused(tmp_path / "p.npz")
 
 
@@ -98,11 +93,7 @@ def mat_file(body: bytes) -> bytes:
 
 
 def test_matlab_cell_that_declares_a_billion(tmp_path: Path) -> None:
-    inner = (
-        mat_element(6, struct.pack("<II", 1, 0))
-        + mat_element(5, struct.pack("<ii", 1, 1_000_000_000))
-        + mat_element(1, b"a")
-    )
+    inner = mat_element(6, struct.pack("<II", 1, 0)) + mat_element(5, struct.pack("<ii", 1, 1_000_000_000)) + mat_element(1, b"a")
     (tmp_path / "c.mat").write_bytes(mat_file(mat_element(14, inner)))
     assert "declares" in refused(tmp_path / "c.mat")
 

@@ -68,9 +68,7 @@ def test_wrong_units_name_the_nearest() -> None:
 def test_inline_mapping_reads_difference_sign_pattern_and_constants(tmp_path: Path) -> None:
     path = tmp_path / "x.txt"
     path.write_text("".join(f"{i * 10} {5 + i} {1 + 2 * i} {-3 * i}\n" for i in range(5)))
-    m = inline_mapping(
-        "time_s=col1:ms,tension_in_n=col2-col3:N,tension_out_n=-col4:mN,system=sstl,config_id=c7,lead_mm=4.5"
-    )
+    m = inline_mapping("time_s=col1:ms,tension_in_n=col2-col3:N,tension_out_n=-col4:mN,system=sstl,config_id=c7,lead_mm=4.5")
     (one,) = run([path], m).runs
     np.testing.assert_allclose(one.time_s, np.arange(5) * 0.01)
     np.testing.assert_array_equal(one.tension_in_n, 4.0 - np.arange(5))
@@ -111,11 +109,7 @@ def test_text_in_a_number_column_gives_line_and_column(tmp_path: Path) -> None:
 def test_text_dialects(body: str, tmp_path: Path) -> None:
     path = tmp_path / "x.txt"
     path.write_bytes(body.encode())
-    columns = {
-        "time_s": "t",
-        "tension_in_n": {"column": "fin", "unit": "N"},
-        "tension_out_n": {"column": "fout", "unit": "N"},
-    }
+    columns = {"time_s": "t", "tension_in_n": {"column": "fin", "unit": "N"}, "tension_out_n": {"column": "fout", "unit": "N"}}
     _, (one,) = load(path, columns=columns, constants={"system": "act"})
     np.testing.assert_array_equal(one.tension_in_n, [1.5, 2.5])
     np.testing.assert_array_equal(one.time_s, [0, 0.1])
@@ -163,9 +157,7 @@ def test_dropouts_and_spikes(tmp_path: Path) -> None:
     rows[100] = (rows[100][0], 50.0, rows[100][2])
     path = write(tmp_path / "x.csv", rows)
     result, (one,) = load(path)
-    assert (
-        len(one) == 298 and result.counts.dropouts == 2 and result.counts.spikes == 1 and one.tension_in_n.max() == 50
-    )
+    assert len(one) == 298 and result.counts.dropouts == 2 and result.counts.spikes == 1 and one.tension_in_n.max() == 50
     result, (one,) = load(path, repair={"dropouts": "interpolate", "spikes": "interpolate"})
     assert len(one) == 300 and one.tension_in_n.max() < 6.1 and result.counts.set_aside == 0
     assert one.tension_in_n[40] == pytest.approx(5 + np.sin(2), abs=0.05)
@@ -208,12 +200,7 @@ def test_clock_offset_and_drift_are_found() -> None:
 
     true = tb - 1.37 - 180e-6 * (tb - 60)
     report = compare(
-        "a",
-        "b",
-        ta,
-        content(ta) + 0.02 * rng.standard_normal(len(ta)),
-        tb,
-        4 + 2.5 * content(true) + 0.02 * rng.standard_normal(len(tb)),
+        "a", "b", ta, content(ta) + 0.02 * rng.standard_normal(len(ta)), tb, 4 + 2.5 * content(true) + 0.02 * rng.standard_normal(len(tb))
     )
     assert report.estimated
     np.testing.assert_allclose(report.to_reference(tb), true, atol=1e-3)
@@ -227,13 +214,7 @@ def test_two_files_with_their_own_clocks(tmp_path: Path) -> None:
     f = lambda t: 5 + np.sin(t) + 0.5 * np.sin(2.7 * t)  # noqa: E731
     shift = 0.8
     np.savetxt(tmp_path / "in.csv", np.c_[ta, f(ta), f(ta)], header="t,force,sync", comments="", delimiter=",")
-    np.savetxt(
-        tmp_path / "out.csv",
-        np.c_[tb, 2 * f(tb - shift), f(tb - shift)],
-        header="t,load,sync",
-        comments="",
-        delimiter=",",
-    )
+    np.savetxt(tmp_path / "out.csv", np.c_[tb, 2 * f(tb - shift), f(tb - shift)], header="t,load,sync", comments="", delimiter=",")
     document = {
         "columns": {
             "time_s": {"column": "t", "unit": "s", "file": "in"},
@@ -271,9 +252,7 @@ def test_files_appended_and_manifest(tmp_path: Path) -> None:
 
 def test_file_name_pattern(tmp_path: Path) -> None:
     path = write(tmp_path / "bend_CP_040.csv", even(5))
-    _, (one,) = load(
-        path, file_name=r"bend_(?P<location>\w\w)_(?P<lead_mm>\d+)", constants={"config_id": "{location}-{lead_mm}"}
-    )
+    _, (one,) = load(path, file_name=r"bend_(?P<location>\w\w)_(?P<lead_mm>\d+)", constants={"config_id": "{location}-{lead_mm}"})
     assert (one.location, one.lead_mm, one.config_id) == ("CP", 40.0, "CP-040")
     with pytest.raises(SstlError, match="does not fit the pattern"):
         load(path, file_name="x(?P<location>.)")

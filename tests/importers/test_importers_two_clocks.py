@@ -54,9 +54,7 @@ def two(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("align", ["report", "apply", "start", "none"])
 @pytest.mark.parametrize("restart", [False, True])
-def test_pieces_give_what_the_whole_gives(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, align: str, restart: bool
-) -> None:
+def test_pieces_give_what_the_whole_gives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, align: str, restart: bool) -> None:
     a, b = two(1)
     if restart:
         # the recorder of the input begins anew: the output is read again from its beginning

@@ -34,18 +34,36 @@ def rows(per_place: int = 50, seed: int = 0, scatter: float = 1.9, places=("NP",
             for system, gamma, beta in (("sstl", sstl[i], (0.033, 4.366)), ("act", act[i], BETA)):
                 made.append(
                     {
-                        "run_id": f"{name}-{system}", "config_id": name, "system": system, "location": place,
-                        "lead_mm": 2.5 * i, "gamma_p": gamma[0], "gamma_r": gamma[1], "beta_p": beta[0],
-                        "beta_r": beta[1], "loops": 3, "status": "ok",
+                        "run_id": f"{name}-{system}",
+                        "config_id": name,
+                        "system": system,
+                        "location": place,
+                        "lead_mm": 2.5 * i,
+                        "gamma_p": gamma[0],
+                        "gamma_r": gamma[1],
+                        "beta_p": beta[0],
+                        "beta_r": beta[1],
+                        "loops": 3,
+                        "status": "ok",
                     }
                 )
     return made
 
 
 def theta(made: list[dict]) -> pa.Table:
-    kinds = {"run_id": pa.string(), "config_id": pa.string(), "system": pa.string(), "location": pa.string(),
-             "lead_mm": pa.float64(), "gamma_p": pa.float64(), "gamma_r": pa.float64(), "beta_p": pa.float64(),
-             "beta_r": pa.float64(), "loops": pa.int64(), "status": pa.string()}
+    kinds = {
+        "run_id": pa.string(),
+        "config_id": pa.string(),
+        "system": pa.string(),
+        "location": pa.string(),
+        "lead_mm": pa.float64(),
+        "gamma_p": pa.float64(),
+        "gamma_r": pa.float64(),
+        "beta_p": pa.float64(),
+        "beta_r": pa.float64(),
+        "loops": pa.int64(),
+        "status": pa.string(),
+    }
     missing = ["gamma_p_se", "beta_p_se", "gamma_r_se", "beta_r_se", "inlier_p", "inlier_r", "rmse_p_n", "rmse_r_n"]
     columns = {k: pa.array([r[k] for r in made], t) for k, t in kinds.items()}
     columns.update({k: pa.nulls(len(made), pa.float64()) for k in missing})
@@ -68,7 +86,12 @@ def with_tendons(made: list[dict], shift: float) -> list[dict]:
             continue
         done.append({**row, "run_id": row["run_id"] + "-A", "tendon": "A"})
         done.append(
-            {**row, "run_id": row["run_id"] + "-B", "tendon": "B", "gamma_p": row["gamma_p"] * (1 - shift),
-             "gamma_r": row["gamma_r"] * (1 + shift)}
+            {
+                **row,
+                "run_id": row["run_id"] + "-B",
+                "tendon": "B",
+                "gamma_p": row["gamma_p"] * (1 - shift),
+                "gamma_r": row["gamma_r"] * (1 + shift),
+            }
         )
     return done

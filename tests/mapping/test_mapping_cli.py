@@ -30,14 +30,34 @@ def sstl(*words, code=0, apart=False):
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("mapping")
     write(path / "theta.parquet", rows(12))
-    sstl("train", path / "theta.parquet", "-o", path / "m.safetensors", "--seeds", 3, "--epochs", 40,
-         "--history", path / "h.parquet", "--json")
+    sstl(
+        "train",
+        path / "theta.parquet",
+        "-o",
+        path / "m.safetensors",
+        "--seeds",
+        3,
+        "--epochs",
+        40,
+        "--history",
+        path / "h.parquet",
+        "--json",
+    )
     return path
 
 
 def test_train_and_evaluate_held_out_configurations(folder, tmp_path):
-    done = sstl("evaluate", folder / "m.safetensors", "--theta", folder / "theta.parquet", "--json",
-                "--out", tmp_path / "e.parquet", "--predictions", tmp_path / "p.parquet")
+    done = sstl(
+        "evaluate",
+        folder / "m.safetensors",
+        "--theta",
+        folder / "theta.parquet",
+        "--json",
+        "--out",
+        tmp_path / "e.parquet",
+        "--predictions",
+        tmp_path / "p.parquet",
+    )
     document = json.loads(done.stdout)
     assert document["schema"] == "sstl.evaluate/1" and document["pairs"] == 9
     found = open_table(tmp_path / "e.parquet", EVALUATION).table().to_pylist()
@@ -84,8 +104,19 @@ def test_new_configurations_outside_the_range_are_told(folder, tmp_path):
 def test_trained_configurations_are_not_judged_unless_asked(folder, tmp_path):
     done = sstl("evaluate", folder / "m.safetensors", "--theta", folder / "theta.parquet", "--all", "--json")
     assert json.loads(done.stdout)["pairs"] == 36
-    header = sstl("train", folder / "theta.parquet", "-o", tmp_path / "m.safetensors", "--variants", "linear", "--json",
-                  "--leave-out", "ND", "--seeds", 1)
+    header = sstl(
+        "train",
+        folder / "theta.parquet",
+        "-o",
+        tmp_path / "m.safetensors",
+        "--variants",
+        "linear",
+        "--json",
+        "--leave-out",
+        "ND",
+        "--seeds",
+        1,
+    )
     assert json.loads(header.stdout)["configurations"]["held_out"] == 12
     left = sstl("evaluate", tmp_path / "m.safetensors", "--theta", folder / "theta.parquet", "--json")
     assert json.loads(left.stdout)["left_out"] == "ND" and json.loads(left.stdout)["pairs"] == 12
@@ -147,8 +178,12 @@ def test_rows_set_aside_end_with_code_3(tmp_path):
 def test_wrong_calls_end_in_one_line_and_write_nothing(folder, tmp_path, words, code, text):
     write(tmp_path / "small.parquet", rows(2))
     write(tmp_path / "alone.parquet", [r for r in rows(3) if r["system"] == "act"])
-    names = {"T": folder / "theta.parquet", "O": tmp_path / "o.safetensors", "SMALL": tmp_path / "small.parquet",
-             "ALONE": tmp_path / "alone.parquet"}
+    names = {
+        "T": folder / "theta.parquet",
+        "O": tmp_path / "o.safetensors",
+        "SMALL": tmp_path / "small.parquet",
+        "ALONE": tmp_path / "alone.parquet",
+    }
     done = sstl(*[names.get(w, w) for w in words], code=code)
     assert text in done.stderr and len(done.stderr.strip().splitlines()) == 1
     assert not names["O"].exists()

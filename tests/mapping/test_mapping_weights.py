@@ -78,9 +78,14 @@ def test_files_that_are_no_model(tmp_path, path):
     raw = path.read_bytes()
     deep = b'{"__metadata__":' + b'{"a":' * 5000 + b"1" + b"}" * 5001
     cases = {
-        "empty": b"", "short": raw[:5], "text": b"not a model at all", "truncated": raw[: len(raw) // 2],
-        "huge header": struct.pack("<Q", 1 << 62) + raw[8:], "header is no object": struct.pack("<Q", 2) + b"[]",
-        "nested": struct.pack("<Q", len(deep)) + deep, "header cut": raw[:200],
+        "empty": b"",
+        "short": raw[:5],
+        "text": b"not a model at all",
+        "truncated": raw[: len(raw) // 2],
+        "huge header": struct.pack("<Q", 1 << 62) + raw[8:],
+        "header is no object": struct.pack("<Q", 2) + b"[]",
+        "nested": struct.pack("<Q", len(deep)) + deep,
+        "header cut": raw[:200],
     }
     for name, content in cases.items():
         file = tmp_path / "bad.safetensors"
@@ -97,8 +102,16 @@ def test_files_that_are_no_model(tmp_path, path):
 @pytest.mark.parametrize(
     "notes",
     [
-        {"schema_id": "other"}, {"schema_version": "2"}, {"seeds": "[1,"}, {"seeds": "[0,1,2]"}, {"default": "deep"},
-        {"input_low": "[NaN, 1]"}, {"reach": None}, {"roles": '["f","f"]'}, {"surprise": "1"}, {"variants": "[]"},
+        {"schema_id": "other"},
+        {"schema_version": "2"},
+        {"seeds": "[1,"},
+        {"seeds": "[0,1,2]"},
+        {"default": "deep"},
+        {"input_low": "[NaN, 1]"},
+        {"reach": None},
+        {"roles": '["f","f"]'},
+        {"surprise": "1"},
+        {"variants": "[]"},
         {"strategy": "separate"},
     ],
 )
@@ -113,8 +126,12 @@ def test_weights_that_cannot_be(path):
     nan = sound[key].copy()
     nan[0, 0, 0, 0] = np.nan
     for change in (
-        {key: nan}, {key: sound[key][:1]}, {key: sound[key].astype(np.int32)}, {key: None},
-        {"0/x_scale": np.zeros_like(sound["0/x_scale"])}, {"extra": np.zeros(3)},
+        {key: nan},
+        {key: sound[key][:1]},
+        {key: sound[key].astype(np.int32)},
+        {key: None},
+        {"0/x_scale": np.zeros_like(sound["0/x_scale"])},
+        {"extra": np.zeros(3)},
     ):
         tensors = {k: v for k, v in {**sound, **change}.items() if v is not None}
         with pytest.raises(SstlError, match="E512"):
@@ -123,7 +140,8 @@ def test_weights_that_cannot_be(path):
 
 def test_predict_refuses_another_shape_and_unknown_names(trained):
     for call in (
-        lambda m: m.predict(np.zeros(2)), lambda m: m.predict(np.zeros((3, 3))),
+        lambda m: m.predict(np.zeros(2)),
+        lambda m: m.predict(np.zeros((3, 3))),
         lambda m: m.predict(np.zeros((1, 2)), variant="deep"),
     ):
         with pytest.raises(SstlError, match="E505"):

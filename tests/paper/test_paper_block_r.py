@@ -56,9 +56,7 @@ def drive():
 
 
 def scored(drive, bench, lag_s=block_r.LAG_S):
-    made = block_r.tracked(
-        [drive], 1, bench, lag_s, ("none", "DI"), lambda seed, place: [references.sinusoid(cycles=2)]
-    )
+    made = block_r.tracked([drive], 1, bench, lag_s, ("none", "DI"), lambda seed, place: [references.sinusoid(cycles=2)])
     return {k: v for k, v in tracking_entries(made.scores["without first cycle"]).items() if k[0] == "IV"}
 
 
@@ -129,9 +127,7 @@ def test_cogging_ripples_with_the_input():
 
 def test_stopped_runs_are_taken_up(monkeypatch):
     kept = {}
-    monkeypatch.setattr(
-        reproduce_seeds, "draw", lambda experiment, seed: reproduce_seeds.Drawn(seed, {"rig": {K: float(seed)}})
-    )
+    monkeypatch.setattr(reproduce_seeds, "draw", lambda experiment, seed: reproduce_seeds.Drawn(seed, {"rig": {K: float(seed)}}))
     at_hand = {1: {"rig": {K: 10.0}}}
     found = list(reproduce_seeds.run("R", (1, 2), at_hand.get, kept.__setitem__))
     assert found == [{"rig": {K: 10.0}}, {"rig": {K: 2.0}}] and kept == {2: {"rig": {K: 2.0}}}
@@ -182,9 +178,7 @@ def test_what_counts_as_a_right_diagnosis(missing, named, right):
 def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeypatch):
     known = []
     monkeypatch.setattr(reproduce_diagnosis, "_hardware", lambda bench, *_: reproduce_diagnosis._Hardware(bench, [], [], {}))
-    monkeypatch.setattr(
-        reproduce_diagnosis, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None)
-    )
+    monkeypatch.setattr(reproduce_diagnosis, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None))
     monkeypatch.setattr(reproduce_diagnosis, "_closed", lambda missing, before, after, found, rig, seed: (missing, rig.bench))
     done = reproduce_diagnosis.run(1, gap=False, withheld=True)
     assert [k ^ set(GAP) for k in known] == [{e} for e in GAP] + [set()]

@@ -9,9 +9,7 @@ import pytest
 
 
 def sstl(*words):
-    return subprocess.run(
-        [sys.executable, "-m", "sstl_cli", "reproduce", *words], capture_output=True, text=True, timeout=300
-    )
+    return subprocess.run([sys.executable, "-m", "sstl_cli", "reproduce", *words], capture_output=True, text=True, timeout=300)
 
 
 def test_tables_and_files(tmp_path):

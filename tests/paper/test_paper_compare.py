@@ -41,9 +41,7 @@ def test_table_has_a_row_for_every_entry_and_counts_add_up():
 
 
 def test_spread_file_round_trip():
-    made = spread.Spread(
-        {"stated": {("I", "pull", "R"): (0.5, 0.25)}, "fitted": {("IV", "a b", "c"): (1.0, 2.0)}}, 7
-    )
+    made = spread.Spread({"stated": {("I", "pull", "R"): (0.5, 0.25)}, "fitted": {("IV", "a b", "c"): (1.0, 2.0)}}, 7)
     assert spread.parse(made.csv()) == made
 
 

@@ -54,9 +54,7 @@ def test_short_bristles_are_the_play_operator(system, location, drive):
         command = (command - 5.0) * (0.3 if system == "act" else 0.5)
     done = run(system, {}, command, time, drive, location=location)
     n = PASSES[system]
-    off = done.true_tension_out_n - play(
-        done.true_tension_in_n, np.exp(-n * THETA), np.exp(n * THETA), SPEC.pretension_n
-    )
+    off = done.true_tension_out_n - play(done.true_tension_in_n, np.exp(-n * THETA), np.exp(n * THETA), SPEC.pretension_n)
     assert rms(off) < 0.002 and np.abs(off).max() < 0.006
     assert done.unconverged == 0 and done.true_tension_in_n.max() > 20.0
 
@@ -153,17 +151,13 @@ def test_jumps_converge_in_the_finest_step():
     outs = []
     for finest in (4e-5, 1e-5, 2.5e-6):
         spec = BristleSpec(finest_step_s=finest)
-        outs.append(
-            run(effects={"stick_slip": {"ratio": 1.2}}, command=command, time=time, spec=spec).true_tension_out_n
-        )
+        outs.append(run(effects={"stick_slip": {"ratio": 1.2}}, command=command, time=time, spec=spec).true_tension_out_n)
     first = [int(np.argmax(np.diff(out) > 0.1)) for out in outs]
     assert max(first) - min(first) <= 1 and first[0] > 10
     # height of the first jump, which inertia carries past the kinetic line
     heights = [np.ptp(out[k - 5 : k + 6]) for out, k in zip(outs, first, strict=True)]
     assert heights[2] > 0.3
-    assert abs(heights[1] - heights[2]) < 0.5 * abs(heights[0] - heights[2]) and heights[1] == pytest.approx(
-        heights[2], rel=0.05
-    )
+    assert abs(heights[1] - heights[2]) < 0.5 * abs(heights[0] - heights[2]) and heights[1] == pytest.approx(heights[2], rel=0.05)
 
 
 def rising(t):
@@ -201,9 +195,7 @@ def reference(time, nodes, theta, delta, drag, mass_per_mm, ratio, v_s):
 def test_the_same_as_another_program_makes_of_the_equations(ratio):
     time = np.arange(0.0, 1.5, 0.001)
     nodes, delta, drag = 4, 0.05, 0.05
-    spec = BristleSpec(
-        nodes=nodes, bend_arc_fraction=1.0, bristle_mm=delta, line_density_g_per_m=20.0, finest_step_s=1e-4
-    )
+    spec = BristleSpec(nodes=nodes, bend_arc_fraction=1.0, bristle_mm=delta, line_density_g_per_m=20.0, finest_step_s=1e-4)
     effects = {"viscous": {"c_l_n_s_per_mm": drag}, "stribeck": {"ratio": ratio, "v_s_mm_s": 8.0}}
     own = run("act", effects, rising(time), time, spec=spec).true_tension_out_n
     other = reference(time, nodes, THETA, delta, drag, 20e-9, ratio, 8.0)
@@ -249,11 +241,7 @@ def test_node_tensions_fall_along_the_tendon_when_pulling():
 def test_whoever_can_call_the_rig_can_call_this():
     shared = {"length_mm", "ea_n", "nodes", "bend_arc_fraction", "bend_centres", "load_k1_n_per_mm", "pretension_n"}
     assert shared <= {f.name for f in fields(BristleSpec)} & {f.name for f in fields(rig.RigSpec)}
-    for own, theirs in (
-        (BristleRun, rig.RigRun),
-        (bristle.NoiseSpec, rig.NoiseSpec),
-        (bristle.BristleResult, rig.RigResult),
-    ):
+    for own, theirs in ((BristleRun, rig.RigRun), (bristle.NoiseSpec, rig.NoiseSpec), (bristle.BristleResult, rig.RigResult)):
         assert [f.name for f in fields(own)] == [f.name for f in fields(theirs)]
 
 
@@ -276,13 +264,7 @@ def test_bad_rigs_and_places_are_refused_by_name():
     time = np.linspace(0.0, 1.0, 11)
     with pytest.raises(ValueError, match="location"):
         simulate_bristle(SPEC, BristleRun("act", 0.5, "XX", time, "tension", time + 5))
-    for name, value in (
-        ("ea_n", -1.0),
-        ("nodes", 3),
-        ("pretension_n", np.nan),
-        ("bend_arc_fraction", 0.0),
-        ("bristle_mm", 0.0),
-    ):
+    for name, value in (("ea_n", -1.0), ("nodes", 3), ("pretension_n", np.nan), ("bend_arc_fraction", 0.0), ("bristle_mm", 0.0)):
         with pytest.raises(ValueError, match=name):
             BristleSpec(**{name: value})
 

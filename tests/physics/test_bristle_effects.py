@@ -257,10 +257,7 @@ def test_creep_ends_at_its_share_of_the_stretch_and_has_two_times():
     effects = {"viscoelastic_creep": {"fraction": 0.2, "tau_s": 10.0}}
     free = BristleSpec()
     run = BristleRun("act", 0.0, "CP", time, "tension", command)
-    moved = (
-        simulate_bristle(free, run, effects, QUIET).position_in_mm
-        - simulate_bristle(free, run, {}, QUIET).position_in_mm
-    )
+    moved = simulate_bristle(free, run, effects, QUIET).position_in_mm - simulate_bristle(free, run, {}, QUIET).position_in_mm
     stretch = 20.0 * free.length_mm / free.ea_n
     t = time - time[1]
     expected = 0.1 * stretch * (2.0 - np.exp(-3.0 * t / 10.0) - np.exp(-t / 30.0))

@@ -77,7 +77,9 @@ def test_every_parameter_changes_something(effect_id):
         assert any(changed), p.name
 
 
-@pytest.mark.parametrize("effect_id", [e.id for e in catalogue().values() if e.fitted and e.channel == "out" and e.id not in ("stribeck", "stick_slip")])
+@pytest.mark.parametrize(
+    "effect_id", [e.id for e in catalogue().values() if e.fitted and e.channel == "out" and e.id not in ("stribeck", "stick_slip")]
+)
 def test_step_refinement_converges(effect_id):
     e = get(effect_id)
     name = e.parameters[0].name

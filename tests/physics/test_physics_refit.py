@@ -92,9 +92,9 @@ def test_what_the_rig_made_comes_back(effect_id):
         assert abs(interval.estimate - truth[name]) <= half, name
         if not f.parameter.shape:
             # wide intervals must not make this an empty promise
-            assert abs(interval.estimate - truth[name]) < 0.5 * abs(truth[name] - f.parameter.neutral) or truth[
-                name
-            ] == pytest.approx(f.parameter.neutral), name
+            assert abs(interval.estimate - truth[name]) < 0.5 * abs(truth[name] - f.parameter.neutral) or truth[name] == pytest.approx(
+                f.parameter.neutral
+            ), name
     assert np.allclose(done.fit.theta, [0.46, 0.60], atol=0.005)
 
 

@@ -101,9 +101,7 @@ def test_energy_balance(system, effects):
     # Over the last closed cycles the work done by the motor is what friction ate: springs give back what they took.
     half = time.size // 2
     whole = 1e-3 * np.trapezoid(result.true_tension_in_n, command)
-    first = simulate_rig(
-        SPEC, RigRun(system, THETA, "CP", time[: half + 1], "position", command[: half + 1]), effects, QUIET
-    )
+    first = simulate_rig(SPEC, RigRun(system, THETA, "CP", time[: half + 1], "position", command[: half + 1]), effects, QUIET)
     work = whole - 1e-3 * np.trapezoid(first.true_tension_in_n, command[: half + 1])
     assert work == pytest.approx(result.dissipated_j - first.dissipated_j, rel=0.02)
 

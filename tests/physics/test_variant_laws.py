@@ -248,6 +248,7 @@ def test_creep_of_a_free_line(law: str) -> None:
 
 def test_springs_of_a_free_line() -> None:
     """Position without friction against the equations of load, tendon, sheath and slack."""
+
     def x(effect: str, law: str, values: dict[str, float]) -> np.ndarray:
         truth = pulled(effect, law, values, theta=0.0)
         bare = (truth.tension_in_n - 5.0) * (0.125 + 0.25)

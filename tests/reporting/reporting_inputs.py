@@ -119,9 +119,7 @@ def write_theta(folder: Path, count=4, locations=("CP",)):
 def write_compensation(folder: Path):
     t = np.arange(2500) * 0.01
     reference = 10 + 5 * np.sin(2 * np.pi * t / 10)
-    phase = np.where(
-        np.cos(2 * np.pi * t / 10) > 0, np.where(t % 10 < 0.6, "PB", "PP"), np.where(t % 10 < 3.2, "RB", "RP")
-    )
+    phase = np.where(np.cos(2 * np.pi * t / 10) > 0, np.where(t % 10 < 0.6, "PB", "PP"), np.where(t % 10 < 3.2, "RB", "RP"))
     pieces, scores = [], []
     for method, size in (("none", 4.0), ("no-bias", 1.5), ("proposed", 0.5), ("DI", 0.3)):
         error = size * np.where(np.char.endswith(phase.astype(str), "B"), 1.5, 1.0) * np.cos(2 * np.pi * t / 10)
@@ -191,15 +189,8 @@ def write_mapping(folder: Path):
                 }
             )
     write_table(folder / "history.parquet", pa.Table.from_pylist(history, schema=HISTORY.arrow()), HISTORY, MADE)
-    write_table(
-        folder / "evaluation.parquet", pa.Table.from_pylist(evaluation, schema=EVALUATION.arrow()), EVALUATION, MADE
-    )
-    return [
-        folder / "history.parquet",
-        folder / "evaluation.parquet",
-        write_predictions(folder, rng),
-        write_model(folder),
-    ]
+    write_table(folder / "evaluation.parquet", pa.Table.from_pylist(evaluation, schema=EVALUATION.arrow()), EVALUATION, MADE)
+    return [folder / "history.parquet", folder / "evaluation.parquet", write_predictions(folder, rng), write_model(folder)]
 
 
 def write_predictions(folder: Path, rng):
@@ -210,20 +201,13 @@ def write_predictions(folder: Path, rng):
             true = middle * np.exp(rng.normal(0, 0.05))
             row.update({f"{name}_true": true, f"{name}_pred": true + rng.normal(0, noise)})
         rows.append(row)
-    schema = Schema(
-        "sstl.predictions",
-        1,
-        tuple(Column(n, pa.string() if isinstance(rows[0][n], str) else pa.float64()) for n in rows[0]),
-    )
+    schema = Schema("sstl.predictions", 1, tuple(Column(n, pa.string() if isinstance(rows[0][n], str) else pa.float64()) for n in rows[0]))
     write_table(folder / "predictions.parquet", pa.Table.from_pylist(rows, schema=schema.arrow()), schema, MADE)
     return folder / "predictions.parquet"
 
 
 def write_model(folder: Path):
-    header = {
-        "__metadata__": {"variant": "full", "seed": "1"},
-        "net.0.weight": {"dtype": "F32", "shape": [8, 2], "data_offsets": [0, 64]},
-    }
+    header = {"__metadata__": {"variant": "full", "seed": "1"}, "net.0.weight": {"dtype": "F32", "shape": [8, 2], "data_offsets": [0, 64]}}
     raw = json.dumps(header).encode()
     (folder / "model.safetensors").write_bytes(struct.pack("<Q", len(raw)) + raw + bytes(64))
     return folder / "model.safetensors"
@@ -242,9 +226,7 @@ def where():
     }
     cells = [(s, p, f"CP-{c:03d}", w * (1 + 0.2 * c)) for (s, p), w in weights.items() for c in range(5)]
     total = sum(w for *_, w in cells)
-    return [
-        {"system": s, "phase": p, "config_id": c, "share_pct": 100 * w / total, "rmse_n": 0.1 * w} for s, p, c, w in cells
-    ]
+    return [{"system": s, "phase": p, "config_id": c, "share_pct": 100 * w / total, "rmse_n": 0.1 * w} for s, p, c, w in cells]
 
 
 def loop():
@@ -322,13 +304,7 @@ def blind():
         "confusion": {"labels": labels, "matrix": matrix},
         "by_strength": strength,
         "reliability": [
-            {
-                "p_low": 0.1 * i,
-                "p_high": 0.1 * i + 0.1,
-                "mean_p": 0.1 * i + 0.05,
-                "share_right": min(1, 0.1 * i + 0.08),
-                "n": 4 + i,
-            }
+            {"p_low": 0.1 * i, "p_high": 0.1 * i + 0.1, "mean_p": 0.1 * i + 0.05, "share_right": min(1, 0.1 * i + 0.08), "n": 4 + i}
             for i in range(10)
         ],
         "ece": 0.041,
@@ -348,9 +324,7 @@ def blind():
 def write_documents(folder: Path):
     (folder / "diagnosis.json").write_text(json.dumps(diagnosis()))
     (folder / "blind.json").write_text(json.dumps(blind()))
-    (folder / "check.json").write_text(
-        json.dumps({"schema": "sstl.check/1", "runs": 4, "usable": True, "remarks": {"note": HOSTILE}})
-    )
+    (folder / "check.json").write_text(json.dumps({"schema": "sstl.check/1", "runs": 4, "usable": True, "remarks": {"note": HOSTILE}}))
     return [folder / n for n in ("diagnosis.json", "blind.json", "check.json")]
 
 

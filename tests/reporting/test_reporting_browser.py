@@ -29,8 +29,7 @@ ROOT = Path(__file__).parents[2]
 THEMES = {"light": "rgb(255, 255, 255)", "dark": "rgb(20, 23, 27)"}
 
 pytestmark = pytest.mark.skipif(
-    not (Path(CHROMIUM).exists() and Path(DRIVER).exists()),
-    reason="chromium and chromedriver (Debian packages) are absent",
+    not (Path(CHROMIUM).exists() and Path(DRIVER).exists()), reason="chromium and chromedriver (Debian packages) are absent"
 )
 
 
@@ -54,9 +53,7 @@ def browser(tmp_path_factory):
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(options, webdriver.ChromeService(DRIVER))
     driver.set_window_size(1100, 1000)
-    driver.execute_cdp_cmd(
-        "Browser.grantPermissions", {"permissions": ["clipboardReadWrite", "clipboardSanitizedWrite"]}
-    )
+    driver.execute_cdp_cmd("Browser.grantPermissions", {"permissions": ["clipboardReadWrite", "clipboardSanitizedWrite"]})
     driver.get(page.as_uri())
     yield driver
     driver.quit()
@@ -74,9 +71,7 @@ def test_every_section_is_shown(browser):
     assert shown == ["diagnosis", "logs", "theta", "mapping", "compensation", "blind", "effects", "summary", "files"]
     links = [a.get_attribute("href").partition("#")[2] for a in browser.find_elements("css selector", "nav a")]
     assert links == shown
-    sizes = browser.execute_script(
-        "return [...document.querySelectorAll('svg')].map(s => s.getBoundingClientRect().width)"
-    )
+    sizes = browser.execute_script("return [...document.querySelectorAll('svg')].map(s => s.getBoundingClientRect().width)")
     assert len(sizes) > 20 and min(sizes) > 150
     assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
 
@@ -105,9 +100,7 @@ def test_sorting_by_click_and_by_keyboard(browser):
     assert [float(v) for v in column(browser, table, 3)] == sorted(before, reverse=True)
     assert heads[3].get_attribute("aria-sort") == "descending"
     heads[2].find_element("tag name", "button").send_keys(" ")
-    assert (
-        column(browser, table, 2) == sorted(column(browser, table, 2)) and heads[3].get_attribute("aria-sort") == "none"
-    )
+    assert column(browser, table, 2) == sorted(column(browser, table, 2)) and heads[3].get_attribute("aria-sort") == "none"
 
 
 def test_empty_cells_sort_to_the_end_both_ways(browser):
@@ -126,9 +119,7 @@ def test_copy_as_csv_is_exact_and_safe_to_open(browser):
     status = box.find_element("css selector", ".said")
     support.WebDriverWait(browser, 5).until(lambda _: status.text)
     assert status.text == "Copied 4 rows."
-    text = browser.execute_async_script(
-        "navigator.clipboard.readText().then(arguments[0], e => arguments[0](String(e)))"
-    )
+    text = browser.execute_async_script("navigator.clipboard.readText().then(arguments[0], e => arguments[0](String(e)))")
     rows = list(csv.reader(io.StringIO(text)))
     head, body = rows[0], rows[1:]
     assert head[:2] == ["run", "configuration"] and "lead / mm" in head and len(body) == 4

@@ -27,17 +27,7 @@ def sstl(folder, *words, apart=False):
 
 def test_report_as_json(folder):
     done = sstl(
-        folder,
-        "report",
-        "log.parquet",
-        "theta.parquet",
-        "diagnosis.json",
-        "--out",
-        "r.html",
-        "--title",
-        "My rig",
-        "--json",
-        apart=True,
+        folder, "report", "log.parquet", "theta.parquet", "diagnosis.json", "--out", "r.html", "--title", "My rig", "--json", apart=True
     )
     assert done.returncode == 0 and done.stderr == ""
     document = json.loads(done.stdout)

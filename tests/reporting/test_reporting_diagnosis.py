@@ -96,7 +96,9 @@ def test_without_a_score_the_published_check_is_quoted():
     assert f"{MOST_SURE:.0f} %: of 100 such verdicts about {MOST_SURE:.0f} are right." in first and MOST_SURE == constants.MOST_SURE
     row = published()["reliability"][-1]
     assert row["p_low"] <= 0.997 <= row["p_high"]
-    assert f"In the published sealed check {round(row['share_right'] * row['n'])} of {row['n']} verdicts with this confidence were." in first
+    assert (
+        f"In the published sealed check {round(row['share_right'] * row['n'])} of {row['n']} verdicts with this confidence were." in first
+    )
 
 
 def test_the_published_check_is_the_one_of_the_documents():
@@ -151,7 +153,17 @@ def test_what_newer_documents_add_is_shown():
     document["candidates"][0] |= {"sensor": "out_sstl", "d2": 31.5, "change": {"z_out_act_n": 0.32}}
     html = shown(document)
     text = words_of(html)
-    for part in ("out exceeds in by 4 %", "frequency hz 12.5", "run-7 identified zero_offset, viscous", "out_sstl", "31.5", "z_out_act_n 0.32", "0.61 V", "gap / V", "0.11"):
+    for part in (
+        "out exceeds in by 4 %",
+        "frequency hz 12.5",
+        "run-7 identified zero_offset, viscous",
+        "out_sstl",
+        "31.5",
+        "z_out_act_n 0.32",
+        "0.61 V",
+        "gap / V",
+        "0.11",
+    ):
         assert part in text, part
     assert made.HOSTILE not in html
 

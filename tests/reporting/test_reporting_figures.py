@@ -120,10 +120,7 @@ def check_residuals(f):
 
 
 def check_variants(f):
-    rows = [
-        {"variant": "a", "seed": i, "rmse_total": v, "rmse_gamma_p": 0.01, "rmse_gamma_r": None}
-        for i, v in enumerate((0.02, 0.04))
-    ]
+    rows = [{"variant": "a", "seed": i, "rmse_total": v, "rmse_gamma_p": 0.01, "rmse_gamma_r": None} for i, v in enumerate((0.02, 0.04))]
     # the mean prediction over seeds has its own row without a seed: it is no third seed
     found = f.data([*rows, {"variant": "a", "seed": None, "rmse_total": 0.01, "rmse_gamma_p": 0.01}])
     assert found["variants"]["a"]["rmse_total"]["mean"] == pytest.approx(0.03)
@@ -133,9 +130,7 @@ def check_variants(f):
 
 
 def check_training(f):
-    rows = [
-        {"variant": "a", "seed": s, "epoch": e, "train_loss": (s + 1) / (e + 1)} for s in range(3) for e in range(2)
-    ]
+    rows = [{"variant": "a", "seed": s, "epoch": e, "train_loss": (s + 1) / (e + 1)} for s in range(3) for e in range(2)]
     found = f.data(rows)
     curve = {"epoch": [0, 1], "median": [2.0, 1.0], "low": [1.0, 0.5], "high": [3.0, 1.5]}
     assert found["variants"] == {"a": {"train_loss": curve}}
@@ -167,10 +162,7 @@ def check_phase_error(f):
 def check_methods(f):
     rows = [{"method": m, "window": "all", "rmse_n": v} for m, v in (("DI", 0.2), ("none", 4.0), ("none", 5.0))]
     found = f.data(rows)
-    assert found["windows"]["all"] == {
-        "none": {"rmse_n": [4, 5], "mean_n": 4.5},
-        "DI": {"rmse_n": [0.2], "mean_n": 0.2},
-    }
+    assert found["windows"]["all"] == {"none": {"rmse_n": [4, 5], "mean_n": 4.5}, "DI": {"rmse_n": [0.2], "mean_n": 0.2}}
     assert list(found["windows"]["all"]) == ["none", "DI"]
     return found
 
@@ -208,13 +200,7 @@ def check_candidates(f):
 
 
 def check_simulated(f):
-    loop = {
-        "run_id": "r",
-        "tension_in_n": [1, 2, 3],
-        "measured_n": [1, 2, 2],
-        "base_n": [2, 3, 3],
-        "with_effect_n": [1],
-    }
+    loop = {"run_id": "r", "tension_in_n": [1, 2, 3], "measured_n": [1, 2, 2], "base_n": [2, 3, 3], "with_effect_n": [1]}
     found = f.data(loop)
     assert list(found["curves"]) == ["measured", "base"] and found["rmse_n"] == {"base": 1.0}
     return found
@@ -255,10 +241,7 @@ def check_reliability(f):
 
 
 def check_strength(f):
-    rows = [
-        {"strength": 4, "isolation": 0.9},
-        {"strength": 0.4, "isolation": {"k": 3, "n": 4, "low": 0.3, "high": 0.95}},
-    ]
+    rows = [{"strength": 4, "isolation": 0.9}, {"strength": 0.4, "isolation": {"k": 3, "n": 4, "low": 0.3, "high": 0.95}}]
     found = f.data({"by_strength": rows})["scores"]
     assert set(found) == {"isolation"} and found["isolation"]["strength"] == [0.4, 4.0]
     assert found["isolation"]["share"] == [0.75, 0.9]
@@ -328,9 +311,7 @@ def test_colours_are_okabe_ito_and_told_apart():
     for group in (palette.PHASES, palette.METHODS, palette.LOCATIONS):
         assert len(set(group.values())) == len(group) and set(group.values()) <= okabe_ito
         assert all(matplotlib.colors.is_color_like(c) for c in group.values())
-    assert palette.of("XX", palette.LOCATIONS, ["CP", "XX", "YY"]) != palette.of(
-        "YY", palette.LOCATIONS, ["CP", "XX", "YY"]
-    )
+    assert palette.of("XX", palette.LOCATIONS, ["CP", "XX", "YY"]) != palette.of("YY", palette.LOCATIONS, ["CP", "XX", "YY"])
     assert palette.of("NP", palette.LOCATIONS, [HOSTILE]) == palette.LOCATIONS["NP"]
 
 

@@ -35,13 +35,7 @@ def test_names_do_not_matter(files, tmp_path):
 
 
 def test_tables_of_other_programs_are_known_by_their_columns(tmp_path):
-    log = {
-        "run_id": ["a", "a"],
-        "system": ["act", "act"],
-        "time_s": [0.0, 1.0],
-        "tension_in_n": [1.0, 2.0],
-        "tension_out_n": [1.0, 1.0],
-    }
+    log = {"run_id": ["a", "a"], "system": ["act", "act"], "time_s": [0.0, 1.0], "tension_in_n": [1.0, 2.0], "tension_out_n": [1.0, 1.0]}
     pq.write_table(pa.table(log), tmp_path / "own.parquet")
     assert kind_of(tmp_path / "own.parquet") == "log"
     pq.write_table(pa.table({"x": [1]}), tmp_path / "x.parquet")
@@ -53,12 +47,7 @@ def test_everything_is_read(files):
     found = load(files)
     assert [r.run_id for r in found.log] == [name for name, *_ in made.runs(4)]
     assert set(found.phases) == {r.run_id for r in found.log}
-    assert (
-        len(found.theta) == 4
-        and len(found.history) == 240
-        and len(found.evaluation) == 6
-        and len(found.predictions) == 40
-    )
+    assert len(found.theta) == 4 and len(found.history) == 240 and len(found.evaluation) == 6 and len(found.predictions) == 40
     assert [v.method for v in found.command] == ["none", "no-bias", "proposed", "DI"]
     assert found.model[0].parameters == 16 and found.model[0].metadata["variant"] == "full"
     assert len(found.files) == len(files)

@@ -175,16 +175,8 @@ def test_wrong_types_are_one_clear_error(document):
     ("status", "effects", "text"),
     [
         ("identified", ["a_b", "c"], "The simulator misses a b and c (confidence 94 %)."),
-        (
-            "ambiguous",
-            ["a", "b", "c"],
-            "The simulator misses a, b or c, and this data cannot tell which (confidence 94 %).",
-        ),
-        (
-            "unknown",
-            [],
-            "The simulator misses something that no candidate, alone or combined, explains (confidence 94 %).",
-        ),
+        ("ambiguous", ["a", "b", "c"], "The simulator misses a, b or c, and this data cannot tell which (confidence 94 %)."),
+        ("unknown", [], "The simulator misses something that no candidate, alone or combined, explains (confidence 94 %)."),
         ("none", [], "The simulator already explains the log down to its noise floor (confidence 94 %)."),
     ],
 )

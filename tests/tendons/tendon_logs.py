@@ -26,18 +26,21 @@ def act(tendon: str, config: str, theta: float, move: str, effects: dict, seed: 
     run = RigRun("act", theta, "CP", time, "tension", path, neighbour)
     found = simulate_rig(SPEC, run, effects, NoiseSpec(0.02, 0.0), seed)
     return Run(
-        f"{config}-{move}-{tendon}", "act", found.time_s, found.tension_in_n, found.tension_out_n, config_id=config,
-        trajectory=move, tendon=tendon,
+        f"{config}-{move}-{tendon}",
+        "act",
+        found.time_s,
+        found.tension_in_n,
+        found.tension_out_n,
+        config_id=config,
+        trajectory=move,
+        tendon=tendon,
     )
 
 
 def sstl(config: str, theta: float, move: str, effects: dict, seed: int) -> Run:
     time, path = command(move)
     found = simulate_rig(SPEC, RigRun("sstl", theta, "CP", time, "tension", path), effects, NoiseSpec(0.02, 0.0), seed)
-    return Run(
-        f"{config}-{move}-loop", "sstl", found.time_s, found.tension_in_n, found.tension_out_n, config_id=config,
-        trajectory=move,
-    )
+    return Run(f"{config}-{move}-loop", "sstl", found.time_s, found.tension_in_n, found.tension_out_n, config_id=config, trajectory=move)
 
 
 def log(effects_a: dict, effects_b: dict) -> list[Run]:

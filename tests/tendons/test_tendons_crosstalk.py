@@ -74,7 +74,10 @@ def test_slopes_of_the_rig_follow_the_neighbour():
 def scenario(simulator, tendons=2):
     names = (Tendon(id="A"), Tendon(id="B", theta_factor=1.1, level=0.8, delay_s=9.0))
     return Scenario(
-        simulator=simulator, sampling_hz=50.0, noise=NoiseSection(white_n=0.0), tendons=names[:tendons],
+        simulator=simulator,
+        sampling_hz=50.0,
+        noise=NoiseSection(white_n=0.0),
+        tendons=names[:tendons],
         configurations=(Configuration(id="c1", location="CP", theta=0.5),),
         trajectories=(Trajectory(kind="ramp_hold", duration_s=40.0),),
     )

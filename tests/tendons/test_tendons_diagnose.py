@@ -17,9 +17,7 @@ from sstl_cli.core.runs import write_runs
 from sstl_cli.steps import diagnose, diagnose_tendons
 from sstl_cli.steps.diagnose import DiagnoseOptions
 
-OPTIONS = DiagnoseOptions(
-    max_effects=1, workers=2, effects=("asymmetric_friction", "const_friction", "gain_error")
-)
+OPTIONS = DiagnoseOptions(max_effects=1, workers=2, effects=("asymmetric_friction", "const_friction", "gain_error"))
 
 
 @pytest.fixture(scope="module")

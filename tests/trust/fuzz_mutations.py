@@ -14,7 +14,19 @@ from byte_damage import strike
 from fuzz_seeds import join_model, seed_of, split_model, table_of
 
 Rng = np.random.Generator
-_WILD_BYTES = [b"\xff" * 8, b"\x00" * 8, b"\x7f\xff\xff\xff", b"1e999", b"[[[[[[[[", b'{"a":', b"nan", b"\n", b'"', b"-1", b"99999999999999"]
+_WILD_BYTES = [
+    b"\xff" * 8,
+    b"\x00" * 8,
+    b"\x7f\xff\xff\xff",
+    b"1e999",
+    b"[[[[[[[[",
+    b'{"a":',
+    b"nan",
+    b"\n",
+    b'"',
+    b"-1",
+    b"99999999999999",
+]
 _WILD: list[Any] = [
     None, True, -1, 0, 1, 10**30, -(2**63), 1e308, -1e-308, float("nan"), float("inf"), "", "x", "\x00", "\u202e\x1b[2J",
     "<script>", "=1+1", [], {}, [[]], [None], {"": None}, "é" * 500, [0] * 300, "1", "NaN",

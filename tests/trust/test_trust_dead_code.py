@@ -20,8 +20,7 @@ def test_nothing_is_dead() -> None:
 
 def test_the_check_sees_what_is_dead_and_what_is_not() -> None:
     tree = ast.parse(
-        "A, B = 1, 2\nUNUSED = 3\ndef f():\n    '''UNUSED f g'''\n    return B\ndef g():\n    return f()\n"
-        "@app.command\ndef hooked(): ...\n"
+        "A, B = 1, 2\nUNUSED = 3\ndef f():\n    '''UNUSED f g'''\n    return B\ndef g():\n    return f()\n@app.command\ndef hooked(): ...\n"
     )
     names = {n for n, _ in dead_code.defined(tree)}
     assert names == {"UNUSED", "f", "g"}

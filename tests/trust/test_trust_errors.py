@@ -13,9 +13,7 @@ import errors_doc  # noqa: E402
 
 
 def test_page_is_complete() -> None:
-    done = subprocess.run(
-        [sys.executable, ROOT / "tools" / "errors_doc.py", "--check"], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, ROOT / "tools" / "errors_doc.py", "--check"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 

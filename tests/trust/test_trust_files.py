@@ -41,9 +41,7 @@ def test_disk_full(command: str, tmp_path: Path) -> None:
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500))
 
-    done = subprocess.run(
-        [*SSTL, *map(str, words)], capture_output=True, text=True, preexec_fn=limit, check=False, timeout=60
-    )
+    done = subprocess.run([*SSTL, *map(str, words)], capture_output=True, text=True, preexec_fn=limit, check=False, timeout=60)
     assert done.returncode == 1, done
     assert "[E106]" in done.stderr and "Traceback" not in done.stderr
     assert (out / "r.parquet").read_bytes() == b"old"

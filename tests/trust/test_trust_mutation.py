@@ -50,14 +50,17 @@ def test_a_fault_is_shown_to_the_tests_that_name_its_module_its_own_first_and_wh
 
 def test_every_module_of_the_diagnosis_has_tests_that_run_no_whole_program():
     files = sorted((ROOT / "tests" / "diagnosis").glob("test_*.py"))
-    quick = {m.stem: [f for f in mutation._of_module(files, m.stem) if not mutation.WHOLE_PROGRAM.search(f.read_text())] for m in (ROOT / "sstl_cli" / "diagnosis").glob("*.py")}
+    quick = {
+        m.stem: [f for f in mutation._of_module(files, m.stem) if not mutation.WHOLE_PROGRAM.search(f.read_text())]
+        for m in (ROOT / "sstl_cli" / "diagnosis").glob("*.py")
+    }
     # one run is left out of whole searches
     assert {m for m, found in quick.items() if not found} <= {"__init__", "odd"}
 
 
 def test_machine_code_is_thrown_away_where_a_compiled_function_or_a_constant_names_what_changed():
     users = mutation.users(ROOT / "sstl_cli")
-    assert "sstl_cli/diagnosis/whitening.py" in users["sstl_cli/diagnosis/smoother.py"]
+    assert "sstl_cli/diagnosis/kalman.py" in users["sstl_cli/diagnosis/smoother.py"]
     assert "sstl_cli/diagnosis/simulator.py" not in users.get("sstl_cli/diagnosis/records.py", set())
     assert "sstl_cli/physics/rig/march.py" in users["sstl_cli/physics/rig/friction.py"]
     source = "from a import b, c\nfrom d import e\nA = b + 1\n@njit(cache=True)\ndef f(x):\n    return c(x)\ndef g(x):\n    return e(x)\n"
@@ -66,7 +69,13 @@ def test_machine_code_is_thrown_away_where_a_compiled_function_or_a_constant_nam
 
 def test_parts_that_were_not_run_keep_their_rows_and_survivors(monkeypatch):
     monkeypatch.setattr(mutation, "draw", lambda *_: (1234, []))
-    found = {"physics": {"sstl_cli/physics/x.py:3:4: `1` -> `2`": [None], "sstl_cli/physics/x.py:4:4: `1` -> `2`": ["t"], "sstl_cli/physics/x.py:5:4: `1` -> `2`": [None, "t"]}}
+    found = {
+        "physics": {
+            "sstl_cli/physics/x.py:3:4: `1` -> `2`": [None],
+            "sstl_cli/physics/x.py:4:4: `1` -> `2`": ["t"],
+            "sstl_cli/physics/x.py:5:4: `1` -> `2`": [None, "t"],
+        }
+    }
     lines = mutation.page(found, 9, BEFORE).splitlines()
     rows = {line.split(" | ")[0].strip("| "): [c.strip() for c in line.strip("| ").split(" | ")] for line in lines if line.startswith("| ")}
     assert rows["control"] == ["control", "7", "1,913", "120", "100", "83 % (76-89 %)", "5"]

@@ -11,7 +11,7 @@ import pytest
 from program import inside
 from trust_program import write_log
 
-HOSTILE = ["\x1b[31mred\x1b[2J", "=HYPERLINK(\"http://x\")", "<script>alert(1)</script>", "a\nb\rc", "\u202eexe.gpj"]
+HOSTILE = ["\x1b[31mred\x1b[2J", '=HYPERLINK("http://x")', "<script>alert(1)</script>", "a\nb\rc", "\u202eexe.gpj"]
 
 
 @pytest.fixture(scope="module")

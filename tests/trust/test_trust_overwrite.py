@@ -98,7 +98,9 @@ def test_a_file_of_a_bag_folder_and_a_manifest_named_by_the_mapping_are_safe(tmp
     assert done.returncode == 2 and "[E109]" in done.stderr and "config_id" in (tmp_path / "runs.csv").read_text()
 
 
-@pytest.mark.parametrize("name", ["truth.json", "hashes.json", "plan.json", "limit.json", "cases/c.parquet", "fresh/c.parquet", "results/c.json"])
+@pytest.mark.parametrize(
+    "name", ["truth.json", "hashes.json", "plan.json", "limit.json", "cases/c.parquet", "fresh/c.parquet", "results/c.json"]
+)
 def test_a_score_does_not_overwrite_the_sealed_set(name: str, tmp_path: Path) -> None:
     path = tmp_path / "set" / name
     path.parent.mkdir(parents=True)

@@ -46,9 +46,7 @@ def test_the_sdist_holds_what_is_needed_to_test_it(built: Path) -> None:
     files = ("LICENSE", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile", "constraints.txt", "hashes.txt")
     assert set(files) <= names
     for folder in ("tests", "docs", "data", "benchmarks", "tools", "sstl_cli"):
-        missing = {
-            str(p.relative_to(built / "tree")) for p in (built / "tree" / folder).rglob("*") if p.is_file()
-        } - names
+        missing = {str(p.relative_to(built / "tree")) for p in (built / "tree" / folder).rglob("*") if p.is_file()} - names
         assert not {m for m in missing if "__pycache__" not in m}, folder
 
 

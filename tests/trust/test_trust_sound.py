@@ -129,7 +129,9 @@ def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_pat
     assert done.returncode == 1 and "[E401]" in done.stderr
 
 
-@pytest.mark.parametrize("values", [{"gamma_p": 1e308}, {"beta_r": -1e308}, {"gamma_p_se": 1e308}, {"gamma_p_se": -0.1}, {"gamma_r": np.inf}])
+@pytest.mark.parametrize(
+    "values", [{"gamma_p": 1e308}, {"beta_r": -1e308}, {"gamma_p_se": 1e308}, {"gamma_p_se": -0.1}, {"gamma_r": np.inf}]
+)
 @pytest.mark.parametrize("command", ["report", "plot"])
 def test_pictures_of_theta_leave_out_what_no_loop_can_have(values: dict[str, float], command: str, tmp_path: Path) -> None:
     table = theta(tmp_path / "theta.parquet", values)

@@ -19,13 +19,7 @@ SSTL = [sys.executable, "-m", "sstl_cli"]
 def sstl(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run ``sstl`` in a process of its own."""
     return subprocess.run(
-        [*SSTL, *map(str, words)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, **environment},
-        timeout=120,
-        check=False,
+        [*SSTL, *map(str, words)], capture_output=True, text=True, cwd=cwd, env={**os.environ, **environment}, timeout=120, check=False
     )
 
 

@@ -55,9 +55,18 @@ def model(tmp_path_factory):
             noise = np.exp(0.004 * rng.standard_normal(2))
             rows.append(
                 {n_: None for n_ in THETA.names}
-                | {"run_id": f"{i}-{system}", "config_id": f"c{i:02d}", "system": system, "location": "CP",
-                   "gamma_p": np.exp(-n * theta) * noise[0], "gamma_r": np.exp(n * theta) * noise[1], "beta_p": 0.0,
-                   "beta_r": 0.0, "loops": 3, "status": "ok"}
+                | {
+                    "run_id": f"{i}-{system}",
+                    "config_id": f"c{i:02d}",
+                    "system": system,
+                    "location": "CP",
+                    "gamma_p": np.exp(-n * theta) * noise[0],
+                    "gamma_r": np.exp(n * theta) * noise[1],
+                    "beta_p": 0.0,
+                    "beta_r": 0.0,
+                    "loops": 3,
+                    "status": "ok",
+                }
             )
     pq.write_table(pa.Table.from_pylist(rows, schema=THETA.arrow()), folder / "theta.parquet")
     command = ["train", "theta.parquet", "--variants", "linear", "--seeds", "1", "--out", "model.safetensors"]

@@ -44,7 +44,10 @@ def test_a_hold_of_one_period_of_samples():
         x = np.concatenate((np.linspace(0.0, 10.0, 200), np.full(100, 10.0)))
         x[250 : 250 + length] = 2.0
         assert len(cut(x, 0.01)[0]) - 1 == turns, length
-    assert [at for at, _ in cut(np.concatenate((np.linspace(0, 10, 100), np.linspace(10, 0, 100), np.linspace(0, 10, 100))), 0.0)[0]] == [0, 200]
+    assert [at for at, _ in cut(np.concatenate((np.linspace(0, 10, 100), np.linspace(10, 0, 100), np.linspace(0, 10, 100))), 0.0)[0]] == [
+        0,
+        200,
+    ]
 
 
 def test_a_short_stay_turns_nothing_in_any_state():

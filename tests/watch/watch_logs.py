@@ -24,9 +24,7 @@ def loops(count: int, effects: dict, seed: int, theta: float = 0.53, system: str
 
 def lines(parts, system: str = "act", config: str = "A", run: str = "r1") -> list[str]:
     """The rows of a CSV log."""
-    return [
-        f"{run},{config},{system},{t:.4f},{a:.5f},{b:.5f}\n" for part in parts for t, a, b in zip(*part, strict=True)
-    ]
+    return [f"{run},{config},{system},{t:.4f},{a:.5f},{b:.5f}\n" for part in parts for t, a, b in zip(*part, strict=True)]
 
 
 def write(path: Path, rows: list[str]) -> Path:

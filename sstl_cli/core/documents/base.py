@@ -27,9 +27,4 @@ class Document(Part):
     def json_schema(cls) -> dict[str, Any]:
         """Return the JSON Schema (draft 2020-12) that every such document validates against."""
         found = cls.model_json_schema(by_alias=True)
-        return {
-            "$schema": DIALECT,
-            "$id": f"urn:sstl:{cls.schema_name().replace('/', ':')}",
-            **found,
-            "title": cls.schema_name(),
-        }
+        return {"$schema": DIALECT, "$id": f"urn:sstl:{cls.schema_name().replace('/', ':')}", **found, "title": cls.schema_name()}

@@ -32,9 +32,7 @@ class Verdict(Part):
     members: dict[str, list[str]] | None = Field(
         default=None, description="parts of a class that this excitation cannot separate, and of combinations in the set"
     )
-    would_have_shown: Any = Field(
-        default=None, description="for none: per effect the smallest size and gap that would have been seen"
-    )
+    would_have_shown: Any = Field(default=None, description="for none: per effect the smallest size and gap that would have been seen")
     leftover: Any = Field(default=None, description="for unknown: where, when, at which frequency, in which run")
     odd_runs: list[OddRun] | None = Field(
         default=None, description="runs without which the verdict differs, and what it would be; null where that was not tried"
@@ -133,7 +131,9 @@ class PlanDocument(Document):
     samples: int
     noise: dict[str, float] = Field(description="noise of the sensors as the scenario states it")
     decidable_d2: float
-    effects: list[dict[str, Any]] = Field(description="smallest gap first: least_size and gap_n that show; told_size from which it is told from its rival")
+    effects: list[dict[str, Any]] = Field(
+        description="smallest gap first: least_size and gap_n that show; told_size from which it is told from its rival"
+    )
     classes: list[list[str]] = Field(description="effects that this movement cannot tell apart at any size within their ranges")
     set_aside: dict[str, str]
     inputs: dict[str, str] | None = Field(default=None, description="SHA-256 of every input file by name")

@@ -25,6 +25,10 @@ def of(error: SstlError) -> ErrorDocument:
     """Return the document of an error."""
     message = f"{error.where}: {error.what}" if error.where else error.what
     return ErrorDocument(
-        schema="sstl.error/1", code=error.code, message=printable(message), fix=printable(error.fix),
-        where=printable(error.where), exit_code=error.exit_code,
+        schema="sstl.error/1",
+        code=error.code,
+        message=printable(message),
+        fix=printable(error.fix),
+        where=printable(error.where),
+        exit_code=error.exit_code,
     )

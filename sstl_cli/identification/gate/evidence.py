@@ -269,11 +269,7 @@ def _thinned(run: Run, most: int) -> Run:
     if length < 2:
         return run
     n = len(run) // length * length
-    return Run(
-        run.run_id,
-        run.system,
-        *(v[:n].reshape(-1, length).mean(axis=1) for v in (run.time_s, run.tension_in_n, run.tension_out_n)),
-    )
+    return Run(run.run_id, run.system, *(v[:n].reshape(-1, length).mean(axis=1) for v in (run.time_s, run.tension_in_n, run.tension_out_n)))
 
 
 def _middle_of_three(v: Array) -> Array:
@@ -293,13 +289,7 @@ def _range(v: Array) -> Range:
 
 
 def _fits(
-    t: Array,
-    x: Array,
-    y: Array,
-    slopes: Slopes,
-    ranges: tuple[Range, Range],
-    correlation: float,
-    sensors: tuple[Sensor, Sensor],
+    t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], correlation: float, sensors: tuple[Sensor, Sensor]
 ) -> tuple[PlayFit | None, tuple[float, float, float]]:
     """Return the play fit, and residuals (share of the output's span) as recorded, exchanged, and flipped."""
     span_x, span_y = max(ranges[0].span, 1e-300), max(ranges[1].span, 1e-300)
@@ -317,9 +307,7 @@ def _fits(
     return fit, (forward, swapped, flipped)
 
 
-def _best(
-    t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], noise_n: float = 0.0, timed: bool = True
-) -> PlayFit:
+def _best(t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], noise_n: float = 0.0, timed: bool = True) -> PlayFit:
     """Return the play fit from the segmentation's lines, or the better one of two guesses."""
     if slopes.known and slopes.gamma_r > slopes.gamma_p:
         start = np.array([slopes.gamma_p, slopes.beta_p, slopes.gamma_r, slopes.beta_r])

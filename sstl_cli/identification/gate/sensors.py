@@ -100,17 +100,7 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
     noise = noise_sd(renewed)
     longest, at, share = _still(v, changed, hold, step, noise)
-    return Sensor(
-        column,
-        period,
-        hold * period,
-        step,
-        noise,
-        longest * period,
-        float(time[at]) if longest else 0.0,
-        share,
-        noisy(renewed),
-    )
+    return Sensor(column, period, hold * period, step, noise, longest * period, float(time[at]) if longest else 0.0, share, noisy(renewed))
 
 
 def quantisation(values: Array) -> float:

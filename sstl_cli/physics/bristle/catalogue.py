@@ -49,11 +49,7 @@ EFFECTS: dict[str, dict[str, Bounds]] = {
     "pulley_friction": {"m_p": _share(0.25), "m_r": _share(0.25), "f0_n": Bounds(0.0, 0.0, 2.0, "N")},
     "quantisation": {"q_in_n": Bounds(0.0, 0.0, 0.5, "N"), "q_out_n": Bounds(0.0, 0.0, 0.5, "N")},
     "saturation": {f"t_max_{side}_n": Bounds(1000.0, 1.0, 1000.0, "N") for side in ("in", "out")},
-    "sensor_nonlinearity": {
-        "a_in": _share(0.02, -0.02),
-        "a_out": _share(0.02, -0.02),
-        "h_n": Bounds(0.0, 0.0, 0.1, "N"),
-    },
+    "sensor_nonlinearity": {"a_in": _share(0.02, -0.02), "a_out": _share(0.02, -0.02), "h_n": Bounds(0.0, 0.0, 0.1, "N")},
     "sheath_compliance": {"c_t_per_n": Bounds(0.0, 0.0, 0.01, "1/N"), "k_sh_mm_per_n": Bounds(0.0, 0.0, 0.2, "mm/N")},
     "slack": {"gap_mm": Bounds(0.0, 0.0, 5.0, "mm")},
     "stick_slip": {"ratio": _share(1.5, 1.0, 1.0), "v_c_mm_s": Bounds(1.0, 0.1, 10.0, "mm/s")},

@@ -197,9 +197,7 @@ def dissipation(chain: Chain, contact: Contact, law: ContactLaw, swell: float, d
 
 
 @njit(cache=True)
-def commit(
-    chain: Chain, contact: Contact, dt: float, pretension: float, fraction: float, fades: tuple[float, float]
-) -> None:
+def commit(chain: Chain, contact: Contact, dt: float, pretension: float, fraction: float, fades: tuple[float, float]) -> None:
     """Accept the trial state and let the Kelvin elements of the springs creep on."""
     for i in range(contact.grips.size):
         if contact.grips[i] == 1:

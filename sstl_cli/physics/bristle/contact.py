@@ -93,9 +93,7 @@ def bend_factor(law: ContactLaw, tension: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def bristle_force(
-    pull: float, release: float, bias: float, law: ContactLaw, zeta: float, tension: float
-) -> tuple[float, float, float]:
+def bristle_force(pull: float, release: float, bias: float, law: ContactLaw, zeta: float, tension: float) -> tuple[float, float, float]:
     """Friction (N) of a node above the tension behind it, with its derivatives by zeta and by that tension.
 
     Along the arc of a node dT/d phi = zeta mu T, so T_before = (T_behind + zeta b) exp(zeta theta): the capstan

@@ -190,9 +190,7 @@ class Recording(NamedTuple):
 
 
 @njit(cache=True)
-def march(
-    bench: Bench, time: FloatArray, command: FloatArray, swell: FloatArray, drive: int, out: Recording
-) -> None:
+def march(bench: Bench, time: FloatArray, command: FloatArray, swell: FloatArray, drive: int, out: Recording) -> None:
     """Record every sample; `swell` is the wrap angle over that without other tendons, one value a sample."""
     chain, probe = bench.chain, bench.probe
     last = chain.u.size - 1

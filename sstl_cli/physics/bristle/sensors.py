@@ -90,9 +90,7 @@ def _spoil(t_in: FloatArray, t_out: FloatArray, faults: Mapping[str, float], rng
             signal[lost] = 0.0
 
 
-def transduce(
-    time: FloatArray, true_in: FloatArray, true_out: FloatArray, values: Values, system: str
-) -> tuple[FloatArray, FloatArray]:
+def transduce(time: FloatArray, true_in: FloatArray, true_out: FloatArray, values: Values, system: str) -> tuple[FloatArray, FloatArray]:
     """Tension signals (N) before noise and converter: mounting, characteristic, gain, zero, analogue filter."""
     cross, curve = values["crosstalk"], values["sensor_nonlinearity"]
     seen_in = true_in + cross["c_out_to_in"] * true_out
@@ -111,12 +109,7 @@ def transduce(
 
 
 def record(
-    time: FloatArray,
-    truth: tuple[FloatArray, FloatArray, FloatArray],
-    values: Values,
-    system: str,
-    noise: NoiseSpec,
-    seed: int,
+    time: FloatArray, truth: tuple[FloatArray, FloatArray, FloatArray], values: Values, system: str, noise: NoiseSpec, seed: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Time stamps (s), tensions in and out (N) and position (mm) as the recorder stores them, each of shape (n,).
 

@@ -33,9 +33,7 @@ EFFECT = Effect(
     stage=FRICTION_LAW,
     equation="theta = theta_0 (1 + c_bend T_n), T_n = summed input tension of the other tendons",
     source="Camarillo et al., IEEE T-RO 24 (2008) 1262 (tendons add moments in one body), put into Eq. (1)",
-    parameters=(
-        Parameter("c_bend_per_n", "1/N", 0.0, -0.01, 0.02, "relative change of the wrap angle per N of the neighbours"),
-    ),
+    parameters=(Parameter("c_bend_per_n", "1/N", 0.0, -0.01, 0.02, "relative change of the wrap angle per N of the neighbours"),),
     excitation="Several tendons recorded at once that do not move alike; one held while the other moves is best.",
     # only a log with the neighbours' tension can show it
     channel="neighbour",

@@ -7,15 +7,4 @@ from sstl_cli.physics.rig.catalogue import EFFECTS, Bounds, resolve_effects
 from sstl_cli.physics.rig.simulate import simulate_rig
 from sstl_cli.physics.rig.spec import QUIET, NoiseSpec, RigResult, RigRun, RigSpec, bend_weights
 
-__all__ = [
-    "EFFECTS",
-    "QUIET",
-    "Bounds",
-    "NoiseSpec",
-    "RigResult",
-    "RigRun",
-    "RigSpec",
-    "bend_weights",
-    "resolve_effects",
-    "simulate_rig",
-]
+__all__ = ["EFFECTS", "QUIET", "Bounds", "NoiseSpec", "RigResult", "RigRun", "RigSpec", "bend_weights", "resolve_effects", "simulate_rig"]

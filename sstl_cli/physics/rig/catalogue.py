@@ -25,11 +25,7 @@ def _per_sensor(prefix: str, high: float, unit: str) -> dict[str, Bounds]:
 EFFECTS: dict[str, dict[str, Bounds]] = {
     # friction law
     "const_friction": {"w_l_n": Bounds(0.0, 0.0, 0.5, "N")},
-    "pulley_friction": {
-        "m_p": Bounds(0.0, 0.0, 0.25, "-"),
-        "m_r": Bounds(0.0, 0.0, 0.25, "-"),
-        "f0_n": Bounds(0.0, 0.0, 2.0, "N"),
-    },
+    "pulley_friction": {"m_p": Bounds(0.0, 0.0, 0.25, "-"), "m_r": Bounds(0.0, 0.0, 0.25, "-"), "f0_n": Bounds(0.0, 0.0, 2.0, "N")},
     "load_dependent_friction": {"alpha": Bounds(0.0, -0.1, 0.33, "-")},
     "asymmetric_friction": {"a": Bounds(0.0, -0.2, 0.2, "-")},
     "sheath_compliance": {"c_t_per_n": Bounds(0.0, 0.0, 0.01, "1/N"), "k_sh_mm_per_n": Bounds(0.0, 0.0, 0.2, "mm/N")},

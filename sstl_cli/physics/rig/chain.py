@@ -146,9 +146,7 @@ def _side(side: int, play: float) -> int:
 
 # long: one sweep of Newton's method over the nodes; as a function of its own it cost 8 % of the rig's time
 @njit(cache=True)
-def balance(
-    chain: Chain, load: Load, law: TensionLaw, drive_k: float, drive_o: float, dt: float, tolerance: float, limit: int
-) -> int:
+def balance(chain: Chain, load: Load, law: TensionLaw, drive_k: float, drive_o: float, dt: float, tolerance: float, limit: int) -> int:
     """Solve one step with T_0 = drive_o - drive_k u_0; returns the iterations used, or -1 if `limit` was not enough.
 
     The trial state (u, force, tension, mode) is left for the caller to commit or to throw away.

@@ -61,9 +61,7 @@ def sensor_noise(time: FloatArray, noise: NoiseSpec, rng: np.random.Generator) -
     return noise.white_n * white + noise.coloured_n * slow
 
 
-def transduce(
-    time: FloatArray, true_in: FloatArray, true_out: FloatArray, values: Values, system: str
-) -> tuple[FloatArray, FloatArray]:
+def transduce(time: FloatArray, true_in: FloatArray, true_out: FloatArray, values: Values, system: str) -> tuple[FloatArray, FloatArray]:
     """Tension readings (N) before noise: crosstalk, nonlinearity, hysteresis, gain, zero, drift, analogue filter."""
     cross = values["crosstalk"]
     t_in = true_in + cross["c_out_to_in"] * true_out
@@ -104,9 +102,7 @@ def jittered_clock(time: FloatArray, share: float, rng: np.random.Generator) -> 
     if share > 0.0:
         inner = np.zeros(time.size, dtype=bool)
         inner[_starts(time.size - 1, share, 1, rng)] = True
-        spacing = np.minimum(
-            np.diff(time, prepend=2 * time[0] - time[1]), np.diff(time, append=2 * time[-1] - time[-2])
-        )
+        spacing = np.minimum(np.diff(time, prepend=2 * time[0] - time[1]), np.diff(time, append=2 * time[-1] - time[-2]))
         # Below half a period, so that stamps stay in order.
         shifted[inner] += (rng.uniform(-0.4, 0.4, time.size) * spacing)[inner]
     return shifted
@@ -128,12 +124,7 @@ def spoil(t_in: FloatArray, t_out: FloatArray, faults: Mapping[str, float], rng:
 
 
 def record(
-    time: FloatArray,
-    truth: tuple[FloatArray, FloatArray, FloatArray],
-    values: Values,
-    system: str,
-    noise: NoiseSpec,
-    seed: int,
+    time: FloatArray, truth: tuple[FloatArray, FloatArray, FloatArray], values: Values, system: str, noise: NoiseSpec, seed: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Time stamps (s), tensions in and out (N) and position (mm) as the recorder stores them, each of shape (n,).
 

@@ -117,9 +117,7 @@ def _scale(law: Law, drive: Drive) -> Array:
     return np.broadcast_to(scale, drive.tension_n.shape)
 
 
-def _between_lines(
-    runs: Runs, theta: Array, law: Law, scale: Array, start_n: Array, tension: Array, driven: NDArray[np.bool_]
-) -> Array:
+def _between_lines(runs: Runs, theta: Array, law: Law, scale: Array, start_n: Array, tension: Array, driven: NDArray[np.bool_]) -> Array:
     """Return the play of every run between its propagation lines; a motion that drives a run says on which it is."""
     first = runs.edges[:-1]
     low, high = np.ones(len(runs)), np.ones(len(runs))

@@ -13,9 +13,7 @@ Counts = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True)
-def play_operator(
-    tension_in: Array, gamma_p: float, beta_p: float, gamma_r: float, beta_r: float, start: float
-) -> Array:
+def play_operator(tension_in: Array, gamma_p: float, beta_p: float, gamma_r: float, beta_r: float, start: float) -> Array:
     """Return out[k] = clip(out[k-1], Gp in[k] + bp, Gr in[k] + br), Eqs. (3) and (5).
 
     Parameters
@@ -75,14 +73,7 @@ def _row(scale: float, scale0: float, step: float, rows: int) -> tuple[int, floa
 
 @njit(cache=True, nogil=True)
 def bounded_play(
-    tension: Array,
-    pull: Array,
-    release: Array,
-    tension_step: float,
-    scale: Array,
-    scale0: float,
-    scale_step: float,
-    start: float,
+    tension: Array, pull: Array, release: Array, tension_step: float, scale: Array, scale0: float, scale_step: float, start: float
 ) -> Array:
     """Return the play between tabulated envelopes whose friction factor may change with time.
 
@@ -139,7 +130,5 @@ def bounded_runs(
         a, b, k = edges[i], edges[i + 1], table[i]
         c, d = rows[k], rows[k + 1]
         mine = scale[a:b] if scale.size > 1 else scale
-        out[a:b] = bounded_play(
-            tension[a:b], pull[c:d], release[c:d], tension_step[k], mine, scale0[k], scale_step[k], start[i]
-        )
+        out[a:b] = bounded_play(tension[a:b], pull[c:d], release[c:d], tension_step[k], mine, scale0[k], scale_step[k], start[i])
     return out

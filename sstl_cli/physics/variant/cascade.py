@@ -220,9 +220,7 @@ def weaken(law: Rate, trial: Trial) -> float:
 @njit(cache=True)
 def accept(line: Line, law: Laws, trial: Trial, dt: float) -> tuple[float, float]:
     """Carry the line over the step just solved; return the displacement of its end and the work of friction (N mm)."""
-    first = stretch(
-        law.spring, line.compliance[0], line.tension[0], trial.tension[0], line.rope[0], trial.flow[0], trial.give[0]
-    )
+    first = stretch(law.spring, line.compliance[0], line.tension[0], trial.tension[0], line.rope[0], trial.flow[0], trial.give[0])
     end = trial.move[0] + first[0]
     settle(line, law.spring, dt, trial.tension)
     rate, work = law.rate, 0.0
@@ -321,9 +319,7 @@ class Recording(NamedTuple):
 
 
 @njit(cache=True)
-def march(
-    line: Line, law: Laws, trial: Trial, course: Course, coupled: bool, limits: tuple[float, int, int], out: Recording
-) -> None:
+def march(line: Line, law: Laws, trial: Trial, course: Course, coupled: bool, limits: tuple[float, int, int], out: Recording) -> None:
     """Bring the line from rest along the lead-in, then record every sample."""
     time, command, beside, factor, lead_in = course.time, course.command, course.beside, course.factor, course.lead_in
     last = line.tension.size - 1

@@ -35,11 +35,7 @@ def _per_sensor(prefix: str, high: float) -> dict[str, Bounds]:
 
 EFFECTS: dict[str, dict[str, Bounds]] = {
     "const_friction": {"w_l_n": _wide(0.0, 0.0, 0.5, "N")},
-    "pulley_friction": {
-        "m_p": _wide(0.0, 0.0, 0.25, "1"),
-        "m_r": _wide(0.0, 0.0, 0.25, "1"),
-        "f0_n": _wide(0.0, 0.0, 2.0, "N"),
-    },
+    "pulley_friction": {"m_p": _wide(0.0, 0.0, 0.25, "1"), "m_r": _wide(0.0, 0.0, 0.25, "1"), "f0_n": _wide(0.0, 0.0, 2.0, "N")},
     "load_dependent_friction": {"alpha": _wide(0.0, -0.1, 0.33, "1")},
     "asymmetric_friction": {"a": _wide(0.0, -0.2, 0.2, "1")},
     "sheath_compliance": {"c_t_per_n": _wide(0.0, 0.0, 0.01, "1/N"), "k_sh_mm_per_n": _wide(0.0, 0.0, 0.2, "mm/N")},
@@ -61,11 +57,7 @@ EFFECTS: dict[str, dict[str, Bounds]] = {
     "channel_delay": {"tau_act_s": _wide(0.0, 0.0, 0.2, "s"), "tau_sstl_s": _wide(0.0, 0.0, 0.2, "s")},
     "channel_lowpass": {"tau_act_s": _wide(0.0, 0.0, 0.32, "s"), "tau_sstl_s": _wide(0.0, 0.0, 0.32, "s")},
     "crosstalk": {"c_in_to_out": _wide(0.0, 0.0, 0.05, "1"), "c_out_to_in": _wide(0.0, 0.0, 0.05, "1")},
-    "sensor_nonlinearity": {
-        "a_in": _wide(0.0, -0.02, 0.02, "1"),
-        "a_out": _wide(0.0, -0.02, 0.02, "1"),
-        "h_n": _wide(0.0, 0.0, 0.1, "N"),
-    },
+    "sensor_nonlinearity": {"a_in": _wide(0.0, -0.02, 0.02, "1"), "a_out": _wide(0.0, -0.02, 0.02, "1"), "h_n": _wide(0.0, 0.0, 0.1, "N")},
     "quantisation": {"q_in_n": _wide(0.0, 0.0, 0.5, "N"), "q_out_n": _wide(0.0, 0.0, 0.5, "N")},
     "saturation": {"t_max_in_n": Bounds(1000.0, 0.5, 1000.0, "N"), "t_max_out_n": Bounds(1000.0, 0.5, 1000.0, "N")},
     "acquisition_faults": {

@@ -10,9 +10,7 @@ from sstl_cli.physics.variant.line import Array, Line, Spring, Trial
 
 
 @njit(cache=True)
-def stretch(
-    law: Spring, c: float, old: float, tension: float, rope: float, flow: float, give: float
-) -> tuple[float, float]:
+def stretch(law: Spring, c: float, old: float, tension: float, rope: float, flow: float, give: float) -> tuple[float, float]:
     """Return how far a segment of compliance c stretches in a step from one tension to another (mm), and its slope.
 
     In the step it creeps by `give` x tension - `flow`; `rope` is the force between its wires before.

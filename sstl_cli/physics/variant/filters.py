@@ -11,9 +11,7 @@ from sstl_cli.physics.variant.line import Array
 
 
 @njit(cache=True)
-def lag_step(
-    y: float, rate: float, start: float, end: float, dt: float, omega: float, damping: float
-) -> tuple[float, float]:
+def lag_step(y: float, rate: float, start: float, end: float, dt: float, omega: float, damping: float) -> tuple[float, float]:
     """Return value and rate after a step of y'' = omega^2 (u - y) - 2 damping omega y', u straight from start to end."""
     slope = (end - start) / dt
     behind = 2.0 * damping / omega * slope

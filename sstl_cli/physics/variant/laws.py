@@ -58,7 +58,11 @@ LAWS: dict[str, tuple[Law, ...]] = {
     "friction_drift": (
         Law("time", "1 + d exp(-t/tau), tau = path / s", "Blau, Tribol. Int. 38 (2005) 1007: running-in by time", 3.0, 10.0),
         Law("heat", "1 + d (1 - h), dh = dW/W0 (1 - h) - h dt/tau_c", "friction heat with Newtonian cooling, textbook", 20.0, 120.0),
-        Law("wear", "1 + d exp(-W_j/W0) at each place, W = friction work", "Archard, J. Appl. Phys. 24 (1953) 981; Fouvry et al., Wear 255 (2003) 287"),
+        Law(
+            "wear",
+            "1 + d exp(-W_j/W0) at each place, W = friction work",
+            "Archard, J. Appl. Phys. 24 (1953) 981; Fouvry et al., Wear 255 (2003) 287",
+        ),
     ),
     "tendon_crosstalk": (
         Law("pressing", "dT = -zeta mu kappa (T + c T_n 10 N) ds", "tendons that lie on one another, textbook normal force"),
@@ -66,7 +70,13 @@ LAWS: dict[str, tuple[Law, ...]] = {
     ),
     "stribeck": (
         Law("hess_soom", "1 + (r - 1) / (1 + (v/vs)^2)", "Hess, Soom, J. Tribol. 112 (1990) 147"),
-        Law("exponent", "1 + (r - 1) exp(-(v/vs)^n)", "Tustin, J. IEE 94 (1947) (n = 1); Bo, Pavelescu, Wear 82 (1982) 277 (n = 0.5-1)", 0.5, 1.2),
+        Law(
+            "exponent",
+            "1 + (r - 1) exp(-(v/vs)^n)",
+            "Tustin, J. IEE 94 (1947) (n = 1); Bo, Pavelescu, Wear 82 (1982) 277 (n = 0.5-1)",
+            0.5,
+            1.2,
+        ),
     ),
     "viscous": (
         Law("curvature", "c v per bend angle, none in the straight", "lubricant film under normal load, textbook"),
@@ -94,8 +104,20 @@ LAWS: dict[str, tuple[Law, ...]] = {
         Law("toe", "gap (1 - exp(-T/Tc))", "toe of a rope: Feyrer, Wire Ropes (2015)", 0.2, 1.0),
     ),
     "tendon_elasticity": (
-        Law("stiffening", "e = C (T + s Ta (1 - exp(-T/Ta))), Ta = 4 N", "Feyrer, Wire Ropes (2015): modulus that rises with stress", 0.3, 0.8),
-        Law("hysteretic", "e = C (T - s z), z = stop of T, +-2 N", "Raoof, Hobbs, J. Eng. Mech. 114 (1988) 1166: slip between wires", 0.15, 0.4),
+        Law(
+            "stiffening",
+            "e = C (T + s Ta (1 - exp(-T/Ta))), Ta = 4 N",
+            "Feyrer, Wire Ropes (2015): modulus that rises with stress",
+            0.3,
+            0.8,
+        ),
+        Law(
+            "hysteretic",
+            "e = C (T - s z), z = stop of T, +-2 N",
+            "Raoof, Hobbs, J. Eng. Mech. 114 (1988) 1166: slip between wires",
+            0.15,
+            0.4,
+        ),
     ),
     "load_spring": (
         Law("fung", "T = k1/b (exp(b x) - 1); play over dT", "Fung, Biomechanics (1993)", 0.3, 3.0),
@@ -143,7 +165,13 @@ LAWS: dict[str, tuple[Law, ...]] = {
         Law("wrap", "T mod Tmax", "overflow of an unsigned word, textbook"),
     ),
     "acquisition_faults": (
-        Law("bursts", "two-state bursts, exponential heights, geometric lengths, wandering clock", "Gilbert, Bell Syst. Tech. J. 39 (1960) 1253", 3.0, 10.0),
+        Law(
+            "bursts",
+            "two-state bursts, exponential heights, geometric lengths, wandering clock",
+            "Gilbert, Bell Syst. Tech. J. 39 (1960) 1253",
+            3.0,
+            10.0,
+        ),
         Law("held", "lost samples show the last good one; spikes decay over some samples", "recorders with a watchdog, textbook", 2.0, 6.0),
     ),
 }

@@ -104,22 +104,13 @@ def wandering_clock(time: Array, share: float, law: Chosen, rng: np.random.Gener
 
 
 def read(
-    time: Array,
-    truth: tuple[Array, Array, Array],
-    v: Values,
-    laws: Laws,
-    system: str,
-    theta: float,
-    noise: VariantNoise,
-    seed: int,
+    time: Array, truth: tuple[Array, Array, Array], v: Values, laws: Laws, system: str, theta: float, noise: VariantNoise, seed: int
 ) -> tuple[Array, Array, Array, Array]:
     """Return time stamps (s), tensions in and out (N) and position (mm) as the recorder stores them, each (n,).
 
     `truth` holds the last three without sensors. Every source of chance has its own stream.
     """
-    drift, first, second, place, clock, late, fault = (
-        np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)
-    )
+    drift, first, second, place, clock, late, fault = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7))
     t_in, t_out = transduce(time, truth[:2], v, laws, system, theta, drift)
     t_in = t_in + sensor_noise(time, noise, first)
     t_out = t_out + sensor_noise(time, noise, second)

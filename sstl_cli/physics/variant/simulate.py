@@ -70,9 +70,7 @@ def march_variant(
     out = Recording(np.empty(size), np.empty(size), np.empty((size if keep_nodes else 0, line.tension.size)))
     march(line, law, empty_trial(line), course, coupled, limits, out)
     k_sh, gap = v["sheath_compliance"]["k_sh_mm_per_n"], v["slack"]["gap_mm"]
-    beside = extra_travel(
-        np.append(t_in, spec.pretension_n), k_sh, laws["sheath_compliance"], gap, laws["slack"]
-    )
+    beside = extra_travel(np.append(t_in, spec.pretension_n), k_sh, laws["sheath_compliance"], gap, laws["slack"])
     tally = line.tally
     return VariantTruth(
         tension_in_n=t_in,

@@ -49,8 +49,5 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the bars in words."""
-    parts = [
-        f"{n}: " + ", ".join(f"{SCORES[s][0]} {v[i]:.2f}" for s, v in data["scores"].items())
-        for i, n in enumerate(data["names"])
-    ]
+    parts = [f"{n}: " + ", ".join(f"{SCORES[s][0]} {v[i]:.2f}" for s, v in data["scores"].items()) for i, n in enumerate(data["names"])]
     return "Scores beside the baselines; " + "; ".join(parts) + "."

@@ -68,8 +68,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
             left.plot([low, high], [i, i], color=palette.INK, linewidth=1.2, zorder=3)
         text = probability(c["probability"]).text if c["probability"] < 0.001 else f"{c['probability']:.2g}"
         left.text(
-            max(0.0 if c["probability"] != c["probability"] else c["probability"], high if high == high else 0.0)
-            + 0.02,
+            max(0.0 if c["probability"] != c["probability"] else c["probability"], high if high == high else 0.0) + 0.02,
             i,
             text,
             va="center",
@@ -77,15 +76,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
         )
     left.set_xlim(0, 1.12)
     left.set_xlabel("probability / 1")
-    right.plot(
-        [c["rmse_n"] for c in data["candidates"]],
-        places,
-        "o",
-        color=palette.INK,
-        markersize=5,
-        zorder=3,
-        label="with effect",
-    )
+    right.plot([c["rmse_n"] for c in data["candidates"]], places, "o", color=palette.INK, markersize=5, zorder=3, label="with effect")
     for value, name, colour, style in (
         (data["retuned_n"], "re-tuned base", palette.BEFORE, "--"),
         (data["floor_n"], "noise floor", palette.SKY, "-"),

@@ -32,19 +32,8 @@ def data(run: RunView, phases: Segments | None = None, fit: dict[str, Any] | Non
     for side, name in (("p", "pull"), ("r", "release")):
         slope, bias = ((fit or {}).get(k + side) for k in ("gamma_", "beta_"))
         if slope is not None and bias is not None and not np.isnan([slope, bias, low]).any():
-            lines[name] = {
-                "x": [low, high],
-                "y": [slope * low + bias, slope * high + bias],
-                "slope": slope,
-                "bias": bias,
-            }
-    return {
-        "run": run.run_id,
-        "system": run.system,
-        "curves": curves,
-        "lines": lines,
-        "output_range_n": run.output_range_n,
-    }
+            lines[name] = {"x": [low, high], "y": [slope * low + bias, slope * high + bias], "slope": slope, "bias": bias}
+    return {"run": run.run_id, "system": run.system, "curves": curves, "lines": lines, "output_range_n": run.output_range_n}
 
 
 def by_phase(x: Array, y: Array, code: np.ndarray) -> dict[str, tuple[Array, Array]]:
@@ -105,9 +94,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
     axes.set_ylabel("output tension / N")
     axes.set_title(label(f"{data['run']} ({data['system']})", 52), loc="left")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(
-            loc="upper left", bbox_to_anchor=(0, -0.17), ncols=2, columnspacing=1.2, handlelength=1.6, fontsize=8
-        )
+        axes.legend(loc="upper left", bbox_to_anchor=(0, -0.17), ncols=2, columnspacing=1.2, handlelength=1.6, fontsize=8)
 
 
 def alt(data: dict[str, Any]) -> str:

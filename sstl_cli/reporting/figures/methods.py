@@ -85,7 +85,5 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words."""
-    parts = [
-        f"{w}: " + ", ".join(f"{m} {v['mean_n']:.3g}" for m, v in found.items()) for w, found in data["windows"].items()
-    ]
+    parts = [f"{w}: " + ", ".join(f"{m} {v['mean_n']:.3g}" for m, v in found.items()) for w, found in data["windows"].items()]
     return "Mean tracking RMSE in N by method; " + "; ".join(parts) + "."

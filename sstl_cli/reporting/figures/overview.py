@@ -52,16 +52,12 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
             continue
         loop = data["loops"][place]
         for name, (x, y) in loop["curves"].items():
-            panel.plot(
-                x, y, color=palette.PHASES.get(name, palette.BLUE if name == "all" else palette.GREY), linewidth=1.1
-            )
+            panel.plot(x, y, color=palette.PHASES.get(name, palette.BLUE if name == "all" else palette.GREY), linewidth=1.1)
         panel.set_title(label(loop["run"], 20), fontsize=8, loc="left")
         panel.set_xlim(x0, x1)
         panel.set_ylim(y0, y1)
         panel.locator_params(nbins=3)
-        panel.tick_params(
-            labelsize=7.5, labelleft=place % COLUMNS == 0, labelbottom=place + COLUMNS >= len(data["loops"])
-        )
+        panel.tick_params(labelsize=7.5, labelleft=place % COLUMNS == 0, labelbottom=place + COLUMNS >= len(data["loops"]))
     flat[0].figure.supxlabel("input tension / N", fontsize=9.5)
     flat[0].figure.supylabel("output tension / N", fontsize=9.5)
 

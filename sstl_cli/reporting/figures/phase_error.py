@@ -20,11 +20,7 @@ def data(views: list[CommandView]) -> dict[str, Any]:
     found = {}
     for method in methods:
         values = {
-            p: [
-                v.rmse_by_phase_n[p]
-                for v in views
-                if v.method == method and v.rmse_by_phase_n[p] == v.rmse_by_phase_n[p]
-            ]
+            p: [v.rmse_by_phase_n[p] for v in views if v.method == method and v.rmse_by_phase_n[p] == v.rmse_by_phase_n[p]]
             for p in PHASE_CODES
         }
         found[method] = {p: float(np.sqrt(np.mean(np.square(v)))) if v else float("nan") for p, v in values.items()}

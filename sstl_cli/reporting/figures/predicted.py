@@ -28,9 +28,7 @@ def columns(rows: list[dict[str, Any]]) -> dict[str, tuple[str, str]]:
             for base, form in ((name.removesuffix("_" + word), "{0}_{1}"), (name.removeprefix(word + "_"), "{1}_{0}")):
                 if base == name:
                     continue
-                truth = next(
-                    (t for t in [form.format(base, w) for w in _TRUE] if t in names), base if base in names else None
-                )
+                truth = next((t for t in [form.format(base, w) for w in _TRUE] if t in names), base if base in names else None)
                 if truth is not None:
                     found[base] = (truth, name)
     return dict(sorted(found.items()))
@@ -44,18 +42,12 @@ def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
         for row in rows:
             x, y = number(row.get(truth)), number(row.get(guess))
             if x == x and y == y:
-                group = groups.setdefault(
-                    str(row.get("location") or row.get("variant") or "all"), {"true": [], "predicted": []}
-                )
+                group = groups.setdefault(str(row.get("location") or row.get("variant") or "all"), {"true": [], "predicted": []})
                 group["true"].append(x)
                 group["predicted"].append(y)
         error = [b - a for g in groups.values() for a, b in zip(g["true"], g["predicted"], strict=True)]
         if error:
-            made[quantity] = {
-                "groups": dict(sorted(groups.items())),
-                "rmse": float(np.sqrt(np.mean(np.square(error)))),
-                "n": len(error),
-            }
+            made[quantity] = {"groups": dict(sorted(groups.items())), "rmse": float(np.sqrt(np.mean(np.square(error)))), "n": len(error)}
     return {"quantities": made}
 
 
@@ -84,14 +76,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
                 color=palette.of(name, palette.LOCATIONS, list(found["groups"])),
             )
         both = [v for g in found["groups"].values() for v in (*g["true"], *g["predicted"])]
-        panel.plot(
-            [min(both), max(both)],
-            [min(both), max(both)],
-            color=palette.INK,
-            linestyle="--",
-            linewidth=1,
-            label="equal",
-        )
+        panel.plot([min(both), max(both)], [min(both), max(both)], color=palette.INK, linestyle="--", linewidth=1, label="equal")
         unit = unit_of(quantity)
         panel.set_xlabel(label(f"true {quantity} / {unit}"))
         panel.set_ylabel(label(f"predicted {quantity} / {unit}"))

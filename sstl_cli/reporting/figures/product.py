@@ -24,9 +24,7 @@ def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
         x = leads[place] if by_lead else float(place)
         if p * r != p * r or x != x:
             continue
-        group = series.setdefault(
-            (str(row["system"]), str(row.get("location") or "–")), {"x": [], "product": [], "se": []}
-        )
+        group = series.setdefault((str(row["system"]), str(row.get("location") or "–")), {"x": [], "product": [], "se": []})
         group["x"].append(x)
         group["product"].append(p * r)
         group["se"].append(float(np.hypot(r * se_p, p * se_r)))
@@ -72,9 +70,5 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words, with the mean product a system."""
     systems = sorted({s for s, _ in data["series"]})
-    means = [
-        np.mean([v for (s, _), g in data["series"].items() if s == system for v in g["product"]]) for system in systems
-    ]
-    return (
-        "Slope product over lead; mean " + ", ".join(f"{s} {m:.3f}" for s, m in zip(systems, means, strict=True)) + "."
-    )
+    means = [np.mean([v for (s, _), g in data["series"].items() if s == system for v in g["product"]]) for system in systems]
+    return "Slope product over lead; mean " + ", ".join(f"{s} {m:.3f}" for s, m in zip(systems, means, strict=True)) + "."

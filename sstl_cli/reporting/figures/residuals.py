@@ -57,8 +57,4 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words."""
-    return (
-        "Residuals of the mapping: "
-        + ", ".join(f"{q} mean {f['mean']:+.3g}" for q, f in data["quantities"].items())
-        + "."
-    )
+    return "Residuals of the mapping: " + ", ".join(f"{q} mean {f['mean']:+.3g}" for q, f in data["quantities"].items()) + "."

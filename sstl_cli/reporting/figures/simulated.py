@@ -15,11 +15,7 @@ from sstl_cli.reporting.words import unit_of
 
 NEEDS = ("diagnosis",)
 CURVES = (("measured", "measured_n"), ("base", "base_n"), ("with effect", "with_effect_n"))
-LOOKS = {
-    "measured": (palette.INK, "-", 1.1),
-    "base": (palette.BEFORE, "--", 1.6),
-    "with effect": (palette.AFTER, "-", 1.6),
-}
+LOOKS = {"measured": (palette.INK, "-", 1.1), "base": (palette.BEFORE, "--", 1.6), "with effect": (palette.AFTER, "-", 1.6)}
 STRETCHES = 120
 
 

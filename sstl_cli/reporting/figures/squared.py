@@ -55,24 +55,12 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
             points = data["locations"][location].get(p, {"x": [], "y": []})
             values += points["x"] + points["y"]
             panel.plot(
-                points["x"],
-                points["y"],
-                "o",
-                markersize=4.5,
-                color=palette.of(location, palette.LOCATIONS, names),
-                label=label(location),
+                points["x"], points["y"], "o", markersize=4.5, color=palette.of(location, palette.LOCATIONS, names), label=label(location)
             )
         if values:
             low, high = min(values), max(values)
             pad = 0.05 * (high - low or 0.1)
-            panel.plot(
-                [low - pad, high + pad],
-                [low - pad, high + pad],
-                color=palette.INK,
-                linewidth=1,
-                linestyle="--",
-                label="equal",
-            )
+            panel.plot([low - pad, high + pad], [low - pad, high + pad], color=palette.INK, linewidth=1, linestyle="--", label="equal")
         panel.set_xlabel(f"(Γ {title} of act)² / 1")
         panel.set_ylabel(f"Γ {title} of sstl / 1")
         panel.legend(loc="best")
@@ -82,11 +70,7 @@ def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words, with the mean ratio of both sides."""
     text = []
     for p, title in (("gamma_p", "pull"), ("gamma_r", "release")):
-        ratio = [
-            y / x
-            for g in data["locations"].values()
-            for x, y in zip(*g.get(p, {"x": [], "y": []}).values(), strict=True)
-        ]
+        ratio = [y / x for g in data["locations"].values() for x, y in zip(*g.get(p, {"x": [], "y": []}).values(), strict=True)]
         if ratio:
             text.append(f"{title}: {len(ratio)} configurations, mean ratio {np.mean(ratio):.3f}")
     return "SSTL slope against squared actuation slope; " + "; ".join(text) + "."

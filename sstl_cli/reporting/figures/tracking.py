@@ -20,12 +20,7 @@ def data(views: list[CommandView]) -> dict[str, Any]:
         "run": views[0].subject,
         "reference": (longest.time_s, longest.reference_n),
         "methods": {
-            v.method: {
-                "time_s": v.time_s,
-                "output_n": v.output_n,
-                "error_n": v.output_n - v.reference_n,
-                "rmse_n": v.rmse_n,
-            }
+            v.method: {"time_s": v.time_s, "output_n": v.output_n, "error_n": v.output_n - v.reference_n, "rmse_n": v.rmse_n}
             for v in ordered
         },
     }

@@ -25,9 +25,7 @@ def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
         for loss in LOSSES:
             value = number(row.get(loss))
             if value == value and epoch >= 0:
-                values.setdefault(str(row.get("variant", "–")), {}).setdefault(loss, {}).setdefault(epoch, []).append(
-                    value
-                )
+                values.setdefault(str(row.get("variant", "–")), {}).setdefault(loss, {}).setdefault(epoch, []).append(value)
     made: dict[str, Any] = {}
     for variant, losses in values.items():
         for loss, found in losses.items():
@@ -59,13 +57,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
     for variant in names:
         colour = palette.of(variant, {}, names)
         for loss, curve in data["variants"][variant].items():
-            axes.plot(
-                curve["epoch"],
-                curve["median"],
-                LOSSES[loss],
-                color=colour,
-                label=label(f"{variant}, {loss.split('_')[0]}"),
-            )
+            axes.plot(curve["epoch"], curve["median"], LOSSES[loss], color=colour, label=label(f"{variant}, {loss.split('_')[0]}"))
             axes.fill_between(curve["epoch"], curve["low"], curve["high"], color=colour, alpha=0.18, linewidth=0)
             lowest.append(min(curve["low"]))
     if lowest and min(lowest) > 0:

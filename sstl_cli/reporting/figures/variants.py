@@ -63,11 +63,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
             found, place = group[measure], i + 0.24 * (k - 1)
             axes.barh(place, found["mean"], height=0.22, color=colour, zorder=2, label=None if shown else name)
             axes.plot(
-                [found["mean"] - found["sd"], found["mean"] + found["sd"]],
-                [place, place],
-                color=palette.INK,
-                linewidth=1.4,
-                zorder=3,
+                [found["mean"] - found["sd"], found["mean"] + found["sd"]], [place, place], color=palette.INK, linewidth=1.4, zorder=3
             )
             axes.plot(
                 found["values"],
@@ -90,9 +86,5 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words."""
-    parts = [
-        f"{v} {g['rmse_total']['mean']:.3g} ± {g['rmse_total']['sd']:.2g}"
-        for v, g in data["variants"].items()
-        if "rmse_total" in g
-    ]
+    parts = [f"{v} {g['rmse_total']['mean']:.3g} ± {g['rmse_total']['sd']:.2g}" for v, g in data["variants"].items() if "rmse_total" in g]
     return "Total slope RMSE by variant, mean and standard deviation over seeds: " + ", ".join(parts) + "."

@@ -68,6 +68,4 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 
 def alt(data: dict[str, Any]) -> str:
     """Describe the picture in words."""
-    return (
-        "Gap between simulator and log: " + ", ".join(f"{s['name']} {s['rmse_n']:.3g} {data['unit']}" for s in data["steps"]) + "."
-    )
+    return "Gap between simulator and log: " + ", ".join(f"{s['name']} {s['rmse_n']:.3g} {data['unit']}" for s in data["steps"]) + "."

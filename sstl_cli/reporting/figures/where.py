@@ -23,10 +23,7 @@ def data(document: dict[str, Any]) -> dict[str, Any]:
     for row in rows(document, "where"):
         value = number(row.get("share_pct"))
         if value == value:
-            key = (
-                _text(f"{row.get('system') or ''} {row.get('phase') or 'all phases'}"),
-                _text(row.get("config_id") or "all"),
-            )
+            key = (_text(f"{row.get('system') or ''} {row.get('phase') or 'all phases'}"), _text(row.get("config_id") or "all"))
             cells[key] = cells.get(key, 0.0) + value
     lines = sorted({r for r, _ in cells}, key=_order)
     total = {c: sum(v for (_, cc), v in cells.items() if cc == c) for c in {c for _, c in cells}}
@@ -63,9 +60,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
 def alt(data: dict[str, Any]) -> str:
     """Describe the map by its largest cell."""
     best = max(
-        (v, r, c)
-        for r, line in zip(data["rows"], data["share_pct"], strict=True)
-        for c, v in zip(data["columns"], line, strict=True)
+        (v, r, c) for r, line in zip(data["rows"], data["share_pct"], strict=True) for c, v in zip(data["columns"], line, strict=True)
     )
     return (
         f"Share of the squared error by phase and configuration, adding up to {data['total_pct']:.1f} %; "

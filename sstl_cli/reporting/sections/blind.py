@@ -73,9 +73,7 @@ def _effects(document: dict[str, Any]) -> Any:
         return None
     strengths = list(mapping(found[0], "isolation"))
     header = ["effect", *((f"isolated at {s}", "1") for s in strengths), "misses, and the likely reason"]
-    lines = [
-        [r.get("effect"), *(share(mapping(r, "isolation").get(s))[0] for s in strengths), r.get("reason") or ""] for r in found
-    ]
+    lines = [[r.get("effect"), *(share(mapping(r, "isolation").get(s))[0] for s in strengths), r.get("reason") or ""] for r in found]
     return table("Isolation by effect", header, lines)
 
 

@@ -28,9 +28,5 @@ def context(inputs: Inputs) -> dict[str, Any]:
     ]
     scores = None
     if inputs.score:
-        scores = table(
-            "Scores",
-            [(c.name, c.unit) for c in SCORE.columns],
-            ([r[c.name] for c in SCORE.columns] for r in inputs.score),
-        )
+        scores = table("Scores", [(c.name, c.unit) for c in SCORE.columns], ([r[c.name] for c in SCORE.columns] for r in inputs.score))
     return {"tracking": shown, "pair": pair, "scores": scores, "runs": len(names)}

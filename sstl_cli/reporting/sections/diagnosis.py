@@ -59,12 +59,7 @@ def _block(file: str, tendon: str, document: dict[str, Any], place: int, inputs:
     verdict = mapping(document, "verdict")
     status = str(verdict.get("status", "–"))
     pictures = {}
-    for name, module in (
-        ("waterfall", waterfall),
-        ("where", where),
-        ("candidates", candidates),
-        ("isolability", isolability),
-    ):
+    for name, module in (("waterfall", waterfall), ("where", where), ("candidates", candidates), ("isolability", isolability)):
         # below 'none' a list of candidates would read like a list of suspects
         found = None if name == "candidates" and status == "none" else module.default(Inputs(diagnosis=[document]), None)
         pictures[name] = drawing.picture(module, found, f"{name}-{place}") if found is not None else None
@@ -79,7 +74,8 @@ def _block(file: str, tendon: str, document: dict[str, Any], place: int, inputs:
         "sentence": words.sentence(document, inputs.catalogue),
         "why": str(verdict.get("why") or ""),
         "facts": _facts(document, inputs),
-        "remarks": [printable(r) for r in [*texts(document, "remarks"), *texts(document, "notes")]] + by_another(document.get("package_version"), "this diagnosis"),
+        "remarks": [printable(r) for r in [*texts(document, "remarks"), *texts(document, "notes")]]
+        + by_another(document.get("package_version"), "this diagnosis"),
         # many configurations need the whole width to stay readable
         "wide_map": len({r.get("config_id") for r in rows(document, "where")}) > 8,
         "pictures": pictures,
@@ -104,11 +100,7 @@ def _facts(document: dict[str, Any], inputs: Inputs) -> list[dict[str, Any]]:
         ("How far", [words.how_far(document), words.shrinkage(document)], []),
         ("How sure", [words.how_sure(document, inputs.blind or [words.published()])] if verdict else [], []),
     ]
-    return [
-        {"name": name, "lines": [t for t in lines if t], "links": links}
-        for name, lines, links in found
-        if any(lines)
-    ]
+    return [{"name": name, "lines": [t for t in lines if t], "links": links} for name, lines, links in found if any(lines)]
 
 
 def _next(document: dict[str, Any]) -> dict[str, str] | None:

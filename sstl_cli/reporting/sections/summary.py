@@ -14,9 +14,7 @@ MOST = 400
 
 def context(inputs: Inputs) -> dict[str, Any]:
     """Return one table a document."""
-    return {
-        "tables": [table(f"{name} ({d.get('schema')})", ["field", "value"], flat(d)) for name, d in inputs.document]
-    }
+    return {"tables": [table(f"{name} ({d.get('schema')})", ["field", "value"], flat(d)) for name, d in inputs.document]}
 
 
 def flat(document: dict[str, Any]) -> list[list[Any]]:

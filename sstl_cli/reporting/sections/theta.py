@@ -18,17 +18,9 @@ def context(inputs: Inputs) -> dict[str, Any]:
     pictures = [
         drawing.picture(module, found, name, caption)
         for module, name, caption in (
-            (
-                theta,
-                "theta",
-                "Parameters of the propagation lines; bars are one standard error. Filled: act, open: sstl.",
-            ),
+            (theta, "theta", "Parameters of the propagation lines; bars are one standard error. Filled: act, open: sstl."),
             (squared, "squared", "Two passes against one pass twice: points on the line follow the capstan rule."),
-            (
-                product,
-                "product",
-                "The product is 1 for friction that is linear in tension and equal in both directions.",
-            ),
+            (product, "product", "The product is 1 for friction that is linear in tension and equal in both directions."),
         )
         if (found := module.default(inputs, None)) is not None
     ]

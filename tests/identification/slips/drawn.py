@@ -154,4 +154,3 @@ def draw(seed: int, kinds: Sequence[Kind] = KINDS) -> Iterator[Drawn]:
         low, high = given.pop("sizes", (0.0, 1e9))  # type: ignore[misc]
         log = sized(low, high, 100_000 * seed + 1000 * number, effects=int(rng.integers(0, 2)), **given)
         yield Drawn(name, rules, log, spoil(log, rng))
-

@@ -27,7 +27,9 @@ def percent(log: Log, rng: Rng) -> Log:
 
 
 def comma_lost(log: Log, rng: Rng) -> Log:
-    return w.every(lambda r: replace(r, tension_in_n=np.round(1e3 * r.tension_in_n), tension_out_n=np.round(1e3 * r.tension_out_n)))(log, rng)
+    return w.every(lambda r: replace(r, tension_in_n=np.round(1e3 * r.tension_in_n), tension_out_n=np.round(1e3 * r.tension_out_n)))(
+        log, rng
+    )
 
 
 def glued(log: Log, rng: Rng) -> Log:
@@ -46,7 +48,9 @@ def glued(log: Log, rng: Rng) -> Log:
 def exported_again(log: Log, rng: Rng) -> Log:
     """Append a run as another program wrote it, with fewer digits."""
     step = 3e-4 * span(log)
-    return w.copied(lambda r: replace(r, tension_in_n=np.round(r.tension_in_n / step) * step, tension_out_n=np.round(r.tension_out_n / step) * step))(log, rng)
+    return w.copied(
+        lambda r: replace(r, tension_in_n=np.round(r.tension_in_n / step) * step, tension_out_n=np.round(r.tension_out_n / step) * step)
+    )(log, rng)
 
 
 def one_bend_exchanged(log: Log, rng: Rng) -> Log:

@@ -37,14 +37,9 @@ def _scenario(
     count = leads or int(rng.integers(2, 4))
     base, slope = rng.uniform(0.35, 0.5), rng.uniform(0.0012, 0.0025)
     at = sorted(rng.choice(len(LEADS_MM), count, replace=False))
-    bends = [
-        Configuration(id=f"CP-{LEADS_MM[i]:03.0f}", location="CP", lead_mm=LEADS_MM[i], theta=base + slope * LEADS_MM[i])
-        for i in at
-    ]
+    bends = [Configuration(id=f"CP-{LEADS_MM[i]:03.0f}", location="CP", lead_mm=LEADS_MM[i], theta=base + slope * LEADS_MM[i]) for i in at]
     kinds = ["trapezoid", *rng.choice(MOVEMENTS[1:], int(rng.integers(1, 3)), replace=False)]
-    moves = [
-        Trajectory(kind=k, duration_s=DURATIONS_S[k], systems=systems, record_position=True, record_reference=True) for k in kinds
-    ]  # type: ignore[arg-type]
+    moves = [Trajectory(kind=k, duration_s=DURATIONS_S[k], systems=systems, record_position=True, record_reference=True) for k in kinds]  # type: ignore[arg-type]
     found = load("sample").model_copy(
         update={
             "simulator": str(rng.choice(SIMULATORS)),

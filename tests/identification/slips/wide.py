@@ -56,10 +56,7 @@ def _scenario(
     count = leads or int(rng.choice([1, 2, 3]))
     base, slope = rng.uniform(0.15, 0.6), rng.uniform(0.0012, 0.004)
     at = sorted(rng.choice(len(LEADS_MM), count, replace=False))
-    bends = [
-        Configuration(id=f"CP-{LEADS_MM[i]:03.0f}", location="CP", lead_mm=LEADS_MM[i], theta=base + slope * LEADS_MM[i])
-        for i in at
-    ]
+    bends = [Configuration(id=f"CP-{LEADS_MM[i]:03.0f}", location="CP", lead_mm=LEADS_MM[i], theta=base + slope * LEADS_MM[i]) for i in at]
     recorded = systems or (("act",), ("sstl",), ("act", "sstl"))[int(rng.choice(3, p=[0.35, 0.15, 0.5]))]
     others = [m for m in MOVEMENTS if m not in moves]
     kinds = [*moves, *rng.choice(others, int(rng.integers(0 if moves else 1, 3)), replace=False)]

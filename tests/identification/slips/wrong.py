@@ -33,9 +33,7 @@ def counts(gx: float | None, gy: float | None, zero: float) -> Callable[[Run], R
     def change(r: Run) -> Run:
         x, y = r.tension_in_n, r.tension_out_n
         return replace(
-            r,
-            tension_in_n=x if gx is None else np.round(gx * x + zero),
-            tension_out_n=y if gy is None else np.round(gy * y + zero),
+            r, tension_in_n=x if gx is None else np.round(gx * x + zero), tension_out_n=y if gy is None else np.round(gy * y + zero)
         )
 
     return change
@@ -85,9 +83,7 @@ def relabelled(order: Callable[[list[str], np.random.Generator], list[str]], whi
         new = dict(zip(names, order(names, rng), strict=True))
         leads = {str(r.config_id): r.lead_mm for r in log}
         return [
-            replace(r, config_id=new[str(r.config_id)], lead_mm=leads[new[str(r.config_id)]] if lead else r.lead_mm)
-            if which(r)
-            else r
+            replace(r, config_id=new[str(r.config_id)], lead_mm=leads[new[str(r.config_id)]] if lead else r.lead_mm) if which(r) else r
             for r in log
         ]
 
@@ -126,7 +122,9 @@ def two_rigs(log: Log, rng: np.random.Generator) -> Log:
     other = []
     for r in log:
         n = rng.standard_normal((2, len(r))) * noise
-        other.append(replace(r, run_id=f"{r.run_id}-b", tension_in_n=1.05 * r.tension_in_n + n[0], tension_out_n=1.3 * r.tension_out_n + n[1]))
+        other.append(
+            replace(r, run_id=f"{r.run_id}-b", tension_in_n=1.05 * r.tension_in_n + n[0], tension_out_n=1.3 * r.tension_out_n + n[1])
+        )
     return [*log, *other]
 
 

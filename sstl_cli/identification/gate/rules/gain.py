@@ -97,7 +97,7 @@ def _guess(g: float, e: Evidence) -> tuple[str, str]:
         return min(options)[1:]
     if any(abs(math.log(g / ratio)) < 0.12 for ratio in (2.0, 0.5)):
         small = 0 if g > 1.0 else 1
-        mend = f"{('tension_in_n', 'tension_out_n')[small]} = {{ column = ..., unit = \"counts\", gain = 2 }}"
+        mend = f'{("tension_in_n", "tension_out_n")[small]} = {{ column = ..., unit = "counts", gain = 2 }}'
         return f"the {WORDS[small]} sensor sits behind a 2:1 pulley or reads half of a pair", mend
     large = 1 if g > 1.0 else 0
     return (

@@ -47,7 +47,9 @@ def _ordered(group: list[Evidence]) -> Iterator[Remark]:
     left = float(np.sqrt(np.mean(away**2))) / spread
     if left > UNORDERED:
         out = np.flatnonzero(away > 0.5 * float(away.max()))
-        how = f"does not follow the lead screw (it varies by {100 * spread / float(np.mean(f)):.0f} %, {100 * left:.0f} % of it out of order)"
+        how = (
+            f"does not follow the lead screw (it varies by {100 * spread / float(np.mean(f)):.0f} %, {100 * left:.0f} % of it out of order)"
+        )
         number, unit = 100.0 * left, "%"
     elif tau < -REVERSED:
         out = np.arange(len(leads))

@@ -15,7 +15,11 @@ STIFF, SOFT = 800.0, 0.02
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose tension over position no tendon has."""
     for stiff in (True, False):
-        hit = [e for e in log if e.tendon_like and e.loaded and _stiffness(e) > 0.0 and (_stiffness(e) > STIFF if stiff else _stiffness(e) < SOFT)]
+        hit = [
+            e
+            for e in log
+            if e.tendon_like and e.loaded and _stiffness(e) > 0.0 and (_stiffness(e) > STIFF if stiff else _stiffness(e) < SOFT)
+        ]
         if hit:
             k = _stiffness(hit[0])
             unit = "m" if stiff else "um"

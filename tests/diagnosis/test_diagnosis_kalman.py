@@ -1,0 +1,87 @@
+"""The innovations filter's kernels against a dense covariance made by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, filtered, gains
+from sstl_cli.diagnosis.smoother import LAW, MOVES
+
+N, SIGMA = 6, 0.3
+
+
+def plain(n: int) -> dict[str, np.ndarray]:
+    """Arguments of ``gains`` for an output with white noise alone."""
+    zero = np.zeros(n)
+    first = np.zeros(n, bool)
+    first[0] = True
+    names = ("slide", "gain", "doubt_n", "decay", "fresh", "shown", "both", "mean", "start")
+    return {k: zero.copy() for k in names} | {
+        "law": np.zeros((n, LAW)),
+        "white_n": np.full(n, SIGMA),
+        "keep": np.ones(n, bool),
+        "first": first,
+    }
+
+
+def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
+    weights, scale, log_det = gains(**a)
+    moves = np.ascontiguousarray(a["law"][:, :MOVES])
+    return filtered(x, moves, a["decay"], a["shown"], weights, scale, a["slide"], a["gain"], a["first"]), log_det
+
+
+def agrees(a: dict[str, np.ndarray], covariance: np.ndarray) -> None:
+    z, log_det = whitened(a, np.eye(len(covariance)))
+    assert z.T @ z == pytest.approx(np.linalg.inv(covariance), rel=1e-9, abs=1e-9)
+    assert log_det == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-12)
+
+
+def test_white_noise_is_divided_by_its_size() -> None:
+    agrees(plain(N), SIGMA**2 * np.eye(N))
+
+
+def test_what_was_read_before_a_hold_is_common_to_all_of_it() -> None:
+    a = plain(N)
+    a["start"][0] = 0.5
+    agrees(a, SIGMA**2 * np.eye(N) + 0.5)
+
+
+def test_own_noise_of_first_order_is_remembered() -> None:
+    a, kept, power = plain(N), 0.8, 2.0
+    a["decay"][1:], a["shown"][1:] = kept, kept
+    # sampled, not averaged: what is new in the state is all new in the reading
+    for k in ("fresh", "both", "mean"):
+        a[k][:] = power * (1.0 - kept**2)
+        a[k][0] = power
+    lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
+    agrees(a, SIGMA**2 * np.eye(N) + power * kept**lag)
+
+
+def test_an_error_of_the_input_enters_while_the_line_slides_and_stays_while_it_holds() -> None:
+    a, new, gain = plain(N), 0.7, 1.5
+    a["law"][:, MEAN_NEW] = new
+    a["gain"][:] = gain
+    a["slide"][:3] = 1.0
+    c = SIGMA**2 * np.eye(N)
+    power = gain**2 * new
+    c[:3, :3] += power * np.eye(3)
+    # the error of the last slide
+    c[2:, 2:] += power * (np.ones((4, 4)) - np.pad(np.ones((1, 1)), (0, 3)))
+    agrees(a, c)
+
+
+def test_a_masked_sample_says_nothing_and_moves_the_state_on() -> None:
+    a = plain(N)
+    a["start"][0], a["keep"][2] = 0.5, False
+    z, log_det = whitened(a, np.eye(N))
+    left = np.delete(np.arange(N), 2)
+    c = (SIGMA**2 * np.eye(N) + 0.5)[np.ix_(left, left)]
+    assert not z[2].any()
+    assert not z[:, 2].any()
+    assert (z.T @ z)[np.ix_(left, left)] == pytest.approx(np.linalg.inv(c), rel=1e-9)
+    assert log_det == pytest.approx(np.linalg.slogdet(c)[1], rel=1e-12)
+
+
+def test_states_and_columns_stand_where_the_law_has_them() -> None:
+    assert (STATES, ERRORS, LAW - 1, BOTH_FROM + ERRORS) == (6, 4, MEAN_NEW, MEAN_NEW)
