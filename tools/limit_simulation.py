@@ -121,7 +121,7 @@ def full_recordings(case: Case, draws: int) -> list[bool]:
         sim = Simulator(records, truth.sim.mechanics, truth.sim.fixed)
         _, noise = truth.noise(True)
         entering = replace(noise, input={s: replace(v, coloured_n=source.bench.noise.coloured_n) for s, v in noise.input.items()})
-        whiten = whitener(sim.problem.records, sim.phases(case.own.theta, case.own.effects, entering), entering)
+        whiten = whitener(sim.constants({}, entering), sim.phases(case.own.theta, case.own.effects, entering))
         wrong.append(_rival_ahead(sim, case, whiten))
     return wrong
 

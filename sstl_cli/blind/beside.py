@@ -13,7 +13,7 @@ from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.fit import first_theta, fit
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.search import NOTHING
-from sstl_cli.diagnosis.whitening import Noise, Phases, white, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, constants, white, whitener
 from sstl_cli.physics.effects import catalogue
 from sstl_cli.physics.filters import first_order
 
@@ -68,5 +68,5 @@ def _loop_d2(truth: Truth, values: dict[str, float]) -> float:
     still = np.zeros(sum(len(p) for p in parts))
     # nothing slides between two readings of one tension: the noise of the input sensor stands alone
     alone = Noise(noise.input, noise.input, noise.smoother)
-    z = whitener(records, Phases(still, still, still), alone)(np.concatenate(parts))
+    z = whitener(constants(records, alone), Phases(still, still, still))(np.concatenate(parts))
     return float(z @ z)

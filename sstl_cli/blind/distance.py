@@ -95,7 +95,7 @@ class Truth:
         """Return the whitener of the case's noise by the phases of a fit."""
         records, noise = self.noise(known)
         sim = Simulator(replace(self.sim.problem, records=tuple(records)), self.sim.mechanics, self.sim.fixed)
-        return whitener(records, sim.phases(around.theta, around.effects, noise), noise)
+        return whitener(sim.constants({}, noise), sim.phases(around.theta, around.effects, noise))
 
 
 def truth_of(source: Source, effects: Effects, claimed: Scenario) -> Truth:

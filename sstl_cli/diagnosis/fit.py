@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +26,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
-from sstl_cli.diagnosis.whitening import Noise, Whitener, constants, whitener
+from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -198,33 +198,48 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
     for _ in range(rounds):
         before = found.cost
         moved = fit(sim, found.whiten, found.hypothesis, found.theta, found.values, iterations, found)
-        found = _judged(sim, noise, moved)
+        found = _judged(sim, noise, moved, near=True)
         if abs(before - found.cost) < ENOUGH_NATS:
             break
     return found
 
 
-def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
-    """Return a fit with its own whitener and cost."""
+def _judged(sim: Simulator, noise: Noise, f: Fit, near: bool = False) -> Fit:
+    """Return a fit with its own whitener and cost; ``near``: its share is sought from the one it has."""
     phases = sim.where_noise_enters(f.theta, f.effects, noise)
-    records = sim.read_records(f.effects)
-    if not f.free:
-        tries = [(0.0, whitener(records, phases, noise))]
-    else:
-        added = np.abs(f.prediction - sim.predict(f.theta, {}))
-        known = constants(records, noise)
-        if any(x.parameter.name in x.effect.averaged for x in f.free):
+    known = sim.constants(f.effects, noise)
+    added = np.abs(f.prediction - sim.predict(f.theta, {})) if f.free else np.zeros(len(f.residual))
+    jumps = any(x.parameter.name in x.effect.averaged for x in f.free)
+
+    def judged(share: float) -> Fit:
+        if jumps:
             # a jump is as new at every step of a slide, and in a hold what the last one left
-            jumps = [(share, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added))) for share in JUMPS]
-            tries = [(share, whitener(records, p, noise, known=known)) for share, p in jumps]
+            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
         else:
-            tries = [(share, whitener(records, phases, noise, share * added, known)) for share in SHARES]
-    costs = []
-    for _, whiten in tries:
-        z = whiten(f.residual)
-        costs.append(0.5 * float(z @ z) + 0.5 * whiten.log_det)
-    best = int(np.argmin(costs))
-    return replace(f, whiten=tries[best][1], cost=costs[best], discrepancy=tries[best][0])
+            own = whitener(known, phases, share * added if f.free else None)
+        z = own(f.residual)
+        return replace(f, whiten=own, cost=0.5 * float(z @ z) + 0.5 * own.log_det, discrepancy=share)
+
+    shares = JUMPS if jumps else SHARES if f.free else SHARES[:1]
+    return _most_likely(judged, shares, f.discrepancy if near else None)
+
+
+def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float | None) -> Fit:
+    """Return the fit with the most likely share: of all, or from one on as long as its neighbours are more likely."""
+    if begin is None or begin not in shares:
+        return min((judged(share) for share in shares), key=lambda f: f.cost)
+    at = shares.index(begin)
+    best = judged(begin)
+    for step in (1, -1):
+        place = at
+        while 0 <= (place := place + step) < len(shares):
+            tried = judged(shares[place])
+            if tried.cost >= best.cost:
+                break
+            best = tried
+        if best.discrepancy != begin:
+            break
+    return best
 
 
 def _bounded_step(a: Array, b: Array, values: Array, low: Array, high: Array, configs: int) -> Array:

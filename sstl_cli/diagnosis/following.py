@@ -204,7 +204,7 @@ def planned(found: Search, movements: Sequence[Movement]) -> Simulator | None:
 def _moved(sim: Simulator, found: Search, f: Fit) -> Fit:
     """Return a fit with its parameters put on a planned movement."""
     theta = np.array([float(np.median(f.theta))])
-    start = whitener(sim.problem.records, sim.phases(theta, f.effects, found.noise), found.noise)
+    start = whitener(sim.constants({}, found.noise), sim.phases(theta, f.effects, found.noise))
     return fit(sim, start, f.hypothesis, theta, f.values, 0)
 
 

@@ -87,7 +87,7 @@ def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Arra
     """Return the most likely noise in what the best few models together leave, by the phases of the best, and its cost by system."""
     best = _leading(coarse)
     phases = sim.phases(best.theta, best.effects, measured)
-    whiten = whitener(sim.problem.records, phases, measured)
+    whiten = whitener(sim.constants({}, measured), phases)
     residual = sim.y - sim.predict(best.theta, best.effects)
     j, r = whiten(columns), whiten(residual)
     gram = j.T @ j

@@ -40,7 +40,7 @@ from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.noise import variance
 from sstl_cli.diagnosis.records import Problem, Record
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.whitening import Noise, Phases, Whitener, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Whitener, constants, whitener
 from sstl_cli.physics.scenario import MisfitSection
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def _scattered(section: MisfitSection, records: Sequence[Record], left: Array, p
     def cost(p: Array) -> float:
         s = at(p)
         known = [replace(r, misfit_n=w @ np.array(s.sd_n), misfit_s=s.correlation_s) for r, w in zip(records, where, strict=True)]
-        whiten = whitener(known, phases, noise)
+        whiten = whitener(constants(known, noise), phases)
         z = whiten(left)
         # a scatter slower than the record cannot be told from the map
         return 0.5 * (float(z @ z) + whiten.log_det) + float(np.sum((np.maximum(np.abs(p - start) - WIDEST, 0.0)) ** 2)) * BEYOND_WIDEST
@@ -244,7 +244,7 @@ def beyond(sim: Simulator, accepted: Fit, sections: Sequence[MisfitSection], noi
     """Return the simulator that knows what it leaves, and the whitener of its scatter."""
     bare = replace(sim.problem, records=tuple(replace(r, known=None) for r in sim.problem.records))
     knowing = Simulator(applied(bare, sections, 1.0), sim.mechanics, sim.fixed)
-    return knowing, whitener(knowing.problem.records, knowing.phases(accepted.theta, accepted.effects, noise), noise)
+    return knowing, whitener(knowing.constants({}, noise), knowing.phases(accepted.theta, accepted.effects, noise))
 
 
 def known(problem: Problem) -> Array:

@@ -47,7 +47,7 @@ from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.readings import gaps, known
 from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
 from sstl_cli.diagnosis.records import Record, content
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, step_of, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, constants, step_of, whitener
 
 Array = NDArray[np.float64]
 # place of the input's coloured noise among the numbers that are fitted
@@ -283,7 +283,7 @@ def _fitted(
 
     def cost(p: Array) -> float:
         a, b, smoother = sensors(p)
-        w = whitener(records, phases, Noise({system: a}, {system: b}, {system: smoother}))
+        w = whitener(constants(records, Noise({system: a}, {system: b}, {system: smoother})), phases)
         z = w(stacked)
         r, j = z[:, 0], z[:, 1:]
         gram = j.T @ j

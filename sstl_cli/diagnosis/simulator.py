@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
-from sstl_cli.diagnosis.whitening import Noise, Phases
+from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, constants
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
@@ -75,6 +75,7 @@ class Simulator:
         # where the input may have turned unseen, a run of the model ends and another begins; its clocks go on
         self._runs = laid([piece for r in p.records for piece in _pieces(r, self._drive(r, r.u, r.rate))])
         self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
+        self._scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u)) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
@@ -93,6 +94,7 @@ class Simulator:
         self.config = np.concatenate([np.full(len(r), r.config) for r in p.records])
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])
         self._entering: tuple[Noise, Phases] | None = None
+        self._constants: tuple[Noise, Constants] | None = None
 
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
         return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip, neighbour_n=neighbour_of(r))
@@ -145,10 +147,28 @@ class Simulator:
             self._entering = (noise, self.phases(self.accepted, {}, noise))
         return self._entering[1]
 
+    def constants(self, effects: Effects, noise: Noise) -> Constants:
+        """Return what the noise is whatever the model does; kept for all models that read the records as they are."""
+        late = self._late_s(effects)
+        if any(late):
+            return constants(self._read(late), noise)
+        if self._constants is None or self._constants[0] is not noise:
+            self._constants = (noise, constants(self.problem.records, noise))
+        return self._constants[1]
+
     def read_records(self, effects: Effects) -> tuple[Record, ...]:
         """Return the records with their known scatter as the output's channel reads it: it arises in the rig, before any lag."""
+        return self._read(self._late_s(effects))
+
+    def _late_s(self, effects: Effects) -> tuple[float, ...]:
+        """Return by how much (s) each record is read late; all 0 where nothing is known to scatter."""
+        if not self._scatters:
+            return (0.0,) * len(self.problem.records)
         active = activate({k: v for k, v in effects.items() if k != LINE.id}).of_hook("late_s")
-        return tuple(_read_late(r, sum(e.late_s(r.system, v) for e, v in active)) for r in self.problem.records)  # type: ignore[misc]
+        return tuple(sum(e.late_s(r.system, v) for e, v in active) for r in self.problem.records)  # type: ignore[misc]
+
+    def _read(self, late_s: Sequence[float]) -> tuple[Record, ...]:
+        return tuple(_read_late(r, late) for r, late in zip(self.problem.records, late_s, strict=True))
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""

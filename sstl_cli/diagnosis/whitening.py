@@ -166,21 +166,16 @@ class Constants:
     wander: tuple[tuple[Array, list[slice]], ...] | None = None
 
 
-def whitener(
-    records: Sequence[Record], phases: Phases, noise: Noise, discrepancy_n: Array | None = None, known: Constants | None = None
-) -> Whitener:
+def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -> Whitener:
     """Return the innovations filter of records whose model slides and holds as ``phases`` say.
 
     Parameters
     ----------
-    records : sequence of Record
-        Laid end to end; ``phases`` has one entry for each of their samples.
+    c : Constants
+        Those of the records, laid end to end, and of the noise; ``phases`` has one entry for each of their samples.
     discrepancy_n : ndarray, shape (samples,), optional
         Standard deviation of what the model's law may be off (N).
-    known : Constants, optional
-        Those of the records and the noise, where several whiteners share them.
     """
-    c = known or constants(records, noise)
     white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
     weights, scale, log_det = gains(
         phases.slide, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,

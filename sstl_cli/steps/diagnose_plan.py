@@ -105,7 +105,7 @@ def _planned(scenario: Scenario) -> tuple[Search, float]:
     # what the base shows, without the noise that is expected
     quiet = copy(sim)
     quiet.y = sim.predict(theta, {})
-    whiten = whitener(problem.records, sim.phases(theta, {}, noise), noise)
+    whiten = whitener(sim.constants({}, noise), sim.phases(theta, {}, noise))
     return Search(quiet, noise, noise, fit(quiet, whiten, NOTHING, theta, np.zeros(0), 0), {}, {}), unit_n
 
 

@@ -14,7 +14,7 @@ from sstl_cli.diagnosis import noise as of
 from sstl_cli.diagnosis.constants import CORRELATIONS_S, ENOUGH, MEASURED, UNSEEN
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
 from sstl_cli.diagnosis.recorder import Faults
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, step_of, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, step_of, whitener
 
 SIM = simulator()
 RECORDS = SIM.problem.records
@@ -147,7 +147,7 @@ def test_noise_is_most_likely_where_a_dense_restricted_likelihood_has_its_minimu
 
     def dense(scale):
         sensor = replace(found.output["act"], white_n=scale * found.output["act"].white_n)
-        w = whitener(part, sub, replace(found, output={"act": sensor}))
+        w = whitener(constants(part, replace(found, output={"act": sensor})), sub)
         r, x = w(residual[rows]), w(column[rows])[:, 0]
         prior = (np.log(sensor.white_n / NOISE_N) / 0.3) ** 2
         return 0.5 * (r @ r - (x @ r) ** 2 / (x @ x) + w.log_det + np.log(x @ x) + prior)
@@ -167,7 +167,7 @@ def test_the_price_of_a_noise_is_that_of_the_output_alone():
     assert found.input["act"].coloured_n > 0.015 and 0.05 / np.e <= found.input["act"].correlation_s <= 0.8 * np.e
     part = [r for r, _ in some([(r, slice(0, 0)) for r in RECORDS])]
     rows = np.concatenate([np.arange(s.start, s.stop) for r, s in zip(RECORDS, SIM.slices(), strict=True) if r in part])
-    w = whitener(part, Phases(own.slide[rows], own.gain[rows], own.doubt_n[rows]), found)
+    w = whitener(constants(part, found), Phases(own.slide[rows], own.gain[rows], own.doubt_n[rows]))
     r, x = w(residual[rows]), w(column[rows])[:, 0]
     out = found.output["act"]
     off = [np.log(out.white_n / NOISE_N) / 0.05, np.log(out.coloured_n / 0.002) / MEASURED, np.log(found.smoother["act"]) / 0.2]

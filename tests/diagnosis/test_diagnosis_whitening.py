@@ -11,7 +11,7 @@ from made_chain import posterior
 from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.smoother import Reading, chain, error_of_means
 from sstl_cli.diagnosis.wander import Wander
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, white, whitener
 
 N, FACTOR, DT = 120, 5, 0.004
 
@@ -82,7 +82,7 @@ def dense(ph, told=False):
 
 def test_the_filter_is_the_inverse_root_of_the_dense_covariance():
     ph = phases()
-    w, sigma = whitener([Made()], ph, NOISE), dense(ph)
+    w, sigma = whitener(constants([Made()], NOISE), ph), dense(ph)
     x = np.random.default_rng(0).standard_normal((N, 4))
     z = w(x)
     assert z.T @ z == pytest.approx(x.T @ np.linalg.solve(sigma, x), rel=1e-8)
@@ -91,7 +91,7 @@ def test_the_filter_is_the_inverse_root_of_the_dense_covariance():
 
 def test_a_smoother_that_was_told_of_slow_noise_has_it_in_its_error():
     ph, law = phases(), error_of_means(chain(READ, KNOWN, TOLD, CORNERS, BENDS)[0], FACTOR)[0]
-    w, sigma = whitener([Made(error_law=law, told_n=0.015)], ph, NOISE), dense(ph, told=True)
+    w, sigma = whitener(constants([Made(error_law=law, told_n=0.015)], NOISE), ph), dense(ph, told=True)
     x = np.random.default_rng(0).standard_normal((N, 4))
     z = w(x)
     assert z.T @ z == pytest.approx(x.T @ np.linalg.solve(sigma, x), rel=1e-8)
@@ -102,7 +102,7 @@ def test_masked_samples_count_for_nothing():
     ph = phases()
     keep = np.ones(N)
     keep[30:45] = 0.0
-    w = whitener([Made(weight=keep)], ph, NOISE)
+    w = whitener(constants([Made(weight=keep)], NOISE), ph)
     x = np.random.default_rng(1).standard_normal(N)
     other = np.where(keep > 0, x, 1e6)
     used = keep > 0
@@ -114,7 +114,7 @@ def test_masked_samples_count_for_nothing():
 def test_runs_do_not_touch_one_another():
     ph = phases()
     twice = Phases(np.tile(ph.slide, 2), np.tile(ph.gain, 2), np.tile(ph.doubt_n, 2))
-    w, alone = whitener([Made(), Made()], twice, NOISE), whitener([Made()], ph, NOISE)
+    w, alone = whitener(constants([Made(), Made()], NOISE), twice), whitener(constants([Made()], NOISE), ph)
     x = np.random.default_rng(2).standard_normal(2 * N)
     assert np.allclose(w(x), np.concatenate((alone(x[:N]), alone(x[N:]))))
     assert w.log_det == pytest.approx(2.0 * alone.log_det)
@@ -123,7 +123,7 @@ def test_runs_do_not_touch_one_another():
 def test_what_a_law_may_be_off_adds_to_the_noise():
     ph = phases()
     off = np.linspace(0.0, 0.1, N)
-    w = whitener([Made()], ph, NOISE, off)
+    w = whitener(constants([Made()], NOISE), ph, off)
     x = np.random.default_rng(3).standard_normal(N)
     assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + np.diag(off**2), x), rel=1e-8)
 
@@ -137,6 +137,6 @@ def test_white_noise_is_only_scaled():
 def test_a_hold_that_nearly_slid_is_off_by_one_number_until_the_next_slide():
     ph = phases()
     touched = (np.arange(N) >= 55) & (np.arange(N) < 80)
-    w = whitener([Made()], Phases(ph.slide, ph.gain, 0.05 * touched), NOISE)
+    w = whitener(constants([Made()], NOISE), Phases(ph.slide, ph.gain, 0.05 * touched))
     x = np.random.default_rng(4).standard_normal(N)
     assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + 0.05**2 * np.outer(touched, touched), x), rel=1e-8)
