@@ -161,51 +161,86 @@ def fit(
     r = whiten(sim.y - prediction)
     cost = 0.5 * float(r @ r)
     damping = DAMPING
-    j = known.jacobian if known else jacobian(sim, theta, free, values, prediction)
+    j = known.jacobian.copy() if known else jacobian(sim, theta, free, values, prediction)
+    fresh = True
     for _ in range(iterations):
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
-        improved = False
+        gain = 0.0
         for _ in range(DAMPINGS):
             step = _bounded_step(a + np.diag(damping * scale), b, values, low, high, configs)
+            if float(b @ step - 0.5 * step @ a @ step) < ENOUGH_NATS:
+                break
             new_theta = np.clip(theta + step[:configs], THETA_LOW, THETA_HIGH)
             new_values = np.clip(values + step[configs:], low, high)
             new_prediction = sim.predict(new_theta, as_effects(free, new_values))
             new_r = whiten(sim.y - new_prediction)
             new_cost = 0.5 * float(new_r @ new_r)
             if new_cost < cost:
-                improved = True
+                gain = cost - new_cost
                 break
             damping *= DAMPING_FACTOR
-        if not improved:
+        if gain > 0.0:
+            moved = np.concatenate((new_theta - theta, new_values - values))
+            if gain >= ENOUGH_NATS:
+                _secant(sim.config, j, new_prediction - prediction, moved, scale)
+            theta, values, prediction, r, cost = new_theta, new_values, new_prediction, new_r, new_cost
+            damping = max(damping / DAMPING_FACTOR, 1e-8)
+        if gain >= ENOUGH_NATS:
+            fresh = False
+        elif fresh:
+            # slopes are those of a place less than ENOUGH_NATS away
             break
-        gain = cost - new_cost
-        theta, values, prediction, r, cost = new_theta, new_values, new_prediction, new_r, new_cost
-        damping = max(damping / DAMPING_FACTOR, 1e-8)
+        else:
+            j, damping, fresh = jacobian(sim, theta, free, values, prediction), DAMPING, True
+    if not fresh:
         j = jacobian(sim, theta, free, values, prediction)
-        if gain < ENOUGH_NATS:
-            break
     return Fit(hypothesis, theta, values, cost + 0.5 * whiten.log_det, prediction, sim.y - prediction, j, whiten)
 
 
-def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations: int = MAX_ITERATIONS) -> Fit:
+@njit(cache=True, nogil=True)
+def _secant(config: Counts, j: Array, moved_n: Array, step: Array, scale: Array) -> None:
+    """Turn a Jacobian, in place, so that it says what a step has done (Broyden 1965), each configuration by its own step.
+
+    What it said wrong is put down to parameters as they have moved the answer, ``scale`` times the square of their step.
+    """
+    n, free = moved_n.size, j.shape[1] - 1
+    configs = step.size - free
+    total = 0.0
+    for k in range(configs, step.size):
+        total += scale[k] * step[k] * step[k]
+    for t in range(n):
+        c = config[t]
+        whole = total + scale[c] * step[c] * step[c]
+        if whole <= 0.0:
+            continue
+        off = moved_n[t] - j[t, 0] * step[c]
+        for k in range(free):
+            off -= j[t, 1 + k] * step[configs + k]
+        off /= whole
+        j[t, 0] += off * scale[c] * step[c]
+        for k in range(free):
+            j[t, 1 + k] += off * scale[configs + k] * step[configs + k]
+
+
+def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations: int = MAX_ITERATIONS, judged: bool = False) -> Fit:
     """Return a fit whose noise follows its own phases and its own discrepancy: whitened by them, fitted, and again.
 
     No law is exact: what an effect adds to the base may be off by a share of itself (Kennedy and O'Hagan 2001). The share is
-    the most likely of a few; a large one costs as much as it makes the noise larger.
+    the most likely of a few; a large one costs as much as it makes the noise larger. A ``judged`` start has been settled before.
     """
-    found = _judged(sim, noise, start)
+    found = start if judged else _judged(sim, noise, start)
     for _ in range(rounds):
         before = found.cost
         moved = fit(sim, found.whiten, found.hypothesis, found.theta, found.values, iterations, found)
-        found = _judged(sim, noise, moved, near=True)
+        found = _judged(sim, noise, moved)
         if abs(before - found.cost) < ENOUGH_NATS:
             break
     return found
 
 
-def _judged(sim: Simulator, noise: Noise, f: Fit, near: bool = False) -> Fit:
-    """Return a fit with its own whitener and cost; ``near``: its share is sought from the one it has."""
+def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
+    """Return a fit with its own whitener and cost; its share is sought from the one it has."""
     phases = sim.where_noise_enters(f.theta, f.effects, noise)
     known = sim.constants(f.effects, noise)
     added = np.abs(f.prediction - sim.predict(f.theta, {})) if f.free else np.zeros(len(f.residual))
@@ -221,12 +256,12 @@ def _judged(sim: Simulator, noise: Noise, f: Fit, near: bool = False) -> Fit:
         return replace(f, whiten=own, cost=0.5 * float(z @ z) + 0.5 * own.log_det, discrepancy=share)
 
     shares = JUMPS if jumps else SHARES if f.free else SHARES[:1]
-    return _most_likely(judged, shares, f.discrepancy if near else None)
+    return _most_likely(judged, shares, f.discrepancy)
 
 
-def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float | None) -> Fit:
+def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float) -> Fit:
     """Return the fit with the most likely share: of all, or from one on as long as its neighbours are more likely."""
-    if begin is None or begin not in shares:
+    if begin not in shares:
         return min((judged(share) for share in shares), key=lambda f: f.cost)
     at = shares.index(begin)
     best = judged(begin)

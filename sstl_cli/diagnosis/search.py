@@ -24,6 +24,7 @@ from sstl_cli.diagnosis.constants import (
     FITTED,
     LEADERS,
     LEAST_STRENGTH,
+    MAX_ITERATIONS,
     OFF_NEUTRAL,
     PAIRS,
     PARTNERS,
@@ -128,7 +129,7 @@ def run(
     def begun(f: Fit) -> Fit:
         start = fit(sim, found.base.whiten, f.hypothesis, _spread(found.base.theta, chosen, f.theta), f.values, 0)
         done = settle(sim, noise, start, 1, SHORT_ITERATIONS)
-        return done if done.cost < found.base.cost else _near(found, done)
+        return done if done.cost < found.base.cost else _near(found, done, COARSE_ITERATIONS, SHORT_ITERATIONS)
 
     first_round = _each(begun, rough, workers)
     lead = max((found.base.cost - f.cost for f in first_round), default=0.0)
@@ -228,7 +229,7 @@ def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed,
     sim, base = found.sim, found.base
     if not alive:
         return tuple(sorted((weigh(sim, f, base.cost) for f in begun), key=lambda w: -w.evidence))
-    done = [_settled(found, f) for f in begun]
+    done = [_settled(found, f, judged=True) for f in begun]
     weighed = [weigh(sim, f, base.cost) for f in done]
     whole = done[0]
     if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
@@ -238,17 +239,17 @@ def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed,
     return tuple(sorted(weighed, key=lambda w: -w.evidence))
 
 
-def _settled(found: Search, start: Fit) -> Fit:
-    done = settle(found.sim, found.noise, start)
+def _settled(found: Search, start: Fit, judged: bool = False) -> Fit:
+    done = settle(found.sim, found.noise, start, judged=judged)
     return done if done.cost < found.base.cost else _near(found, done)
 
 
-def _near(found: Search, stuck: Fit) -> Fit:
+def _near(found: Search, stuck: Fit, iterations: int = MAX_ITERATIONS, settled: int = MAX_ITERATIONS) -> Fit:
     """Return the better of a fit that ends above the base, which it contains, and a fit from near the base."""
     start = grid(stuck.free)[0]
     start = np.array([v if f.parameter.shape else n for f, v, n in zip(stuck.free, stuck.values, start, strict=True)])
-    again = fit(found.sim, found.base.whiten, stuck.hypothesis, found.base.theta, start)
-    return min(stuck, settle(found.sim, found.noise, again, 1), key=lambda f: f.cost)
+    again = fit(found.sim, found.base.whiten, stuck.hypothesis, found.base.theta, start, iterations)
+    return min(stuck, settle(found.sim, found.noise, again, 1, settled), key=lambda f: f.cost)
 
 
 def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]]:

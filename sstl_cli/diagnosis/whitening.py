@@ -139,6 +139,14 @@ class Whitener:
         return out[:, 0] if flat else out
 
 
+class _White(Whitener):
+    """The whitener of independent noise: nothing is carried from sample to sample."""
+
+    def __call__(self, columns: Array) -> Array:
+        """Return columns over the noise, 0 where nothing is known."""
+        return columns * (self.scale if columns.ndim == 1 else self.scale[:, None])
+
+
 def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     """Return the whitener of independent noise of one standard deviation (N)."""
     n = len(keep)
@@ -147,7 +155,7 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     first[list(starts)] = True
     zero = np.zeros(n)
     log_det = 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n))
-    return Whitener(np.zeros((n, MOVES)), Own(zero, zero, zero, zero, zero), np.zeros((n, STATES)), scale, zero, zero, first, log_det)
+    return _White(np.zeros((n, MOVES)), Own(zero, zero, zero, zero, zero), np.zeros((n, STATES)), scale, zero, zero, first, log_det)
 
 
 @dataclass(frozen=True)

@@ -46,15 +46,8 @@ def play_operator(tension_in: Array, gamma_p: float, beta_p: float, gamma_r: flo
 
 
 @njit(cache=True, inline="always")
-def _look_up(table: Array, tension: float, step: float, row: int, part: float) -> float:
-    x = tension / step
-    j = int(x)
-    last = table.shape[1] - 2
-    if j > last:
-        j = last
-    if j < 0:
-        j = 0
-    u = x - j
+def _look_up(table: Array, j: int, u: float, row: int, part: float) -> float:
+    """Return a table's value at column ``j`` and ``u`` of the way to the next, ``part`` of the way from a row to the next."""
     value: float = table[row, j] + u * (table[row, j + 1] - table[row, j])
     if part > 0.0:
         upper = table[row + 1, j] + u * (table[row + 1, j + 1] - table[row + 1, j])
@@ -80,19 +73,20 @@ def bounded_play(
     ``scale`` has shape (n,), or (1,) for a constant factor.
     """
     out = np.empty_like(tension)
-    rows = pull.shape[0]
+    rows, last, over = pull.shape[0], pull.shape[1] - 2, 1.0 / tension_step
     row, part = _row(scale[0], scale0, scale_step, rows)
     varying = scale.size > 1
     y = start
-    if math.isnan(y) and tension.size:
-        low = _look_up(pull, tension[0], tension_step, row, part)
-        y = 0.5 * (low + _look_up(release, tension[0], tension_step, row, part))
     for k in range(tension.size):
         if varying:
             row, part = _row(scale[k], scale0, scale_step, rows)
-        low = max(_look_up(pull, tension[k], tension_step, row, part), 0.0)
-        high = max(_look_up(release, tension[k], tension_step, row, part), 0.0)
-        y = max(low, min(y, high))
+        # both tables have the same columns
+        x = tension[k] * over
+        j = min(max(int(x), 0), last)
+        low, high = _look_up(pull, j, x - j, row, part), _look_up(release, j, x - j, row, part)
+        if k == 0 and math.isnan(y):
+            y = 0.5 * (low + high)
+        y = max(max(low, 0.0), min(y, max(high, 0.0)))
         out[k] = y
     return out
 
