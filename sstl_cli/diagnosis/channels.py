@@ -35,7 +35,7 @@ from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effect import Drive, Effect
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import first_order
-from sstl_cli.physics.transmission import activate, predict_position
+from sstl_cli.physics.transmission import activate, mean_tension, predict_position
 from sstl_cli.physics.transmission.model import drive_of
 
 Array = NDArray[np.float64]
@@ -153,7 +153,7 @@ def _affine(x: Array, columns: Sequence[Array]) -> Array:
 
 @dataclass(frozen=True)
 class _Line:
-    """One run as the position sees it: its drive, and output (N) and position (mm) of the rigid line.
+    """One run as the position sees it: its drive, output and mean tension along it (N), and position (mm) of the rigid line.
 
     ``load`` (N, as predicted and as read) and ``measured`` (mm) are on the analysis grid, ``factor`` times coarser.
     """
@@ -161,6 +161,7 @@ class _Line:
     theta: float
     drive: Drive
     out: Array
+    mean: Array
     rigid: Array
     factor: int
     load: tuple[Array, Array]
@@ -168,14 +169,16 @@ class _Line:
 
 
 def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Sequence[Array]) -> list[_Line]:
-    none, found = activate({}), []
+    none, own, found = activate({}), activate(sim.fixed), []
     for x, r in zip(measured, records, strict=True):
         theta = float(tension.theta[r.config])
         drive = drive_of(r.system, r.location, r.dt_s, r.u, sim.mechanics)
         alone = Simulator(replace(sim.problem, records=(replace(r, known=None),)), sim.mechanics)
         out = alone.predict_fine(tension.theta, {})[0]
         rigid = predict_position(drive, theta, none, out)
-        found.append(_Line(theta, drive, out, rigid, r.factor, (block_mean(out, r.factor), r.y), x))
+        # effects that stretch what carries the tension do not change it
+        mean = mean_tension(drive, theta, own, out)
+        found.append(_Line(theta, drive, out, mean, rigid, r.factor, (block_mean(out, r.factor), r.y), x))
     return found
 
 
@@ -184,7 +187,7 @@ def _position_residual(sim: Simulator, lines: Sequence[_Line], extra: dict[str, 
     active = activate({**sim.fixed, **extra})
     parts = []
     for line in lines:
-        more = predict_position(line.drive, line.theta, active, line.out) - line.rigid
+        more = predict_position(line.drive, line.theta, active, line.out, line.mean) - line.rigid
         parts.append(_affine(line.measured - block_mean(more, line.factor), line.load))
     return np.concatenate(parts)
 

@@ -167,9 +167,10 @@ def fit(
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
         gain = 0.0
-        for _ in range(DAMPINGS):
+        for attempt in range(DAMPINGS):
             step = _bounded_step(a + np.diag(damping * scale), b, values, low, high, configs)
-            if float(b @ step - 0.5 * step @ a @ step) < ENOUGH_NATS:
+            # a shorter step that promises next to nothing is not worth a look
+            if attempt and float(b @ step - 0.5 * step @ a @ step) < ENOUGH_NATS:
                 break
             new_theta = np.clip(theta + step[:configs], THETA_LOW, THETA_HIGH)
             new_values = np.clip(values + step[configs:], low, high)

@@ -2,6 +2,6 @@
 
 from sstl_cli.physics.transmission.model import Active, activate, measure, predict
 from sstl_cli.physics.transmission.play import play_operator
-from sstl_cli.physics.transmission.position import predict_position
+from sstl_cli.physics.transmission.position import mean_tension, predict_position
 
-__all__ = ["Active", "activate", "measure", "play_operator", "predict", "predict_position"]
+__all__ = ["Active", "activate", "mean_tension", "measure", "play_operator", "predict", "predict_position"]

@@ -73,7 +73,7 @@ def bounded_play(
     ``scale`` has shape (n,), or (1,) for a constant factor.
     """
     out = np.empty_like(tension)
-    rows, last, over = pull.shape[0], pull.shape[1] - 2, 1.0 / tension_step
+    rows, last = pull.shape[0], pull.shape[1] - 2
     row, part = _row(scale[0], scale0, scale_step, rows)
     varying = scale.size > 1
     y = start
@@ -81,7 +81,7 @@ def bounded_play(
         if varying:
             row, part = _row(scale[k], scale0, scale_step, rows)
         # both tables have the same columns
-        x = tension[k] * over
+        x = tension[k] / tension_step
         j = min(max(int(x), 0), last)
         low, high = _look_up(pull, j, x - j, row, part), _look_up(release, j, x - j, row, part)
         if k == 0 and math.isnan(y):

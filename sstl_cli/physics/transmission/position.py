@@ -16,14 +16,16 @@ ARC_STATIONS = 12
 SLACK_N = 0.05
 # stretch of the load spring over which the play of its joint is passed, as half-width (mm)
 JOINT_MM = 2e-3
+# Newton's rule doubles its digits: a step below this share leaves what rounding leaves
+ROUNDING = 1e-9
 
 
-def predict_position(drive: Drive, theta: float, active: Active, tension_out: Array) -> Array:
+def predict_position(drive: Drive, theta: float, active: Active, tension_out: Array, mean_n: Array | None = None) -> Array:
     """Return the proximal position (mm, shape (n,)) that belongs to an input and an output tension.
 
     The load spring moves with the output; an elastic tendon adds the stretch of the tension along the line,
     which depends on where the bend sits. The origin is arbitrary. Friction that depends on the local tension
-    or changes with time counts by its nominal theta only, in the tension along the line.
+    or changes with time counts by its nominal theta only, in the tension along the line (``mean_n``, where that is known).
     """
     mechanics = drive.mechanics
     position = Position(length_mm=mechanics.length_mm)
@@ -33,7 +35,7 @@ def predict_position(drive: Drive, theta: float, active: Active, tension_out: Ar
     if position.play_mm > 0.0:
         x = x + 0.5 * position.play_mm * (x - play(x, JOINT_MM)) / JOINT_MM
     if position.tendon_mm_per_n > 0.0 or position.creep_fraction > 0.0:
-        mean = _mean_tension(drive, theta, active, tension_out)
+        mean = mean_tension(drive, theta, active, tension_out) if mean_n is None else mean_n
         if position.tendon_mm_per_n > 0.0:
             x = x + position.tendon_mm_per_n * mean
         if position.creep_fraction > 0.0:
@@ -47,7 +49,7 @@ def predict_position(drive: Drive, theta: float, active: Active, tension_out: Ar
     return x
 
 
-def _mean_tension(drive: Drive, theta: float, active: Active, tension_out: Array) -> Array:
+def mean_tension(drive: Drive, theta: float, active: Active, tension_out: Array) -> Array:
     """Return the tension (N) averaged over the length of a pass and summed over the passes.
 
     The tension at every station is a play of the input: Coulomb plays in a row are one play, whose line is
@@ -92,5 +94,8 @@ def _spring(tension: Array, k1: float, cubic: float) -> Array:
         return linear
     x = linear.copy()
     for _ in range(20):
-        x -= (x + cubic * x**3 - linear) / (1.0 + 3.0 * cubic * x**2)
+        step = (x + cubic * x * x * x - linear) / (1.0 + 3.0 * cubic * x * x)
+        x -= step
+        if float(np.max(np.abs(step), initial=0.0)) < ROUNDING * float(np.max(np.abs(x), initial=0.0)):
+            break
     return x
