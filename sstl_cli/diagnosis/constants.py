@@ -182,6 +182,8 @@ START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
 THETA_STEP, PARAMETER_STEP = 1e-4, 2e-3
 # Levenberg-Marquardt: first damping, its factor, how often it is raised
 DAMPING, DAMPING_FACTOR, DAMPINGS = 1e-3, 8.0, 6
+# a step that gains less than this share of what its slopes promise: they are made afresh
+KEPT_PROMISE = 0.5
 # starts of a fit: shapes on a grid over their range (logarithmic where they span more than this), strengths of the line weak
 # and strong (its answer is not linear), a factor (a wrong unit is far from a calibration), a strength beside a shape
 SHAPE_GRID, DECADES = (0.15, 0.5, 0.85), 20

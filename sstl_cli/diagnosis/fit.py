@@ -16,6 +16,7 @@ from sstl_cli.diagnosis.constants import (
     EDGE,
     ENOUGH_NATS,
     JUMPS,
+    KEPT_PROMISE,
     MAX_ITERATIONS,
     PARAMETER_STEP,
     SHARES,
@@ -166,11 +167,12 @@ def fit(
     for _ in range(iterations):
         a, b = normal_equations(sim, whiten(j), r)
         scale = np.maximum(np.diag(a), 1e-9)
-        gain = 0.0
+        gain = promised = 0.0
         for attempt in range(DAMPINGS):
             step = _bounded_step(a + np.diag(damping * scale), b, values, low, high, configs)
+            promised = float(b @ step - 0.5 * step @ a @ step)
             # a shorter step that promises next to nothing is not worth a look
-            if attempt and float(b @ step - 0.5 * step @ a @ step) < ENOUGH_NATS:
+            if attempt and promised < ENOUGH_NATS:
                 break
             new_theta = np.clip(theta + step[:configs], THETA_LOW, THETA_HIGH)
             new_values = np.clip(values + step[configs:], low, high)
@@ -181,19 +183,21 @@ def fit(
                 gain = cost - new_cost
                 break
             damping *= DAMPING_FACTOR
+        told = gain >= KEPT_PROMISE * promised
         if gain > 0.0:
             moved = np.concatenate((new_theta - theta, new_values - values))
-            if gain >= ENOUGH_NATS:
+            if gain >= ENOUGH_NATS and told:
                 _secant(sim.config, j, new_prediction - prediction, moved, scale)
             theta, values, prediction, r, cost = new_theta, new_values, new_prediction, new_r, new_cost
             damping = max(damping / DAMPING_FACTOR, 1e-8)
-        if gain >= ENOUGH_NATS:
+        if gain >= ENOUGH_NATS and told:
             fresh = False
-        elif fresh:
+        elif fresh and gain < ENOUGH_NATS:
             # slopes are those of a place less than ENOUGH_NATS away
             break
         else:
-            j, damping, fresh = jacobian(sim, theta, free, values, prediction), DAMPING, True
+            damping = damping if gain > 0.0 else DAMPING
+            j, fresh = jacobian(sim, theta, free, values, prediction), True
     if not fresh:
         j = jacobian(sim, theta, free, values, prediction)
     return Fit(hypothesis, theta, values, cost + 0.5 * whiten.log_det, prediction, sim.y - prediction, j, whiten)
@@ -230,14 +234,16 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
     No law is exact: what an effect adds to the base may be off by a share of itself (Kennedy and O'Hagan 2001). The share is
     the most likely of a few; a large one costs as much as it makes the noise larger. A ``judged`` start has been settled before.
     """
-    found = start if judged else _judged(sim, noise, start)
+    found = best = start if judged else _judged(sim, noise, start)
     for _ in range(rounds):
         before = found.cost
         moved = fit(sim, found.whiten, found.hypothesis, found.theta, found.values, iterations, found)
         found = _judged(sim, noise, moved)
+        # phases of its own may make a better fit less likely than it was by those it was fitted with
+        best = min(best, found, key=lambda f: f.cost)
         if abs(before - found.cost) < ENOUGH_NATS:
             break
-    return found
+    return best
 
 
 def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:

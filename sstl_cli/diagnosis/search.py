@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -128,10 +128,16 @@ def run(
 
     def begun(f: Fit) -> Fit:
         start = fit(sim, found.base.whiten, f.hypothesis, _spread(found.base.theta, chosen, f.theta), f.values, 0)
-        done = settle(sim, noise, start, 1, SHORT_ITERATIONS)
-        return done if done.cost < found.base.cost else _near(found, done, COARSE_ITERATIONS, SHORT_ITERATIONS)
+        return contained(settle(sim, noise, start, 1, SHORT_ITERATIONS))
+
+    def contained(f: Fit) -> Fit:
+        return f if f.cost < found.base.cost else _near(found, f, COARSE_ITERATIONS, SHORT_ITERATIONS)
 
     first_round = _each(begun, rough, workers)
+    least = _least(found, first_round)
+    if least is not found.base:
+        found = replace(found, base=least)
+        first_round = _each(contained, first_round, workers)
     lead = max((found.base.cost - f.cost for f in first_round), default=0.0)
 
     def alone(group: Sequence[Fit]) -> tuple[Weighed, ...]:
@@ -150,6 +156,16 @@ def run(
             break
         advance(COMBINED / max(max_effects - 1, 1))
     return found
+
+
+def _least(found: Search, fits: Sequence[Fit]) -> Fit:
+    """Return the most likely base: from where it stands, or from the bends of the likeliest fits, each of which contains it.
+
+    Where a model misses more than noise the likelihood has several valleys, and what found a deeper one by chance would gain by it.
+    """
+    likely = [f for f in sorted(fits, key=lambda f: f.cost)[:RICH_FITS] if f.cost < found.base.cost]
+    starts = [fit(found.sim, found.base.whiten, NOTHING, f.theta, np.zeros(0), 0) for f in likely]
+    return min((found.base, *(settle(found.sim, found.noise, s) for s in starts)), key=lambda f: f.cost)
 
 
 def _plain(sim: Simulator, scale_n: float) -> Whitener:
