@@ -23,8 +23,9 @@ from sstl_cli.diagnosis.constants import COARSE_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import NOTHING, grid
+from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Free, Simulator
+from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Tendon, Trajectory

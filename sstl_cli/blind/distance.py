@@ -20,9 +20,10 @@ from sstl_cli.diagnosis.evidence import weigh
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import Record, prepare
-from sstl_cli.diagnosis.search import NOTHING, screen
+from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.smoother import CHAIN, STATES, error_of_means
+from sstl_cli.diagnosis.starts import screen
 from sstl_cli.diagnosis.whitening import Noise, Sensor, Whitener, white, whitener
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario

@@ -19,30 +19,25 @@ from sstl_cli.diagnosis.constants import (
     BASE_ITERATIONS,
     COARSE_ITERATIONS,
     COMBINED,
-    DECADES,
-    FACTORS,
     FITTED,
     LEADERS,
     LEAST_STRENGTH,
     MAX_ITERATIONS,
-    OFF_NEUTRAL,
     PAIRS,
     PARTNERS,
     PROMISING,
     RICH_FITS,
     SCREENED,
-    SHAPE_GRID,
     SHORT_ITERATIONS,
-    STRENGTHS,
     VARIANTS,
 )
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
-from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, partial, settle
-from sstl_cli.diagnosis.hypotheses import Hypothesis, apart, full, variants
+from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
+from sstl_cli.diagnosis.hypotheses import Hypothesis, apart, variants
 from sstl_cli.diagnosis.records import representatives
-from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.starts import grid, screen, starting
 from sstl_cli.diagnosis.whitening import Noise, Whitener, white
-from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -94,7 +89,7 @@ def run(
     spread = float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0)))
     plain = _plain(small, max(spread, 1e-9))
     base = fit(small, plain, NOTHING, base.theta, np.zeros(0), BASE_ITERATIONS)
-    starts = [h for i in ids for h in _starting(i, sim.problem.systems)]
+    starts = [h for i in ids for h in starting(i, sim.problem.systems)]
 
     def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
         gain, start = screen(small, base, h)
@@ -126,18 +121,7 @@ def run(
         sim, first, noise = hearing.heard(sim, [first, *rich], measured)
     found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
 
-    def begun(f: Fit) -> Fit:
-        start = fit(sim, found.base.whiten, f.hypothesis, _spread(found.base.theta, chosen, f.theta), f.values, 0)
-        return contained(settle(sim, noise, start, 1, SHORT_ITERATIONS))
-
-    def contained(f: Fit) -> Fit:
-        return f if f.cost < found.base.cost else _near(found, f, COARSE_ITERATIONS, SHORT_ITERATIONS)
-
-    first_round = _each(begun, rough, workers)
-    least = _least(found, first_round)
-    if least is not found.base:
-        found = replace(found, base=least)
-        first_round = _each(contained, first_round, workers)
+    found, first_round = _first_round(found, rough, chosen, workers)
     lead = max((found.base.cost - f.cost for f in first_round), default=0.0)
 
     def alone(group: Sequence[Fit]) -> tuple[Weighed, ...]:
@@ -158,6 +142,32 @@ def run(
     return found
 
 
+def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], workers: int) -> tuple[Search, list[Fit]]:
+    """Return every rough fit begun anew with the noise, and the search with the likeliest base that this has shown."""
+    sim, noise, base = found.sim, found.noise, found.base
+
+    def begun(f: Fit) -> Fit:
+        theta = _spread(base.theta, chosen, f.theta)
+        z = base.whiten(sim.y - sim.predict(theta, f.effects))
+        if 0.5 * float(z @ z) + 0.5 * base.whiten.log_det > base.cost:
+            # without the noise it had found nothing that the base would not do better with it
+            return _near(found, f, SHORT_ITERATIONS, SHORT_ITERATIONS)
+        start = fit(sim, base.whiten, f.hypothesis, theta, f.values, 0)
+        return _containing(found, settle(sim, noise, start, 1, SHORT_ITERATIONS))
+
+    fits = _each(begun, rough, workers)
+    least = _least(found, fits)
+    if least is base:
+        return found, fits
+    found = replace(found, base=least)
+    return found, _each(lambda f: _containing(found, f), fits, workers)
+
+
+def _containing(found: Search, f: Fit) -> Fit:
+    """Return a fit that is likelier than the base, which it contains, or the better one of it and another from near the base."""
+    return f if f.cost < found.base.cost else min(f, _near(found, f, COARSE_ITERATIONS, SHORT_ITERATIONS), key=lambda x: x.cost)
+
+
 def _least(found: Search, fits: Sequence[Fit]) -> Fit:
     """Return the most likely base: from where it stands, or from the bends of the likeliest fits, each of which contains it.
 
@@ -172,72 +182,10 @@ def _plain(sim: Simulator, scale_n: float) -> Whitener:
     return white(scale_n, sim.weight, [s.start for s in sim.slices()])
 
 
-def _starting(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
-    """Return the hypotheses that are fitted from the start; subsets of a full one are derived from its fit."""
-    whole = full(effect_id, systems)
-    if not whole.strengths:
-        return []
-    return variants(effect_id, systems) if get(effect_id).variants else [whole]
-
-
 def _spread(theta: Array, chosen: Sequence[int], own: Array) -> Array:
     out = theta.copy()
     out[list(chosen)] = own
     return out
-
-
-def grid(free: Sequence[Free]) -> list[Array]:
-    """Return starting values: strengths a little off neutral, shapes on a grid (logarithmic where they span decades)."""
-    axes: list[list[float]] = []
-    offsets = STRENGTHS if any(f.effect.stage == TRANSITION for f in free) else STRENGTHS[-1:]
-    for f in free:
-        p = f.parameter
-        if p.name == "load_mm_per_n":
-            axes.append([p.neutral])
-        elif p.shape:
-            log = p.low > 0 and p.high / p.low > DECADES
-            axes.append([float(p.low * (p.high / p.low) ** g) if log else p.low + g * (p.high - p.low) for g in SHAPE_GRID])
-        elif p.low > 0.0:
-            # a factor may be anything: a wrong unit is far from a calibration
-            axes.append([k * p.neutral for k in FACTORS])
-        elif p.low < p.neutral < p.high:
-            axes.append([p.neutral + (OFF_NEUTRAL * f.width if any(x.parameter.shape for x in free) else 0.0)])
-        else:
-            reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
-            axes.append([p.neutral + o * reach for o in offsets])
-    return [np.array(v) for v in itertools.product(*axes)]
-
-
-def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
-    """Return the linearised gain (nats) of adding a hypothesis to a fit, and the start that gives it."""
-    joined = around.hypothesis.joined(h)
-    free = joined.free[len(around.free) :]
-    starts = grid(free)
-    whiten, known_columns = around.whiten, around.whiten(around.jacobian)
-    zero = around.cost - 0.5 * whiten.log_det
-    best = (-np.inf, np.zeros(len(free)))
-    for start in starts:
-        values = np.concatenate((around.values, start))
-        prediction = sim.predict(around.theta, as_effects(joined.free, values))
-        # what the fit has already answers nearly as it did without the newcomer, which is weak at its start
-        fresh = partial(sim, around.theta, joined.free, values, prediction, range(len(around.free), len(joined.free)))
-        fresh = whiten(np.concatenate((fresh, (sim.y - prediction)[:, None]), axis=1))
-        j, r = np.concatenate((known_columns, fresh[:, :-1]), axis=1), fresh[:, -1]
-        a, b = normal_equations(sim, j, r)
-        step = np.linalg.lstsq(a + 1e-6 * np.diag(np.diag(a) + 1e-9), b, rcond=1e-10)[0]
-        step = _inside(np.asarray(step, np.float64), values, joined.free, len(around.theta))
-        gain = zero - (0.5 * float(r @ r) - float(b @ step) + 0.5 * float(step @ a @ step))
-        if gain > best[0]:
-            best = (gain, start)
-    return best
-
-
-def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> Array:
-    low = np.array([f.parameter.least for f in free])
-    high = np.array([f.parameter.most for f in free])
-    step = step.copy()
-    step[configs:] = np.clip(values + step[configs:], low, high) - values
-    return step
 
 
 def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed, ...]:
@@ -257,15 +205,16 @@ def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed,
 
 def _settled(found: Search, start: Fit, judged: bool = False) -> Fit:
     done = settle(found.sim, found.noise, start, judged=judged)
-    return done if done.cost < found.base.cost else _near(found, done)
+    # it contains the base
+    return done if done.cost < found.base.cost else min(done, _near(found, done), key=lambda f: f.cost)
 
 
-def _near(found: Search, stuck: Fit, iterations: int = MAX_ITERATIONS, settled: int = MAX_ITERATIONS) -> Fit:
-    """Return the better of a fit that ends above the base, which it contains, and a fit from near the base."""
-    start = grid(stuck.free)[0]
-    start = np.array([v if f.parameter.shape else n for f, v, n in zip(stuck.free, stuck.values, start, strict=True)])
-    again = fit(found.sim, found.base.whiten, stuck.hypothesis, found.base.theta, start, iterations)
-    return min(stuck, settle(found.sim, found.noise, again, 1, settled), key=lambda f: f.cost)
+def _near(found: Search, shaped: Fit, iterations: int = MAX_ITERATIONS, settled: int = MAX_ITERATIONS) -> Fit:
+    """Return a fit from near the base, with the shapes of another: strengths are hardly there at its start."""
+    start = grid(shaped.free)[0]
+    start = np.array([v if f.parameter.shape else n for f, v, n in zip(shaped.free, shaped.values, start, strict=True)])
+    again = fit(found.sim, found.base.whiten, shaped.hypothesis, found.base.theta, start, iterations)
+    return settle(found.sim, found.noise, again, 1, settled)
 
 
 def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]]:

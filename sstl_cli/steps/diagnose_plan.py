@@ -19,8 +19,9 @@ from sstl_cli.diagnosis.following import isolability
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.limit import Shown, distance2, least_shown
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import NOTHING, Search, grid
+from sstl_cli.diagnosis.search import NOTHING, Search
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import Noise, Sensor, whitener
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -10,14 +9,13 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis import search as of
-from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH, OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.search import Search, grid, run, screen
+from sstl_cli.diagnosis.search import Search, run
 from sstl_cli.diagnosis.simulator import as_effects
 from sstl_cli.diagnosis.whitening import Noise, Sensor
-from sstl_cli.physics.effect import TRANSITION
 
 SIM = simulator()
 QUIET = Sensor(NOISE_N, 0.0, 0.1)
@@ -60,59 +58,6 @@ def test_models_are_ranked_by_evidence_and_the_best_of_each_is_kept():
     found = Search(SIM, NOISE, NOISE, made(), {"zero_offset": (a, worse), "gain_error": (b,)}, {("gain_error", "zero_offset"): both})
     assert found.ranked() == [b, both, a]
     assert found.best(("zero_offset",)) is a and found.best(("zero_offset", "gain_error")) is both
-
-
-def test_starts_of_strengths_and_shapes():
-    assert [v.tolist() for v in grid(FRICTION.free)] == [[pytest.approx(0.5 * STRENGTHS[-1])]]
-    # an offset is linear: from nothing; a factor from three places
-    assert [v.tolist() for v in grid(ZERO.free)] == [[0.0, 0.0]]
-    assert [float(v[0]) for v in grid(GAIN.free)] == pytest.approx([1.0, 0.3, 3.0])
-    assert [float(v[0]) for v in grid(named("saturation", "t_max_out_n").free)] == pytest.approx([1000.0, 300.0, 3000.0])
-    free = full("viscoelastic_creep", ("act",)).free
-    starts = grid(free)
-    assert free[0].effect.stage == TRANSITION and len(starts) == 2 * 3
-    assert [v.tolist() for v in starts] == [pytest.approx([0.3 * s, 100.0**g, 0.125]) for s, g in itertools.product(STRENGTHS, SHAPE_GRID)]
-    # over less than twenty times the shape's grid is linear; a strength that may be of either sign begins a little off nothing beside it
-    (spread,) = {tuple(v[1] for v in grid(full("presliding", ("act",)).free))[:3]}
-    assert spread == pytest.approx((0.15, 0.5, 0.85))
-    drift = named("friction_drift", "d_mu", "path_n")
-    assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([OFF_NEUTRAL * 0.6] * 3)
-
-
-def test_screening_gains_what_the_linear_model_gains():
-    z = made(noise(1) + 0.03)
-    sim = replace(SIM)
-    sim.y = z.prediction + z.residual
-    gain, start = screen(sim, z, OUT)
-    column = z.whiten(sim.predict(THETA, {"zero_offset": {"z_in_act_n": 0.0, "z_out_act_n": 0.01}}) - z.prediction)
-    nothing = np.zeros((len(SIM.y), 0))
-    assert gain == pytest.approx(gained(np.column_stack((thetas(z), column)), nothing, z.whiten(z.residual)), rel=1e-3)
-    assert start.tolist() == [0.0]
-    # of several parameters at once
-    drift = full("zero_drift", ("act",))
-    both = screen(sim, z, drift)[0]
-    columns = [
-        sim.predict(THETA, {"zero_drift": {"r_in_act_n": 0.0, "r_out_act_n": 0.0, k: 0.004}}) - z.prediction
-        for k in ("r_in_act_n", "r_out_act_n")
-    ]
-    assert both == pytest.approx(
-        gained(np.column_stack((thetas(z), z.whiten(np.stack(columns, axis=1)))), nothing, z.whiten(z.residual)), rel=0.01
-    )
-
-
-def test_screening_stays_inside_what_an_effect_can_be():
-    # friction that gives something back is none: nothing can be gained by it, beside what theta gains
-    z = made()
-    response = SIM.predict(THETA, {"const_friction": {"w_l_n": 0.05}}) - z.prediction
-    sim = replace(SIM)
-    gains = []
-    for sign in (1.0, -1.0):
-        sim.y = z.prediction + sign * response
-        left = replace(z, residual=sign * response, cost=0.5 * float(np.sum(z.whiten(response) ** 2)) + 0.5 * z.whiten.log_det)
-        gains.append(screen(sim, left, FRICTION)[0])
-    assert gains[0] > 1.5 * gains[1]
-    step = of._inside(np.array([5.0, -1.0]), np.array([0.2]), FRICTION.free, 1)
-    assert step.tolist() == [5.0, -0.2] and of._inside(np.array([0.0, 9.0]), np.array([0.2]), FRICTION.free, 1)[1] == pytest.approx(4.8)
 
 
 def test_normal_equations_beside_a_fit_are_those_of_what_it_leaves():
@@ -164,14 +109,6 @@ def test_a_partner_begins_at_its_step_and_never_at_nothing():
     assert of._begin(f, np.array([0.2, 9.0])) == pytest.approx([1.2, 2.0])
     assert of._begin(f, np.array([1e-9, 0.0])) == pytest.approx([1.0 + LEAST_STRENGTH * 0.5, 2.0])
     assert of._begin(f, np.array([-0.2, 0.0]))[0] == 1.0 and of._begin(f, np.array([99.0, 0.0]))[0] == 3.0
-
-
-def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
-    assert [h.ids for h in of._starting("zero_offset", ("act",))] == [("zero_offset",)]
-    assert [[f.parameter.name for f in h.free] for h in of._starting("friction_drift", ("act",))] == [
-        ["d_mu", "path_n"],
-        ["d_mu_time", "time_s"],
-    ]
 
 
 def test_work_is_in_order_however_many_do_it():

@@ -1,0 +1,80 @@
+"""Where fits of an effect begin: strengths a little off neutral, shapes on a grid, the likeliest of them to first order."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.constants import DECADES, FACTORS, OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.fit import Fit, normal_equations, partial
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
+from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
+from sstl_cli.physics.effect import TRANSITION
+from sstl_cli.physics.effects import get
+
+Array = NDArray[np.float64]
+
+
+def starting(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
+    """Return the hypotheses that are fitted from the start; subsets of a full one are derived from its fit."""
+    whole = full(effect_id, systems)
+    if not whole.strengths:
+        return []
+    return variants(effect_id, systems) if get(effect_id).variants else [whole]
+
+
+def grid(free: Sequence[Free]) -> list[Array]:
+    """Return starting values: strengths a little off neutral, shapes on a grid (logarithmic where they span decades)."""
+    axes: list[list[float]] = []
+    offsets = STRENGTHS if any(f.effect.stage == TRANSITION for f in free) else STRENGTHS[-1:]
+    for f in free:
+        p = f.parameter
+        if p.name == "load_mm_per_n":
+            axes.append([p.neutral])
+        elif p.shape:
+            log = p.low > 0 and p.high / p.low > DECADES
+            axes.append([float(p.low * (p.high / p.low) ** g) if log else p.low + g * (p.high - p.low) for g in SHAPE_GRID])
+        elif p.low > 0.0:
+            # a factor may be anything: a wrong unit is far from a calibration
+            axes.append([k * p.neutral for k in FACTORS])
+        elif p.low < p.neutral < p.high:
+            axes.append([p.neutral + (OFF_NEUTRAL * f.width if any(x.parameter.shape for x in free) else 0.0)])
+        else:
+            reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
+            axes.append([p.neutral + o * reach for o in offsets])
+    return [np.array(v) for v in itertools.product(*axes)]
+
+
+def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
+    """Return the linearised gain (nats) of adding a hypothesis to a fit, and the start that gives it."""
+    joined = around.hypothesis.joined(h)
+    free = joined.free[len(around.free) :]
+    starts = grid(free)
+    whiten, known_columns = around.whiten, around.whiten(around.jacobian)
+    zero = around.cost - 0.5 * whiten.log_det
+    best = (-np.inf, np.zeros(len(free)))
+    for start in starts:
+        values = np.concatenate((around.values, start))
+        prediction = sim.predict(around.theta, as_effects(joined.free, values))
+        # what the fit has already answers nearly as it did without the newcomer, which is weak at its start
+        fresh = partial(sim, around.theta, joined.free, values, prediction, range(len(around.free), len(joined.free)))
+        fresh = whiten(np.concatenate((fresh, (sim.y - prediction)[:, None]), axis=1))
+        j, r = np.concatenate((known_columns, fresh[:, :-1]), axis=1), fresh[:, -1]
+        a, b = normal_equations(sim, j, r)
+        step = np.linalg.lstsq(a + 1e-6 * np.diag(np.diag(a) + 1e-9), b, rcond=1e-10)[0]
+        step = _inside(np.asarray(step, np.float64), values, joined.free, len(around.theta))
+        gain = zero - (0.5 * float(r @ r) - float(b @ step) + 0.5 * float(step @ a @ step))
+        if gain > best[0]:
+            best = (gain, start)
+    return best
+
+
+def _inside(step: Array, values: Array, free: Sequence[Free], configs: int) -> Array:
+    low = np.array([f.parameter.least for f in free])
+    high = np.array([f.parameter.most for f in free])
+    step = step.copy()
+    step[configs:] = np.clip(values + step[configs:], low, high) - values
+    return step
