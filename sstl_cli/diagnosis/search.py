@@ -106,8 +106,7 @@ def run(
         return done
 
     rough = sorted(_each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
-    theta = np.full(len(theta0), float(np.mean(base.theta)))
-    theta[chosen] = base.theta
+    theta = _spread(theta0, chosen, base.theta)
     plain_all = _plain(sim, max(spread, 1e-9))
     first = fit(sim, plain_all, NOTHING, theta, np.zeros(0), BASE_ITERATIONS)
     measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
@@ -173,8 +172,8 @@ def _least(found: Search, fits: Sequence[Fit]) -> Fit:
 
     Where a model misses more than noise the likelihood has several valleys, and what found a deeper one by chance would gain by it.
     """
-    likely = [f for f in sorted(fits, key=lambda f: f.cost)[:RICH_FITS] if f.cost < found.base.cost]
-    starts = [fit(found.sim, found.base.whiten, NOTHING, f.theta, np.zeros(0), 0) for f in likely]
+    bends = [f.theta for f in sorted(fits, key=lambda f: f.cost)[:RICH_FITS] if f.cost < found.base.cost]
+    starts = [fit(found.sim, found.base.whiten, NOTHING, theta, np.zeros(0), 0) for theta in bends]
     return min((found.base, *(settle(found.sim, found.noise, s) for s in starts)), key=lambda f: f.cost)
 
 

@@ -197,3 +197,27 @@ def test_combinations_that_have_no_time_are_left_out(whole):
     assert late.combined == {} and set(late.singles) == {"zero_offset", "const_friction"}
     alone = run(sim, ("zero_offset", "const_friction"), THETA, 1)
     assert alone.combined == {} and alone.base.cost == pytest.approx(late.base.cost)
+
+
+def test_a_bend_that_no_representative_run_shows_begins_where_it_is_said_to_be(monkeypatch):
+    """Of two bends, one half as much as the other, the slighter one alone is in the runs that are searched first."""
+    sim = replace(SIM)
+    bends = np.array([0.25, 1.3])
+    sim.y = sim.predict(bends, {}) + noise(7)
+    part = replace(
+        sim.problem, configs=(sim.problem.configs[1],), records=tuple(replace(r, config=0) for r in sim.problem.records if r.config == 1)
+    )
+    monkeypatch.setattr(of, "representatives", lambda problem: part)
+    begun = []
+    whole = of.fit
+
+    def fitted(s, whiten, h, theta, *more):
+        begun.append((s, np.array(theta)))
+        return whole(s, whiten, h, theta, *more)
+
+    monkeypatch.setattr(of, "fit", fitted)
+    said = np.array([0.3, 1.2])
+    run(sim, [], said, 1)
+    first = next(theta for s, theta in begun if s is sim)
+    assert first[0] == said[0]
+    assert first[1] != said[1]
