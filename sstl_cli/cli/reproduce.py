@@ -15,7 +15,7 @@ from sstl_cli.cli.render import Screen
 if TYPE_CHECKING:
     from sstl_cli.cli._reproduce_files import Shown
     from sstl_cli.core.provenance import Provenance
-    from sstl_cli.steps.reproduce import Options, Reproduction
+    from sstl_cli.paper.reproduce import Options, Reproduction
 
 SHOWN_OUTSIDE = 10
 EPILOG = "Example: sstl reproduce --table I,II --out results --force"
@@ -78,19 +78,19 @@ def reproduce(asked: Asked) -> None:
     if asked.gap_logs is not None:
         files.require(asked.gap_logs, files.GAP_LOGS, asked.force)
     # what takes seconds to load is loaded once nothing in the call is wrong
-    from sstl_cli.steps import reproduce as step
+    from sstl_cli.paper import reproduce as paper
 
-    options = step.Options(tables, asked.seed, asked.seeds, asked.data_seeds, asked.workers)
+    options = paper.Options(tables, asked.seed, asked.seeds, asked.data_seeds, asked.workers)
     with screen.progress("rebuilding", None) as advance:
-        found = step.run(options, screen.note, advance)
+        found = paper.run(options, screen.note, advance)
     _end(screen, asked, found, options, made)
 
 
 def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, made: Provenance) -> NoReturn:
     """Show what was rebuilt, write what was asked for, and end: as an error if block R left the committed spread."""
     from sstl_cli.cli import _reproduce_files as files
+    from sstl_cli.paper import show
     from sstl_cli.paper.compare import count
-    from sstl_cli.steps import reproduce_show as show
 
     shown = files.Shown(show.grids(found), show.facts(found), count(found.compared))
     _show(screen, shown)

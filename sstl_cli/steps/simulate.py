@@ -12,9 +12,9 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import LARGEST, unsound
-from sstl_cli.paper.generator import generate
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get, parse
+from sstl_cli.physics.generator import generate
 from sstl_cli.physics.noise import NoiseModel, sensor_noise
 from sstl_cli.physics.scenario import Configuration, Lines, Scenario, Tendon, Trajectory
 from sstl_cli.physics.trajectories import probe, tension_path, times

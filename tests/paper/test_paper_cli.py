@@ -48,8 +48,8 @@ def test_folder_that_is_a_file(tmp_path):
 
 def test_outside_the_committed_spread_ends_with_4(monkeypatch, capsys, tmp_path):
     from sstl_cli.cli.app import main
+    from sstl_cli.paper import reproduce
     from sstl_cli.paper.gate import Outside
-    from sstl_cli.steps import reproduce
 
     wrong = Outside("rig", ("IV", "sinusoid DI", "rmse_CP"), 0.01, 0.46, 11.0)
     monkeypatch.setattr(reproduce, "run", lambda *_: reproduce.Reproduction(outside=(wrong,)))

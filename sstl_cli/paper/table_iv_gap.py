@@ -13,8 +13,8 @@ from sstl_cli.core.runs import Run
 from sstl_cli.paper.published import of_table
 from sstl_cli.paper.scores import distance
 from sstl_cli.paper.settings import FITTED, PARTS, STATED, partly
+from sstl_cli.paper.table_iv import Array, Block, Prepared, block, plant_lines
 from sstl_cli.steps.compensate import Result
-from sstl_cli.steps.reproduce_tracking import Array, Block, Prepared, block, plant_lines
 
 EVERY, NOISE_N = 10, 0.02
 LOGGED = ("none", "proposed")
