@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
 from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
 from sstl_cli.physics.effect import Values
+from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantNoise, VariantResult, VariantRun, VariantSpec, simulate_variant
-
-if TYPE_CHECKING:
-    from sstl_cli.steps.simulate import Plan
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
@@ -26,8 +25,6 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     SstlError
         If the configuration gives propagation lines instead of theta, the simulator refuses a value, or it did not converge.
     """
-    from sstl_cli.steps.simulate import input_path, labels, neighbour_tension
-
     c = p.configuration
     if c.theta is None:
         raise SstlError(f"configuration {c.id} gives no theta, which the {scenario.simulator} needs", fix="set theta", code="E718")
@@ -75,6 +72,4 @@ def _built(scenario: Scenario) -> dict[str, Any]:
 
 
 def _seed(seed: int, simulator: str, run_id: str) -> int:
-    from sstl_cli.core.rng import stream
-
     return int(stream(seed, simulator, run_id).integers(2**63))
