@@ -11,6 +11,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
 from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
 from sstl_cli.physics.effect import Values
+from sstl_cli.physics.effects import get
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
@@ -32,7 +33,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     beside = neighbour_tension(scenario, p, seed)
     built, heard = _built(scenario), scenario.noise.model_dump()
     given = (p.system, c.theta, c.location, time, "tension", command, beside)
-    values = {k: dict(v) for k, v in effects.items()}
+    values = {name: _told(name, given_values) for name, given_values in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
     result: RigResult | BristleResult | VariantResult
     try:
@@ -56,6 +57,12 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
         tension_ref_n=command if p.trajectory.record_reference else None,
         **labels(p),  # type: ignore[arg-type]
     )
+
+
+def _told(effect_id: str, values: Values) -> dict[str, float]:
+    """Return the values that are not neutral: the fast model has laws of its own, whose parameters no other simulator knows."""
+    neutral = get(effect_id).neutral()
+    return {name: value for name, value in values.items() if value != neutral[name]}
 
 
 def _built(scenario: Scenario) -> dict[str, Any]:
