@@ -36,11 +36,12 @@ tests: $(STAMP)
 test-slow: $(STAMP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -m slow --timeout 3600
 
-lint: $(STAMP) ## ruff, mypy and import-linter
+lint: $(STAMP) ## ruff, mypy, import-linter, and what no line uses
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tools/dead_code.py
 
 docs: $(STAMP) ## the site of the documents in build/site; a broken link is an error
 	$(BIN)/python tools/reference_doc.py --check
