@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sstl_cli.cli._gathered import gathered
+from sstl_cli.cli._progress import Pace
 from sstl_cli.cli.options import Config, Force, Json, Seed
 from sstl_cli.cli.render import Screen
 
@@ -64,6 +65,7 @@ def reproduce(asked: Asked) -> None:
     from sstl_cli.cli import _reproduce_files as files
     from sstl_cli.cli.origin import provenance
     from sstl_cli.core.errors import UsageError
+    from sstl_cli.paper import pace
     from sstl_cli.paper.chosen import chosen
 
     screen = Screen(asked.as_json)
@@ -77,11 +79,13 @@ def reproduce(asked: Asked) -> None:
         files.require(asked.out, files.names(), asked.force)
     if asked.gap_logs is not None:
         files.require(asked.gap_logs, files.GAP_LOGS, asked.force)
-    # what takes seconds to load is loaded once nothing in the call is wrong
-    from sstl_cli.paper import reproduce as paper
+    seconds = pace.parts(tables, asked.seeds, asked.data_seeds, asked.workers)
+    with screen.progress("rebuilding", sum(seconds.values()), Pace(pace.curve(seconds))) as advance:
+        # what takes seconds to load is loaded once nothing in the call is wrong
+        from sstl_cli.paper import reproduce as paper
 
-    options = paper.Options(tables, asked.seed, asked.seeds, asked.data_seeds, asked.workers)
-    with screen.progress("rebuilding", None) as advance:
+        advance(0.0)
+        options = paper.Options(tables, asked.seed, asked.seeds, asked.data_seeds, asked.workers)
         found = paper.run(options, screen.note, advance)
     _end(screen, asked, found, options, made)
 

@@ -1,6 +1,7 @@
 """Block R can fail: a wrong plant, a leaked bend and a stale table are caught."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -198,3 +199,20 @@ def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatc
 @pytest.mark.slow
 def test_one_seed_of_block_r_lies_within_the_committed_spread():
     assert gate.outside([block_r.draw(block_r.run(7))], stored("R")) == []
+
+
+def test_the_page_has_the_committed_spread():
+    page = (Path(__file__).parents[2] / "docs/reproduction.md").read_text(encoding="utf-8")
+    spread = stored("R").of("rig")
+    for method, digits, name in (
+        ("none", 2, "no compensation"),
+        ("no-bias", 2, "without bias"),
+        ("DI", 3, "direct identification"),
+        ("proposed", 3, "proposed"),
+    ):
+        cells = [spread["summary", f"{t} {method}", "rmse"] for t in ("sinusoid", "random")]
+        said = " / ".join(f"{mean:.{digits}f} +- {sd:.{digits}f}" for mean, sd in cells)
+        assert f"| {name} | {said} |" in page
+    for name, measure in (("reduction of RMSE", "red"), ("share of direct identification's reduction", "recovery")):
+        mean, sd = spread["headline", "proposed", measure]
+        assert f"| {name} | {mean:.1f} +- {sd:.1f} % |" in page
