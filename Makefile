@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test tests test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test tests test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -35,6 +35,12 @@ tests: $(STAMP)
 
 test-slow: $(STAMP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -m slow --timeout 3600
+
+# tests of how long something takes may fail while it is measured
+coverage: $(STAMP) ## lines and branches that the tests run, part by part (half an hour; compiled functions are not seen)
+	-$(BIN)/python -m coverage run -m pytest -n 2 --dist loadfile -m 'not slow'
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python tools/coverage_table.py
 
 lint: $(STAMP) ## ruff, mypy, import-linter, and what no line uses
 	$(BIN)/ruff check .
