@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test tests test-slow lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test tests test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -36,11 +36,18 @@ tests: $(STAMP)
 test-slow: $(STAMP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -m slow --timeout 3600
 
-lint: $(STAMP) ## ruff, mypy and import-linter
+# tests of how long something takes may fail while it is measured
+coverage: $(STAMP) ## lines and branches that the tests run, part by part (half an hour; compiled functions are not seen)
+	-$(BIN)/python -m coverage run -m pytest -n 2 --dist loadfile -m 'not slow'
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python tools/coverage_table.py
+
+lint: $(STAMP) ## ruff, mypy, import-linter, and what no line uses
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tools/dead_code.py
 
 docs: $(STAMP) ## the site of the documents in build/site; a broken link is an error
 	$(BIN)/python tools/reference_doc.py --check

@@ -19,16 +19,22 @@ from typing import TYPE_CHECKING, Any
 from sstl_cli.core.kept import at_start as _ensure
 
 if TYPE_CHECKING:
+    from sstl_cli.api.catalogue import effects
+    from sstl_cli.api.control import compensate
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
     from sstl_cli.api.log import Log, read, simulate
     from sstl_cli.api.mapping import Mapping, train
+    from sstl_cli.api.recordings import import_
     from sstl_cli.core.errors import SstlError
 
 __version__ = "0.2.0"
 
-__all__ = ["Diagnosis", "Log", "Mapping", "SstlError", "diagnose", "read", "simulate", "train"]
+__all__ = ["Diagnosis", "Log", "Mapping", "SstlError", "compensate", "diagnose", "effects", "import_", "read", "simulate", "train"]
 
 _HOMES = {
+    "compensate": "sstl_cli.api.control",
+    "effects": "sstl_cli.api.catalogue",
+    "import_": "sstl_cli.api.recordings",
     "Diagnosis": "sstl_cli.api.diagnosis",
     "diagnose": "sstl_cli.api.diagnosis",
     "Log": "sstl_cli.api.log",

@@ -18,7 +18,7 @@ from sstl_cli.core.rng import stream
 from sstl_cli.mapping.split import FIT, VALIDATION, make_splits
 from sstl_cli.mapping.training import Options, fit
 from sstl_cli.mapping.variants import VARIANTS
-from sstl_cli.paper.generator import generate
+from sstl_cli.physics.generator import generate
 
 
 @contextmanager

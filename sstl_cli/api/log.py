@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 
@@ -18,10 +18,13 @@ from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.steps import check as checking
+from sstl_cli.steps import judge as judging
 from sstl_cli.steps import segment as segmenting
 from sstl_cli.steps import simulate as simulating
 
 SHOWN = 20
+SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,29 @@ class Log:
         rows = [found.row() for found in segmenting.run(self.runs, options)]
         frame: pd.DataFrame = segmenting.theta_table(rows).to_pandas()
         return frame
+
+    def check(self, physics: bool = True) -> pd.DataFrame:
+        """Return what is wrong with the samples (failure) or worth knowing (remark), as ``sstl check`` tells it of a file.
+
+        What no recorder can have measured was set aside when the log was read, and is told there.
+
+        Parameters
+        ----------
+        physics : bool
+            Judge by physics, too: labels, units, signs and channels that cannot be right.
+
+        Examples
+        --------
+        >>> simulate("two-tendons", seed=1).check().query("level == 'failure'").empty
+        True
+        """
+        optional = tuple(c.name for c in LOG.columns if c.nullable)
+        pieces = [checking.Piece(r.run_id, {n: x for n in SIGNALS if (x := getattr(r, n)) is not None}) for r in self.runs]
+        found = [{"run_id": p.run_id, **asdict(f)} for p in pieces for f in checking.run(p, optional)]
+        if physics:
+            found += judging.findings(judging.run(("log", r) for r in self.runs))
+        columns = ["level", "run_id", "column", "what", "count", "detail", "fix"]
+        return pd.DataFrame([{c: f[c] for c in columns} for f in found], columns=columns)
 
     def write(self, path: str | PathLike[str], force: bool = False) -> None:
         """Write the log as Parquet, whole or not at all.

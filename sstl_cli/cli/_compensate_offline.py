@@ -12,9 +12,8 @@ from sstl_cli.cli._compensate_asked import Job
 from sstl_cli.cli.render import Screen, cell
 
 if TYPE_CHECKING:
-    from sstl_cli.control.references import Reference
     from sstl_cli.core.provenance import Provenance
-    from sstl_cli.steps.compensate import Case, Result
+    from sstl_cli.steps.compensate import Result
     from sstl_cli.steps.compensate_setup import Plan
     from sstl_cli.steps.compensate_summary import Gain
 
@@ -88,24 +87,17 @@ def _plan(screen: Screen, job: Job) -> Plan:
 def _results(job: Job, plan: Plan) -> tuple[Iterator[Result], int | None]:
     """Return the runs to come, and how many they are (None where only the recording knows)."""
     from sstl_cli.control import reference_file, references
-    from sstl_cli.core.rng import stream
     from sstl_cli.core.runs import read_runs
     from sstl_cli.steps import compensate as step
+    from sstl_cli.steps import compensate_setup as setup
 
     asked, options, names = job.asked, job.options, job.references
     if asked.recorded is not None:
         runs = read_runs(asked.recorded)
         return step.run_recorded(plan.cases, runs, plan.methods, options, asked.mape_floor, plan.plant_of), None
     loaded = {n: reference_file.read(Path(n), options.dt_s) for n in names if n not in references.NAMES}
-
-    def references_of(case: Case) -> list[Reference]:
-        # three distinct random references, one a location, as in Section V
-        return [
-            loaded.get(n) or references.make(n, stream(asked.seed, "reference", n, case.location or ""), options.dt_s, asked.cycles)
-            for n in names
-        ]
-
-    results = step.run(plan.cases, references_of, plan.plant_of, plan.methods, options, asked.seed, asked.mape_floor)
+    wanted = setup.references_of(names, loaded, options.dt_s, asked.cycles, asked.seed)
+    results = step.run(plan.cases, wanted, plan.plant_of, plan.methods, options, asked.seed, asked.mape_floor)
     return results, len(plan.cases) * len(names) * len(plan.methods)
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from sstl_cli.cli.render import Screen, cell, small
+from sstl_cli.cli.render import Screen
+from sstl_cli.core.numbers import quantity, small
 
 SHOWN = 6
 PARAMETERS = 3
-SMALLEST = 4
 
 
 def answer(screen: Screen, document: dict[str, Any]) -> None:
@@ -17,38 +17,10 @@ def answer(screen: Screen, document: dict[str, Any]) -> None:
     from sstl_cli.steps.diagnose_tendons import lines as tendons
 
     screen.say(document["sentence"])
-    unit = document.get("unit") or "N"
-    # units and small numbers are the screen's to spell
-    plain = {**document, "verdict": {**document["verdict"], "would_have_shown": None}, "downstream": None, "notes": []}
-    for line in [*lines(plain), *_shown(document["verdict"], unit), *_tracked(document, unit), *_notes(document), *tendons(document)]:
+    for line in [*lines(document), *tendons(document)]:
         screen.say(line)
     for remark in document.get("remarks") or []:
         screen.say(f"Physics ({remark['rule']}): {remark['sentence']}. Mend: {remark['mend']}")
-
-
-def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
-    """Return the effects of which the least would have been seen, the smallest gap first."""
-    found = sorted(verdict.get("would_have_shown") or [], key=lambda s: float(s["gap_n"]))[:SMALLEST]
-    return [f"  would have shown: {s['effect']} from {_brief(s['size'], s['unit'])} on, a gap of {_brief(s['gap_n'], unit)}" for s in found]
-
-
-def _tracked(document: dict[str, Any], unit: str) -> list[str]:
-    """Return what knowing the effect is worth to a controller."""
-    return [
-        f"  a controller that knows it tracks the {t['reference']} reference to {_brief(small(t['rmse_with_n']), unit)} "
-        f"instead of {_brief(small(t['rmse_without_n']), unit)}"
-        for t in (document.get("downstream") or {}).get("tracking", [])
-    ]
-
-
-def _notes(document: dict[str, Any]) -> list[str]:
-    return [f"  note: {text}" for text in document.get("notes", [])]
-
-
-def _brief(value: object, unit: str) -> str:
-    """Return a number to two digits with its unit; what is dimensionless has none."""
-    shown = f"{value:.2g}" if isinstance(value, float) else cell(value)
-    return shown if unit == "1" or value is None else f"{shown} {unit}"
 
 
 def diagnosis(screen: Screen, document: dict[str, Any]) -> None:
@@ -79,7 +51,7 @@ def plan(screen: Screen, document: dict[str, Any]) -> None:
     screen.say(document["sentence"])
     rows = [
         (
-            r["effect"], f"{r['parameter']} {_brief(r['least_size'], r['unit'])}", f"{r['gap_n']:.2g}", "yes" if r["shows"] else "no",
+            r["effect"], f"{r['parameter']} {quantity(r['least_size'], r['unit'])}", f"{r['gap_n']:.2g}", "yes" if r["shows"] else "no",
             "-" if r["told_size"] is None else f"{r['told_size']:.2g}", r["rival"] or "-",
         )
         for r in document["effects"]

@@ -79,25 +79,6 @@ def _of_text(path: Path) -> Iterator[Run]:
     yield from runs_of((conform(b, LOG, str(path)) for b in batches), str(path), units_of(table.schema_arrow))
 
 
-def findings(judged: Judged) -> list[dict[str, Any]]:
-    """Return remarks as findings of ``check``, one for each run."""
-    logs = {c.run_id: c.log for c in judged.channels}
-    return [
-        {
-            "file": logs[run_id],
-            "run_id": run_id,
-            "level": r.severity,
-            "what": f"physics: {r.rule}",
-            "column": "",
-            "count": 1,
-            "detail": r.sentence,
-            "fix": r.mend,
-        }
-        for r in judged.remarks
-        for run_id in r.run_ids
-    ]
-
-
 def channels(judged: Judged) -> list[dict[str, Any]]:
     """Return how every channel was sampled for a JSON document."""
     return [

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.paper.grid import Grid
-    from sstl_cli.steps.reproduce import Reproduction
+    from sstl_cli.paper.reproduce import Reproduction
 
 FIXED = ("tables.parquet", "tables.tex", "reproduction.html")
 GAP_LOGS = ("fitted.parquet", "stated.parquet")
@@ -64,20 +64,19 @@ def write(folder: Path, found: Reproduction, shown: Shown, provenance: Provenanc
     """Write Parquet, LaTeX, HTML and SVG; return the names."""
     from sstl_cli.core.files import atomic, write_text
     from sstl_cli.core.parquet import write_table
-    from sstl_cli.paper import page
+    from sstl_cli.paper import drawings, page
     from sstl_cli.paper.compare import COMPARISON, table_of
     from sstl_cli.paper.latex import document
     from sstl_cli.reporting.drawing import picture, save
-    from sstl_cli.steps import reproduce_figures
 
-    drawings = reproduce_figures.drawings(found) if found.figures or found.better or found.probes else []
+    drawn = drawings.drawings(found) if found.figures or found.better or found.probes else []
     done = list(FIXED)
     write_table(folder / FIXED[0], table_of(found.compared), COMPARISON, provenance, force)
     write_text(folder / FIXED[1], document(shown.grids), force)
-    pictures = [page.Shown(d.name, str(picture(d, None, d.name).svg), d.caption) for d in drawings]  # type: ignore[arg-type]
+    pictures = [page.Shown(d.name, str(picture(d, None, d.name).svg), d.caption) for d in drawn]  # type: ignore[arg-type]
     write_text(folder / FIXED[2], page.page(shown.grids, pictures, shown.counts, shown.facts, provenance.command), force)
     done += _write_tables(folder, found, provenance, force)
-    for d in drawings:
+    for d in drawn:
         with atomic(folder / f"{d.name}.svg", force) as temporary:
             save(d, None, temporary, "svg")  # type: ignore[arg-type]
         done.append(f"{d.name}.svg")
@@ -131,8 +130,8 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
     if out is None:
         raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
     from sstl_cli.core.files import write_text
+    from sstl_cli.paper import data_seeds
     from sstl_cli.paper.spread import FILES, Draw, of_draws, parse
-    from sstl_cli.steps import reproduce_seeds
 
     experiment = table if table in FILES else "generator"
     name = FILES[experiment]
@@ -153,7 +152,7 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
     (out / "seeds").mkdir(exist_ok=True)
     draws = []
     with screen.progress("spread", seeds) as advance:
-        for draw in reproduce_seeds.run(experiment, range(seed + 1, seed + 1 + seeds), at_hand, keep):
+        for draw in data_seeds.run(experiment, range(seed + 1, seed + 1 + seeds), at_hand, keep):
             draws.append(draw)
             advance(1)
     measured = of_draws(draws)
@@ -165,7 +164,7 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
 def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Provenance, force: bool) -> list[str]:
     """Write the explaining runs and what the stated settings predict for them, paired by run_id."""
     from sstl_cli.core.runs import write_runs
-    from sstl_cli.steps.reproduce_gap import logs
+    from sstl_cli.paper.table_iv_gap import logs
 
     assert found.prepared is not None
     for name, runs in zip(GAP_LOGS, logs(found.prepared, found.blocks[-1], seed), strict=True):

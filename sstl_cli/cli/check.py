@@ -35,6 +35,7 @@ def check(
     told. Exit code 1 if there is any; remarks alone are fine.
     """
     from sstl_cli.cli import _physics
+    from sstl_cli.steps.judge import findings
 
     screen = Screen(as_json)
     entries: list[dict[str, Any]] = []
@@ -45,7 +46,7 @@ def check(
         (e["level"], Path(e["file"]).name, e["run_id"] or "", e["column"] or "", f"{e['what']}: {e['detail']}", e["fix"])
         for e in sorted(entries, key=lambda e: e["level"])
     ]
-    entries += _physics.findings(judged)
+    entries += findings(judged)
     failures = [e for e in entries if e["level"] == "failure"]
     remarks = len(entries) - len(failures)
     which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"

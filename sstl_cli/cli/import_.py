@@ -88,11 +88,11 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
     from sstl_cli.core.runs import write_runs
     from sstl_cli.importers.base import head_of, members
     from sstl_cli.importers.sources import read_manifest
-    from sstl_cli.steps.import_ import provenance_extra, run
+    from sstl_cli.steps.import_ import manifest_of, provenance_extra, run
 
     files, mapping = asked.files, asked.mapping
     chosen = _mapping(screen, asked)
-    table = asked.manifest or (_beside(mapping, chosen.manifest) if chosen.manifest else None)
+    table = manifest_of(asked.manifest, mapping, chosen)
     parts = [m for path in files for m in members(path)]
     keep_safe([*parts, *filter(None, (table,))], "the recordings")
     require_writable(out, asked.force)
@@ -112,20 +112,14 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
 
 def _mapping(screen: Screen, asked: Asked) -> Mapping:
     """Return the mapping: that of the file, with what the options say on top."""
-    from sstl_cli.importers.inline import inline_mapping, targets_of, with_policy
-    from sstl_cli.importers.mapping import Mapping, read_mapping, still_open
+    from sstl_cli.importers.inline import targets_of
+    from sstl_cli.importers.mapping import still_open
+    from sstl_cli.steps.import_ import mapping_of
 
     answered = targets_of(asked.map_ or "")
     for question in still_open(asked.mapping, answered)[1:] if asked.mapping is not None else ():
         screen.note(f"{asked.mapping}, line {question.line} asks too: {question.text}")
-    chosen = read_mapping(asked.mapping, answered) if asked.mapping is not None else Mapping()
-    if asked.map_ is not None:
-        chosen = inline_mapping(asked.map_, chosen)
-    return with_policy(chosen, on_gap=asked.on_gap, merge=asked.merge)
-
-
-def _beside(mapping: Path | None, name: str) -> Path:
-    return mapping.parent / name if mapping is not None else Path(name)
+    return mapping_of(asked.mapping, asked.map_, asked.on_gap, asked.merge)
 
 
 def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -138,31 +137,3 @@ Config = Annotated[
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Output file.")]
-
-
-def command_line() -> str:
-    """Return the command line for provenance: what decides the bytes of the output, folders removed.
-
-    Folders are dropped so that the same inputs in another folder give the same bytes; so is how often a file was
-    made (``--force``), how it was shown (``--json``, ``--quiet``, ``--verbose``) and how many worked on it (``--workers``).
-    """
-    words, given = ["sstl"], iter(sys.argv[1:])
-    for word in given:
-        name, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
-        if word in ("--force", "--json", "--quiet", "-q", "--verbose", "-v"):
-            continue
-        if name == "--workers":
-            if not equals:
-                next(given, None)
-            continue
-        if name == "--map":
-            # its /patterns/ are not paths
-            words += [word] if equals else [word, next(given, "")]
-            continue
-        words.append(f"{name}{equals}{without_folder(value)}")
-    return " ".join(words)
-
-
-def without_folder(word: str) -> str:
-    """Return a path without its folders; addresses and other words as they are."""
-    return Path(word).name if "/" in word and "://" not in word else word

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,6 @@ def provenance(seed: int | None, files: list[Path], extra: dict[str, object] | N
     extra : dict, optional
         What else is worth keeping.
     """
-    from sstl_cli.cli.options import command_line
     from sstl_cli.core.provenance import Provenance
 
     values = environment()
@@ -49,8 +49,6 @@ def inputs(files: list[Path]) -> dict[str, str]:
 
 def environment() -> dict[str, str]:
     """Return the SSTL_* values that this command took, by name, folders removed from paths."""
-    from sstl_cli.cli.options import without_folder
-
     context = _call.get("context")
     if context is None:
         return {}
@@ -66,3 +64,31 @@ def environment() -> dict[str, str]:
 def files_among(*given: Path | str | None) -> list[Path]:
     """Return those of the given names that are files: a scenario may be one, or come with the package."""
     return [Path(g) for g in given if g is not None and Path(g).is_file()]
+
+
+def command_line() -> str:
+    """Return the command line for provenance: what decides the bytes of the output, folders removed.
+
+    Folders are dropped so that the same inputs in another folder give the same bytes; so is how often a file was
+    made (``--force``), how it was shown (``--json``, ``--quiet``, ``--verbose``) and how many worked on it (``--workers``).
+    """
+    words, given = ["sstl"], iter(sys.argv[1:])
+    for word in given:
+        name, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
+        if word in ("--force", "--json", "--quiet", "-q", "--verbose", "-v"):
+            continue
+        if name == "--workers":
+            if not equals:
+                next(given, None)
+            continue
+        if name == "--map":
+            # its /patterns/ are not paths
+            words += [word] if equals else [word, next(given, "")]
+            continue
+        words.append(f"{name}{equals}{without_folder(value)}")
+    return " ".join(words)
+
+
+def without_folder(word: str) -> str:
+    """Return a path without its folders; addresses and other words as they are."""
+    return Path(word).name if "/" in word and "://" not in word else word

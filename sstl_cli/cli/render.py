@@ -187,17 +187,6 @@ def track(screen: Screen, label: str, items: Sequence[T]) -> Iterator[T]:
             advance(1)
 
 
-def small(value: float | None) -> object:
-    """Return a number for a table; one that differs from zero by less than a thousandth says just that.
-
-    Examples
-    --------
-    >>> small(3e-13), small(0.25), small(None)
-    ('< 0.001', 0.25, None)
-    """
-    return "< 0.001" if value is not None and 0 < abs(value) < 1e-3 else value
-
-
 def many(count: int, noun: str) -> str:
     """Return a count with its noun.
 

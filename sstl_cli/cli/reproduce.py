@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sstl_cli.cli._gathered import gathered
+from sstl_cli.cli._progress import Pace
 from sstl_cli.cli.options import Config, Force, Json, Seed
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
     from sstl_cli.cli._reproduce_files import Shown
     from sstl_cli.core.provenance import Provenance
-    from sstl_cli.steps.reproduce import Options, Reproduction
+    from sstl_cli.paper.reproduce import Options, Reproduction
 
 SHOWN_OUTSIDE = 10
 EPILOG = "Example: sstl reproduce --table I,II --out results --force"
@@ -64,6 +65,7 @@ def reproduce(asked: Asked) -> None:
     from sstl_cli.cli import _reproduce_files as files
     from sstl_cli.cli.origin import provenance
     from sstl_cli.core.errors import UsageError
+    from sstl_cli.paper import pace
     from sstl_cli.paper.chosen import chosen
 
     screen = Screen(asked.as_json)
@@ -77,20 +79,22 @@ def reproduce(asked: Asked) -> None:
         files.require(asked.out, files.names(), asked.force)
     if asked.gap_logs is not None:
         files.require(asked.gap_logs, files.GAP_LOGS, asked.force)
-    # what takes seconds to load is loaded once nothing in the call is wrong
-    from sstl_cli.steps import reproduce as step
+    seconds = pace.parts(tables, asked.seeds, asked.data_seeds, asked.workers)
+    with screen.progress("rebuilding", sum(seconds.values()), Pace(pace.curve(seconds))) as advance:
+        # what takes seconds to load is loaded once nothing in the call is wrong
+        from sstl_cli.paper import reproduce as paper
 
-    options = step.Options(tables, asked.seed, asked.seeds, asked.data_seeds, asked.workers)
-    with screen.progress("rebuilding", None) as advance:
-        found = step.run(options, screen.note, advance)
+        advance(0.0)
+        options = paper.Options(tables, asked.seed, asked.seeds, asked.data_seeds, asked.workers)
+        found = paper.run(options, screen.note, advance)
     _end(screen, asked, found, options, made)
 
 
 def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, made: Provenance) -> NoReturn:
     """Show what was rebuilt, write what was asked for, and end: as an error if block R left the committed spread."""
     from sstl_cli.cli import _reproduce_files as files
+    from sstl_cli.paper import show
     from sstl_cli.paper.compare import count
-    from sstl_cli.steps import reproduce_show as show
 
     shown = files.Shown(show.grids(found), show.facts(found), count(found.compared))
     _show(screen, shown)

@@ -44,6 +44,7 @@ def simulate(asked: Asked) -> None:
     from sstl_cli.cli.origin import files_among, provenance
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.runs import Run, write_runs
+    from sstl_cli.physics.plan import plan
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps import simulate as step
 
@@ -53,7 +54,7 @@ def simulate(asked: Asked) -> None:
     screen.note_versions(loaded.package_version, "the scenario")
     with usage("--effect"):
         effects = step.effects_of(asked.effect or [])
-    total = len(step.plan(loaded, seed))
+    total = len(plan(loaded, seed))
     made = provenance(seed, files_among(asked.scenario))
     with screen.progress("simulating", total) as advance:
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.core.groups import spelled_out
+from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.constants import LISTED, MOST_SURE, PLACES
 from sstl_cli.physics.effects import catalogue
 
@@ -15,8 +16,8 @@ def sentence(document: dict[str, Any]) -> str:
     effects, status, sure = verdict["effects"], verdict["status"], _sure(verdict["confidence"])
     left = document["gap"].get("known_misfit_n")
     if status == "none" and left:
-        unit = document.get("unit") or "N"
-        return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {left:.2g} {unit} as it did then{sure}."
+        much = quantity(small(left), document.get("unit") or "N")
+        return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {much} as it did then{sure}."
     if status == "none":
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
     if status == "unknown":
@@ -48,7 +49,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     gap, unit = document["gap"], document.get("unit") or "N"
 
     def _n(value: float | None) -> str:
-        return "-" if value is None else f"{value:.2g} {unit}"
+        return quantity(small(value), unit)
 
     out = [
         f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned -> {_n(gap['rmse_with_effect_n'])} with the "
@@ -94,7 +95,10 @@ def _said(odd: dict[str, Any]) -> str:
 
 def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
     """Return what would have been seen (nothing found), or what is left (cause unknown)."""
-    small = sorted(verdict.get("would_have_shown") or [], key=lambda s: s["gap_n"])[:LISTED]
-    out = [f"  would have shown: {s['effect']} from {s['size']:.2g} {s['unit']} on, a gap of {s['gap_n']:.2g} {unit}" for s in small]
+    least = sorted(verdict.get("would_have_shown") or [], key=lambda s: float(s["gap_n"]))[:LISTED]
+    out = [
+        f"  would have shown: {s['effect']} from {quantity(s['size'], s['unit'])} on, a gap of {quantity(small(s['gap_n']), unit)}"
+        for s in least
+    ]
     left = (verdict.get("leftover") or [])[:2]
     return out + [f"  left over: {t['test']}, {t['sigma']:.0f} sigma" + (f", at {t['where']}" if t["where"] else "") for t in left]

@@ -40,7 +40,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     Examples
     --------
     >>> name_pattern(["bend_030_run1", "bend_060_run1"]).pattern
-    '^bend_(?P<config_id>\\\\d+)_run'
+    '^bend_(?P<config_id>\\\\d+)_'
     """
     cut = [_PARTS.findall(s) for s in stems]
     shapes = {tuple(_kind(p) for p in parts) for parts in cut}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.paper.generator import Place, draw_slopes, log_covariance, log_means
+from sstl_cli.physics.generator import Place, draw_slopes, log_covariance, log_means
 
 Array = NDArray[np.float64]
 

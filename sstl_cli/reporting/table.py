@@ -40,7 +40,7 @@ def table(caption: str, header: Sequence[Any], rows: Iterable[Sequence[Any]]) ->
     Examples
     --------
     >>> table("t", ["run", ("rmse", "N")], [["a", 0.123456]]).rows[0][1]
-    Cell(text='0.1235', value='0.123456')
+    Cell(text='0.1235', value='0.123456', href='')
     """
     heads = [(h, "") if isinstance(h, str) else h for h in header]
     cells = [[cell(v) for v in row] for row in rows]

@@ -9,7 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from sstl_cli.core.errors import printable
-from sstl_cli.reporting.documents import ambiguity_group, interval, mapping, number, rows, texts
+from sstl_cli.reporting.documents import interval, mapping, number, rows, texts
 from sstl_cli.reporting.inputs import EffectNote
 
 SYSTEMS = {"act": "the actuation tendon", "sstl": "the sensing loop"}
@@ -56,29 +56,21 @@ def listed(names: Iterable[str], word: str) -> str:
 
 
 def sentence(document: dict[str, Any], catalogue: Catalogue | None = None) -> str:
-    """Return the document's own sentence, or one made of its verdict where it has none.
+    """Return the document's own sentence; one that an older version wrote without has but its verdict.
 
     Examples
     --------
-    >>> sentence({"verdict": {"status": "identified", "effects": ["pulley_friction"], "confidence": 0.97}})
-    'The simulator misses pulley friction (confidence 97 %).'
+    >>> sentence({"verdict": {"status": "identified", "effects": ["pulley_friction"]}})
+    "The verdict is 'identified': pulley friction."
     """
     own = document.get("sentence")
     if isinstance(own, str) and own:
         return own
     verdict = mapping(document, "verdict")
-    known = catalogue or {}
-    effects = listed((title(e, known) for e in texts(verdict, "effects")), "and")
-    group = listed((title(e, known) for e in ambiguity_group(verdict)), "or")
-    status = str(verdict.get("status", ""))
-    text = {
-        "identified": f"The simulator misses {effects or 'an effect'}",
-        "ambiguous": f"The simulator misses {group or effects or 'an effect'}, and this data cannot tell which",
-        "unknown": "The simulator misses something that no candidate, alone or combined, explains",
-        "none": "The simulator already explains the log down to its noise floor",
-    }.get(status, f"The verdict is '{status}'" if status else "The document holds no verdict")
-    sure = number(verdict.get("confidence"))
-    return text + (f" (confidence {100 * sure:.0f} %)." if sure == sure else ".")
+    if not verdict.get("status"):
+        return "The document holds no verdict."
+    named = listed((title(e, catalogue or {}) for e in texts(verdict, "effects")), "and")
+    return f"The verdict is '{verdict['status']}'{': ' if named else ''}{named}."
 
 
 def where(document: dict[str, Any]) -> str:

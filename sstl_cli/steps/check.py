@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
+from sstl_cli.identification import filtering
 
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
 MIN_SAMPLES = 16
 STUCK_SAMPLES = 8
+# spreads of the second differences off both neighbours
+SPIKE_SPREADS = 6.0
 
 
 @dataclass(frozen=True)
@@ -202,14 +205,11 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
 
 
 def _spikes(values: Array) -> int:
-    before, here, after = values[:-2], values[1:-1], values[2:]
-    second = np.abs(before - 2.0 * here + after)
-    spread = 1.4826 * float(np.median(second))
-    if spread == 0.0:
-        # noise-free or coarse: half of the differences vanish and give no measure
-        return 0
-    high, low = np.maximum(before, after), np.minimum(before, after)
-    return int(np.count_nonzero((here > high + 6.0 * spread) | (here < low - 6.0 * spread)))
+    """Return how many single samples ``segment`` would bridge at a threshold that noise alone does not reach."""
+    second = np.abs(np.diff(values, 2))
+    # noise-free or coarse: half of the differences vanish and give no measure
+    threshold = SPIKE_SPREADS * 1.4826 * float(np.median(second))
+    return int(np.count_nonzero(filtering.despiked(np.ascontiguousarray(values), threshold) != values)) if threshold > 0.0 else 0
 
 
 def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:

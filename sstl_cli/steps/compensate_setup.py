@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+from sstl_cli.control import references
 from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop
+from sstl_cli.control.references import Reference
 from sstl_cli.control.sim_plant import plant_of
 from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.core.rng import stream
 from sstl_cli.mapping import MappingModel
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps.compensate import Case, possible_methods, with_mapping
@@ -78,6 +81,20 @@ def plants(truth: Sequence[Case], scenario: Scenario | None = None, loop: Tensio
     def found(case: Case) -> Plant | None:
         lines = lines_of.get(case.config_id)
         return Plant(PlayTendon(lines), loop or TensionLoop()) if lines is not None else None
+
+    return found
+
+
+def references_of(
+    names: Sequence[str], loaded: Mapping[str, Reference], dt_s: float, cycles: int, seed: int
+) -> Callable[[Case], list[Reference]]:
+    """Return a function that gives the references of a configuration: those ``loaded``, else made by their names.
+
+    There are distinct random references, one a location, as in Section V.
+    """
+
+    def found(case: Case) -> list[Reference]:
+        return [loaded.get(n) or references.make(n, stream(seed, "reference", n, case.location or ""), dt_s, cycles) for n in names]
 
     return found
 

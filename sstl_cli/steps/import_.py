@@ -13,7 +13,8 @@ from sstl_cli.core.runs import Run
 from sstl_cli.importers.chunk import Chunk
 from sstl_cli.importers.clocks import ClockReport
 from sstl_cli.importers.counts import Counts, Policy
-from sstl_cli.importers.mapping import TENSIONS, Mapping
+from sstl_cli.importers.inline import inline_mapping, targets_of, with_policy
+from sstl_cli.importers.mapping import TENSIONS, Mapping, read_mapping
 from sstl_cli.importers.repair import Splitter
 from sstl_cli.importers.signals import chunks
 from sstl_cli.importers.sources import Bad, Group, Labels, groups
@@ -92,6 +93,27 @@ def run(
     result = Import(iter(()), Counts(), [])
     object.__setattr__(result, "runs", _runs(result, files, mapping, wanted, manifest or {}, advance))
     return result
+
+
+def mapping_of(file: Path | None, short: str | None = None, on_gap: str | None = None, merge: str | None = None) -> Mapping:
+    """Return the mapping of a file, with what one in short and the policies say on top.
+
+    Raises
+    ------
+    SstlError
+        If the file asks what nobody answered, or a word is unknown.
+    """
+    chosen = read_mapping(file, targets_of(short or "")) if file is not None else Mapping()
+    if short is not None:
+        chosen = inline_mapping(short, chosen)
+    return with_policy(chosen, on_gap=on_gap, merge=merge)
+
+
+def manifest_of(given: Path | None, file: Path | None, mapping: Mapping) -> Path | None:
+    """Return the table of labels: the one given, else that of the mapping, which lies beside its file."""
+    if given is not None or not mapping.manifest:
+        return given
+    return file.parent / mapping.manifest if file is not None else Path(mapping.manifest)
 
 
 def provenance_extra(mapping: Mapping) -> dict[str, object]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import sound
@@ -47,3 +48,22 @@ def run(runs: Iterable[tuple[str, Run]]) -> Judged:
             evidence.append(one)
             channels += [Channel(log, one.run_id, piece.units[s.column], s) for s in one.sensors]
     return Judged(gate.judge(evidence), tuple(channels))
+
+
+def findings(judged: Judged) -> list[dict[str, Any]]:
+    """Return remarks as findings of ``check``, one for each run."""
+    logs = {c.run_id: c.log for c in judged.channels}
+    return [
+        {
+            "file": logs[run_id],
+            "run_id": run_id,
+            "level": r.severity,
+            "what": f"physics: {r.rule}",
+            "column": "",
+            "count": 1,
+            "detail": r.sentence,
+            "fix": r.mend,
+        }
+        for r in judged.remarks
+        for run_id in r.run_ids
+    ]

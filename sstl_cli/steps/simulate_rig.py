@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
 from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
 from sstl_cli.physics.effect import Values
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantNoise, VariantResult, VariantRun, VariantSpec, simulate_variant
-
-if TYPE_CHECKING:
-    from sstl_cli.steps.simulate import Plan
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
@@ -26,8 +26,6 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     SstlError
         If the configuration gives propagation lines instead of theta, the simulator refuses a value, or it did not converge.
     """
-    from sstl_cli.steps.simulate import input_path, labels, neighbour_tension
-
     c = p.configuration
     if c.theta is None:
         raise SstlError(f"configuration {c.id} gives no theta, which the {scenario.simulator} needs", fix="set theta", code="E718")
@@ -35,7 +33,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     beside = neighbour_tension(scenario, p, seed)
     built, heard = _built(scenario), scenario.noise.model_dump()
     given = (p.system, c.theta, c.location, time, "tension", command, beside)
-    values = {k: dict(v) for k, v in effects.items()}
+    values = {name: _told(name, given_values) for name, given_values in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
     result: RigResult | BristleResult | VariantResult
     try:
@@ -61,6 +59,12 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     )
 
 
+def _told(effect_id: str, values: Values) -> dict[str, float]:
+    """Return the values that are not neutral: the fast model has laws of its own, whose parameters no other simulator knows."""
+    neutral = get(effect_id).neutral()
+    return {name: value for name, value in values.items() if value != neutral[name]}
+
+
 def _built(scenario: Scenario) -> dict[str, Any]:
     """Return geometry and mechanics under the names that all these simulators give them."""
     rig = scenario.rig
@@ -75,6 +79,4 @@ def _built(scenario: Scenario) -> dict[str, Any]:
 
 
 def _seed(seed: int, simulator: str, run_id: str) -> int:
-    from sstl_cli.core.rng import stream
-
     return int(stream(seed, simulator, run_id).integers(2**63))

@@ -18,9 +18,10 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from program import inside
 
 import sstl_cli as sstl
-from sstl_cli.api import diagnosis, log, mapping
+from sstl_cli.api import catalogue, control, diagnosis, log, mapping
 from sstl_cli.cli import app as program
 from sstl_cli.core import sound
 from sstl_cli.core.errors import SstlError
@@ -30,9 +31,9 @@ from sstl_cli.steps.diagnose import DiagnoseOptions
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data/samples/log.parquet"
-NAMES = ["Diagnosis", "Log", "Mapping", "SstlError", "diagnose", "read", "simulate", "train"]
+NAMES = ["Diagnosis", "Log", "Mapping", "SstlError", "compensate", "diagnose", "effects", "import_", "read", "simulate", "train"]
 MEMBERS = {
-    "Log": ["from_frame", "frame", "inputs", "runs", "segment", "write"],
+    "Log": ["check", "from_frame", "frame", "inputs", "runs", "segment", "write"],
     "Mapping": ["evaluate", "history", "load", "model", "predict", "save", "variants"],
     "Diagnosis": ["candidates", "gap", "model", "parameters", "plot", "report", "sentence", "to_dict", "verdict", "where"],
 }
@@ -96,7 +97,7 @@ def test_importing_is_cheap_and_loads_nothing_heavy() -> None:
     assert min(float(text.split()[0]) for text in done) < 0.2
 
 
-@pytest.mark.parametrize("module", [sstl, log, mapping, diagnosis], ids=lambda m: m.__name__)
+@pytest.mark.parametrize("module", [sstl, log, mapping, diagnosis, control, catalogue], ids=lambda m: m.__name__)
 def test_doctests(module) -> None:
     tried = doctest.testmod(module)
     assert tried.failed == 0
@@ -224,6 +225,70 @@ def test_train_predict_and_keep(tmp_path: Path) -> None:
     assert made.predict(slopes).shape == (5, 2)
     assert set(made.evaluate(theta)["variant"]) >= {"linear"} and made.history is not None
     assert made.variants["name"].tolist() == ["linear"]
+
+
+def test_check_says_what_the_program_says(recorded: sstl.Log, tmp_path: Path) -> None:
+    frame = recorded.frame()
+    first = frame["run_id"] == recorded.runs[0].run_id
+    # one stuck stretch, and an output that is too large to be passed on by friction
+    frame.loc[frame.index[first][300:340], "tension_out_n"] = frame.loc[frame.index[first][300], "tension_out_n"]
+    frame.loc[~first & (frame["system"] == "sstl"), "tension_out_n"] *= -1.0
+    wrong = sstl.Log.from_frame(frame)
+    wrong.write(tmp_path / "wrong.parquet")
+    told = json.loads(inside("check", tmp_path / "wrong.parquet", "--json").stdout)["findings"]
+    found = wrong.check()
+    assert found.to_dict("records") == [{k: f[k] for k in found.columns} for f in told]
+    assert set(found["level"]) >= {"failure"} and found["what"].str.startswith("physics").any()
+    assert not wrong.check(physics=False)["what"].str.startswith("physics").any()
+    assert not (recorded.check()["level"] == "failure").any()
+
+
+def test_import_takes_what_the_program_takes(recorded: sstl.Log, tmp_path: Path) -> None:
+    run = recorded.runs[0]
+    table = pd.DataFrame({"t": 1000.0 * run.time_s, "T1": run.tension_in_n, "T2": run.tension_out_n})
+    table.loc[40, "T2"] = np.nan
+    table.to_csv(tmp_path / "bend.csv", index=False)
+    short = "time_s=t:ms,tension_in_n=T1:N,tension_out_n=T2:N,system=act"
+    assert inside("import", tmp_path / "bend.csv", "--map", short, "--out", tmp_path / "log.parquet").returncode == 3
+    with pytest.warns(UserWarning, match="set aside: 1 samples"):
+        made = sstl.import_(tmp_path / "bend.csv", mapping=short)
+    pd.testing.assert_frame_equal(made.frame(), sstl.read(tmp_path / "log.parquet").frame())
+    assert set(made.inputs) == {"bend.csv"}
+    with pytest.raises(SstlError, match="T3"):
+        sstl.import_(tmp_path / "bend.csv", mapping=short.replace("T2", "T3"))
+    with pytest.raises(SstlError, match="No such file"):
+        sstl.import_(tmp_path / "bend.csv", mapping=tmp_path / "none.toml")
+
+
+def test_compensate_scores_as_the_program_does(recorded: sstl.Log, tmp_path: Path) -> None:
+    theta = recorded.segment()
+    recorded.write(tmp_path / "log.parquet")
+    assert inside("segment", tmp_path / "log.parquet", "--out", tmp_path / "theta.parquet").returncode == 0
+    words = ("--theta", tmp_path / "theta.parquet", "--methods", "none,DI", "--cycles", 1, "--scores", tmp_path / "s.parquet")
+    assert inside("compensate", *words, "--reference", "sinusoid", "--reference", "trapezoid").returncode == 0
+    made = sstl.compensate(theta, references=["sinusoid", "trapezoid"], methods=["none", "DI"], cycles=1)
+    pd.testing.assert_frame_equal(made, pq.read_table(tmp_path / "s.parquet").to_pandas())
+    for wrong, code in (({"references": ["sinus"]}, "E407"), ({"methods": ["best"]}, "E404"), ({"methods": ["proposed"]}, "E405")):
+        with pytest.raises(SstlError) as said:
+            sstl.compensate(theta, **wrong)
+        assert said.value.code == code
+
+
+def test_effects_are_those_that_the_program_lists() -> None:
+    told = json.loads(inside("effects", "list", "--json").stdout)["effects"]
+    made = sstl.effects()
+    assert list(dict.fromkeys(made["id"])) == [e["id"] for e in told]
+    keys = ["name", "unit", "neutral", "low", "high", "meaning"]
+    assert made[keys].to_dict("records") == [{k: p[k] for k in keys} for e in told for p in e["parameters"]]
+
+
+def test_the_page_says_of_every_command_where_it_is(capsys) -> None:
+    """Nothing is reachable from one side alone without a word why."""
+    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^  ([a-z]+) ", inside("--help").stdout.split("Commands:")[1], flags=re.MULTILINE)
+    assert len(commands) > 15
+    for name in commands:
+        assert f"`{name}`" in text, name
 
 
 def _run(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:

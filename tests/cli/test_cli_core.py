@@ -16,7 +16,8 @@ from spent import spent_s
 from typer.core import TyperGroup
 
 from sstl_cli.cli import app as program
-from sstl_cli.cli.options import Config, Json, command_line
+from sstl_cli.cli.options import Config, Json
+from sstl_cli.cli.origin import command_line
 
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
 CONTRACT = [

@@ -10,7 +10,7 @@ import pytest
 
 from sstl_cli.cli import _diagnose_show, _other_files, _watch_show
 from sstl_cli.cli.info import _span
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, begin
 
 NOTHING = {
     "sentence": "As far as this data can show nothing has changed since the simulator was accepted: it leaves 0.0035 N as it did then.",
@@ -31,6 +31,8 @@ NOTHING = {
 
 @pytest.fixture
 def at_80(monkeypatch):
+    # a call before this in the same process may have been a quiet one
+    begin()
     monkeypatch.setenv("COLUMNS", "80")
 
 

@@ -1,6 +1,7 @@
 """Block R can fail: a wrong plant, a leaked bend and a stale table are caught."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,16 +9,15 @@ import pytest
 from sstl_cli.control import references
 from sstl_cli.control.plant import PlayTendon
 from sstl_cli.core.errors import SstlError
-from sstl_cli.paper import block_r, contests, gate, origin
+from sstl_cli.paper import block_r, contests, data_seeds, diagnosed, gate, origin
 from sstl_cli.paper.bench import Cogging, ModelBench, RigBench
 from sstl_cli.paper.compare import compare, count_apart
+from sstl_cli.paper.diagnosed import UNNAMED, Closed
 from sstl_cli.paper.published import entries, of_table
 from sstl_cli.paper.rig import GAP, TABLE_II, Bend, bends, trapezoid
 from sstl_cli.paper.scores import tracking_entries
 from sstl_cli.paper.spread import Spread, of_draws, stored
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps import reproduce_diagnosis, reproduce_seeds
-from sstl_cli.steps.reproduce_diagnosis import UNNAMED, Closed
 
 K = ("IV", "sinusoid DI", "rmse_CP")
 L = ("IV", "sinusoid none", "rmse_CP")
@@ -127,11 +127,11 @@ def test_cogging_ripples_with_the_input():
 
 def test_stopped_runs_are_taken_up(monkeypatch):
     kept = {}
-    monkeypatch.setattr(reproduce_seeds, "draw", lambda experiment, seed: reproduce_seeds.Drawn(seed, {"rig": {K: float(seed)}}))
+    monkeypatch.setattr(data_seeds, "draw", lambda experiment, seed: data_seeds.Drawn(seed, {"rig": {K: float(seed)}}))
     at_hand = {1: {"rig": {K: 10.0}}}
-    found = list(reproduce_seeds.run("R", (1, 2), at_hand.get, kept.__setitem__))
+    found = list(data_seeds.run("R", (1, 2), at_hand.get, kept.__setitem__))
     assert found == [{"rig": {K: 10.0}}, {"rig": {K: 2.0}}] and kept == {2: {"rig": {K: 2.0}}}
-    with reproduce_seeds.beside("R", (4, 5), 0) as drawn:
+    with data_seeds.beside("R", (4, 5), 0) as drawn:
         assert [d.seed for d in drawn()] == [4, 5]
 
 
@@ -177,15 +177,15 @@ def test_what_counts_as_a_right_diagnosis(missing, named, right):
 
 def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeypatch):
     known = []
-    monkeypatch.setattr(reproduce_diagnosis, "_hardware", lambda bench, *_: reproduce_diagnosis._Hardware(bench, [], [], {}))
-    monkeypatch.setattr(reproduce_diagnosis, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None))
-    monkeypatch.setattr(reproduce_diagnosis, "_closed", lambda missing, before, after, found, rig, seed: (missing, rig.bench))
-    done = reproduce_diagnosis.run(1, gap=False, withheld=True)
+    monkeypatch.setattr(diagnosed, "_hardware", lambda bench, *_: diagnosed._Hardware(bench, [], [], {}))
+    monkeypatch.setattr(diagnosed, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None))
+    monkeypatch.setattr(diagnosed, "_closed", lambda missing, before, after, found, rig, seed: (missing, rig.bench))
+    done = diagnosed.run(1, gap=False, withheld=True)
     assert [k ^ set(GAP) for k in known] == [{e} for e in GAP] + [set()]
     assert [m for m, _ in done] == [(e,) for e in GAP] + [(UNNAMED,)]
     assert [bench.unnamed is not None for _, bench in done] == [False] * len(GAP) + [True]
     known.clear()
-    assert [m for m, _ in reproduce_diagnosis.run(1)] == [("presliding", "stribeck")]
+    assert [m for m, _ in diagnosed.run(1)] == [("presliding", "stribeck")]
 
 
 def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatch):
@@ -193,9 +193,26 @@ def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatc
         raise SstlError("only 93 of 150 calibration bends could be identified", code="E802")
 
     monkeypatch.setattr(block_r, "learn", refuse)
-    assert reproduce_diagnosis._own_table(RigBench(unnamed=Cogging()), 1) is None
+    assert diagnosed._own_table(RigBench(unnamed=Cogging()), 1) is None
 
 
 @pytest.mark.slow
 def test_one_seed_of_block_r_lies_within_the_committed_spread():
     assert gate.outside([block_r.draw(block_r.run(7))], stored("R")) == []
+
+
+def test_the_page_has_the_committed_spread():
+    page = (Path(__file__).parents[2] / "docs/reproduction.md").read_text(encoding="utf-8")
+    spread = stored("R").of("rig")
+    for method, digits, name in (
+        ("none", 2, "no compensation"),
+        ("no-bias", 2, "without bias"),
+        ("DI", 3, "direct identification"),
+        ("proposed", 3, "proposed"),
+    ):
+        cells = [spread["summary", f"{t} {method}", "rmse"] for t in ("sinusoid", "random")]
+        said = " / ".join(f"{mean:.{digits}f} +- {sd:.{digits}f}" for mean, sd in cells)
+        assert f"| {name} | {said} |" in page
+    for name, measure in (("reduction of RMSE", "red"), ("share of direct identification's reduction", "recovery")):
+        mean, sd = spread["headline", "proposed", measure]
+        assert f"| {name} | {mean:.1f} +- {sd:.1f} % |" in page

@@ -48,8 +48,8 @@ def test_folder_that_is_a_file(tmp_path):
 
 def test_outside_the_committed_spread_ends_with_4(monkeypatch, capsys, tmp_path):
     from sstl_cli.cli.app import main
+    from sstl_cli.paper import reproduce
     from sstl_cli.paper.gate import Outside
-    from sstl_cli.steps import reproduce
 
     wrong = Outside("rig", ("IV", "sinusoid DI", "rmse_CP"), 0.01, 0.46, 11.0)
     monkeypatch.setattr(reproduce, "run", lambda *_: reproduce.Reproduction(outside=(wrong,)))
@@ -59,3 +59,25 @@ def test_outside_the_committed_spread_ends_with_4(monkeypatch, capsys, tmp_path)
     said = capsys.readouterr().err
     assert stopped.value.code == 4
     assert "E809" in said and "sinusoid DI rmse_CP is 0.01, committed 0.46" in said
+
+
+def test_progress_tells_as_much_as_the_bar_has(monkeypatch, capsys):
+    from contextlib import contextmanager
+
+    from sstl_cli.cli.app import main
+    from sstl_cli.cli.render import Screen
+
+    told, paces = [], []
+
+    @contextmanager
+    def progress(self, label, total=None, pace=None):
+        paces.append(pace)
+        yield lambda amount: told.append(amount / total)
+
+    monkeypatch.setattr(Screen, "progress", progress)
+    monkeypatch.setattr(sys, "argv", ["sstl", "reproduce", "--table", "I,II"])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    assert stopped.value.code == 0 and sum(told) == pytest.approx(1.0) and paces[0] is not None
+    # it stands at the loading until the first part is told
+    assert told[0] == 0.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sstl_cli.paper.generator import CP, PLACES, Place, configurations, draw_slopes, generate, log_covariance, log_means
 from sstl_cli.paper.limit import bayes, bayes_error, errors, linear_error
+from sstl_cli.physics.generator import CP, PLACES, Place, configurations, draw_slopes, generate, log_covariance, log_means
 
 
 def test_conditional_mean_against_nearest_neighbours_of_a_large_sample():

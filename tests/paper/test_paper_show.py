@@ -5,19 +5,19 @@ import pytest
 
 from sstl_cli.cli import _reproduce_files as files
 from sstl_cli.control.references import Reference
+from sstl_cli.paper import drawings, show
 from sstl_cli.paper.block_r import Tracked
 from sstl_cli.paper.compare import compare
+from sstl_cli.paper.data_seeds import Drawn
+from sstl_cli.paper.diagnosed import UNNAMED, Closed
 from sstl_cli.paper.gate import Outside
 from sstl_cli.paper.grid import text, wrapped
 from sstl_cli.paper.published import TABLES, of_table
+from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import LOCATIONS, METHODS, TRAJECTORIES
 from sstl_cli.paper.spread import stored
+from sstl_cli.paper.table_iv_gap import Gap, Share
 from sstl_cli.reporting.drawing import picture
-from sstl_cli.steps import reproduce_figures, reproduce_show
-from sstl_cli.steps.reproduce import Reproduction
-from sstl_cli.steps.reproduce_diagnosis import UNNAMED, Closed
-from sstl_cli.steps.reproduce_gap import Gap, Share
-from sstl_cli.steps.reproduce_seeds import Drawn
 
 
 def judged(block, spread):
@@ -46,14 +46,14 @@ def found():
 
 
 def test_every_line_of_every_table_fits_80_columns(found):
-    for grid in reproduce_show.grids(found):
+    for grid in show.grids(found):
         assert max(len(line) for line in text(grid).splitlines()) <= 80, text(grid)
-    for fact in reproduce_show.facts(found):
+    for fact in show.facts(found):
         assert max(len(line) for line in wrapped(fact)) <= 80
 
 
 def test_the_first_line_says_where_the_data_come_from(found):
-    grids = {g.name: g for g in reproduce_show.grids(found)}
+    grids = {g.name: g for g in show.grids(found)}
     for name in ("I", "II", "R-I", "R-II", "R-III", "IV-sinusoid-rmse", "IV-random-mape"):
         assert text(grids[name]).startswith("Data: ")
     assert "fitted" in text(grids["I"]).splitlines()[1] + text(grids["I"]).splitlines()[0]
@@ -61,34 +61,34 @@ def test_the_first_line_says_where_the_data_come_from(found):
 
 
 def test_what_differs_says_by_how_much(found):
-    grids = {g.name: g for g in reproduce_show.grids(found)}
+    grids = {g.name: g for g in show.grids(found)}
     row = next(r for r in grids["IV-sinusoid-rmse"].rows if r[:2] == ("none", "CP"))
     # 4.645 of 5.75 printed
     assert row[2] == "5.75" and row[5] == "4.65x-19"
 
 
 def test_fourteen_fitted_numbers_are_printed(found):
-    said = text(next(g for g in reproduce_show.grids(found) if g.name == "IV-gap"))
+    said = text(next(g for g in show.grids(found) if g.name == "IV-gap"))
     assert "The 14 fitted numbers" in said and "mismatch rad" in said and "beta_r" in said
 
 
 def test_fitted_and_predicted_are_counted_apart(found):
-    rows = next(g for g in reproduce_show.grids(found) if g.name == "counts").rows
+    rows = next(g for g in show.grids(found) if g.name == "counts").rows
     whole = {r[2]: [0 if c == "-" else int(c) for c in r[3:]] for r in rows if r[0] == "all"}
     assert sum(whole["fitted"]) + sum(whole["predicted"]) == len(found.compared)
     assert sum(whole["predicted"]) > sum(whole["fitted"]) > 0
 
 
 def test_facts_say_what_is_outside(found):
-    inside = " ".join(reproduce_show.facts(found))
+    inside = " ".join(show.facts(found))
     assert "87.8 %" in inside and "lie within the committed spread" in inside
     wrong = Outside("rig", ("IV", "sinusoid DI", "rmse_CP"), 0.01, 0.46, 11.0)
-    said = " ".join(reproduce_show.facts(Reproduction(rig=found.rig, outside=(wrong,))))
+    said = " ".join(show.facts(Reproduction(rig=found.rig, outside=(wrong,))))
     assert "1 of 261 entries lie outside" in said
 
 
 def test_figure_7_has_every_location_and_method(found):
-    drawn = {d.name: d for d in reproduce_figures.drawings(found)}
+    drawn = {d.name: d for d in drawings.drawings(found)}
     assert set(drawn) == {"tracking_sinusoid", "tracking_random"} <= set(files.FIGURES)
     for letter, name in (("7a", "tracking_sinusoid"), ("7b", "tracking_random")):
         assert letter in drawn[name].caption

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from program import inside
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics import effects as package
@@ -155,6 +157,39 @@ def test_a_dropped_in_effect_is_found(tmp_path, monkeypatch):
         scaled = response("magic_scale", {"g": 2.0})
         n = len(PATH)
         assert scaled[n : 2 * n] == pytest.approx(2.0 * response("gain_error", {})[n : 2 * n])
+    finally:
+        monkeypatch.undo()
+        catalogue.cache_clear()
+
+
+def test_a_dropped_in_effect_along_the_line_is_simulated_listed_and_named(tmp_path, monkeypatch):
+    """What CONTRIBUTING says of adding an effect, for one of the transition stage: this one file, and nothing else."""
+    (tmp_path / "sticky_line.py").write_text(
+        "from sstl_cli.physics.effect import TRANSITION, Effect, Parameter\n"
+        "def _transition(transition, v, _drive):\n"
+        "    transition.breakaway_mm += 0.5 * v['distance_mm']\n"
+        "EFFECT = Effect(id='sticky_line', title='Sticky line', stage=TRANSITION, equation='dF = F / z du', source='test',\n"
+        "    parameters=(Parameter('distance_mm', 'mm', 0.0, 0.0, 3.0, 'twice the break-away distance'),),\n"
+        "    excitation='minor loops', transition=_transition)\n"
+    )
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
+    catalogue.cache_clear()
+    try:
+        base = response("presliding", {})
+        assert np.array_equal(response("sticky_line", {}), base)
+        half = response("presliding", {"breakaway_mm": 0.5, "spread": 0.0})
+        assert np.array_equal(response("sticky_line", {"distance_mm": 1.0}), half) and not np.array_equal(half, base)
+        done = inside("effects", "list", "--json")
+        assert "sticky_line" in done.stdout
+        log = tmp_path / "log.parquet"
+        done = inside("simulate", "--scenario", "sample", "--effect", "sticky_line:distance_mm=1.5", "--seed", 1, "--out", log)
+        assert done.returncode == 0, done.stderr
+        few = ("--effects", "sticky_line,viscous", "--max-effects", 1)
+        done = inside("diagnose", log, *few, "--out", tmp_path / "d.json")
+        found = json.loads((tmp_path / "d.json").read_text())["candidates"][0]
+        assert found["id"] == "sticky_line" and found["parameters"][0]["estimate"] == pytest.approx(1.5, rel=0.1)
+        done = inside("report", log, tmp_path / "d.json", "--out", tmp_path / "page.html")
+        assert "sticky line" in (tmp_path / "page.html").read_text()
     finally:
         monkeypatch.undo()
         catalogue.cache_clear()

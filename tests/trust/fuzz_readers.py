@@ -53,8 +53,8 @@ def _reference(path: Path) -> None:
 
 
 def _scenario(path: Path) -> None:
+    from sstl_cli.physics.plan import plan
     from sstl_cli.physics.scenario import load
-    from sstl_cli.steps.simulate import plan
 
     plan(load(str(path)), 0)
 

@@ -14,6 +14,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 
 import sstl_cli
 
@@ -99,3 +100,11 @@ def test_make_takes_a_python_that_the_package_allows(there, taken, tmp_path: Pat
         assert f"{taken} -m venv .venv" in done.stdout, done.stderr
     else:
         assert done.returncode == 2 and "no Python 3.11, 3.12 or 3.13 found" in done.stderr
+
+
+def test_what_runs_before_a_commit_is_what_lint_runs() -> None:
+    lint = re.search(r"^lint:.*\n((?:\t.+\n)+)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert lint is not None
+    wanted = [line.strip().replace("$(BIN)", ".venv/bin") for line in lint[1].splitlines()]
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"][0]["hooks"]
+    assert [h["entry"] for h in hooks] == wanted and all(h["language"] == "system" for h in hooks)

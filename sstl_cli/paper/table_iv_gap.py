@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from sstl_cli.control.plant import PlayTendon, pulled
@@ -13,8 +13,8 @@ from sstl_cli.core.runs import Run
 from sstl_cli.paper.published import of_table
 from sstl_cli.paper.scores import distance
 from sstl_cli.paper.settings import FITTED, PARTS, STATED, partly
+from sstl_cli.paper.table_iv import Array, Block, Prepared, block, plant_lines
 from sstl_cli.steps.compensate import Result
-from sstl_cli.steps.reproduce_tracking import Array, Block, Prepared, block, plant_lines
 
 EVERY, NOISE_N = 10, 0.02
 LOGGED = ("none", "proposed")
@@ -46,15 +46,17 @@ class Gap:
         return 100.0 * (1.0 - self.fitted / self.stated)
 
 
-def run(prepared: Prepared, seed: int) -> Gap:
-    """Return the distances for every combination of the parts of the explanation, and their Shapley shares."""
+def run(prepared: Prepared, seed: int, advance: Callable[[float], None] = lambda _: None) -> Gap:
+    """Return the distances for every combination of the parts of the explanation, and their Shapley shares.
+
+    ``advance`` is told which share more of the combinations is done.
+    """
     published = {(e.table, e.row, e.column): e.value for e in of_table("IV")}
     names = tuple(PARTS)
-    value = {
-        frozenset(some): distance(block(partly(some), prepared, seed).entries, published)
-        for k in range(len(names) + 1)
-        for some in itertools.combinations(names, k)
-    }
+    value = {}
+    for chosen in (c for k in range(len(names) + 1) for c in itertools.combinations(names, k)):
+        value[frozenset(chosen)] = distance(block(partly(chosen), prepared, seed).entries, published)
+        advance(0.5 ** len(names))
     whole, none = frozenset(names), frozenset[str]()
     drop = value[none] - value[whole]
     shares = []

@@ -10,8 +10,8 @@ import numpy as np
 from sstl_cli.control import references
 from sstl_cli.control.controller import Theta
 from sstl_cli.core.rng import stream
+from sstl_cli.paper.better import ALL_MEANS, WAYS, Calibration, calibrate
 from sstl_cli.paper.rig import RANGE_N, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
-from sstl_cli.steps.reproduce_better import ALL_MEANS, WAYS, Calibration, calibrate
 
 DURATIONS_S = (12.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.5, 2.0)
 STROKES = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2)

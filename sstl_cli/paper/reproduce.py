@@ -5,32 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sstl_cli.paper import contests, gate
+from sstl_cli.paper import better, contests, data_seeds, diagnosed, gate, pace, probe, table_i_ii, table_iii, table_iv, table_iv_gap
+from sstl_cli.paper.better import Rung
 from sstl_cli.paper.chosen import DEFAULT
 from sstl_cli.paper.compare import Compared, compare
+from sstl_cli.paper.data_seeds import Drawn
+from sstl_cli.paper.diagnosed import Closed
 from sstl_cli.paper.gate import Outside
+from sstl_cli.paper.probe import Probe
 from sstl_cli.paper.published import TABLES as PUBLISHED
 from sstl_cli.paper.published import of_table
 from sstl_cli.paper.settings import FITTED, STATED
 from sstl_cli.paper.spread import Spread, of_draws, stored
-from sstl_cli.steps import (
-    reproduce_better,
-    reproduce_diagnosis,
-    reproduce_gap,
-    reproduce_mapping,
-    reproduce_probe,
-    reproduce_seeds,
-    reproduce_slopes,
-    reproduce_tracking,
-)
-from sstl_cli.steps.reproduce_better import Rung
-from sstl_cli.steps.reproduce_diagnosis import Closed
-from sstl_cli.steps.reproduce_gap import Gap
-from sstl_cli.steps.reproduce_mapping import Mapping as TableIII
-from sstl_cli.steps.reproduce_probe import Probe
-from sstl_cli.steps.reproduce_seeds import Drawn
-from sstl_cli.steps.reproduce_slopes import Slopes
-from sstl_cli.steps.reproduce_tracking import Block, Prepared
+from sstl_cli.paper.table_i_ii import Slopes
+from sstl_cli.paper.table_iii import Mapping as TableIII
+from sstl_cli.paper.table_iv import Block, Prepared
+from sstl_cli.paper.table_iv_gap import Gap
 
 Key = tuple[str, str, str]
 
@@ -45,7 +35,7 @@ class Options:
 
     tables: tuple[str, ...] = DEFAULT
     seed: int = 0
-    seeds: int = reproduce_mapping.SEEDS_EACH
+    seeds: int = table_iii.SEEDS_EACH
     data_seeds: int = 3
     workers: int = 1
 
@@ -72,45 +62,54 @@ class Reproduction:
 
 
 def run(options: Options, report: Callable[[str], None] | None = None, advance: Callable[[float], None] | None = None) -> Reproduction:
-    """Return the tables asked for; ``report`` is told what begins."""
-    say = report or (lambda text: None)
+    """Return the tables asked for; ``report`` is told what begins, ``advance`` the seconds that parts of it take (:mod:`pace`)."""
+    say, told = report or (lambda text: None), _told(options, advance)
     seeds = range(options.seed, options.seed + options.data_seeds) if "R" in options.tables else range(0)
     made = Reproduction(figures="figures" in options.tables)
-    with reproduce_seeds.beside("R", seeds, options.workers - 1) as drawn:
+    with data_seeds.beside("R", seeds, options.workers - 1) as drawn:
         for part in (_lines, _mapping, _tracking):
-            made = part(made, options, say, advance)
+            made = part(made, options, say, told)
         if seeds:
             say(f"block R: the rig, 150 bends, one network, four methods; {len(seeds)} data seeds")
             made = _rig(made, drawn())
+            told("R", 1.0)
     for part in (_diagnosis, _beyond):
-        made = part(made, options, say, advance)
+        made = part(made, options, say, told)
     return made
 
 
 Say = Callable[[str], None]
-Advance = Callable[[float], None] | None
+#: is told a part and which share more of it is done
+Told = Callable[[str, float], None]
+
+
+def _told(o: Options, advance: Callable[[float], None] | None) -> Told:
+    seconds = pace.parts(o.tables, o.seeds, o.data_seeds, o.workers)
+    return lambda part, share: advance(share * seconds[part]) if advance is not None else None
 
 
 def _tracks(options: Options) -> bool:
     return bool({"IV", "figures"} & set(options.tables))
 
 
-def _lines(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+def _lines(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
     if not {"I", "II"} & set(o.tables) and not _tracks(o):
         return made
     say("Tables I and II: 40 configurations, simulated and segmented")
-    slopes = reproduce_slopes.run(o.seed)
+    slopes = table_i_ii.run(o.seed)
+    told("I", 1.0)
     wanted = [t for t in ("I", "II", "bias") if t in o.tables or (t == "bias" and "II" in o.tables)]
     compared = _judged(wanted, slopes.entries, stored(), STATED.name)
     return replace(made, slopes=slopes, compared=(*made.compared, *compared))
 
 
-def _mapping(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+def _mapping(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
     if "III" not in o.tables and not _tracks(o):
         return made
     say(f"Table III: 150 configurations, 5 variants x {o.seeds} seeds")
-    held = tuple(c.id for c in reproduce_tracking.tracked(o.seed).values())
-    mapping = reproduce_mapping.run(o.seed, o.seeds, held, advance=advance)
+    held = tuple(c.id for c in table_iv.tracked(o.seed).values())
+    mapping = table_iii.run(o.seed, o.seeds, held, advance=lambda share: told("III", pace.TRAINING * share))
+    told("III", 1.0 - pace.TRAINING)
     compared: list[Compared] = []
     if "III" in o.tables:
         spread = stored("III")
@@ -118,18 +117,20 @@ def _mapping(made: Reproduction, o: Options, say: Say, advance: Advance) -> Repr
     return replace(made, mapping=mapping, compared=(*made.compared, *compared))
 
 
-def _tracking(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+def _tracking(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
     if not _tracks(o) or made.slopes is None or made.mapping is None:
         return made
     say("Table IV: three locations, two references, four methods, two sets of settings")
-    prepared = reproduce_tracking.prepare(o.seed, made.mapping.predict, reproduce_tracking.biases(made.slopes))
-    blocks = tuple(reproduce_tracking.block(s, prepared, o.seed) for s in (STATED, FITTED))
+    prepared = table_iv.prepare(o.seed, made.mapping.predict, table_iv.biases(made.slopes))
+    blocks = tuple(table_iv.block(s, prepared, o.seed) for s in (STATED, FITTED))
+    told("IV", 1.0)
     made = replace(made, prepared=prepared, blocks=blocks)
     if "IV" not in o.tables:
         return made
     compared = [c for b in blocks for c in _judged(_TRACKED, b.entries, stored(), b.settings.name)]
     say("the difference between the blocks: parts of the fit")
-    return replace(made, gap=reproduce_gap.run(prepared, o.seed), compared=(*made.compared, *compared))
+    gap = table_iv_gap.run(prepared, o.seed, lambda share: told("gap", share))
+    return replace(made, gap=gap, compared=(*made.compared, *compared))
 
 
 def _rig(made: Reproduction, drawn: Sequence[Drawn]) -> Reproduction:
@@ -140,25 +141,30 @@ def _rig(made: Reproduction, drawn: Sequence[Drawn]) -> Reproduction:
     return replace(made, rig=tuple(drawn), outside=outside, compared=(*made.compared, *compared))
 
 
-def _diagnosis(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+def _diagnosis(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
     if not {"diagnosis", "withheld"} & set(o.tables):
         return made
     table = next((d.entries["rig"] for d in made.rig if d.seed == o.seed), None)
-    closed = reproduce_diagnosis.run(o.seed, "diagnosis" in o.tables, "withheld" in o.tables, table, o.workers, say)
+    closed = diagnosed.run(o.seed, "diagnosis" in o.tables, "withheld" in o.tables, table, o.workers, say)
+    for part in {"diagnosis", "withheld"} & set(o.tables):
+        told(part, 1.0)
     return replace(made, closed=tuple(closed))
 
 
-def _beyond(made: Reproduction, o: Options, say: Say, advance: Advance) -> Reproduction:
+def _beyond(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
     if not {"better", "probe"} & set(o.tables):
         return made
     say("the rig: calibration")
-    calibration = reproduce_better.calibrate(o.seed)
+    calibration = better.calibrate(o.seed)
+    told("calibration", 1.0)
     if "better" in o.tables:
         say("better than the paper: the rig, one means after the other")
-        made = replace(made, better=tuple(reproduce_better.run(o.seed, calibration)))
+        made = replace(made, better=tuple(better.run(o.seed, calibration)))
+        told("better", 1.0)
     if "probe" in o.tables:
         say("a shorter probe: the rig, faster and partial strokes")
-        made = replace(made, probes=tuple(reproduce_probe.run(o.seed, calibration)))
+        made = replace(made, probes=tuple(probe.run(o.seed, calibration)))
+        told("probe", 1.0)
     return made
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from sstl_cli.control.controller import PHASES
 from sstl_cli.identification import PHASE_NAMES
 from sstl_cli.paper import figures
+from sstl_cli.paper.better import TARGETS_N
 from sstl_cli.paper.block_r import Tracked as RigTracked
 from sstl_cli.paper.figures import Drawing, Loop, Tracked
+from sstl_cli.paper.probe import FULL, PARTIAL
+from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import LOCATIONS, METHODS, TRAJECTORIES
-from sstl_cli.steps.reproduce import Reproduction
-from sstl_cli.steps.reproduce_better import TARGETS_N
-from sstl_cli.steps.reproduce_probe import FULL, PARTIAL
 from sstl_cli.steps.segment import Segmented
 
 

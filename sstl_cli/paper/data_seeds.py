@@ -27,9 +27,9 @@ def draw(experiment: str, seed: int) -> Drawn:
 
         made = block_r.run(seed)
         return Drawn(seed, block_r.draw(made), made.tracked)
-    from sstl_cli.steps import reproduce_mapping, reproduce_tracking
+    from sstl_cli.paper import table_iii, table_iv
 
-    return Drawn(seed, reproduce_mapping.draw(seed) if experiment == "III" else reproduce_tracking.draw(seed))
+    return Drawn(seed, table_iii.draw(seed) if experiment == "III" else table_iv.draw(seed))
 
 
 def run(experiment: str, seeds: Sequence[int], at_hand: Callable[[int], Draw | None], keep: Callable[[int, Draw], None]) -> Iterator[Draw]:

@@ -8,25 +8,24 @@ import pytest
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.mapping.split import Splits
-from sstl_cli.paper import chosen, scores
+from sstl_cli.paper import chosen, probe, scores, table_i_ii, table_iii, table_iv
+from sstl_cli.paper.probe import FULL, PARTIAL, Probe
 from sstl_cli.paper.published import entries
 from sstl_cli.paper.settings import FITTED, PARTS, STATED, fitted_values, partly
 from sstl_cli.paper.spread import of_draws
-from sstl_cli.steps import reproduce_mapping, reproduce_probe, reproduce_slopes, reproduce_tracking
-from sstl_cli.steps.reproduce_probe import FULL, PARTIAL, Probe
 
 
 @pytest.fixture(scope="module")
 def slopes():
-    return reproduce_slopes.run(0)
+    return table_i_ii.run(0)
 
 
 @pytest.fixture(scope="module")
 def prepared(slopes):
-    truth = reproduce_tracking.tracked(0)
+    truth = table_iv.tracked(0)
     exact = np.array([[truth[p].act.gamma_p, truth[p].act.gamma_r] for p in ("NP", "CP", "ND")])
     # cases come in the order NP, CP, ND: a perfect mapping
-    return reproduce_tracking.prepare(0, lambda sstl: exact, reproduce_tracking.biases(slopes))
+    return table_iv.prepare(0, lambda sstl: exact, table_iv.biases(slopes))
 
 
 def test_chosen():
@@ -56,14 +55,14 @@ def test_of_draws():
 
 def test_stated_block_meets_the_checked_facts(prepared):
     """PAPER.md: Table II's means and an ideal loop give 4.45/3.54 without compensation, at CP within the lines' scatter."""
-    made = reproduce_tracking.block(STATED, prepared, 0, ("none", "DI"))
+    made = table_iv.block(STATED, prepared, 0, ("none", "DI"))
     assert made.entries["IV", "sinusoid none", "rmse_CP"] == pytest.approx(4.45, abs=0.25)
     assert made.entries["IV", "sinusoid none", "std_CP"] == pytest.approx(3.54, abs=0.1)
     assert made.entries["IV", "sinusoid DI", "rmse_CP"] < 0.05
 
 
 def test_fitted_block_meets_the_uncompensated_row(prepared):
-    made = reproduce_tracking.block(FITTED, prepared, 0, ("none",))
+    made = table_iv.block(FITTED, prepared, 0, ("none",))
     for place, rmse, std in (("NP", 5.69, 3.66), ("CP", 5.75, 3.65), ("ND", 5.79, 3.78)):
         assert made.entries["IV", "sinusoid none", f"rmse_{place}"] == pytest.approx(rmse, abs=0.15)
         assert made.entries["IV", "sinusoid none", f"std_{place}"] == pytest.approx(std, abs=0.15)
@@ -89,11 +88,11 @@ def test_fourteen_numbers_were_fitted():
 
 def test_a_split_that_leaks_is_caught():
     names = ("a", "b", "c", "d")
-    reproduce_mapping.require_apart(names, Splits(names, (0,), ("fvhf",)))
+    table_iii.require_apart(names, Splits(names, (0,), ("fvhf",)))
     with pytest.raises(SstlError, match="E808"):
-        reproduce_mapping.require_apart(names, Splits(names, (0,), ("fvff",)))
+        table_iii.require_apart(names, Splits(names, (0,), ("fvff",)))
     with pytest.raises(SstlError, match="E808"):
-        reproduce_mapping.require_apart(("a", "a", "b"), _Leaking(("a", "b"), (0,), ("hf",)))
+        table_iii.require_apart(("a", "a", "b"), _Leaking(("a", "b"), (0,), ("hf",)))
 
 
 class _Leaking(Splits):
@@ -109,6 +108,6 @@ def test_shortest_probe():
         Probe(FULL, 6.0, 80.0, 0.0109, None, 0.4),
         Probe(PARTIAL, 3.0, 20.0, 0.02, None, 0.32),
     ]
-    assert reproduce_probe.shortest(curve, "lines_error").time_s == 6.0
-    assert reproduce_probe.shortest(curve, "segmented_error").time_s == 12.0
-    assert reproduce_probe.shortest(curve, "tracking_n").time_s == 3.0
+    assert probe.shortest(curve, "lines_error").time_s == 6.0
+    assert probe.shortest(curve, "segmented_error").time_s == 12.0
+    assert probe.shortest(curve, "tracking_n").time_s == 3.0

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from sstl_cli.paper import contests
+from sstl_cli.paper.better import ALL_MEANS, TARGETS_N
 from sstl_cli.paper.compare import count_apart
+from sstl_cli.paper.diagnosed import Closed
 from sstl_cli.paper.grid import NAMES, Grid, count_grid, entry_grids, number, tracking_grids
+from sstl_cli.paper.probe import shortest
 from sstl_cli.paper.published import of_table, value
+from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import fitted_values
 from sstl_cli.paper.spread import Spread, of_draws, stored
-from sstl_cli.steps.reproduce import Reproduction
-from sstl_cli.steps.reproduce_better import ALL_MEANS, TARGETS_N
-from sstl_cli.steps.reproduce_diagnosis import Closed
-from sstl_cli.steps.reproduce_probe import shortest
 
 
 def grids(found: Reproduction) -> list[Grid]:

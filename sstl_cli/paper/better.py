@@ -14,9 +14,9 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper.bench import ModelBench
+from sstl_cli.paper.diagnosed import completed
 from sstl_cli.paper.rig import LAG_S, TABLE_II, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps.reproduce_diagnosis import completed
 
 Array = NDArray[np.float64]
 TARGETS_N = {"sinusoid": 0.45, "random": 0.86}

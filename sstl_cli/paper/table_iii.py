@@ -21,12 +21,12 @@ from sstl_cli.mapping.split import FIT, HELD_OUT, VALIDATION, Splits, make_split
 from sstl_cli.mapping.training import Options, fit
 from sstl_cli.mapping.variants import NAMES, VARIANTS, Variant
 from sstl_cli.paper.contests import CONTESTS, DIFFERENCE, MEAN, SAMPLES, SEEDS, WINS
-from sstl_cli.paper.generator import PLACES
 from sstl_cli.paper.limit import Errors, bayes, bayes_error, errors
 from sstl_cli.paper.settings import LOCATIONS
 from sstl_cli.paper.statistics import range_entries
+from sstl_cli.paper.table_i_ii import identify
+from sstl_cli.physics.generator import PLACES
 from sstl_cli.physics.scenario import load
-from sstl_cli.steps.reproduce_slopes import identify
 
 Array = NDArray[np.float64]
 Key = tuple[str, str, str]

@@ -15,14 +15,15 @@ from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop
 from sstl_cli.control.scoring import WINDOW_STEADY
 from sstl_cli.core.rng import stream
 from sstl_cli.mapping.pairs import pairs_of
-from sstl_cli.paper.generator import generate
+from sstl_cli.paper import table_iii
 from sstl_cli.paper.scores import tracking_entries
 from sstl_cli.paper.settings import FITTED, METHODS, STATED, Settings
+from sstl_cli.paper.table_i_ii import Slopes, identify
+from sstl_cli.paper.table_i_ii import run as run_slopes
+from sstl_cli.physics.generator import generate
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory, load
-from sstl_cli.steps import compensate, reproduce_mapping
+from sstl_cli.steps import compensate
 from sstl_cli.steps.compensate import Case, Result
-from sstl_cli.steps.reproduce_slopes import Slopes, identify
-from sstl_cli.steps.reproduce_slopes import run as run_slopes
 
 Array = NDArray[np.float64]
 Key = tuple[str, str, str]
@@ -85,7 +86,7 @@ def draw(seed: int) -> dict[str, dict[Key, float]]:
     """Return Tables I, II and IV of one data set by block: its own configurations, noise, mapping and references."""
     slopes = run_slopes(seed)
     pairs = pairs_of(identify(load("paper-150"), seed)[0])
-    predict = reproduce_mapping.handed_on(pairs, tuple(c.id for c in tracked(seed).values()), seed)
+    predict = table_iii.handed_on(pairs, tuple(c.id for c in tracked(seed).values()), seed)
     prepared = prepare(seed, predict, biases(slopes))
     stated, fitted = (block(s, prepared, seed).entries for s in (STATED, FITTED))
     return {STATED.name: {**slopes.entries, **stated}, FITTED.name: fitted}
