@@ -16,6 +16,8 @@ UNITS: dict[str, tuple[str, float]] = {
     "mN": ("force", 1e-3),
     "uN": ("force", 1e-6),
     "kN": ("force", 1e3),
+    "daN": ("force", 10.0),
+    "cN": ("force", 1e-2),
     "kgf": ("force", STANDARD_GRAVITY),
     "gf": ("force", STANDARD_GRAVITY * 1e-3),
     "lbf": ("force", STANDARD_GRAVITY * POUND_KG),
