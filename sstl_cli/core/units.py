@@ -182,6 +182,6 @@ def conversion(
         raise SstlError(f"{unit} needs a gain to become {base}", where=where, fix=fix, code="E302")
     known = ", ".join(u for u, (d, _) in UNITS.items() if d == target)
     keep = f'; an output that is no {target}: add as = "N"' if target == "force" else ""
-    raise SstlError(
-        f"{unit} is a {dimension}, not a {target}", where=where, fix=f"correct the column, or use one of {known}{keep}", code="E302"
-    )
+    article = "an" if dimension == "angle" else "a"
+    fix = f"correct the column, or use one of {known}{keep}"
+    raise SstlError(f"{unit} is {article} {dimension}, not a {target}", where=where, fix=fix, code="E302")

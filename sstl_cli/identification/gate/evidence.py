@@ -28,6 +28,10 @@ DRIVEN = 0.15
 TO_NOISE = 1.3
 # part of the input's span over which a pull must be seen to tell friction without a release
 PULLED = 0.5
+# and where, as a part of the largest output, its line must meet no tension
+PULLED_FROM = 0.12
+# slope over that of the pull of an output at rest
+RESTS = 0.1
 AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
 
 
@@ -143,8 +147,12 @@ class Evidence:
         p = self.play
         if self.slopes.known or p is None:
             return self.slopes.friction
-        told = p.explained > AGREED_EXPLAINED and p.reaches[0] > PULLED and p.shares[0] > AGREED_SHARE and 0.0 < p.gamma_p < 1.0
-        return -math.log(p.gamma_p) if told else math.nan
+        seen = p.explained > AGREED_EXPLAINED and p.reaches[0] > PULLED and p.shares[0] > AGREED_SHARE
+        # the line of a pull goes to nothing with the tension; that of presliding does not
+        # on the way back an output rests, and then falls faster than its input
+        back = p.gamma_r > 1.0 or abs(p.gamma_r) < RESTS * p.gamma_p
+        friction = 0.0 < p.gamma_p < 1.0 and back and abs(p.beta_p) < PULLED_FROM * self.ranges[1].largest
+        return -math.log(p.gamma_p) if seen and friction else math.nan
 
     @property
     def both_tensions(self) -> bool:
