@@ -16,6 +16,8 @@ UNITS: dict[str, tuple[str, float]] = {
     "mN": ("force", 1e-3),
     "uN": ("force", 1e-6),
     "kN": ("force", 1e3),
+    "daN": ("force", 10.0),
+    "cN": ("force", 1e-2),
     "kgf": ("force", STANDARD_GRAVITY),
     "gf": ("force", STANDARD_GRAVITY * 1e-3),
     "lbf": ("force", STANDARD_GRAVITY * POUND_KG),
@@ -180,6 +182,6 @@ def conversion(
         raise SstlError(f"{unit} needs a gain to become {base}", where=where, fix=fix, code="E302")
     known = ", ".join(u for u, (d, _) in UNITS.items() if d == target)
     keep = f'; an output that is no {target}: add as = "N"' if target == "force" else ""
-    raise SstlError(
-        f"{unit} is a {dimension}, not a {target}", where=where, fix=f"correct the column, or use one of {known}{keep}", code="E302"
-    )
+    article = "an" if dimension == "angle" else "a"
+    fix = f"correct the column, or use one of {known}{keep}"
+    raise SstlError(f"{unit} is {article} {dimension}, not a {target}", where=where, fix=fix, code="E302")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,7 +62,8 @@ def look_at(path: Path, wanted: str | None) -> Look:
 
 def _clock_if_forward(one: Said, values: Array | None) -> Said:
     """Return ``t_in`` as a clock where it runs forward, and as the tension it may also be where it does not."""
-    if values is None or one.words[:1] != ("t",) or one.unit or not one.side:
+    short = one.words[:1] == ("t",) or re.fullmatch(r"t_?(?:in|out)", one.name, re.IGNORECASE)
+    if values is None or not short or one.unit or not one.side:
         return one
     return replace(one, quantity="time") if runs_forward(values) else one
 

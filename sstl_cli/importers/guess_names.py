@@ -7,10 +7,13 @@ import unicodedata
 from dataclasses import dataclass
 
 from sstl_cli.core.units import is_unit, unit_of
-from sstl_cli.importers.guess_words import QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, STEMS, STRANGE, UNIT_WORDS
+from sstl_cli.importers.guess_words import ELSE, QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, STEMS, STRANGE, UNIT_WORDS
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
+_NUMBER = r"[x*×]?\s*\d+(?:[.,]\d+)?(?:[eE]-?\d+)?\s*[x*×]?"
+# "0.1 N", "x10 N", "N*100": a unit of the file's own
+_SCALED = re.compile(rf"{_NUMBER}\s*([^\W\d_]+)|([^\W\d_]+)\s*{_NUMBER}")
 _SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
 _ORDER = tuple(QUANTITY)
 _SAFE_TAIL = {
@@ -45,7 +48,7 @@ class Said:
     @property
     def tension(self) -> bool:
         """Whether this is a measured force: by its unit, or by its name and no unit of something else."""
-        if self.reference or "/" in self.strange or self.quantity in ("current", "other", "time", "index"):
+        if self.reference or "/" in self.strange or _bare(self.strange) in ELSE or self.quantity in ("current", "other", "time", "index"):
             return False
         if self.dimension == "force":
             return True
@@ -77,9 +80,9 @@ def said(name: str, stated: str = "") -> Said:
         if known or odd:
             plain = plain.replace(found[0], " ")
     spoken = re.fullmatch(r"(.*\S)\s+in\s+(\S+)", plain.strip())
-    if spoken and _unit(spoken[2])[0] and any(_meaning(_words(spoken[1]))[i] for i in (1, 2)):
-        # "Ausgangskraft in N": the side is said already, so this "in" belongs to the unit
-        plain, unit = spoken[1], unit or _unit(spoken[2])[0]
+    if spoken and not (unit or strange) and any(_unit(spoken[2])):
+        # "Ausgangskraft in N": this "in" belongs to the unit; "Force in N" may be either, and says no side
+        plain, (unit, strange) = spoken[1], _unit(spoken[2])
     words = _words(plain)
     quantity, side, reference = _meaning(words)
     if not unit and not strange:
@@ -102,9 +105,17 @@ def _unit(text: str) -> tuple[str, str]:
     plain = _plain(text).lower()
     if plain in UNIT_WORDS:
         return UNIT_WORDS[plain], ""
-    if plain in STRANGE or "%" in plain or re.fullmatch(r"[a-z]{1,3}/[a-z]{1,4}2?", plain):
+    if _bare(text) in STRANGE or "%" in plain or re.fullmatch(r"[a-z]{1,3}/[a-z]{1,4}2?", plain):
+        return "", text
+    scaled = _SCALED.fullmatch(text)
+    if scaled and is_unit(scaled[1] or scaled[2]):
         return "", text
     return "", ""
+
+
+def _bare(unit: str) -> str:
+    """Return a unit without case, accents and signs of multiplication (``N·m``)."""
+    return re.sub(r"[.*· ]", "", _plain(unit).lower())
 
 
 def _words(text: str) -> tuple[str, ...]:
@@ -128,8 +139,8 @@ def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:
     quantities: list[str] = []
     sides: list[str] = []
     reference = any(w in REFERENCE for w in words)
-    if words == ("x", "value"):
-        # the time axis of LabVIEW's text files
+    if words[:2] == ("x", "value") and all(w.isdigit() for w in words[2:]):
+        # the time axis of LabVIEW's text files, of each channel where there are several
         return "time", "", False
     for i, word in enumerate(words):
         kind = QUANTITY_OF.get(word, "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,6 +66,9 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
 
 def _by_exclusion(known: Said, other: Said, side: str) -> Roles:
     question = f"'{known.name}' is the other side: is this the {'output' if side == 'in' else 'input'}?"
+    if side == "out" and re.search(r"\sin\s", other.name):
+        # "Force in N" beside "Force out N": the unit's word or the side's, it is the input
+        question = ""
     reasons = (f"'{known.name}' is the {side}put by its name, '{other.name}' is the only other tension",)
     if side == "in":
         return Roles((known,), (other,), "", question, reasons)

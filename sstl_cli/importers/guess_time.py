@@ -96,6 +96,8 @@ def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
     steps = np.diff(finite)
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     stated = best.unit if best.dimension == "time" else ""
+    if best.strange:
+        return "s", 1.0, f"its unit is {best.strange}: give unit and scale", f"a unit of its own, {best.strange}"
     for start, unit in EPOCHS:
         if start <= finite[0] < EPOCH_LAST * start:
             if stated and unit_of(stated) != unit_of(unit):

@@ -15,7 +15,8 @@ QUANTITY: dict[str, str] = {
         "voltage volts temp temperature temperatur temperatura vel velocity speed geschwindigkeit vitesse velocidad "
         "velocita acc accel acceleration beschleunigung torque moment drehmoment couple coppia pwm duty valve flow "
         "error err fehler erreur status state flag mode power battery humidity gain strain dehnung emg imu gyro "
-        "residual cpu latency delay quality rssi"
+        "residual cpu latency delay quality rssi loss losses delta diff difference deviation friction "
+        "verlust reibung differenz abweichung perte frottement ecart perdida friccion attrito"
     ),
     "pressure": "pressure druck pression presion pressione",
     "force": (
@@ -30,7 +31,7 @@ QUANTITY: dict[str, str] = {
     "time": (
         "time times t zeit zeitstempel uhrzeit temps tiempo tempo stamp timestamp clock elapsed secs sec second "
         "seconds sekunden segundos secondi secondes millis micros nanos msec usec nsec nsecs tout hora heure date "
-        "datetime datum"
+        "datetime datum fecha horodatage duree messzeit"
     ),
     "index": (
         "index idx sample samples nr no num number n row line frame seq sequence counter count cnt messung messwert "
@@ -40,11 +41,11 @@ QUANTITY: dict[str, str] = {
 SIDE: dict[str, str] = {
     "in": (
         "in inp input prox proximal motor drive driver driving actuator actuation source upstream base handle winch "
-        "pull pulling antrieb eingang eingangs ein entree entrada ingresso moteur motore amont proximale servo"
+        "pull pulling antrieb actuador actionneur attuatore eingang eingangs ein entree entrada ingresso moteur motore amont proximale servo"
     ),
     "out": (
         "out outp output dist distal tip end effector downstream remote tool gripper return driven abtrieb ausgang "
-        "ausgangs aus spitze ende sortie salida uscita distale extremo aval punta jaw"
+        "ausgangs aus endeffektor extremite spitze ende sortie salida uscita distale extremo aval punta jaw"
     ),
 }
 REFERENCE = words(
@@ -66,6 +67,8 @@ STEMS: dict[str, tuple[str, str]] = {
     "abtrieb": ("side", "out"),
     "output": ("side", "out"),
     "dist": ("side", "out"),
+    "lastseit": ("side", "out"),
+    "endeffektor": ("side", "out"),
     "zeit": ("quantity", "time"),
     "time": ("quantity", "time"),
     "soll": ("reference", "reference"),
@@ -122,5 +125,7 @@ UNIT_WORDS = {
     "pounds": "lbf",
     "grams": "gf",
 }
+# units of something else, which no sensor's gain turns into a tension
+ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
 # units that are no force, and that no factor known here turns into one
-STRANGE = words("% percent pct prozent fs mv/v a ma mw nm ncm au arb norm pu degc celsius")
+STRANGE = ELSE | words("% percent pct prozent fs mv/v au arb norm pu")

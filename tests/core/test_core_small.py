@@ -137,6 +137,7 @@ def test_conversions() -> None:
     ("unit", "target", "more", "message"),
     [
         ("s", "force", {}, "s is a time, not a force"),
+        ("deg", "force", {}, "deg is an angle, not a force"),
         ("deg", "length", {}, "spool radius"),
         ("bar", "force", {}, "piston area"),
         ("V", "force", {}, "needs a gain"),

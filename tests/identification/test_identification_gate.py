@@ -13,7 +13,7 @@ from identification_loops import multisine, play, trapezoid
 
 from sstl_cli.core.runs import Run, read_runs
 from sstl_cli.identification import gate
-from sstl_cli.identification.gate.fingerprints import NO_KEYS
+from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH
 
 SAMPLE = Path(__file__).resolve().parents[2] / "data" / "samples" / "log.parquet"
 
@@ -288,7 +288,7 @@ class Passes(list):
 def test_the_work_of_a_rule_does_not_grow_with_the_square_of_the_runs(name):
     few = [gate.evidence_of(r) for r in (SLIPS[name]() if name in SLIPS else sample())]
     # the same few again and again, which are no copies to any rule
-    many = [replace(few[i % len(few)], run_id=f"r{i}", keys=NO_KEYS, signs=NO_KEYS) for i in range(1000)]
+    many = [replace(few[i % len(few)], run_id=f"r{i}", keys=NO_KEYS, sketch=NO_SKETCH) for i in range(1000)]
     for rule in gate.catalogue():
         log = Passes(many)
         tracemalloc.start()

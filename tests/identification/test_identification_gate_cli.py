@@ -23,7 +23,7 @@ def counts(run):
 
 @pytest.fixture
 def mixed(tmp_path):
-    write_runs(tmp_path / "log.parquet", [*SOUND, replace(counts(SOUND[0]), run_id="bad")], ORIGIN)
+    write_runs(tmp_path / "log.parquet", [*SOUND, counts(record(*trapezoid(rate=100.0), ACT, 9, run_id="bad"))], ORIGIN)
     return tmp_path / "log.parquet"
 
 

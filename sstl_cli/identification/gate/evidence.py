@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import noise_sd
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, keys_of, signs_of
-from sstl_cli.identification.gate.playfit import PlayFit, fit_play
+from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, keys_of, sketch_of
+from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import seam_of
 from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
 from sstl_cli.identification.segment import segment_run
@@ -24,6 +24,14 @@ MIN_SAMPLES = 32
 MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
 DRIVEN = 0.15
+# residual over noise of a play operator that leaves nothing
+TO_NOISE = 1.3
+# part of the input's span over which a pull must be seen to tell friction without a release
+PULLED = 0.5
+# and where, as a part of the largest output, its line must meet no tension
+PULLED_FROM = 0.12
+# slope over that of the pull of an output at rest
+RESTS = 0.1
 AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
 
 
@@ -78,6 +86,8 @@ class Slopes:
 class Evidence:
     """One run as the rules see it. Times in s, tensions in N, positions in mm.
 
+    ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
+
     ``slopes`` are those on which phases and play operator agree. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
@@ -85,7 +95,8 @@ class Evidence:
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
-    the second half over that of the first. ``keys`` are fingerprints of short stretches, ``signs`` of the noise's signs, which survive a change of unit.
+    the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
+    change of unit and a rounding.
     """
 
     run_id: str
@@ -101,6 +112,7 @@ class Evidence:
     dt_s: float
     dt_first_s: float
     dt_last_s: float
+    dt_error_s: float
     duration_s: float
     loops: int
     sensors: tuple[Sensor, Sensor]
@@ -123,11 +135,24 @@ class Evidence:
     position_span_mm: float
     reference_gain: float
     keys: Keys
-    signs: Keys
+    sketch: Sketch
 
     @property
     def passes(self) -> int:
         return 2 if self.system == "sstl" else 1
+
+    @property
+    def wrap(self) -> float:
+        """Return n theta: half the logarithm of release over pull, or that of a pull alone where no output is lost to a gain."""
+        p = self.play
+        if self.slopes.known or p is None:
+            return self.slopes.friction
+        seen = p.explained > AGREED_EXPLAINED and p.reaches[0] > PULLED and p.shares[0] > AGREED_SHARE
+        # the line of a pull goes to nothing with the tension; that of presliding does not
+        # on the way back an output rests, and then falls faster than its input
+        back = p.gamma_r > 1.0 or abs(p.gamma_r) < RESTS * p.gamma_p
+        friction = 0.0 < p.gamma_p < 1.0 and back and abs(p.beta_p) < PULLED_FROM * self.ranges[1].largest
+        return -math.log(p.gamma_p) if seen and friction else math.nan
 
     @property
     def both_tensions(self) -> bool:
@@ -149,15 +174,16 @@ class Evidence:
         return self.usable and self.both_tensions and all(r.low > -0.25 * r.high for r in self.ranges)
 
 
-def agreed(found: Slopes, play: PlayFit | None) -> Slopes:
+def agreed(found: Slopes, play: PlayFit | None, noise_n: float = 0.0) -> Slopes:
     """Return slopes on which phases and play operator agree; those of one where the other has none to show.
 
     Where an output creeps, or friction is no play, the line through a hold passes for a slope: then the two differ.
     """
     if play is None or not play.explained > AGREED_EXPLAINED or not 0.0 < play.gamma_p < play.gamma_r:
         return NO_SLOPES
-    # lines seen over a small part of the loop are believed where they are those of friction
-    if min(play.reaches) < LEAST_REACH and abs(math.log(play.gamma_p * play.gamma_r)) > 2.0 * AGREED_APART:
+    # lines seen over a small part of the loop are believed where they are those of friction, or leave noise only
+    exact = play.delayed_rms_n < TO_NOISE * noise_n and min(play.reaches) > 0.5 * LEAST_REACH
+    if min(play.reaches) < LEAST_REACH and not exact and abs(math.log(play.gamma_p * play.gamma_r)) > 2.0 * AGREED_APART:
         return NO_SLOPES
     if found.known:
         apart = (abs(math.log(a / b)) for a, b in ((found.gamma_p, play.gamma_p), (found.gamma_r, play.gamma_r)))
@@ -183,6 +209,7 @@ def evidence_of(run: Run) -> Evidence:
         dt_s=float(np.median(step)) if len(step) else math.nan,
         dt_first_s=_usual(step[:tenth]),
         dt_last_s=_usual(step[-tenth:]),
+        dt_error_s=float(np.std(step)) / math.sqrt(tenth) if len(step) else math.nan,
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
     )  # fmt: skip
@@ -194,14 +221,9 @@ def evidence_of(run: Run) -> Evidence:
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
-            position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, signs=NO_KEYS,
+            position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
-
-
-def _renewed(v: Array) -> Array:
-    """Return the samples at which a held channel changes; the beat of its holds is the same in every run."""
-    return v[np.flatnonzero(np.diff(v) != 0.0) + 1]
 
 
 def _usual(step: Array) -> float:
@@ -235,7 +257,8 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     moves = float(np.std(x)) > 0.0 and float(np.std(y)) > 0.0
     correlation = float(np.corrcoef(x, y)[0, 1]) if moves else math.nan
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
-    seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span))
+    stride = max(s.stride for s in sensors)
+    seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), stride)
     half = len(run) // 2
     return {
         "loops": found.loops,
@@ -246,7 +269,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "correlation": correlation,
         "noise_correlation": _noise_correlation(*raw),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
-        "slopes": agreed(slopes, play),
+        "slopes": agreed(slopes, play, sensors[1].noise_n),
         "play": play,
         "forward_rms": residuals[0],
         "swapped_rms": residuals[1],
@@ -258,8 +281,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "position_span_mm": _span(run.position_in_mm),
         "reference_gain": _reference_gain(run),
         "keys": keys_of(*raw),
-        # levels of a coarse converter, and ramps between held values, are those of the motion and not of noise
-        "signs": NO_KEYS if sensors[1].coarse or not sensors[1].white else signs_of(_renewed(raw[1]) if sensors[1].held else raw[1]),
+        "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
     }
 
 
@@ -312,15 +334,8 @@ def _best(t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Ran
     if slopes.known and slopes.gamma_r > slopes.gamma_p:
         start = np.array([slopes.gamma_p, slopes.beta_p, slopes.gamma_r, slopes.beta_r])
         return fit_play(t, x, y, start, noise_n, timed)
-    # lines through the corners of the loop: the top belongs to the pull, the bottom to the release
-    (a, b) = ranges
-    fits = []
-    for theta in (0.3, 1.0):
-        gain = b.span / max(a.span, 1e-300) * math.exp(0.5 * theta)
-        gp, gr = gain * math.exp(-theta), gain * math.exp(theta)
-        start = np.array([gp, b.high - gp * a.high, gr, b.low - gr * a.low])
-        fits.append(fit_play(t, x, y, start, noise_n, timed))
-    return max(fits, key=lambda f: f.explained)
+    a, b = ((r.low, r.high) for r in ranges)
+    return max((fit_play(t, x, y, corners(a, b, theta), noise_n, timed) for theta in (0.3, 1.0)), key=lambda f: f.explained)
 
 
 def _line_share(t: Array, v: Array) -> float:

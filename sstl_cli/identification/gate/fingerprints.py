@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,8 @@ Array = NDArray[np.float64]
 Keys = NDArray[np.uint64]
 NO_KEYS = np.empty(0, np.uint64)
 FINGERPRINTS, WINDOW, LONG, FEW = 32_768, 16, 256, 64
+# second differences kept, the fewest that count, medians at which they are cut off, and correlation of neighbours in noise
+DRAWN, LEAST_DRAWN, CLIP, TURNS = 1024, 64, 6.0, -0.5
 
 
 def keys_of(x: Array, y: Array) -> Keys:
@@ -41,11 +45,50 @@ def _mixed(first: Keys, second: Keys) -> Keys:
         return np.asarray(key ^ (key >> np.uint64(29)))
 
 
-def signs_of(v: Array) -> Keys:
-    """Return 64 signs of second differences a key; where the signs hardly change there is no noise to recognise."""
-    up = np.diff(v[: FINGERPRINTS + 2], 2) > 0.0
-    words = up[: len(up) // 64 * 64].reshape(-1, 64)
-    if not len(words):
+@dataclass(frozen=True)
+class Sketch:
+    """The fast part of both channels (``fast``, shape (2, n), n = 0 where none was drawn), each of length 1.
+
+    ``turns`` tells whether it alternates as noise does, ``noise`` whether it is noise and no flicker between levels.
+
+    It is that of one recording in whatever unit, with whatever zero and rounding it was written.
+    """
+
+    fast: NDArray[np.float32]
+    turns: tuple[bool, bool]
+    noise: tuple[bool, bool]
+
+
+NO_SKETCH = Sketch(np.zeros((2, 0), np.float32), (False, False), (False, False))
+
+
+def sketch_of(x: Array, y: Array, strides: tuple[int, int], fine: tuple[bool, bool]) -> Sketch:
+    """Return second differences of the first thousand samples.
+
+    ``strides`` are the samples for which a channel is held; ``fine`` tells whether noise shows between its levels.
+    """
+    fast = np.zeros((2, DRAWN), np.float32)
+    for i, (v, stride) in enumerate(zip((x, y), strides, strict=True)):
+        second = np.diff(v[: (DRAWN + 2) * stride : stride], 2)
+        limit = CLIP * float(np.median(np.abs(second))) if len(second) >= LEAST_DRAWN else 0.0
+        if limit > 0.0:
+            # corners of the movement return in every run
+            second = np.clip(second, -limit, limit)
+            fast[i, : len(second)] = second / np.linalg.norm(second)
+    # second differences of white noise alternate with -2/3, those of a movement follow each other
+    first, second = (np.sum(fast[:, 1:] * fast[:, :-1], axis=1) < TURNS).tolist()
+    found = Sketch(fast, (first, second), (first and fine[0], second and fine[1]))
+    return found if fast.any(axis=1).all() and (first or second) else NO_SKETCH
+
+
+def words_of(sketch: Sketch) -> Keys:
+    """Return sixteen signs of the noise a key, with their place: two copies share many of them, whatever was rounded."""
+    if not any(sketch.turns):
         return NO_KEYS
-    telling = np.count_nonzero(words[:, 1:] != words[:, :-1], axis=1) >= 20
-    return np.unique(np.packbits(words[telling], axis=1).view(np.uint64).ravel())
+    up = sketch.fast[list(sketch.turns)] > 0.0
+    words = up.reshape(len(up), -1, 16)
+    telling = np.count_nonzero(words[..., 1:] != words[..., :-1], axis=2) >= 5
+    packed = np.packbits(words, axis=2).view(np.uint16)[..., 0].astype(np.uint64)
+    place = np.arange(words.shape[1], dtype=np.uint64) + np.flatnonzero(sketch.turns).astype(np.uint64)[:, None] * np.uint64(words.shape[1])
+    found: Keys = (place * np.uint64(65_536) + packed)[telling]
+    return found

@@ -5,6 +5,7 @@ Unlike the lines of ``segment_run`` it needs no phases, so that it also judges r
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ ITERATIONS = 10
 HUBER = 1.5
 # first guesses of the delay, as parts of the recording; residual over noise from which on they are tried, and what they must gain
 DELAYS, GUESSED, BETTER = (-0.04, -0.012, 0.012, 0.04), 3.0, 0.7
+# share of the output's variance that must be left for delays of a good part of the recording to be tried, and how large a part
+UNEXPLAINED, FARTHEST = 0.1, 0.4
 
 
 @dataclass(frozen=True)
@@ -111,16 +114,41 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
     )
 
 
+def corners(x: tuple[float, float], y: tuple[float, float], theta: float) -> Array:
+    """Return lines through the corners of a loop (lowest and highest, N): the top belongs to the pull, the bottom to the release."""
+    gain = (y[1] - y[0]) / max(x[1] - x[0], 1e-300) * math.exp(0.5 * theta)
+    gp, gr = gain * math.exp(-theta), gain * math.exp(theta)
+    return np.array([gp, y[1] - gp * x[1], gr, y[0] - gr * x[0]])
+
+
 def _delayed(time_s: Array, x: Array, y: Array, still: Array, middle: float, noise_n: float) -> tuple[Array, float]:
     """Return the fit with a delay; where more than noise is left, from several first guesses of it."""
     best, rms = _descend(time_s, x, y, still, 5, middle)
-    for share in DELAYS if rms > GUESSED * noise_n else ():
-        start = still.copy()
-        start[4] = share * float(time_s[-1] - time_s[0])
+    guesses = [(still, share * float(time_s[-1] - time_s[0])) for share in DELAYS] if rms > GUESSED * noise_n else []
+    if rms**2 > UNEXPLAINED * float(np.var(y)):
+        # a long delay leaves nothing of the lines fitted without it
+        a, b = ((float(low), float(high)) for low, high in (np.quantile(v, [0.005, 0.995]) for v in (x, y)))
+        guesses += [(np.append(corners(a, b, 0.5), [0.0, 0.0]), shift) for shift in _shifts(time_s, x, y)]
+    for first, guess in guesses:
+        start = first.copy()
+        start[4] = guess
         found, left = _descend(time_s, x, y, start, 5, middle)
         if left < BETTER * rms:
             best, rms = found, left
     return best, rms
+
+
+def _shifts(time_s: Array, x: Array, y: Array) -> list[float]:
+    """Return the delays (s), one either way, with which the output is most like the input, up to 0.4 of the recording."""
+    n = len(x)
+    a, b = x - np.mean(x), y - np.mean(y)
+    both = np.fft.irfft(np.fft.rfft(b, 2 * n) * np.conj(np.fft.rfft(a, 2 * n)), 2 * n)
+    reach = int(FARTHEST * n)
+    step = float(time_s[-1] - time_s[0]) / max(1, n - 1)
+    # what is shifted overlaps less
+    after, before = (both[1 : reach + 1], both[-1 : -reach - 1 : -1])
+    share = 1.0 - np.arange(1, reach + 1) / n
+    return [(1 + int(np.argmax(v / share))) * step * sign for v, sign in ((after, 1.0), (before, -1.0))] if reach else []
 
 
 def _seen(x: Array, start: float, p: Array) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -10,13 +10,15 @@ Array = NDArray[np.float64]
 LEAST_JUMP, AROUND = 0.05, 40
 
 
-def seam_of(time_s: Array, channels: tuple[Array, Array], spans: tuple[float, float]) -> tuple[tuple[float, float], float]:
+def seam_of(time_s: Array, channels: tuple[Array, Array], spans: tuple[float, float], stride: int = 1) -> tuple[tuple[float, float], float]:
     """Return the largest jump that both channels make at one sample for good (shares of their spans), and when (s).
 
-    A jump is the change of the median of five samples beyond what five of the largest steps around it would make.
+    A jump is the change of the median of five samples beyond what five of the largest steps around it would make. Of
+    channels held for some samples every ``stride``-th is looked at, and one may jump a renewal later than the other.
     """
     jumps = []
-    for v, span in zip(channels, spans, strict=True):
+    time_s = time_s[::stride]
+    for v, span in zip((c[::stride] for c in channels), spans, strict=True):
         step = np.abs(np.diff(v))
         lasting = np.zeros(len(step))
         at = np.argsort(step)[-256:]
@@ -26,6 +28,8 @@ def seam_of(time_s: Array, channels: tuple[Array, Array], spans: tuple[float, fl
                 continue
             usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
             lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
+        if stride > 1:
+            lasting = np.maximum(lasting, np.maximum(np.append(lasting[1:], 0.0), np.insert(lasting[:-1], 0, 0.0)))
         jumps.append(lasting / max(span, 1e-300))
     both = np.minimum(*jumps)
     k = int(np.argmax(both))

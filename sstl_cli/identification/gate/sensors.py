@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,10 @@ MIN_CHANGES = 12
 HELD_SHARE = 0.3
 # quantisation step over the noise of renewed samples (which is never seen below half a step) of a coarse converter
 COARSE = 0.7
+# part of a run over which one value must last where no noise tells a dead sensor from a resting one
+LONG_SHARE = 0.15
+# part of the span by which a sensor must jump that comes back
+COMES_BACK = 0.25
 
 
 @dataclass(frozen=True)
@@ -31,7 +36,7 @@ class Sensor:
     the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
     white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
     noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
-    in such stretches. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples.
+    in such stretches; ``still_left`` whether the value jumps at the end of it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples.
     """
 
     column: str
@@ -43,11 +48,22 @@ class Sensor:
     still_at_s: float = 0.0
     still_share: float = 0.0
     white: bool = True
+    still_left: bool = False
 
     @property
     def held(self) -> bool:
         """Whether the channel is renewed more slowly than it is logged."""
         return self.refresh_s > 1.5 * self.period_s
+
+    @property
+    def stride(self) -> int:
+        """Samples of the log from one renewal to the next."""
+        return math.ceil(self.refresh_s / self.period_s - 0.05) if self.held else 1
+
+    @property
+    def fine(self) -> bool:
+        """Whether the noise shows, and is not that of the motion between slow samples."""
+        return self.white and not self.coarse
 
     @property
     def coarse(self) -> bool:
@@ -99,8 +115,9 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     # a long rest is no sample of the noise
     renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
     noise = noise_sd(renewed)
-    longest, at, share = _still(v, changed, hold, step, noise)
-    return Sensor(column, period, hold * period, step, noise, longest * period, float(time[at]) if longest else 0.0, share, noisy(renewed))
+    found = _still(v, changed, hold, step, noise)
+    at = float(time[found.at]) if found.length else 0.0
+    return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left)
 
 
 def quantisation(values: Array) -> float:
@@ -154,35 +171,55 @@ def _hold(v: Array, changed: NDArray[np.int64], step: float) -> float:
     return float(np.mean(at))
 
 
-def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise: float) -> tuple[float, int, float]:
-    """Return length (samples), beginning, and share of all samples of stretches that repeat one value against the noise."""
+@dataclass(frozen=True)
+class _Stretch:
+    """Length (samples) and beginning of the longest stretch of one value, share of all samples in such, whether it ends in a jump."""
+
+    length: float = 0.0
+    at: int = 0
+    share: float = 0.0
+    left: bool = False
+
+
+def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise: float) -> _Stretch:
+    """Return the stretches that repeat one value and should not."""
     edges = np.concatenate(([0], changed, [len(v)]))
     lengths = np.diff(edges)
     fresh = lengths / hold
     repeats = float(np.mean(np.minimum(fresh, 8.0) - 1.0 > 0.5)) if len(fresh) else 0.0
-    if noise <= 0.0 or not noisy(v[changed]) or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
-        # without noise, or with coarse levels, a value repeats for good reasons
-        return 0.0, 0, 0.0
+    held = v[edges[:-1]]
+    limit = 10.0 * noise + 4.0 * float(np.quantile(np.abs(np.diff(v)), 0.98))
+    before, after = v[np.maximum(edges[:-1] - 1, 0)], v[np.minimum(edges[1:], len(v) - 1)]
+    left = np.abs(after - held) > limit
+    jump = left | (np.abs(before - held) > limit)
+    white = noisy(v[changed])
+    if noise <= 0.0 or not white or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
+        # without noise, or with coarse levels, a value repeats for good reasons; but what rests goes on from where it is
+        usual = float(np.median(np.abs(np.diff(v))[changed - 1])) if len(changed) else 0.0
+        # a release that multiplies the input's steps leaves a rest fast, but not by a good part of all that was ever read
+        least = max(4.0 * step, 8.0 * usual) + (10.0 * noise if white else 0.0)
+        left = np.abs(after - held) > max(least, COMES_BACK * float(np.ptp(v)))
+        long = left & (lengths > LONG_SHARE * len(v)) & (fresh > 8.0)
+        return _longest(long, left, edges)
     # chance that a fresh sample repeats the one before
     chance = max(min(0.5, step / (3.5 * noise)), min(0.5, float(np.mean(fresh > 1.5)))) if step > 0.0 else 1e-3
     need = max(8.0, 1.0 + np.log(1e-6 / len(v)) / np.log(max(chance, 1e-6)))
     long = fresh > need
-    if not long.any():
-        return 0.0, 0, 0.0
     # a clipped channel rests at its extreme, which is another fault, and leaves it without a jump
-    held = v[edges[:-1]]
     inside = (held > v.min()) & (held < v.max())
-    limit = 10.0 * noise + 4.0 * float(np.quantile(np.abs(np.diff(v)), 0.98))
-    before, after = v[np.maximum(edges[:-1] - 1, 0)], v[np.minimum(edges[1:], len(v) - 1)]
-    jump = np.maximum(np.abs(after - held), np.abs(before - held)) > limit
     # a clip returns with every loop, a dead sensor does not come back
     dead = (edges[1:] == len(v)) & (lengths > 0.1 * len(v)) & (np.sum(long & ~inside) == 1)
     # between coarse levels an output in backlash rests and leaves without a jump
     long &= (jump | dead) if step > COARSE * noise else (inside | jump | dead)
+    return _longest(long, left, edges)
+
+
+def _longest(long: NDArray[np.bool_], left: NDArray[np.bool_], edges: NDArray[np.int64]) -> _Stretch:
     if not long.any():
-        return 0.0, 0, 0.0
+        return _Stretch()
+    lengths = np.diff(edges)
     at = int(np.argmax(np.where(long, lengths, 0)))
-    return float(lengths[at]), int(edges[at]), float(lengths[long].sum()) / len(v)
+    return _Stretch(float(lengths[at]), int(edges[at]), float(lengths[long].sum()) / float(edges[-1]), bool(left[at]))
 
 
 def noisy(v: Array) -> bool:

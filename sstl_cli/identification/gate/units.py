@@ -6,7 +6,8 @@ import math
 
 from sstl_cli.core.units import UNITS
 
-FORCES = {name: factor for name, (kind, factor) in UNITS.items() if kind == "force"}
+# daN and cN are 2 % away from kgf and gf, which a factor does not tell
+FORCES = {name: factor for name, (kind, factor) in UNITS.items() if kind == "force" and name not in ("daN", "cN")}
 CHANNELS = ("tension_in_n", "tension_out_n")
 WORDS = ("input", "output")
 

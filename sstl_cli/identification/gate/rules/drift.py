@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "drift", 38
-REMAINS = 0.5
-CREEP = 0.03
+# a clock that is off by more is another rate, or no clock
+FASTEST = 0.1
+# share of the misfit that may remain: of a run alone, and of one with which others agree
+REMAINS, AGREED = 0.5, 0.75
+CREEP, JITTER = 0.03, 7.0
 # relative difference of one clock's drift in two runs
 ALIKE = 0.25
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output moves away from its input in time."""
-    hit = [e for e in log if drift_of(e) != 0.0 and (e.loops > 1 or _shared(e, log))]
+    shared = _shared(log)
+    hit = [e for e in log if (drift_of(e) != 0.0 and e.loops > 1) or e.run_id in shared]
     if hit:
         worst = max((e.play.drift for e in hit if e.play is not None), key=abs)
         yield Remark(
@@ -25,7 +31,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "second; one of the two clocks probably drifts",
             '[clocks] align = "apply" (with a column that both sides recorded as content)',
         )  # fmt: skip
-    hit = [e for e in log if e.samples > 200 and abs(e.dt_last_s / e.dt_first_s - 1.0) > CREEP]
+    hit = [e for e in log if e.samples > 200 and _creeps(e)]
     if hit:
         worst = max((e.dt_last_s / e.dt_first_s - 1.0 for e in hit), key=abs)
         yield Remark(
@@ -36,21 +42,36 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _shared(e: Evidence, log: Sequence[Evidence]) -> bool:
-    """Whether other runs of the system drift alike: one loop alone may be misled by its own shape."""
-    others = [d for o in log if o is not e and o.system == e.system and (d := drift_of(o)) != 0.0]
-    return any(abs(d / drift_of(e) - 1.0) < ALIKE for d in others)
+def _creeps(e: Evidence) -> bool:
+    """Whether the sampling period changes along the run by more than its jitter."""
+    change = abs(e.dt_last_s - e.dt_first_s)
+    return abs(e.dt_last_s / e.dt_first_s - 1.0) > CREEP and change > JITTER * e.dt_error_s
 
 
-def drift_of(e: Evidence) -> float:
+def _shared(log: Sequence[Evidence]) -> set[str]:
+    """Return runs beside which others of the system drift alike: one loop alone may be misled by its own shape."""
+    systems: dict[str, list[tuple[float, str]]] = {}
+    for e in log:
+        if (d := drift_of(e, AGREED)) != 0.0:
+            systems.setdefault(e.system, []).append((d, e.run_id))
+    found = set()
+    for runs in systems.values():
+        runs.sort()
+        for (a, first), (b, second) in pairwise(runs):
+            if abs(a - b) < ALIKE * min(abs(a), abs(b)):
+                found |= {first, second}
+    return found
+
+
+def drift_of(e: Evidence, remains: float = REMAINS) -> float:
     """Return the drift of the output's clock (s/s), 0 where there is none to be seen."""
     p = e.play
     if not e.tendon_like or p is None or not p.explained > 0.95 or not 0.0 < p.gamma_p < p.gamma_r:
         return 0.0
     moved = abs(p.drift) * e.duration_s
-    seen = (
-        p.drifting_rms_n < REMAINS * min(p.rms_n, p.delayed_rms_n)
-        and abs(p.drift) > 8.0 * p.drift_se
-        and moved > max(0.1, 10.0 * max(e.dt_s, e.sensors[1].refresh_s))
-    )
+    # what the noise of both sensors leaves is left by any clock
+    noise = math.hypot(e.sensors[1].noise_n, p.gamma_p * e.sensors[0].noise_n)
+    before, after = (math.sqrt(max(v**2 - noise**2, 0.0)) for v in (min(p.rms_n, p.delayed_rms_n), p.drifting_rms_n))
+    clear = after < remains * before and 8.0 * p.drift_se < abs(p.drift) < FASTEST
+    seen = clear and moved > max(0.1, 10.0 * max(e.dt_s, e.sensors[1].refresh_s))
     return p.drift if seen else 0.0

@@ -1,4 +1,4 @@
-"""The same recording twice: two runs share their samples, or the signs of their noise."""
+"""The same recording twice: two runs share their samples, or their noise."""
 
 from __future__ import annotations
 
@@ -8,25 +8,31 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.fingerprints import Keys
+from sstl_cli.identification.gate.fingerprints import Keys, Sketch, words_of
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.joined import jumps
 
 RULE, RANK = "duplicate", 3
 # half of the samples, and enough of them, must return
-SHARE, LEAST, LEAST_SIGNS = 0.5, 16, 3
+SHARE, LEAST = 0.5, 16
+# correlation of the noise of copies that were rounded or put in another unit; words of signs that make them worth a look
+ALIKE, LEAST_WORDS = 0.7, 3
+# a stretch as long as this at the least belongs to another recording where a run jumps
+PART = 0.9
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that repeat an earlier one."""
-    exact = _pairs([e.keys for e in log], LEAST)
-    signs = _pairs([e.signs for e in log], LEAST_SIGNS)
+    exact = _exact([e.keys for e in log])
+    noise = _noise([e.sketch for e in log])
     seen: set[int] = set()
-    for (a, b), share in sorted({**signs, **exact}.items()):
-        if b in seen:
+    for (a, b), share in sorted({**noise, **exact}.items()):
+        if b in seen or (share < PART and (jumps(log[a]) or jumps(log[b]))):
+            # one that jumps to another recording and goes on as that one is joined, not copied
             continue
         seen.add(b)
         same = (a, b) in exact
-        what = "samples" if same else "noise (in another unit or with another zero)"
+        what = "samples" if same else "noise (in another unit, with another zero or with fewer digits)"
         first, second = log[a].run_id, log[b].run_id
         yield Remark(
             (second,), RULE, "failure", 100.0 * share, "%",
@@ -35,22 +41,42 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _pairs(keys: list[Keys], least: int) -> dict[tuple[int, int], float]:
-    """Return pairs of runs that share keys, with the share of the smaller one."""
+def _exact(keys: list[Keys]) -> dict[tuple[int, int], float]:
+    """Return pairs of runs that share samples, with the share of the smaller one."""
+    shares = {}
+    for (a, b), count in _shared(keys, (1, 2)).items():
+        share = count / max(1, min(len(keys[a]), len(keys[b])))
+        if count >= LEAST and share > SHARE:
+            shares[a, b] = share
+    return shares
+
+
+def _noise(sketches: list[Sketch]) -> dict[tuple[int, int], float]:
+    """Return pairs of runs that share the noise of both channels, with its correlation."""
+    found = {}
+    for (a, b), count in _shared([words_of(s) for s in sketches], (1, 2, 3)).items():
+        first, second = sketches[a], sketches[b]
+        # levels of a coarse converter may be crossed alike in two runs, noise is never the same
+        if count < LEAST_WORDS or not any((*first.noise, *second.noise)):
+            continue
+        # runs of one movement may share a reference, and two outputs an input: both channels must agree
+        alike = float(np.min(np.sum(first.fast * second.fast, axis=1)))
+        if alike > ALIKE:
+            found[a, b] = alike
+    return found
+
+
+def _shared(keys: list[Keys], steps: Sequence[int]) -> Counter[tuple[int, int]]:
+    """Return how many keys pairs of runs share; of many with one key each is compared with the next few."""
+    found: Counter[tuple[int, int]] = Counter()
     if len(keys) < 2 or not sum(map(len, keys)):
-        return {}
+        return found
     every = np.concatenate(keys)
     owner = np.repeat(np.arange(len(keys)), [len(k) for k in keys])
     order = np.argsort(every, kind="stable")
     every, owner = every[order], owner[order]
-    # runs are few that share a key: compare each with the next two of the same key
-    found: Counter[tuple[int, int]] = Counter()
-    for step in (1, 2):
+    for step in steps:
         same = np.flatnonzero(every[step:] == every[:-step])
-        found.update(zip(owner[same].tolist(), owner[same + step].tolist(), strict=True))
-    shares = {}
-    for (a, b), count in found.items():
-        share = count / max(1, min(len(keys[a]), len(keys[b])))
-        if a != b and count >= least and share > SHARE:
-            shares[min(a, b), max(a, b)] = share
-    return shares
+        pairs = np.sort(np.stack((owner[same], owner[same + step])), axis=0).T
+        found.update((a, b) for a, b in pairs.tolist() if a != b)
+    return found

@@ -16,6 +16,8 @@ ODD, IMPOSSIBLE = 1.7, 3.0
 ALIKE = 1.4
 # of the logarithm: a gain that is odd in one run, and one that is none in all the others
 SINGLE, NEAR = 0.35, 0.1
+# runs that tell a sensor's gain though others tell none, and their spread (logarithm)
+AGREE, TOGETHER = 3, 0.1
 # logarithm of what middle levels may be off beyond friction
 LEVELS = 0.4
 
@@ -24,9 +26,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
     gains = [(gain_of(e), e) for e in log]
-    usual = {
-        system: _middle([g if g > 0.0 else 1.0 for g, e in gains if e.system == system]) for system in {e.system for e in log}
-    }  # fmt: skip
+    usual = {system: _usual([g for g, e in gains if e.system == system]) for system in {e.system for e in log}}
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
         if size > SINGLE and _others_fit(e, gains):
@@ -57,8 +57,13 @@ def _others_fit(e: Evidence, gains: list[tuple[float, Evidence]]) -> bool:
     return len(others) >= 3 and bool(alike) and max(size for size, _ in others) < NEAR
 
 
-def _middle(gains: list[float]) -> float:
-    return sorted(gains)[len(gains) // 2] if gains else 1.0
+def _usual(gains: list[float]) -> float:
+    """Return the gain of most runs of a system; a run that does not tell speaks for none, unless several others agree."""
+    known = sorted(g for g in gains if g > 0.0)
+    if len(known) >= AGREE and math.log(known[-1] / known[0]) < TOGETHER:
+        return known[len(known) // 2]
+    every = sorted(g if g > 0.0 else 1.0 for g in gains)
+    return every[len(every) // 2] if every else 1.0
 
 
 def gain_of(e: Evidence) -> float:

@@ -14,7 +14,7 @@ JUMP, NOISE = 0.15, 1.6
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that consist of two recordings."""
-    hit = [e for e in log if e.tendon_like and min(e.seam) > JUMP and _wide(e)]
+    hit = [e for e in log if jumps(e)]
     if hit:
         size = max(min(e.seam) for e in hit)
         yield Remark(
@@ -32,6 +32,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "two recordings (or two rigs) were probably joined to one run",
             "[files] merge = \"no\"",
         )  # fmt: skip
+
+
+def jumps(e: Evidence) -> bool:
+    """Whether both channels go on far away from where they were at one sample."""
+    return e.tendon_like and min(e.seam) > JUMP and _wide(e)
 
 
 def _wide(e: Evidence) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.scatter import friction_errors
 
 RULE, RANK = "labels", 55
 Column = tuple[str, str | None, str | None]
@@ -44,12 +45,15 @@ def _columns(group: list[Evidence]) -> Iterator[Remark]:
     for e in group:
         cells.setdefault((str(e.config_id), _column(e)), []).append(e)
     columns = sorted({c for _, c in cells}, key=str)
+    # gains are those of the sensors, which all movements of a system share
+    sensed = {(e.system, e.tendon) for e in group}
+    error = {name: v for key in sensed for name, v in friction_errors([e for e in group if (e.system, e.tendon) == key]).items()}
     suspects: dict[str, Evidence] = {}
     worst, against = 0.0, ("", "")
     for first, second in combinations(sorted({k for k, _ in cells}), 2):
         both = [c for c in columns if (first, c) in cells and (second, c) in cells]
         steps = [_log(cells[second, c]) - _log(cells[first, c]) for c in both]
-        errors = [max(e.slopes.friction_se / e.slopes.friction for k in (first, second) for e in cells[k, c]) for c in both]
+        errors = [max(error[e.run_id] / e.slopes.friction for k in (first, second) for e in cells[k, c]) for c in both]
         rising = [c for c, d, s in zip(both, steps, errors, strict=True) if d > max(TURNED, ERRORS * s)]
         falling = [c for c, d, s in zip(both, steps, errors, strict=True) if d < -max(TURNED, ERRORS * s)]
         if not rising or not falling:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
+from sstl_cli.identification.gate.rules.stuck import dead
 
 RULE, RANK = "lead", 35
 # share of the residual that must remain once the output is moved in time
@@ -17,6 +18,12 @@ PART_OF_LOOP = 0.008
 LATE_S = 0.4
 # what lines and delay must explain of an output that is only late
 SHAPE = 0.97
+# part of the input's span over which pull and release must be seen for a run to be known as in time
+SEEN = 0.1
+# part of a delay by which it must grow along the run
+GROWS = 0.2
+# a filter of that many samples is no clock
+FILTER = 10.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -46,7 +53,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def _in_time(e: Evidence) -> bool:
     """Whether the output of this run is known to come soon after its input."""
     p = e.play
-    return e.tendon_like and p is not None and p.explained > 0.98 and p.delay_se < 0.1 * LATE_S and abs(p.delay_s) < 0.5 * LATE_S
+    if not e.tendon_like or p is None or min(p.reaches) < SEEN:
+        # a movement to and fro within backlash looks the same with a delay and with more friction
+        return False
+    return p.explained > 0.98 and p.delay_se < 0.1 * LATE_S and abs(p.delay_s) < 0.5 * LATE_S
 
 
 def _drifted(e: Evidence, drift: float) -> bool:
@@ -56,12 +66,15 @@ def _drifted(e: Evidence, drift: float) -> bool:
 
 def _moved(e: Evidence, early: bool) -> bool:
     p = e.play
-    if not e.tendon_like or e.correlation < 0.2 or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r:
+    if not e.tendon_like or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r or dead(e):
+        return False
+    if e.correlation < 0.2 and not p.explained > SHAPE:
         return False
     if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
         return False
     # a delay that grows is a drift
-    if p.drifting_rms_n < 0.8 * p.delayed_rms_n and abs(p.drift) > 8.0 * p.drift_se:
+    grows = abs(p.drift) * e.duration_s > GROWS * abs(p.delay_s)
+    if grows and p.drifting_rms_n < 0.8 * p.delayed_rms_n and abs(p.drift) > 8.0 * p.drift_se:
         return False
     least = max(6.0 * p.delay_se, 2.5 * max(e.dt_s, e.sensors[0].refresh_s, e.sensors[1].refresh_s))
-    return p.delay_s < -least if early else p.delay_s > max(least, LATE_S)
+    return p.delay_s < -least if early else p.delay_s > max(least, LATE_S, FILTER * e.dt_s)

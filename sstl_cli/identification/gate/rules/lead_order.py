@@ -10,6 +10,7 @@ from scipy.stats import kendalltau
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.scatter import friction_errors
 
 RULE, RANK = "lead_order", 57
 FEW = 5
@@ -36,7 +37,7 @@ def _ordered(group: list[Evidence]) -> Iterator[Remark]:
     runs = [[e for e in group if e.lead_mm == lead] for lead in leads]
     x = np.array(leads)
     f = np.array([float(np.median([e.slopes.friction for e in r])) for r in runs])
-    error = float(np.median([e.slopes.friction_se for e in group]))
+    error = float(np.median(list(friction_errors(group).values())))
     spread = float(np.std(f))
     if spread < max(VARIES * float(np.mean(f)), 4.0 * error):
         return

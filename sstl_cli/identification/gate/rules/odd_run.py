@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.gate.converters import odd_levels
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.zero import zeros
+from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "odd_run", 75
 Array = NDArray[np.float64]
@@ -44,12 +46,33 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that lie apart from the rest of their system."""
     for system in sorted({e.system for e in log}):
         runs = [e for e in log if e.system == system and e.tendon_like and e.correlation > 0.0]
+        yield from _levels(runs)
         if len(runs) < FEW:
             continue
         table = np.array([_values(e) for e in runs])
         splits = [(f, s) for j, f in enumerate(FEATURES) if (s := _split(table[:, j], f)) is not None]
         yield from _alone(runs, splits)
         yield from _kinds(runs, splits)
+
+
+def _levels(runs: list[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose values lie on other levels than those of the rest."""
+    for i in (0, 1):
+        for odd in odd_levels(runs, i):
+            ids = tuple(e.run_id for e in odd.runs)
+            between = math.isnan(odd.ratio)
+            said = f"a step of {odd.step_n:.3g} N shows in the {WORDS[i]} of the other {runs[0].system} runs, "
+            said += "and values between its levels in these" if between else f"and one {odd.ratio:.3g} times as large here"
+            why = "they were probably recorded by another rig or resampled" if between else "its gain was probably another one"
+            yield Remark(
+                ids, RULE, "remark", odd.step_n if between else odd.ratio, "N" if between else "1",
+                f"{names(ids)}: {said}; {why}",
+                "import the two groups into logs of their own" if between else _rescaled(i, odd.ratio),
+            )  # fmt: skip
+
+
+def _rescaled(i: int, ratio: float) -> str:
+    return f"{CHANNELS[i]} = {{ column = ..., scale = {1.0 / ratio:.4g} }} (for this file, if its gain was another one)"
 
 
 def _values(e: Evidence) -> list[float]:
@@ -119,6 +142,10 @@ def _kinds(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterat
     for members in dict.fromkeys(s.members for _, s in clear):
         agree = [(f, s) for f, s in clear if s.members == members]
         strong = any(f.ratio and s.gap > math.log(2.0) and s.gap > 4.0 * s.spread for f, s in agree)
+        # output sensors of one gain each, on the same bend in the same movement, need no second witness
+        cells = [{(e.config_id, e.trajectory) for i, e in enumerate(runs) if (i in members) == side} for side in (True, False)]
+        apart = any(f.name.startswith("gain") and s.gap > 6.0 * s.spread for f, s in agree)
+        strong |= apart and len(members) >= 3 and bool(cells[0] & cells[1])
         if len(agree) < 2 and not strong:
             continue
         inside = {runs[i].trajectory for i in members}

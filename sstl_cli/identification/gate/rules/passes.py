@@ -17,9 +17,9 @@ TWICE, MOST = 1.7, 5.6
 # on a nearly straight tube ends and pulleys decide
 LEAST = 0.12
 # logarithm of a gain that sensors may have
-GAIN = 0.45
+GAIN, NO_GAIN = 0.45, 0.1
 # n theta that divides single from double passes where nothing else does: theta is 0.3 to 0.7 in published rigs
-BETWEEN, SINGLE, DOUBLE = 0.8, 0.5, 0.9
+BETWEEN, SINGLE, DOUBLE = 0.8, 0.35, 0.9
 # part of the log's widest movement over which a run must go for the size of its friction to count
 WIDE = 0.5
 
@@ -27,12 +27,15 @@ WIDE = 0.5
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose slopes are those of the other system."""
     # slopes that need a gain as well tell little of friction
-    known = [e for e in log if e.slopes.known and e.slopes.friction > 0.0 and abs(math.log(e.slopes.gain)) < GAIN]
+    sloped = [e for e in log if e.slopes.known and e.slopes.friction > 0.0 and abs(math.log(e.slopes.gain)) < GAIN]
+    both = {e.run_id for e in sloped}
+    pulls = {e.run_id for e in log if not e.slopes.known and e.wrap > 0.0} if _unscaled(sloped) else set()
+    known = [e for e in log if e.run_id in both | pulls]
     bends: dict[object, list[Evidence]] = {}
     for e in known:
         bends.setdefault((e.config_id, e.location), []).append(e)
-    both = len({e.system for e in known}) == 2
-    pairs = [b for b in bends.values() if both and len(b) > 1 and b[0].config_id is not None]
+    paired = len({e.system for e in known}) == 2
+    pairs = [b for b in bends.values() if paired and len(b) > 1 and b[0].config_id is not None]
     wrong = [e for bend in pairs for e in _wrong(bend, known)]
     yield from _told(wrong, "failure", "beside the other runs of the same bend")
     if not pairs and known:
@@ -40,13 +43,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         one_bend = "beside other runs of the same bend and label"
         yield from _told([e for hit in mixed for e in hit], "failure" if len(mixed) > 1 else "remark", one_bend)
         if not mixed:
-            yield from _alone(known, log)
+            yield from _alone(sloped, log)
+
+
+def _unscaled(sloped: list[Evidence]) -> bool:
+    """Whether the runs that tell say that sensors have no gain: then a pull alone tells friction."""
+    return bool(sloped) and abs(float(np.median([math.log(e.slopes.gain) for e in sloped]))) < NO_GAIN
 
 
 def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
     """Return the runs of one bend whose friction per pass is about twice, or half, that of the others."""
-    per = {e.run_id: e.slopes.friction / e.passes for e in bend}
-    if max(e.slopes.friction for e in bend) < LEAST:
+    per = {e.run_id: e.wrap / e.passes for e in bend}
+    if max(e.wrap for e in bend) < LEAST:
         return []
     doubtful = []
     for e in bend:
@@ -65,20 +73,20 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
     elsewhere = [e for e in known if e.config_id != bend[0].config_id]
     single, double = _middle(elsewhere, "act"), _middle(elsewhere, "sstl")
     between = float(np.sqrt(single * double)) if single < double / TWICE else BETWEEN
-    size = float(np.median([e.slopes.friction for e in doubtful]))
+    size = float(np.median([e.wrap for e in doubtful]))
     return [e for e in doubtful if e.system == ("sstl" if size < between else "act")]
 
 
 def _middle(runs: list[Evidence], system: str) -> float:
-    found = [e.slopes.friction for e in runs if e.system == system]
+    found = [e.wrap for e in runs if e.system == system]
     return float(np.median(found)) if found else float("nan")
 
 
 def _two_kinds(bend: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
     """Return the runs of a bend with one label that are of the other kind: half of them rub as two passes, half as one."""
-    wide = sorted(_wide(bend, log), key=lambda e: e.slopes.friction)
-    logs = np.log([e.slopes.friction for e in wide])
-    if len(wide) < 2 or len({(e.system, e.tendon) for e in wide}) > 1 or wide[-1].slopes.friction < LEAST:
+    wide = sorted(_wide(bend, log), key=lambda e: e.wrap)
+    logs = np.log([e.wrap for e in wide])
+    if len(wide) < 2 or len({(e.system, e.tendon) for e in wide}) > 1 or wide[-1].wrap < LEAST:
         return []
     at = 1 + int(np.argmax(np.diff(logs)))
     spread = max(float(np.ptp(logs[:at])), float(np.ptp(logs[at:])))
@@ -100,7 +108,7 @@ def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
     single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in log)]
     double = [e for e in _wide(known, log) if e.system == "sstl"]
     if _middle(single, "act") > DOUBLE:
-        yield from _told([e for e in single if e.slopes.friction > BETWEEN], "remark", "by its size")
+        yield from _told([e for e in single if e.wrap > BETWEEN], "remark", "by its size")
     if _middle(double, "sstl") < SINGLE:
         yield from _told(double, "remark", "by its size")
 
@@ -119,8 +127,13 @@ def _told(wrong: list[Evidence], severity: Severity, by: str) -> Iterator[Remark
             e = hit[0]
             ids = tuple(h.run_id for h in hit)
             yield Remark(
-                ids, RULE, severity, e.slopes.friction, "1",
-                f"{names(ids)}: labelled {system}, but slopes of {e.slopes.gamma_p:.3g} and {e.slopes.gamma_r:.3g} (n theta = "
-                f"{e.slopes.friction:.2f}) look like {like} {by}; the label of the system is probably wrong",
+                ids, RULE, severity, e.wrap, "1",
+                f"{names(ids)}: labelled {system}, but {_slopes(e)} (n theta = {e.wrap:.2f}) look like {like} {by}; the label of the system is probably wrong",
                 f'[constants] system = "{right}"',
             )  # fmt: skip
+
+
+def _slopes(e: Evidence) -> str:
+    if e.slopes.known or e.play is None:
+        return f"slopes of {e.slopes.gamma_p:.3g} and {e.slopes.gamma_r:.3g}"
+    return f"slopes of {e.play.gamma_p:.3g} in the pull"

@@ -12,6 +12,7 @@ from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "rate", 18
 APART = 1.25
+LIKELY_S = 0.005
 # factors between units of time
 UNITS = {1e3: "ms", 1e6: "us", 60.0: "min"}
 
@@ -24,7 +25,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     steps = np.array([e.dt_s for e in runs])
     # the period that most runs share
     near = [int(np.sum(np.abs(np.log(steps / s)) < np.log(APART))) for s in steps]
-    usual = float(steps[int(np.argmax(near))])
+    # of two rates as frequent it is that of a logger, some hundred samples a second
+    usual = float(steps[np.lexsort((np.abs(np.log(steps / LIKELY_S)), -np.array(near)))[0]])
     groups: dict[tuple[str | None, float], list[Evidence]] = {}
     for e in runs:
         ratio = e.dt_s / usual

@@ -59,10 +59,16 @@ def _hidden(e: Evidence, i: int, coarse: set[str]) -> bool:
     return e.system in coarse
 
 
+def dead(e: Evidence) -> bool:
+    """Whether a sensor is stuck for so long that nothing else can be said of the run."""
+    return "failure" in (_stuck(e, 0), _stuck(e, 1))
+
+
 def _stuck(e: Evidence, i: int) -> str:
     s = e.sensors[i]
     if not e.usable or s.still_s < LEAST_S or s.still_share < LEAST_SHARE:
         return ""
-    if e.stuck_while_n[i] < (WHOLE_MOVED if s.coarse else LEAST_MOVED) * e.ranges[1 - i].span:
+    # a sensor that comes back jumps, a run that ends may end in backlash
+    if e.stuck_while_n[i] < (WHOLE_MOVED if s.coarse and not s.still_left else LEAST_MOVED) * e.ranges[1 - i].span:
         return ""
     return "failure" if s.still_share > FAILED_SHARE else "remark"

@@ -11,6 +11,8 @@ from sstl_cli.identification.gate.units import WORDS, column_line
 RULE, RANK = "switch", 6
 # a short run on a coarse converter may show two of its steps
 LEAST_SAMPLES = 200
+# of the larger of the two values
+APART = 0.5
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -30,5 +32,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _switches(e: Evidence, i: int) -> bool:
     # beside an input that rests, two values may be the converter's last bit; a few stray samples are no second value
-    moves = e.ranges[i].span > 0.0 and (i == 0 or e.loaded)
+    # an on and an off are far apart, the last bit is not
+    far = e.ranges[i].span > APART * e.ranges[i].largest
+    moves = far and (i == 0 or e.loaded)
     return e.usable and e.samples >= LEAST_SAMPLES and e.two_values[i] and moves

@@ -15,6 +15,8 @@ from sstl_cli.identification.gate.units import FORCES, stated
 RULE, RANK = "unit_between_runs", 8
 # of the logarithms: noise is known to a few per cent, ranges depend on the movement
 NOISE, RANGE = 0.2, 0.5
+# of the logarithms: steps of one converter, input ranges of one movement, and noise beside such a range
+STEP, SAME, SENSED = 0.05, 0.04, 0.6
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -31,8 +33,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         usual = sizes[_usual(sizes)]
         for e, row in zip(runs, sizes, strict=True):
             unit = _unit(row - usual) if e.system == system else None
-            if unit is not None:
+            if unit is not None and (runs is alike or not _one_converter(e, log)):
                 found.setdefault(unit, []).append(e)
+    told = {e.run_id for hit in found.values() for e in hit}
+    for e, unit in _by_movement([e for e in log if e.run_id not in told]):
+        found.setdefault(unit, []).append(e)
     for unit, hit in found.items():
         ids = tuple(e.run_id for e in hit)
         yield Remark(
@@ -52,6 +57,51 @@ def _sizes(runs: Sequence[Evidence]) -> list[tuple[float, float, float, float]]:
         return s.step_n if stepped[i] else max(s.noise_n, 0.3 * s.step_n)
 
     return [(size(e, 0), size(e, 1), max(e.ranges[0].span, 1e-300), max(e.ranges[1].span, 1e-300)) for e in runs]
+
+
+def _one_converter(e: Evidence, log: Sequence[Evidence]) -> bool:
+    """Whether other runs of the system show the quantisation step of this one: then all are in one unit."""
+    others = [o for o in log if o is not e and o.system == e.system and o.tendon_like]
+    return any(
+        a.step_n > 0.0 and b.step_n > 0.0 and abs(math.log(a.step_n / b.step_n)) < STEP
+        for o in others
+        for a, b in zip(e.sensors, o.sensors, strict=True)
+    )
+
+
+def _by_movement(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
+    """Yield runs whose input goes over another range than that of all other runs of its movement, by a unit of force."""
+    groups: dict[object, list[Evidence]] = {}
+    for e in log:
+        if e.tendon_like and e.trajectory is not None:
+            groups.setdefault((e.system, e.trajectory, e.tendon), []).append(e)
+    for runs in groups.values():
+        if len(runs) < 3:
+            continue
+        spans = np.log([[r.span for r in e.ranges] for e in runs])
+        usual = np.median(spans, axis=0)
+        near = np.abs(spans[:, 0] - usual[0]) < SAME
+        # all others but a few move alike, so that the range of one is no choice of who pulled
+        if np.count_nonzero(near) < max(2, 0.75 * (len(runs) - 1)):
+            continue
+        rest = [e for e, n in zip(runs, near, strict=True) if n]
+        for e, row in zip(runs, spans - usual, strict=True):
+            for unit, size in FORCES.items():
+                fits = abs(row[0] + math.log(size)) < SAME and abs(row[1] + math.log(size)) < RANGE
+                if unit != "N" and fits and _sensed(e, rest, math.log(size)):
+                    yield e, unit
+
+
+def _sensed(e: Evidence, rest: list[Evidence], size: float) -> bool:
+    """Whether what the sensors show besides the movement is scaled as well: a smaller movement leaves it as it is."""
+    told = []
+    for i in (0, 1):
+        for kind in ("step_n", "noise_n"):
+            mine = getattr(e.sensors[i], kind)
+            theirs = [v for o in rest if (v := getattr(o.sensors[i], kind)) > 0.0 and (kind == "step_n" or o.sensors[i].white)]
+            if mine > 0.0 and theirs and (kind == "step_n" or e.sensors[i].white):
+                told.append(abs(math.log(mine / float(np.median(theirs))) + size) < SENSED)
+    return bool(told) and all(told)
 
 
 def _usual(sizes: np.ndarray) -> int:

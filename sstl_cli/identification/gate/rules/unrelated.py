@@ -10,6 +10,8 @@ from sstl_cli.identification.gate.remark import Remark, names
 RULE, RANK = "unrelated", 48
 # what the play operator leaves (share of the output's span), and how much the output must move (share of the input)
 LEFT, MOVES = 0.08, 0.15
+# what is left must be more than noise
+NOISE = 3.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -32,4 +34,4 @@ def _unrelated(e: Evidence) -> bool:
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     # slopes that no friction has may still follow an output
     odd = p.explained < 0.5 or (p.explained < 0.8 and min(p.gamma_p, p.gamma_r) < 0.0)
-    return moves and odd and p.typical_n > LEFT * e.ranges[1].span
+    return moves and odd and p.typical_n > max(LEFT * e.ranges[1].span, NOISE * e.sensors[1].noise_n)
