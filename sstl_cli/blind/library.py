@@ -20,7 +20,8 @@ from sstl_cli.diagnosis.residuals import Leftover, Misfit
 
 _S, _F = pa.string(), pa.float32()
 # numbers of a candidate and of its log, in the order of their rows
-OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind"))
+# a rule looks at what was held out, no weight is learned for it
+OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind", "held"))
 LOG = tuple(f.name for f in fields(LogRow))
 COUNTS = ("strengths", "outside", "samples", "systems", "configurations")
 
