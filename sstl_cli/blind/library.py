@@ -37,6 +37,7 @@ LIBRARY = Schema(
         Column("ids", _S, meaning="effects of the candidate joined by +"),
         Column("channel", _S, meaning="output, recorder or beside"),
         *(Column(n, _F, meaning="see CandidateRow") for n in OWN),
+        Column("held", _F, nullable=True, meaning="see CandidateRow; not in older libraries"),
         *(Column(f"log_{n}", _F, meaning="see LogRow") for n in LOG),
     ),
 )
@@ -78,7 +79,7 @@ def to_table(cases: Sequence[Labelled]) -> pa.Table:
         }
         for c in case.rows.candidates:
             own = {n: float(getattr(c, n)) for n in OWN}
-            found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, **log})
+            found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, "held": c.held, **log})
     return pa.Table.from_pylist(found, schema=LIBRARY.arrow())
 
 
@@ -130,7 +131,9 @@ def facts_of(path: Path) -> dict[str, Any]:
 def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
     first = group[0]
     log = LogRow(**{n: _number(n, first[f"log_{n}"]) for n in LOG})
-    candidates = tuple(CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}) for r in group)
+    candidates = tuple(
+        CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}, held=r.get("held")) for r in group
+    )
     base = _leftover(log, log.base_chi2, log.base_worst_z, log.base_skewness)
     best = _leftover(log, log.best_chi2, log.best_worst_z, log.best_skewness)
     rows = Rows(log, candidates, base, best)
