@@ -20,7 +20,8 @@ from sstl_cli.diagnosis.residuals import Leftover, Misfit
 
 _S, _F = pa.string(), pa.float32()
 # numbers of a candidate and of its log, in the order of their rows
-OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind"))
+# a rule looks at what was held out, no weight is learned for it
+OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind", "held"))
 LOG = tuple(f.name for f in fields(LogRow))
 COUNTS = ("strengths", "outside", "samples", "systems", "configurations")
 
@@ -36,6 +37,7 @@ LIBRARY = Schema(
         Column("ids", _S, meaning="effects of the candidate joined by +"),
         Column("channel", _S, meaning="output, recorder or beside"),
         *(Column(n, _F, meaning="see CandidateRow") for n in OWN),
+        Column("held", _F, nullable=True, meaning="see CandidateRow; not in older libraries"),
         *(Column(f"log_{n}", _F, meaning="see LogRow") for n in LOG),
     ),
 )
@@ -77,7 +79,7 @@ def to_table(cases: Sequence[Labelled]) -> pa.Table:
         }
         for c in case.rows.candidates:
             own = {n: float(getattr(c, n)) for n in OWN}
-            found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, **log})
+            found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, "held": c.held, **log})
     return pa.Table.from_pylist(found, schema=LIBRARY.arrow())
 
 
@@ -129,7 +131,9 @@ def facts_of(path: Path) -> dict[str, Any]:
 def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
     first = group[0]
     log = LogRow(**{n: _number(n, first[f"log_{n}"]) for n in LOG})
-    candidates = tuple(CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}) for r in group)
+    candidates = tuple(
+        CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}, held=r.get("held")) for r in group
+    )
     base = _leftover(log, log.base_chi2, log.base_worst_z, log.base_skewness)
     best = _leftover(log, log.best_chi2, log.best_worst_z, log.best_skewness)
     rows = Rows(log, candidates, base, best)

@@ -37,9 +37,13 @@ class LineServer:
         """Return the answer to one line (without line end)."""
         self.lines += 1
         text = line.strip()
-        if text:
-            self._json = text.startswith("{")
-        if not self._json and tuple(w.strip().lower() for w in text.split(",")) == CSV_HEADER:
+        header = tuple(w.strip().lower() for w in text.split(",")) == CSV_HEADER
+        # a line that cannot be read is answered in the form of those before it
+        if header or not read_csv_sample(text)[2]:
+            self._json = False
+        elif text.startswith(("{", "[")):
+            self._json = True
+        if header:
             return ",".join(ANSWER_HEADER)
         t_ref, t_in, why = read_json_sample(text) if self._json else read_csv_sample(text)
         return self._step(t_ref, t_in, why)
@@ -80,6 +84,8 @@ def read_json_sample(text: str) -> tuple[float, float, str]:
         document = json.loads(text)
     except (ValueError, RecursionError):
         return math.nan, math.nan, "not valid JSON"
+    if not isinstance(document, dict):
+        return math.nan, math.nan, "not a JSON object"
     values = []
     for key in CSV_HEADER:
         value = document.get(key)

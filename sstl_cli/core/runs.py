@@ -24,6 +24,8 @@ T = TypeVar("T")
 SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
 TEXTS = tuple(n for n in LABELS if n != "lead_mm")
+# signals that a run may lack
+MAY_BE_EMPTY = ("position_in_mm", "tension_ref_n")
 PASSES = {"act": 1, "sstl": 2}
 
 
@@ -176,26 +178,69 @@ def runs_of(blocks: Iterable[pa.Table], source: str, units: dict[str, str] | Non
 
     ``units`` are those that ``units_of`` finds where the tables come from (default: newtons).
     """
-    pending: list[pa.Table] = []
+    pending: list[_Part] = []
     seen: set[str] = set()
     for block in blocks:
-        changes = {name: _changes(block.column(name)) for name in TEXTS if name in block.column_names}
-        starts = [0, *changes["run_id"].tolist(), block.num_rows]
-        for a, b in zip(starts[:-1], starts[1:], strict=True):
-            if a == b:
-                continue
-            piece = block.slice(a, b - a)
-            if pending and _text(pending[0], "run_id") != _text(piece, "run_id"):
+        for part in _parts(block):
+            if pending and pending[0].labels["run_id"] != part.labels["run_id"]:
                 yield _run(pending, source, seen, units)
                 pending = []
-            pending.append(piece)
-            for name, at in changes.items():
-                within = np.searchsorted(at, a, "right") != np.searchsorted(at, b, "left")
-                if within or _text(piece, name) != _text(pending[0], name):
-                    where = f"{source}, run {_text(piece, 'run_id')!r}"
-                    raise SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
+            pending.append(part)
+            for name in part.changes:
+                raise _split(name, part, source)
+            for name in TEXTS if part is not pending[0] else ():
+                if part.labels.get(name) != pending[0].labels.get(name):
+                    raise _split(name, part, source)
     if pending:
         yield _run(pending, source, seen, units)
+
+
+def _split(name: str, part: _Part, source: str) -> SstlError:
+    where = f"{source}, run {part.labels['run_id']!r}"
+    return SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
+
+
+@dataclass(frozen=True)
+class _Part:
+    """What one block holds of one run: its labels, the signals, which of them are null throughout, labels that change in it."""
+
+    labels: dict[str, str | None]
+    lead_mm: float | None
+    signals: dict[str, Array]
+    empty: frozenset[str]
+    changes: tuple[str, ...]
+
+
+def _parts(block: pa.Table) -> Iterator[_Part]:
+    """Yield the runs of one block in order; its columns are decoded once, not run by run."""
+    changes = {name: _changes(block.column(name)) for name in TEXTS if name in block.column_names}
+    edges = np.concatenate(([0], changes["run_id"], [block.num_rows]))
+    starts, ends = edges[:-1][np.diff(edges) > 0], edges[1:][np.diff(edges) > 0]
+    if not len(starts):
+        return
+    first = pa.array(starts)
+    labels = {name: block.column(name).take(first).to_pylist() for name in changes}
+    leads = block.column("lead_mm").take(first).to_pylist()
+    signals = {n: block.column(n) for n in SIGNALS if n in block.column_names}
+    values = {n: c.cast(pa.float64()).to_numpy() for n, c in signals.items()}
+    nulls = {n: _null_counts(c, starts, ends) for n, c in signals.items() if n in MAY_BE_EMPTY}
+    within = {n: np.searchsorted(at, starts, "right") != np.searchsorted(at, ends, "left") for n, at in changes.items()}
+    for i, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
+        yield _Part(
+            {n: None if v[i] is None else str(v[i]) for n, v in labels.items()},
+            leads[i],
+            {n: v[a:b] for n, v in values.items()},
+            frozenset(n for n, count in nulls.items() if count[i] == b - a),
+            tuple(n for n, changed in within.items() if changed[i]),
+        )
+
+
+def _null_counts(column: pa.ChunkedArray, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many values of each stretch are null."""
+    if not column.null_count:
+        return np.zeros(len(starts), np.int64)
+    total = np.concatenate(([0], np.cumsum(column.is_null().to_numpy())))
+    return np.asarray(total[ends] - total[starts], np.int64)
 
 
 def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
@@ -216,11 +261,6 @@ def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
     return at
 
 
-def _text(table: pa.Table, name: str) -> str | None:
-    value = table.column(name)[0].as_py()
-    return None if value is None else str(value)
-
-
 def units_of(schema: pa.Schema) -> dict[str, str]:
     """Return ``unit_in`` and ``unit_out`` from the field metadata of a log; N where nothing is stated."""
     out = {}
@@ -230,22 +270,19 @@ def units_of(schema: pa.Schema) -> dict[str, str]:
     return out
 
 
-def _run(pieces: list[pa.Table], source: str, seen: set[str], units: dict[str, str] | None) -> Run:
-    head = pieces[0]
-    run_id = head.column("run_id")[0].as_py()
+def _run(parts: list[_Part], source: str, seen: set[str], units: dict[str, str] | None) -> Run:
+    head = parts[0]
+    run_id = head.labels["run_id"]
     where = f"{source}, run {run_id!r}"
-    if run_id in seen:
+    if str(run_id) in seen:
         raise SstlError("the run comes in two pieces", where=where, fix="sort the file by run_id", code="E122")
-    seen.add(run_id)
-    values: dict[str, object] = {**(units or {}), **{n: _text(head, n) for n in TEXTS if n in head.column_names}}
-    lead = head.column("lead_mm")[0].as_py()
-    values["lead_mm"] = lead if lead is not None and math.isfinite(lead) else None
-    if values["system"] not in PASSES:
-        raise SstlError(f"system is {values['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
-    for name in (n for n in SIGNALS if n in head.column_names):
-        column = pa.chunked_array([c for piece in pieces for c in piece.column(name).chunks], pa.float64())
-        if name in ("position_in_mm", "tension_ref_n") and column.null_count == len(column):
-            values[name] = None
-            continue
-        values[name] = column.to_numpy()
-    return Run(**values)  # type: ignore[arg-type]
+    seen.add(str(run_id))
+    lead = head.lead_mm if head.lead_mm is not None and math.isfinite(head.lead_mm) else None
+    if head.labels["system"] not in PASSES:
+        raise SstlError(f"system is {head.labels['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
+    empty = frozenset.intersection(*(p.empty for p in parts))
+    signals = {
+        n: None if n in empty else head.signals[n] if len(parts) == 1 else np.concatenate([p.signals[n] for p in parts])
+        for n in head.signals
+    }
+    return Run(**(units or {}), **head.labels, lead_mm=lead, **signals)  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ recorded reference; the position only on request, because a simulator need not c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,8 +16,9 @@ from scipy.optimize import least_squares
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import (
     LAG_SCALES,
-    LAG_STARTS,
+    LOOP_HALVINGS,
     MIN_SAMPLES,
+    NO_LOOP,
     POSITION_STARTS,
     POSITION_STEP,
     POSITION_TRIES,
@@ -80,11 +81,20 @@ def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
 
     base = residual(np.zeros(2))
     low, high = np.zeros(2), np.array(SLOWEST_LOOP)
-    fits = [least_squares(residual, s, bounds=(low, high), x_scale=LAG_SCALES) for s in LAG_STARTS]
+    fits = [least_squares(residual, s, bounds=(low, high), x_scale=LAG_SCALES) for s in _starts(residual)]
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
     return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), log_gain(base, left, left))]
+
+
+def _starts(residual: Callable[[Array], Array]) -> list[Array]:
+    """Return the best start with a lag alone, with a slew limit alone, and with both."""
+    lags, slews = ([none, *(most * 0.5 ** np.arange(1, LOOP_HALVINGS))] for none, most in zip(NO_LOOP, SLOWEST_LOOP, strict=True))
+    tries = {(i, k): np.array([tau, slew]) for i, tau in enumerate(lags) for k, slew in enumerate(slews)}
+    left = {at: _rms(residual(p)) for at, p in tries.items()}
+    parts = [[at for at in tries if (at[0] > 0, at[1] > 0) == there] for there in ((True, False), (False, True), (True, True))]
+    return [tries[min(part, key=lambda at: left[at])] for part in parts]
 
 
 def _tracks(run: Run) -> bool:

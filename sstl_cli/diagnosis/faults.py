@@ -20,7 +20,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RecorderEffect:
-    """A fault of the recorder that carries part of the squared error; ``events`` is in how many readings of equal weight."""
+    """A fault of the recorder that carries part of the squared error; ``events`` is in how many readings of equal weight.
+
+    ``total_n2`` is the squared error of all readings, of which ``removed_n2`` is the fault's.
+    """
 
     id: str
     share: float
@@ -28,6 +31,7 @@ class RecorderEffect:
     removed_n2: float
     noise_n: float
     events: float = np.inf
+    total_n2: float = np.inf
 
     @property
     def nats(self) -> float:
@@ -66,12 +70,9 @@ class _Carried:
 
     def add(self, r: Record, prediction: Array, noise_n: float) -> None:
         """Count a record."""
-        thin = max(1, len(r.raw) // max(len(prediction), 1))
-        expected = np.repeat(prediction, thin)
+        expected, error2, input_error2 = squared_errors(r, prediction)
         n = len(expected)
-        error2 = (r.raw.tension_out_n[:n] - expected) ** 2
         bad_in, bad_out = r.faults_in.bad[:n], r.faults_out.bad[:n]
-        input_error2 = np.where(bad_in, (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
         self.total += float(error2.sum() + input_error2.sum())
         # what sound readings are off by, too, is not the fault's
         sound = (r.raw_weight[:n] > 0.0) & ~bad_in & ~bad_out & ~r.faults_out.clipped[:n]
@@ -81,12 +82,12 @@ class _Carried:
         self.spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
         self.frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
         self.readings += n
-        self._add_clipped(r, expected, error2, noise_n)
+        self._add_clipped(r, expected, error2, noise_n, usual)
         self.step_in, self.step_out = max(self.step_in, r.faults_in.step_n), max(self.step_out, r.faults_out.step_n)
         slope = np.exp(0.5 * r.raw.passes)
         self.stepped += n * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
 
-    def _add_clipped(self, r: Record, expected: Array, error2: Array, noise_n: float) -> None:
+    def _add_clipped(self, r: Record, expected: Array, error2: Array, noise_n: float, usual: float) -> None:
         n = len(expected)
         for faults, is_out in ((r.faults_in, False), (r.faults_out, True)):
             hit = faults.clipped[:n]
@@ -98,11 +99,21 @@ class _Carried:
             # a level that a rounded reading repeats is no limit unless the tension goes beyond what rounds to it
             rounding = 0.5 * faults.step_n * (1.0 if is_out else np.exp(0.5 * r.raw.passes))
             beyond = part & (error2 > (rounding + noise_n) ** 2)
-            self.clipped += float(error2[beyond & (expected > r.raw.tension_out_n[:n]) if is_out else beyond].sum())
+            over = beyond & (expected > r.raw.tension_out_n[:n]) if is_out else beyond
+            self.clipped += max(float(error2[over].sum()) - usual * int(over.sum()), 0.0)
             if is_out:
                 self.level_out = min(self.level_out, faults.clip_level_n)
             else:
                 self.level_in = min(self.level_in, faults.clip_level_n)
+
+
+def squared_errors(r: Record, prediction: Array) -> tuple[Array, Array, Array]:
+    """Return what is expected of the output (N), and the squared errors (N^2) of output and spoilt input (0 of others), all (n,)."""
+    thin = max(1, len(r.raw) // max(len(prediction), 1))
+    expected = np.repeat(prediction, thin)
+    n = len(expected)
+    into = np.where(r.faults_in.bad[:n], (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
+    return expected, (r.raw.tension_out_n[:n] - expected) ** 2, into
 
 
 def recorder_effects(
@@ -130,11 +141,11 @@ def recorder_effects(
     found = []
     if c.spikes + c.frozen >= MIN_FAULTY and faulty > 0.0:
         values = {"spike_pct": 100.0 * c.spikes / (2 * c.readings), "frozen_pct": 100.0 * c.frozen / (2 * c.readings)}
-        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n, events))
+        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n, events, c.total))
     if c.clips and clipped > 0.0:
         levels = {"t_max_in_n": c.level_in, "t_max_out_n": c.level_out}
         values = {k: float(v) for k, v in levels.items() if np.isfinite(v)}
-        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n))
+        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n, total_n2=c.total))
     rest = max(c.total - faulty - clipped, 1e-12)
     stepped = max(c.stepped - before.get("quantisation", 0.0), 0.0)
     if min(stepped, rest) > 2.0 * noise_n**2:
@@ -142,7 +153,7 @@ def recorder_effects(
         noise2 = max(noise_n**2 - c.step_out**2 / 12.0, 0.0)
         unexplained = max(rest - c.readings * noise2, stepped)
         values = {"q_in_n": c.step_in, "q_out_n": c.step_out}
-        found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n))
+        found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n, total_n2=c.total))
     # what carries next to nothing of the error is no cause of it
     return sorted((e for e in found if e.share >= LEAST_SHARE), key=lambda e: -e.share)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.heldout import held_out_residual, make_folds
 from sstl_cli.diagnosis.noise import floor_n
 from sstl_cli.diagnosis.residuals import Leftover, leftover
 from sstl_cli.diagnosis.search import Search
@@ -27,7 +28,8 @@ class CandidateRow:
     ``drop_one`` is its evidence over the best model that lacks one of its effects; ``unstable`` how far its parameters
     differ between two halves of the runs (squared, over what noise allows); ``share`` the part of the squared error that a
     fault of the recorder carries, by which an error beside the output shrinks, or which a model of the output removes
-    of what is reducible.
+    of what is reducible. ``held`` is the share of the squared error of what was held out that it
+    removes (of an accepted rig: the share of its gain that it keeps there), None where nothing was held out.
     """
 
     ids: tuple[str, ...]
@@ -42,6 +44,7 @@ class CandidateRow:
     outside: int
     unstable: float
     share: float
+    held: float | None = None
 
 
 @dataclass(frozen=True)
@@ -81,11 +84,13 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
     sim = found.sim
     base = leftover(sim, found.base)
     ranked = found.ranked()
-    looked = {w.ids: leftover(sim, w.fit) for w in _examined(ranked)}
+    examined = _examined(ranked)
+    looked = {w.ids: leftover(sim, w.fit) for w in examined}
     leading = bool(ranked) and ranked[0].evidence > 0.0
     best = looked[ranked[0].ids] if leading else base
     reducible = _reducible(found)
-    candidates = tuple(_candidate(found, w, looked.get(w.ids, base), reducible) for w in ranked)
+    held = _held(found, examined)
+    candidates = tuple(replace(_candidate(found, w, looked.get(w.ids, base), reducible), held=held.get(w.ids)) for w in ranked)
     noise = [(found.noise.output[s], found.measured.output[s]) for s in found.noise.output]
     log = LogRow(
         _independent(found, base.samples),
@@ -132,6 +137,20 @@ def _examined(ranked: Sequence[Weighed]) -> list[Weighed]:
         without = [w for w in ranked if leader not in w.ids]
         chosen += [w for w in without[:1] if all(w is not c for c in chosen)]
     return chosen
+
+
+def _held(found: Search, examined: Sequence[Weighed]) -> dict[tuple[str, ...], float]:
+    """Return what models remove of what is held out, as a share (see ``CandidateRow``); nothing where nothing new is held out."""
+    sim, folds = found.sim, make_folds(found.sim)
+    if not folds.honest:
+        return {}
+    left = held_out_residual(sim, found.base, folds)
+    if all(r.misfit_n is None for r in sim.problem.records):
+        base = float(np.sum(sim.weight * left**2)) or 1.0
+        return {w.ids: 1.0 - float(np.sum(sim.weight * held_out_residual(sim, w.fit, folds) ** 2)) / base for w in examined}
+    # beside what an accepted rig is known to scatter by, an error says little
+    nats = found.base.nats(left)
+    return {w.ids: (nats - w.fit.nats(held_out_residual(sim, w.fit, folds))) / max(w.gain, 1.0) for w in examined}
 
 
 def _means(x: Leftover) -> float:

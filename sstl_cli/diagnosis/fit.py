@@ -63,6 +63,11 @@ class Fit:
     def effects(self) -> dict[str, dict[str, float]]:
         return as_effects(self.free, self.values)
 
+    def nats(self, residual: Array) -> float:
+        """Return the cost (minus log likelihood, nats) of a residual (N) of this model."""
+        z = self.whiten(residual)
+        return 0.5 * float(z @ z) + 0.5 * self.whiten.log_det
+
     def at_bound(self, i: int) -> bool:
         """Whether free parameter ``i`` lies on or outside the range in which it is usually found."""
         p, v = self.free[i].parameter, self.values[i]

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import BLOCK_S, MAX_FOLDS, RUN_PARTS
+from sstl_cli.diagnosis.constants import BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, RUN_PARTS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.records import Problem
-from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.simulator import Simulator, as_effects
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -53,31 +54,56 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
 
     Parameters move by one Gauss-Newton step from the fit of all data to that of the training part; the
     theta of a configuration that is held out as a whole is fitted to it, for base and candidates alike.
+    Where the training part holds a parameter so loosely that it does not fit better for the step when simulated,
+    the step is damped as in any fit, and what it predicts is simulated, too.
     """
-    jw, rw = f.whiten(f.jacobian), f.whiten(f.residual)
+    whitened = (f.whiten(f.jacobian), f.whiten(f.residual))
     raw = f.residual.copy()
-    configs = len(f.theta)
-    low = np.array([x.parameter.least for x in f.free])
-    high = np.array([x.parameter.most for x in f.free])
     for fold in range(folds.count):
         out = folds.of_sample == fold
         if not out.any():
             continue
-        a, b = normal_equations(sim, jw * ~out[:, None], rw)
-        seen = np.diag(a)[:configs] > 1e-9
-        index = np.concatenate((np.flatnonzero(seen), np.arange(configs, len(b))))
-        step = np.zeros(len(b))
-        inner = a[np.ix_(index, index)]
-        step[index] = np.linalg.lstsq(inner + 1e-9 * np.diag(np.diag(inner) + 1e-12), b[index], rcond=1e-10)[0]
-        step[configs:] = np.clip(f.values + step[configs:], low, high) - f.values
-        for c in np.flatnonzero(~seen):
-            rows = np.flatnonzero(out)[sim.config[out] == c]
-            if len(rows):
-                column = jw[rows, 0]
-                local = rw[rows] - jw[rows, 1:] @ step[configs:]
-                step[c] = float(column @ local) / max(float(column @ column), 1e-12)
-        raw[out] -= f.jacobian[out, 1:] @ step[configs:] + f.jacobian[out, 0] * step[:configs][sim.config[out]]
+        loose = _step(sim, f, whitened, out)
+        moved = _moved(sim, f, loose)
+        if _training(f, moved, out) <= _training(f, f.residual, out):
+            configs = len(f.theta)
+            raw[out] -= f.jacobian[out, 1:] @ loose[configs:] + f.jacobian[out, 0] * loose[:configs][sim.config[out]]
+            continue
+        tries = [f.residual, *(_moved(sim, f, _step(sim, f, whitened, out, d)) for d in DAMPING * DAMPING_FACTOR ** np.arange(DAMPINGS))]
+        raw[out] = min(tries, key=lambda left: _training(f, left, out))[out]
     return raw
+
+
+def _training(f: Fit, residual: Array, out: Mask) -> float:
+    """Return the squared whitened residual of what is not held out."""
+    return float(np.sum(f.whiten(residual)[~out] ** 2))
+
+
+def _moved(sim: Simulator, f: Fit, step: Array) -> Array:
+    """Return the residual (N) of a fit whose parameters move by a step, as simulated."""
+    theta = np.clip(f.theta + step[: len(f.theta)], THETA_LOW, THETA_HIGH)
+    return np.asarray(f.residual + f.prediction - sim.predict(theta, as_effects(f.free, f.values + step[len(f.theta) :])))
+
+
+def _step(sim: Simulator, f: Fit, whitened: tuple[Array, Array], out: Mask, damping: float = 1e-9) -> Array:
+    """Return the step of theta and parameters to the fit of what is not held out."""
+    (jw, rw), configs = whitened, len(f.theta)
+    low = np.array([x.parameter.least for x in f.free])
+    high = np.array([x.parameter.most for x in f.free])
+    a, b = normal_equations(sim, jw * ~out[:, None], rw)
+    seen = np.diag(a)[:configs] > 1e-9
+    index = np.concatenate((np.flatnonzero(seen), np.arange(configs, len(b))))
+    step = np.zeros(len(b))
+    inner = a[np.ix_(index, index)]
+    step[index] = np.linalg.lstsq(inner + damping * np.diag(np.diag(inner) + 1e-12), b[index], rcond=1e-10)[0]
+    step[configs:] = np.clip(f.values + step[configs:], low, high) - f.values
+    for c in np.flatnonzero(~seen):
+        rows = np.flatnonzero(out)[sim.config[out] == c]
+        if len(rows):
+            column = jw[rows, 0]
+            local = rw[rows] - jw[rows, 1:] @ step[configs:]
+            step[c] = float(column @ local) / max(float(column @ column), 1e-12)
+    return step
 
 
 def blocks(sim: Simulator) -> NDArray[np.int64]:

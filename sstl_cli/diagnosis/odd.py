@@ -19,6 +19,7 @@ from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, Rows
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, UNDECIDED, Ids, Verdict, leading
+from sstl_cli.diagnosis.whitening import Whitener
 
 Array = NDArray[np.float64]
 
@@ -152,22 +153,35 @@ def _worth(found: Search, w: Weighed, gains: Mapping[Ids, float]) -> float:
 
 def _left(found: Search, f: Fit) -> _Left:
     """Return what a fit leaves without each run, one bounded Gauss-Newton step further."""
-    sim, scale = found.sim, f.whiten.scale
+    sim = found.sim
     columns = f.whiten(np.column_stack((f.jacobian, f.residual)))
     configs = len(f.theta)
     low = np.concatenate((np.full(configs, THETA_LOW), [x.parameter.least for x in f.free])) - np.concatenate((f.theta, f.values))
     high = np.concatenate((np.full(configs, THETA_HIGH), [x.parameter.most for x in f.free])) - np.concatenate((f.theta, f.values))
     runs, size = sim.problem.records, configs + len(f.free)
     a, b = np.zeros((len(runs), size, size)), np.zeros((len(runs), size))
-    squared, log_det = np.zeros(len(runs)), np.zeros(len(runs))
+    squared = np.zeros(len(runs))
     for i, (r, s) in enumerate(zip(runs, sim.slices(), strict=True)):
         gram = columns[s].T @ columns[s]
         at = np.concatenate(([r.config], np.arange(configs, size)))
         a[i][np.ix_(at, at)], b[i][at], squared[i] = gram[:-1, :-1], gram[:-1, -1], gram[-1, -1]
-        log_det[i] = -2.0 * float(np.sum(np.log(scale[s][scale[s] > 0.0])))
     others, pull = a.sum(axis=0) - a, b.sum(axis=0) - b
     ridge = np.array([1e-6 * np.diag(np.diag(x) + 1e-9) for x in others])
     step = np.clip(np.linalg.solve(others + ridge, pull[:, :, None])[:, :, 0], low, high)
     fall = 2.0 * np.sum(pull * step, axis=1) - np.einsum("ri,rij,rj->r", step, others, step)
     remains = squared.sum() - squared - np.maximum(fall, 0.0)
-    return _Left(0.5 * (remains + log_det.sum() - log_det), remains, float(squared.sum()))
+    return _Left(0.5 * (remains + f.whiten.log_det - _log_dets(f.whiten, sim.slices())), remains, float(squared.sum()))
+
+
+def _log_dets(whiten: Whitener, runs: Sequence[slice]) -> Array:
+    """Return by how much the log-determinant of the covariance falls without each run, with what is known to vary."""
+    found = np.array([-2.0 * float(np.sum(np.log(whiten.scale[s][whiten.scale[s] > 0.0]))) for s in runs])
+    for turn in whiten.known:
+        for stretch, axes, less in zip(turn.stretches, turn.axes, turn.less, strict=True):
+            grown = 1.0 / (1.0 - less) ** 2
+            directions = axes * np.sqrt(grown - 1.0)
+            for i, s in enumerate(runs):
+                own = directions[max(s.start - stretch.start, 0) : max(s.stop - stretch.start, 0)]
+                if len(own):
+                    found[i] += float(np.sum(np.log(grown))) - float(np.linalg.slogdet(np.diag(grown) - own.T @ own)[1])
+    return found

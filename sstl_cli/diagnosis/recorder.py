@@ -151,16 +151,20 @@ def stretches(flags: Mask) -> list[tuple[int, int]]:
 
 
 def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
-    """Flag samples that leave both neighbours' line by far and come back within two samples."""
+    """Flag samples that leave both neighbours' line by far and come back within two samples.
+
+    At the ends of a record, where only one side is known, one sample alone.
+    """
     spike = np.zeros(len(signal), bool)
-    padded = np.pad(signal, 3, mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 7)
+    windows = np.lib.stride_tricks.sliding_window_view(signal, 7)
+    # at the ends the first and the last seven: a sample repeated would be its own middle
+    windows = windows[np.clip(np.arange(len(signal)) - 3, 0, len(windows) - 1)]
     middle = np.median(windows, axis=1)
     # a steep ramp or corner moves the median by less than the travel inside the window
     travel = np.percentile(windows, 75, axis=1) - np.percentile(windows, 25, axis=1)
     far = np.abs(signal - middle) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * travel
     for a, b in stretches(far & ~known):
-        if b - a <= SPIKE_RUN:
+        if b - a <= (SPIKE_RUN if a > 0 and b < len(signal) else 1):
             spike[a:b] = True
     return spike
 

@@ -300,10 +300,13 @@ def _carried(c: CandidateRow, rows: Rows) -> float:
     """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
 
     Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments).
+    What was held out has the same say where the candidate leaves more than the noise; where it leaves less, jumps that nobody
+    can foretell may be all that is left, but who describes it worse than the base explains nothing, however well it fits.
     """
     if c.kind == OUTPUT:
         left = max(c.chi2 - 1.0, 0.0)
-        return 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
+        share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
+        return share if c.held is None or (left <= 1.0 and c.held > 0.0) else min(share, c.held)
     if c.kind != BESIDE:
         return 1.0
     # the channel beside states its share of the error, and what is left in units of the noise
@@ -369,11 +372,16 @@ def _explained(rows: Rows, ids: Ids) -> str:
 def _left(rows: Rows, top: Ids) -> str:
     worst = rows.best.worst()
     row = next((c for c in rows.candidates if c.ids == top), None)
-    if row is not None and row.kind == BESIDE:
-        return f"even the best candidate, {' + '.join(top)}, takes only {100.0 * _carried(row, rows):.0f} % off what noise is not in the channel beside"
-    if not top:
+    if row is None or not top:
         return f"something is left that no candidate explains ({worst.name})"
-    return f"even the best candidate, {' + '.join(top)}, leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
+    best, carried = f"even the best candidate, {' + '.join(top)},", _carried(row, rows)
+    if row.kind == BESIDE:
+        return f"{best} takes only {100.0 * carried:.0f} % off what noise is not in the channel beside"
+    if row.held is not None and carried == row.held <= 0.0:
+        return f"{best} describes what was held out worse than nothing added"
+    if row.held is not None and carried == row.held < HALF:
+        return f"{best} takes too little off the squared error of what was held out"
+    return f"{best} leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
 
 
 def _runner_up(p: Mapping[Ids, float]) -> str:

@@ -95,6 +95,8 @@ def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Findin
         found.append(Finding(FAILURE, "empty values", name, nulls, f"{nulls} of {len(values)}", fix))
     elif 0 < nulls < len(values) and name in ("position_in_mm", "tension_ref_n"):
         found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
+    if not nulls and not bool(unsound(values).any()):
+        return found + _tiny(name, values, len(values))
     nan = int(np.count_nonzero(np.isnan(values))) - nulls
     if nan > 0:
         found.append(Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples"))
@@ -105,9 +107,13 @@ def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Findin
     if absurd:
         detail = f"{absurd} of {len(values)} over {LARGEST:.0e}, beyond any sensor or clock"
         found.append(Finding(FAILURE, "absurd values", name, absurd, detail, "repair the export, or check the unit"))
-    if name in TENSIONS and (said := too_small(name, values[~unsound(values)])):
-        found.append(Finding(FAILURE, "absurd values", name, len(values), said, "check the unit"))
-    return found
+    return found + _tiny(name, values[~unsound(values)], len(values))
+
+
+def _tiny(name: str, sound: Array, count: int) -> list[Finding]:
+    """Return what is said of a tension that never leaves rounding, from its sound values."""
+    said = too_small(name, sound) if name in TENSIONS else ""
+    return [Finding(FAILURE, "absurd values", name, count, said, "check the unit")] if said else []
 
 
 def _time(time: Array) -> list[Finding]:
@@ -205,11 +211,16 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
 
 
 def _spikes(values: Array) -> int:
-    """Return how many single samples ``segment`` would bridge at a threshold that noise alone does not reach."""
+    """Return how many single samples ``segment`` would bridge at a threshold that noise alone does not reach, and such ends."""
     second = np.abs(np.diff(values, 2))
     # noise-free or coarse: half of the differences vanish and give no measure
     threshold = SPIKE_SPREADS * 1.4826 * float(np.median(second))
-    return int(np.count_nonzero(filtering.despiked(np.ascontiguousarray(values), threshold) != values)) if threshold > 0.0 else 0
+    if threshold == 0.0:
+        return 0
+    inside = int(np.count_nonzero(filtering.despiked(np.ascontiguousarray(values), threshold) != values))
+    # the first and the last have one neighbour, and the line that leads to them
+    ends = ((v[0], v[1], 2.0 * v[1] - v[2]) for v in (values, values[::-1]))
+    return inside + sum(bool(v > max(near) + threshold or v < min(near) - threshold) for v, *near in ends)
 
 
 def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:

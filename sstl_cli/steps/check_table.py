@@ -17,6 +17,7 @@ from sstl_cli.core.units import is_force
 from sstl_cli.steps import check
 from sstl_cli.steps.check import FAILURE, REMARK, Finding, Piece
 
+LABELS = ("config_id", "system", "location", "trajectory")
 # findings of one kind that are listed one by one
 LISTED = 50
 
@@ -120,6 +121,10 @@ def _by_run(blocks: Iterator[Any]) -> Any:
     return table.take(pa.array(np.argsort(codes.indices.fill_null(-1).to_numpy(zero_copy_only=False), kind="stable")))
 
 
+def _is_text(kind: Any) -> bool:
+    return any(test(kind) for test in (pa.types.is_string, pa.types.is_large_string, pa.types.is_dictionary, pa.types.is_null))
+
+
 def _is_number(arrow: Any, name: str) -> bool:
     return name in arrow.names and (pa.types.is_floating(arrow.field(name).type) or pa.types.is_integer(arrow.field(name).type))
 
@@ -134,9 +139,8 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
                 yield Finding(FAILURE, "missing column", column.name, 1, "not in the file", hint)
             continue
         field = arrow.field(column.name)
-        text = (pa.types.is_string, pa.types.is_large_string, pa.types.is_dictionary, pa.types.is_null)
-        number = (pa.types.is_floating, pa.types.is_integer, pa.types.is_null)
-        fits = any(test(field.type) for test in (text if column.type == pa.string() else number))
+        number = any(test(field.type) for test in (pa.types.is_floating, pa.types.is_integer, pa.types.is_null))
+        fits = _is_text(field.type) if column.type == pa.string() else number
         if not fits:
             yield Finding(FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}")
         unit = (field.metadata or {}).get(b"unit")
@@ -182,38 +186,63 @@ def _numbers(column: Any) -> Any:
 
 def _pieces(blocks: Iterator[Any], numeric: list[str]) -> Iterator[Piece]:
     """Yield contiguous stretches of one run_id; memory is bounded by the longest."""
-    pending: Any = None
+    pending: list[Piece] = []
     for block in blocks:
-        starts = [0]
-        if "run_id" in block.column_names:
-            ids = block.column("run_id").cast(pa.string()).combine_chunks()
-            codes = ids.dictionary_encode()
-            codes = codes.combine_chunks() if isinstance(codes, pa.ChunkedArray) else codes
-            changed = np.flatnonzero(np.diff(codes.indices.fill_null(-1).to_numpy(zero_copy_only=False)))
-            starts += (changed + 1).tolist()
-        for a, b in zip(starts, [*starts[1:], block.num_rows], strict=True):
-            piece = block.slice(a, b - a)
-            if pending is not None and _run_of(pending) == _run_of(piece):
-                pending = pa.concat_tables([pending, piece])
-                continue
-            if pending is not None:
-                yield _piece(pending, numeric)
-            pending = piece
-    if pending is not None:
-        yield _piece(pending, numeric)
+        for piece in _stretches_of(block, numeric):
+            if pending and pending[0].run_id != piece.run_id:
+                yield _joined(pending)
+                pending = []
+            pending.append(piece)
+    if pending:
+        yield _joined(pending)
 
 
-def _run_of(table: Any) -> Any:
-    return table.column("run_id")[0].as_py() if "run_id" in table.column_names else None
+def _stretches_of(block: Any, numeric: list[str]) -> Iterator[Piece]:
+    """Yield the stretches of one run_id in one block; its columns are decoded once, not stretch by stretch."""
+    n, named = block.num_rows, "run_id" in block.column_names
+    signals = {s: _numbers(block.column(s)) for s in numeric if s != "lead_mm"}
+    empty = {s: np.cumsum(np.concatenate(([0], block.column(s).is_null().to_numpy()))) for s in signals if block.column(s).null_count}
+    # of a column of another type the schema's findings have told
+    texts = [s for s in LABELS if s in block.column_names and _is_text(block.column(s).type)]
+    labels = {s: _coded(block.column(s)) for s in texts}
+    ids, runs = _coded(block.column("run_id")) if named else ([None], np.zeros(n, np.int64))
+    edges = [0, *(np.flatnonzero(np.diff(runs)) + 1).tolist(), n]
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        if a == b:
+            continue
+        run_id = ids[runs[a]]
+        yield Piece(
+            None if run_id is None else str(run_id),
+            {s: v[a:b] for s, v in signals.items()},
+            {s: _different(own, codes[a:b]) for s, (own, codes) in labels.items()},
+            {s: int(empty[s][b] - empty[s][a]) if s in empty else 0 for s in signals},
+        )
 
 
-def _piece(table: Any, numeric: list[str]) -> Piece:
-    labels = [n for n in ("config_id", "system", "location", "trajectory") if n in table.column_names]
-    signals = [n for n in numeric if n != "lead_mm"]
-    run_id = _run_of(table)
+def _coded(column: Any) -> tuple[list[Any], Any]:
+    """Return the texts of a column, None last, and for each row the place of its own."""
+    values = column.cast(pa.string()).combine_chunks()
+    coded = values.dictionary_encode()
+    coded = coded.combine_chunks() if isinstance(coded, pa.ChunkedArray) else coded
+    texts = coded.dictionary.to_pylist()
+    return [*texts, None], coded.indices.fill_null(len(texts)).to_numpy(zero_copy_only=False)
+
+
+def _different(texts: list[Any], codes: Any) -> list[Any]:
+    """Return the texts of a stretch, each once, in order of appearance."""
+    if not bool((codes != codes[0]).any()):
+        return [texts[codes[0]]]
+    return [texts[k] for k in dict.fromkeys(codes.tolist())]
+
+
+def _joined(parts: list[Piece]) -> Piece:
+    """Return one run from its stretches, which blocks cut."""
+    head = parts[0]
+    if len(parts) == 1:
+        return head
     return Piece(
-        None if run_id is None else str(run_id),
-        {n: _numbers(table.column(n)) for n in signals},
-        {n: table.column(n).unique().to_pylist() for n in labels},
-        {n: table.column(n).null_count for n in signals},
+        head.run_id,
+        {s: np.concatenate([p.columns[s] for p in parts]) for s in head.columns},
+        {s: list(dict.fromkeys(text for p in parts for text in p.labels[s])) for s in head.labels},
+        {s: sum(p.nulls[s] for p in parts) for s in head.nulls},
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli import __version__
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
-from sstl_cli.diagnosis.faults import RecorderEffect
+from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, of_readings
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
@@ -145,6 +145,10 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         # the spoilt samples are in both errors: before as they were read, after as explained
         base, with_effect, given = _recorded(g, fault)
         percent, interval, samples = 100.0 * (1.0 - with_effect / max(base, 1e-300)), None, "all as recorded"
+        if fault.id == "quantisation":
+            # the noise was measured on rounded readings: what rounding adds to it is what is taken out
+            readings = sum(len(r.raw) for r in g.problem.records)
+            floor = float(np.sqrt(max(floor**2 - fault.removed_n2 / readings, 0.0)))
     reducible = base - float(np.hypot(floor, misfit.rms_n(g.problem)))
     explained = 100.0 * (base - with_effect) / reducible if reducible > 1e-3 * base else None
     why = None
@@ -174,15 +178,17 @@ def _sensors(g: Given) -> Noise:
 
 
 def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
-    """Return RMSE (N) before and after a fault of the recorder is taken out, and as given, all over all raw samples."""
+    """Return RMSE (N) before and after a fault of the recorder is taken out, and as given, all over all raw samples.
+
+    Readings of the input that were spoilt count as well: a fault is named for those of both sensors.
+    """
     sim = g.search.sim
 
     def power(theta: Array) -> tuple[float, int]:
         total, count = 0.0, 0
         for r, prediction in zip(g.problem.records, sim.predict_fine(theta, {}), strict=True):
-            thin = max(1, len(r.raw) // max(len(prediction), 1))
-            expected = np.repeat(prediction, thin)
-            total += float(np.sum((r.raw.tension_out_n[: len(expected)] - expected) ** 2))
+            expected, out, into = squared_errors(r, prediction)
+            total += float(out.sum() + into.sum())
             count += len(expected)
         return total, max(count, 1)
 

@@ -102,7 +102,7 @@ def _recorder_row(g: Given, r: RecorderEffect) -> dict[str, Any]:
         "id": r.id,
         "probability": g.verdict.probabilities.get((r.id,), 0.0),
         "rmse_held_out_n": None,
-        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.share, 0.0))),
+        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.removed_n2 / max(r.total_n2, 1e-300), 0.0))),
         "d2": None,
         "sensor": None,
         "parameters": parameters,

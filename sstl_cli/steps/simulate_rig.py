@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 from sstl_cli.core.errors import SstlError
@@ -10,12 +10,17 @@ from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
 from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
+from sstl_cli.physics.bristle.catalogue import EFFECTS as BRISTLE_EFFECTS
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
+from sstl_cli.physics.rig.catalogue import EFFECTS as RIG_EFFECTS
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantNoise, VariantResult, VariantRun, VariantSpec, simulate_variant
+from sstl_cli.physics.variant.catalogue import EFFECTS as VARIANT_EFFECTS
+
+KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": RIG_EFFECTS, "bristle": BRISTLE_EFFECTS, "variant": VARIANT_EFFECTS}
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
@@ -33,7 +38,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     beside = neighbour_tension(scenario, p, seed)
     built, heard = _built(scenario), scenario.noise.model_dump()
     given = (p.system, c.theta, c.location, time, "tension", command, beside)
-    values = {name: _told(name, given_values) for name, given_values in effects.items()}
+    values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]) for effect_id, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
     result: RigResult | BristleResult | VariantResult
     try:
@@ -59,10 +64,13 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     )
 
 
-def _told(effect_id: str, values: Values) -> dict[str, float]:
-    """Return the values that are not neutral: the fast model has laws of its own, whose parameters no other simulator knows."""
-    neutral = get(effect_id).neutral()
-    return {name: value for name, value in values.items() if value != neutral[name]}
+def stated(effect_id: str, values: Values, known: Mapping[str, Container[str]]) -> dict[str, float]:
+    """Return the values that a simulator is told: a parameter that it has no code for is no question where it does nothing."""
+    effect = get(effect_id)
+    idle = {p.name: p.neutral for p in effect.parameters if p.name not in known.get(effect_id, ())}
+    # the shape of a law of which no strength is set
+    active = any(values[n] != neutral for n, neutral in idle.items() if not effect.parameter(n).shape and n in values)
+    return {n: x for n, x in values.items() if n not in idle or (active and x != idle[n])}
 
 
 def _built(scenario: Scenario) -> dict[str, Any]:

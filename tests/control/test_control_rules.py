@@ -272,6 +272,21 @@ def test_a_stream_counts_lines_and_faults() -> None:
     assert '"phase": "SAFE"' in s.answer("")
 
 
+def test_a_line_that_cannot_be_read_is_answered_in_the_form_of_its_stream() -> None:
+    s, said = server()
+    s.answer('{"t_ref": 10, "t_in": 20}')
+    # a lost beginning, an array, a number, a word
+    for line in ('ref": 10, "t_in": 20}', "[10, 20]", "10", "nonsense"):
+        assert '"phase": "SAFE"' in s.answer(line)
+    assert said == ["line 2: not valid JSON: holding, then ramping down", "line 3: not a JSON object: holding, then ramping down",
+                    "line 5: not valid JSON: holding, then ramping down"]  # fmt: skip
+    # a line of the other form changes it, and so does one that can only be of it
+    assert s.answer("10,20").endswith(",PP") and s.answer('"10","20"').endswith(",SAFE")
+    assert s.answer('{"t_ref": 10').startswith('{"t_cmd"')
+    fresh, _ = server()
+    assert fresh.answer("[10, 20]").startswith('{"t_cmd"')
+
+
 def test_silence_counts_as_samples_without_a_number() -> None:
     s, said = server(dt_s=0.01, hold_s=0.03, ramp_n_s=10.0)
     s.answer("10,20")

@@ -100,6 +100,18 @@ def test_the_lag_of_a_loop_is_found():
     assert gap.row().share > 0.9 and gap.gain > 1000.0
 
 
+@pytest.mark.parametrize(("tau", "slew"), [(0.05, 0.05), (0.1, 0.1), (0.02, 0.1), (0.05, 0.08), (0.0, 0.05)])
+def test_a_lag_and_a_slew_limit_of_one_loop_are_found_together(tau, slew):
+    # steps of 3 N on slow ramps: both show
+    time = np.arange(0.0, 20.0, 0.005)
+    asked = 10.0 + 12.0 * np.abs((0.35 * time) % 2.0 - 1.0) + 3.0 * (np.sin(2.0 * np.pi * 0.8 * time) > 0.0)
+    read = first_order(asked, 0.005, tau, slew) + 0.01 * np.random.default_rng(0).standard_normal(len(time))
+    run = Run("r", "act", time, read, read, tension_ref_n=asked)
+    (gap,) = loop_gaps([SimpleNamespace(raw=run, faults_in=SimpleNamespace(noise_n=0.01))])
+    assert gap.rmse_with == pytest.approx(0.01, rel=0.05)
+    assert gap.values == pytest.approx({"tau_s": tau, "inverse_slew_s_per_n": slew}, rel=0.05, abs=1e-3)
+
+
 def test_a_loop_without_a_lag_gains_nothing():
     (gap,) = looped(REFERENCE)
     assert gap.row().share < 0.01 and gap.row().evidence < 0.0

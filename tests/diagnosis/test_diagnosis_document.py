@@ -126,3 +126,26 @@ def test_without_propagation_nothing_is_named():
     held = Run("held", "act", run_.time_s, run_.tension_in_n + 0.01 * rng.standard_normal(4000), 10.0 + 0.01 * rng.standard_normal(4000))
     document = run([held], OPTIONS).document()
     assert document["verdict"]["status"] in ("none", "unknown")
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("acquisition_faults", {"spike_pct": 0.5, "spike_n": 5.0}),
+        ("acquisition_faults", {"frozen_pct": 1.5}),
+        ("saturation", {"t_max_out_n": 9.0}),
+        ("quantisation", {"q_out_n": 0.3}),
+    ],
+)
+def test_the_numbers_of_a_fault_of_the_recorder_are_of_the_same_readings(effect, values):
+    options = replace(OPTIONS, effects=(*OPTIONS.effects, effect))
+    document = run(record({effect: values}), options).document()
+    gap = document["gap"]
+    assert document["verdict"]["effects"] == [effect] and gap["samples"] == "all as recorded"
+    base, left, floor = gap["rmse_retuned_n"], gap["rmse_with_effect_n"], gap["noise_floor_n"]
+    # what remains when the fault is taken out is the noise, not less
+    assert 0.9 * floor <= left < 0.08 < base
+    assert gap["shrink_pct"] == pytest.approx(100.0 * (1.0 - left / base))
+    row = next(c for c in document["candidates"] if c["id"] == effect)
+    assert row["shrink_pct"] == pytest.approx(gap["shrink_pct"])
+    assert gap["explained_of_reducible_pct"] == pytest.approx(min(100.0 * (base - left) / (base - floor), 100.0), abs=0.1)

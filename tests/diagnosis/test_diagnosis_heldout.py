@@ -98,3 +98,15 @@ def test_parameters_follow_the_training_part_too():
     configuration = held_out_residual(simulator(), f, make_folds(simulator()))
     # with theta of its own a configuration still takes the offset of the other, which is the mean of the same two
     assert np.abs(configuration).max() < np.abs(f.residual).max()
+
+
+def test_a_step_that_the_training_part_does_not_bear_is_damped():
+    f = made(0.0, OUT, (0.1,))
+    run = simulator().run
+    # runs 0 and 1 hardly say anything of the offset: by their slope it would have to be 50 N
+    slope = np.where(run < 2, 1e-3, 1.0)
+    f = replace(f, jacobian=f.jacobian * np.column_stack((np.ones(len(run)), slope)), residual=np.where(run < 2, 0.05, 0.0))
+    left = held_out_residual(simulator(), f, Folds((run // 2).astype(np.int64), 2, "trajectory", True))
+    free = f.free[0].parameter
+    assert min(free.most - 0.1, 50.0) > 1.0
+    assert np.abs(left[run >= 2]).max() < 0.1

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sstl_cli.diagnosis import odd
 from sstl_cli.diagnosis.odd import differs
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NOTHING, Verdict
+from sstl_cli.diagnosis.wander import turned
+from sstl_cli.diagnosis.whitening import white
 
 
 def said(status, effects, *group, **probabilities):
@@ -45,3 +49,24 @@ def test_tests_fall_as_the_excess_over_chance_does_without_a_run():
     # 200 more than chance in all: of 75 samples that are left 75, none, and more than there were
     assert [odd._calmer(left, i, 75.0, 100.0) for i in range(3)] == pytest.approx([0.375, 0.0, 1.0])
     assert odd._calmer(odd._Left(np.zeros(1), np.array([50.0]), 90.0), 0, 75.0, 100.0) == 1.0
+
+
+def test_the_log_determinant_without_a_run_counts_what_is_known_to_vary():
+    rng = np.random.default_rng(3)
+    runs = [slice(0, 20), slice(20, 50), slice(50, 60)]
+    stretches = [slice(0, 12), slice(12, 20), slice(20, 50), slice(50, 60)]
+    alone = white(0.5, np.ones(60), [0, 20, 50])
+    often, whole = rng.standard_normal((60, 2)), rng.standard_normal((60, 3))
+    turns = (turned(often, stretches), turned(whole, [slice(0, 60)]))
+    whiten = replace(alone, known=turns, log_det=alone.log_det + sum(t.log_det for t in turns))
+
+    def log_det(kept):
+        within = np.eye(60) + sum(
+            (p := np.where((np.arange(60) >= s.start) & (np.arange(60) < s.stop), 1.0, 0.0)[:, None] * often) @ p.T for s in stretches
+        )
+        return sum(np.linalg.slogdet(c[np.ix_(kept, kept)])[1] for c in (0.25 * np.eye(60), within, np.eye(60) + whole @ whole.T))
+
+    everything = np.arange(60)
+    assert whiten.log_det == pytest.approx(log_det(everything))
+    without = [log_det(np.delete(everything, s)) for s in runs]
+    assert whiten.log_det - odd._log_dets(whiten, runs) == pytest.approx(without)

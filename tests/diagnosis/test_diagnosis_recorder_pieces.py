@@ -66,6 +66,20 @@ def test_a_slow_sensor_s_noise_is_what_a_parabola_through_three_readings_misses(
     assert slow_noise(signal[:4], time[:4]) == 0.0 < slow_noise(signal[:5], time[:5])
 
 
+@pytest.mark.parametrize("at", [0, 1, 2, -3, -2, -1])
+def test_a_spike_at_the_end_of_a_record_is_seen(at):
+    slow = 10.0 + 4.0 * np.sin(np.arange(300) / 100.0) + 0.01 * np.random.default_rng(0).standard_normal(300)
+    assert not recorder.scan(slow).spike.any()
+    slow[at] += 1.0
+    assert np.flatnonzero(recorder.scan(slow).spike).tolist() == [at % 300]
+
+
+def test_a_record_that_begins_or_ends_with_a_movement_has_no_spike_there():
+    # a ramp, the top of a curve, and a step after two samples: what came before is not known
+    for y in (np.arange(40.0), -(np.arange(40.0) ** 2), np.repeat([0.0, 50.0], [2, 38])):
+        assert not recorder._spikes(y, 0.1, np.zeros(40, bool)).any() and not recorder._spikes(y[::-1], 0.1, np.zeros(40, bool)).any()
+
+
 def test_a_spike_leaves_by_more_than_noise_and_comes_back_within_two_samples():
     flat = np.zeros(40)
     for height, seen in ((1.01 * SPIKE_SIGMA, True), (0.99 * SPIKE_SIGMA, False)):

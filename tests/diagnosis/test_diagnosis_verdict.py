@@ -92,6 +92,29 @@ def test_who_explains_little_of_the_gap_is_not_its_cause():
     assert found.status == "unknown"
 
 
+@pytest.mark.parametrize(
+    ("chi2", "held", "named"),
+    [
+        (1.0, None, True),
+        # what is left is noise by the candidate's own law: jumps that nobody can foretell
+        (1.5, 0.2, True),
+        # worse than the base on what was held out, however well it fits
+        (1.0, -0.4, False),
+        (1.0, 0.0, False),
+        # more than noise is left: half of the gap, held out too
+        (3.0, 0.4, False),
+        (3.0, 0.7, True),
+    ],
+)
+def test_who_does_not_describe_what_was_held_out_is_not_its_cause(chi2, held, named):
+    wide = replace(LOG, base_chi2=1e5, base_worst_z=1e5, base_mean_z=1e5)
+    winner = replace(row("friction_drift", evidence=2e6, chi2=chi2), held=held)
+    found = said(winner, *[replace(r, evidence=300.0, gain=304.0, chi2=9e4) for r in OTHERS], log=wide)
+    assert (found.effects == ("friction_drift",)) is named
+    if not named:
+        assert found.status == "unknown" and "held out" in found.why and found.confidence is not None
+
+
 @pytest.mark.parametrize(("share", "left", "named"), [(0.76, 5.7, True), (0.07, 49.5, False)])
 def test_an_effect_beside_is_named_for_what_it_takes_off_the_squared_error(share, left, named):
     # 76 % off the error is 95 % of the squared error beyond the noise, 7 % with seven times the noise left is 14 %

@@ -56,6 +56,8 @@ def test_flat_frozen_spikes():
     spiky = RUN.tension_in_n.copy()
     spiky[[100, 700, 901]] += 4.0
     assert findings(x=spiky)["spikes", "tension_in_n"].count == 3
+    spiky[[0, -1]] -= 4.0
+    assert findings(x=spiky)["spikes", "tension_in_n"].count == 5
 
 
 def test_time_faults_are_counted():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -45,3 +46,28 @@ def test_the_scan_finds_them(text: str) -> None:
 def test_the_program_has_none() -> None:
     found = {str(p.relative_to(ROOT)): o for p in ROOT.rglob("*.py") if (o := offences(p.read_text(encoding="utf-8")))}
     assert found == {}
+
+
+def gone(text: str) -> list[str]:
+    """Return the modules of our own that are imported, at whatever depth, and do not exist."""
+    named = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            named |= {a.name for a in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            named.add(node.module or "")
+    own = [n for n in named if n.split(".")[0] == "sstl_cli"]
+    at = {n: ROOT.parent.joinpath(*n.split(".")) for n in own}
+    return sorted(n for n, path in at.items() if not path.with_suffix(".py").is_file() and not (path / "__init__.py").is_file())
+
+
+def test_every_import_of_a_module_of_our_own_finds_it() -> None:
+    assert gone("def f():\n    import sstl_cli.gone\n    from sstl_cli.cli import check\n    import numpy") == ["sstl_cli.gone"]
+    found = {str(p.relative_to(ROOT)): g for p in ROOT.rglob("*.py") if (g := gone(p.read_text(encoding="utf-8")))}
+    assert found == {}
+
+
+def test_types_are_missing_of_named_libraries_only() -> None:
+    mypy = tomllib.loads((ROOT.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mypy"]
+    named = [name for part in mypy["overrides"] for name in part["module"]]
+    assert "ignore_missing_imports" not in mypy and not any(n.startswith(("*", "sstl")) for n in named)
