@@ -64,8 +64,7 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
         if not out.any():
             continue
         loose = _step(sim, f, whitened, out)
-        moved = _moved(sim, f, loose)
-        if _training(f, moved, out) <= _training(f, f.residual, out):
+        if _training(f, _moved(sim, f, loose), out) <= float(np.sum(whitened[1][~out] ** 2)):
             configs = len(f.theta)
             raw[out] -= f.jacobian[out, 1:] @ loose[configs:] + f.jacobian[out, 0] * loose[:configs][sim.config[out]]
             continue
