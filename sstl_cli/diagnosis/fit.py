@@ -28,6 +28,7 @@ from sstl_cli.diagnosis.constants import (
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
 from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
+from sstl_cli.physics.effect import TRANSITION
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -148,6 +149,7 @@ def fit(
     values: Array,
     iterations: int = MAX_ITERATIONS,
     known: Fit | None = None,
+    careful: bool = False,
 ) -> Fit:
     """Return the bounded least-squares fit started at ``theta`` and ``values``, with one whitener.
 
@@ -158,6 +160,8 @@ def fit(
         Start of the free parameters, in the order of the hypothesis.
     known : Fit, optional
         A fit of the same hypothesis that stands at the start, whose prediction and Jacobian then need not be made again.
+    careful : bool
+        Whether slopes are made afresh at every step: few steps from a poor start lead further by them.
     """
     free = hypothesis.free
     low = np.array([f.parameter.least for f in free])
@@ -167,6 +171,8 @@ def fit(
     r = whiten(sim.y - prediction)
     cost = 0.5 * float(r @ r)
     damping = DAMPING
+    # what acts along the line answers by jerks: what a step has done there says little of the next one
+    careful = careful or any(x.effect.stage == TRANSITION for x in free)
     j = known.jacobian.copy() if known else jacobian(sim, theta, free, values, prediction)
     fresh = True
     for _ in range(iterations):
@@ -188,7 +194,7 @@ def fit(
                 gain = cost - new_cost
                 break
             damping *= DAMPING_FACTOR
-        told = gain >= KEPT_PROMISE * promised
+        told = not careful and gain >= KEPT_PROMISE * promised
         if gain > 0.0:
             moved = np.concatenate((new_theta - theta, new_values - values))
             if gain >= ENOUGH_NATS and told:

@@ -38,6 +38,7 @@ from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid, screen, starting
 from sstl_cli.diagnosis.whitening import Noise, Whitener, white
+from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -85,10 +86,10 @@ def run(
     small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
     plain = _plain(small, 1.0)
-    base = fit(small, plain, NOTHING, theta0[chosen], np.zeros(0))
+    base = fit(small, plain, NOTHING, theta0[chosen], np.zeros(0), careful=True)
     spread = float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0)))
     plain = _plain(small, max(spread, 1e-9))
-    base = fit(small, plain, NOTHING, base.theta, np.zeros(0), BASE_ITERATIONS)
+    base = fit(small, plain, NOTHING, base.theta, np.zeros(0), BASE_ITERATIONS, careful=True)
     starts = [h for i in ids for h in starting(i, sim.problem.systems)]
 
     def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
@@ -101,21 +102,22 @@ def run(
     def coarse(place: int) -> Fit:
         gain, h, start = promises[place]
         near = place < RICH_FITS or gain > PROMISING * promises[0][0]
-        done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS)
+        done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS, careful=True)
         advance(FITTED / max(len(starts), 1))
         return done
 
     rough = sorted(_each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
     theta = _spread(theta0, chosen, base.theta)
     plain_all = _plain(sim, max(spread, 1e-9))
-    first = fit(sim, plain_all, NOTHING, theta, np.zeros(0), BASE_ITERATIONS)
+    first = fit(sim, plain_all, NOTHING, theta, np.zeros(0), BASE_ITERATIONS, careful=True)
     measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
     if any(r.misfit_n is not None for r in sim.problem.records):
         # what slides show beyond holds is the scatter of the accepted model, which is known
         noise = noise_of.white_only(measured)
     else:
         rich = [
-            fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS) for f in rough[:RICH_FITS]
+            fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
+            for f in rough[:RICH_FITS]
         ]
         sim, first, noise = hearing.heard(sim, [first, *rich], measured)
     found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
@@ -146,12 +148,10 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
     sim, noise, base = found.sim, found.noise, found.base
 
     def begun(f: Fit) -> Fit:
-        theta = _spread(base.theta, chosen, f.theta)
-        z = base.whiten(sim.y - sim.predict(theta, f.effects))
-        if 0.5 * float(z @ z) + 0.5 * base.whiten.log_det > base.cost:
-            # without the noise it had found nothing that the base would not do better with it
+        start = fit(sim, base.whiten, f.hypothesis, _spread(base.theta, chosen, f.theta), f.values, 0)
+        # what acts along the line has several valleys, which the unwhitened fit has looked into
+        if start.cost > base.cost and not any(x.effect.stage == TRANSITION for x in f.free):
             return _near(found, f, SHORT_ITERATIONS, SHORT_ITERATIONS)
-        start = fit(sim, base.whiten, f.hypothesis, theta, f.values, 0)
         return _containing(found, settle(sim, noise, start, 1, SHORT_ITERATIONS))
 
     fits = _each(begun, rough, workers)
