@@ -211,9 +211,9 @@ def test_a_bend_that_no_representative_run_shows_begins_where_it_is_said_to_be(m
     begun = []
     whole = of.fit
 
-    def fitted(s, whiten, h, theta, *more):
+    def fitted(s, whiten, h, theta, *more, **how):
         begun.append((s, np.array(theta)))
-        return whole(s, whiten, h, theta, *more)
+        return whole(s, whiten, h, theta, *more, **how)
 
     monkeypatch.setattr(of, "fit", fitted)
     said = np.array([0.3, 1.2])
