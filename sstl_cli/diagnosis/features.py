@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
-from sstl_cli.diagnosis.heldout import held_out_residual, make_folds
+from sstl_cli.diagnosis.heldout import blocks, held_out_residual, make_folds
 from sstl_cli.diagnosis.noise import floor_n
 from sstl_cli.diagnosis.residuals import Leftover, leftover
 from sstl_cli.diagnosis.search import Search
@@ -28,8 +28,7 @@ class CandidateRow:
     ``drop_one`` is its evidence over the best model that lacks one of its effects; ``unstable`` how far its parameters
     differ between two halves of the runs (squared, over what noise allows); ``share`` the part of the squared error that a
     fault of the recorder carries, by which an error beside the output shrinks, or which a model of the output removes
-    of what is reducible. ``held`` is the share of the squared error of what was held out that it
-    removes (of an accepted rig: the share of its gain that it keeps there), None where nothing was held out.
+    of what is reducible. ``held`` is how much of that it may at most remove of what was held out, None where nothing was.
     """
 
     ids: tuple[str, ...]
@@ -89,7 +88,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
     leading = bool(ranked) and ranked[0].evidence > 0.0
     best = looked[ranked[0].ids] if leading else base
     reducible = _reducible(found)
-    held = _held(found, examined)
+    held = _held(found, examined, reducible)
     candidates = tuple(replace(_candidate(found, w, looked.get(w.ids, base), reducible), held=held.get(w.ids)) for w in ranked)
     noise = [(found.noise.output[s], found.measured.output[s]) for s in found.noise.output]
     log = LogRow(
@@ -139,18 +138,35 @@ def _examined(ranked: Sequence[Weighed]) -> list[Weighed]:
     return chosen
 
 
-def _held(found: Search, examined: Sequence[Weighed]) -> dict[tuple[str, ...], float]:
-    """Return what models remove of what is held out, as a share (see ``CandidateRow``); nothing where nothing new is held out."""
+def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[tuple[str, ...], float]:
+    """Return the largest share of what is reducible that models may remove of what is held out; nothing where nothing new is.
+
+    A ratio over blocks of a few seconds, and two of its standard errors: where the gap is small beside the noise, squares say little.
+    """
     sim, folds = found.sim, make_folds(found.sim)
     if not folds.honest:
         return {}
     left = held_out_residual(sim, found.base, folds)
-    if all(r.misfit_n is None for r in sim.problem.records):
-        base = float(np.sum(sim.weight * left**2)) or 1.0
-        return {w.ids: 1.0 - float(np.sum(sim.weight * held_out_residual(sim, w.fit, folds) ** 2)) / base for w in examined}
-    # beside what an accepted rig is known to scatter by, an error says little
-    nats = found.base.nats(left)
-    return {w.ids: (nats - w.fit.nats(held_out_residual(sim, w.fit, folds))) / max(w.gain, 1.0) for w in examined}
+    if any(r.misfit_n is not None for r in sim.problem.records):
+        # beside what an accepted rig is known to scatter by an error says little: the share of its gain that a model keeps
+        nats = found.base.nats(left)
+        return {w.ids: (nats - w.fit.nats(held_out_residual(sim, w.fit, folds))) / max(w.gain, 1.0) for w in examined}
+    block = blocks(sim)
+    floor = max(_power(sim, found.base) - reducible, 0.0)
+    base = np.bincount(block, sim.weight * left**2)
+    gap = base - floor * np.bincount(block, sim.weight)
+    errors = {w.ids: np.bincount(block, sim.weight * held_out_residual(sim, w.fit, folds) ** 2) for w in examined}
+    return {ids: _at_most(np.asarray(base - left, np.float64), gap) for ids, left in errors.items()}
+
+
+def _at_most(removed: Array, gap: Array) -> float:
+    """Return the upper 97.5 % limit of the ratio of two sums over blocks, infinite where the lower sum is not above 0."""
+    total = float(gap.sum())
+    if total <= 0.0:
+        return float("inf")
+    share = float(removed.sum()) / total
+    scatter = float(np.sum((removed - share * gap) ** 2)) * len(gap) / max(len(gap) - 1, 1)
+    return share + 1.96 * float(np.sqrt(scatter)) / total
 
 
 def _means(x: Leftover) -> float:

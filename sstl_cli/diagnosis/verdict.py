@@ -22,6 +22,7 @@ from scipy.special import logsumexp, softmax
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
+from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
 Ids = tuple[str, ...]
@@ -300,13 +301,14 @@ def _carried(c: CandidateRow, rows: Rows) -> float:
     """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
 
     Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments).
-    What was held out has the same say where the candidate leaves more than the noise; where it leaves less, jumps that nobody
-    can foretell may be all that is left, but who describes it worse than the base explains nothing, however well it fits.
+    What was held out has the same say: no candidate takes off more than it may at most remove there. Not of jumps, which nobody
+    can foretell, as long as they leave no more than the noise.
     """
     if c.kind == OUTPUT:
         left = max(c.chi2 - 1.0, 0.0)
         share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
-        return share if c.held is None or (left <= 1.0 and c.held > 0.0) else min(share, c.held)
+        foretold = left > 1.0 or not any(get(i).averaged for i in c.ids)
+        return share if c.held is None or not foretold else min(share, c.held)
     if c.kind != BESIDE:
         return 1.0
     # the channel beside states its share of the error, and what is left in units of the noise
@@ -377,10 +379,12 @@ def _left(rows: Rows, top: Ids) -> str:
     best, carried = f"even the best candidate, {' + '.join(top)},", _carried(row, rows)
     if row.kind == BESIDE:
         return f"{best} takes only {100.0 * carried:.0f} % off what noise is not in the channel beside"
-    if row.held is not None and carried == row.held <= 0.0:
-        return f"{best} describes what was held out worse than nothing added"
     if row.held is not None and carried == row.held < HALF:
-        return f"{best} takes too little off the squared error of what was held out"
+        return (
+            f"{best} removes {100.0 * carried:.0f} % at most of the gap of what was held out"
+            if carried > 0.0
+            else f"{best} describes what was held out worse than nothing added"
+        )
     return f"{best} leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
 
 

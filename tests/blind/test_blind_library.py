@@ -41,7 +41,7 @@ def rows(true, rng):
             0,
             1.0,
             1.0,
-            None if e == "slack" else 0.25,
+            None if e == "slack" else 0.75,
         )
         for e, g in gains.items()
     )

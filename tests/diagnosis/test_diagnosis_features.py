@@ -11,7 +11,7 @@ from made_fits import NOISE_N, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.features import _examined, _independent, _means, _share, instability, rows
+from sstl_cli.diagnosis.features import _at_most, _examined, _independent, _means, _share, instability, rows
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.search import Search
@@ -160,3 +160,16 @@ def test_candidates_beside_follow_those_of_the_output():
     beside = replace(rows(found(weighed(noise(), OUT, (0.1,), 900.0, 890.0))).candidates[0], ids=("saturation",), kind="recorder")
     told = rows(found(weighed(noise(), OUT, (0.1,), 900.0, 890.0)), [beside], propagates=0.0)
     assert [c.ids for c in told.candidates] == [("zero_offset",), ("saturation",)] and told.log.propagates == 0.0
+
+
+def test_what_a_model_may_at_most_remove_of_what_was_held_out():
+    """Ten blocks with a gap of 4 each: all of it removed, half, nothing, or half in one block alone; and a gap that is none."""
+    gap = np.full(10, 4.0)
+    assert _at_most(gap, gap) == pytest.approx(1.0)
+    assert _at_most(0.5 * gap, gap) == pytest.approx(0.5)
+    assert _at_most(0.0 * gap, gap) == pytest.approx(0.0)
+    alone = np.zeros(10)
+    alone[3] = 20.0
+    # 20 of 40, with a spread over blocks of sqrt((9 * 2^2 + 18^2) * 10 / 9) / 40
+    assert _at_most(alone, gap) == pytest.approx(0.5 + 1.96 * 0.5, rel=1e-6)
+    assert _at_most(gap, np.linspace(-4.0, 3.9, 10)) == float("inf")

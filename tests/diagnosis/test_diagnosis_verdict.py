@@ -93,24 +93,26 @@ def test_who_explains_little_of_the_gap_is_not_its_cause():
 
 
 @pytest.mark.parametrize(
-    ("chi2", "held", "named"),
+    ("effect", "chi2", "held", "named"),
     [
-        (1.0, None, True),
+        ("friction_drift", 1.0, None, True),
+        # nothing, or less than half of the gap at most, is removed of what was held out, however well it fits
+        ("friction_drift", 1.0, -0.4, False),
+        ("friction_drift", 1.0, 0.4, False),
+        ("friction_drift", 3.0, 0.4, False),
+        ("friction_drift", 3.0, 0.7, True),
+        ("friction_drift", 1.0, float("inf"), True),
         # what is left is noise by the candidate's own law: jumps that nobody can foretell
-        (1.5, 0.2, True),
-        # worse than the base on what was held out, however well it fits
-        (1.0, -0.4, False),
-        (1.0, 0.0, False),
-        # more than noise is left: half of the gap, held out too
-        (3.0, 0.4, False),
-        (3.0, 0.7, True),
+        ("stick_slip", 1.5, 0.2, True),
+        ("stick_slip", 3.0, 0.2, False),
     ],
 )
-def test_who_does_not_describe_what_was_held_out_is_not_its_cause(chi2, held, named):
+def test_who_does_not_describe_what_was_held_out_is_not_its_cause(effect, chi2, held, named):
     wide = replace(LOG, base_chi2=1e5, base_worst_z=1e5, base_mean_z=1e5)
-    winner = replace(row("friction_drift", evidence=2e6, chi2=chi2), held=held)
-    found = said(winner, *[replace(r, evidence=300.0, gain=304.0, chi2=9e4) for r in OTHERS], log=wide)
-    assert (found.effects == ("friction_drift",)) is named
+    winner = replace(row(effect, evidence=2e6, chi2=chi2), held=held)
+    others = [replace(r, evidence=300.0, gain=304.0, chi2=9e4) for r in OTHERS if r.ids != (effect,)]
+    found = said(winner, *others, log=wide)
+    assert (found.effects == (effect,)) is named
     if not named:
         assert found.status == "unknown" and "held out" in found.why and found.confidence is not None
 
