@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sstl_cli.cli import _table
-from sstl_cli.cli.render import Screen, small
+from sstl_cli.cli.render import Screen
+from sstl_cli.core.numbers import small
 
 RUN = "CP-020-0-trapezoid-act"
 
