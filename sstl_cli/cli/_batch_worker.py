@@ -11,6 +11,7 @@ import shutil
 import sys
 import tempfile
 import threading
+import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -160,13 +161,15 @@ def _staging(folder: places.Place) -> Iterator[Path]:
     beside = Path(folder.path, places.WORK) if folder.local else None
     if beside is not None and not beside.is_dir():
         raise SstlError("the output folder does not exist on this worker", where=folder.url, fix="use a shared folder", code="E033")
-    with places.telling(folder.url):
-        work = Path(tempfile.mkdtemp(prefix="work-", dir=beside))
-    try:
-        with at_work_in(work):
+    # named before it is there: a program that is killed in between leaves nothing behind
+    work = (beside or Path(tempfile.gettempdir())) / f"work-{uuid.uuid4().hex}"
+    with at_work_in(work):
+        try:
+            with places.telling(folder.url):
+                work.mkdir(mode=0o700)
             yield work
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
 
 
 def _staged(source: places.Place, work: Path) -> tuple[Path, str]:

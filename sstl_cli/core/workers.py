@@ -23,6 +23,8 @@ _begun: set[Path] = set()
 # the exception of a signal can fall where Python or a library throws it away, or leaves a lock held: the time (s) after which a
 # program that was asked to end is ended, and what it says then
 PATIENCE_S = 10.0
+# how often a folder is removed that is still written into, and how far apart (s)
+REMOVALS, REMOVAL_S = 20, 0.02
 _last_words: str | None = None
 
 
@@ -93,8 +95,7 @@ def _end_at_last(patience_s: float) -> None:
     time.sleep(patience_s)
     if _last_words is None:
         return
-    for folder in list(_begun):
-        shutil.rmtree(folder, ignore_errors=True)
+    _remove_begun()
     with contextlib.suppress(OSError):
         os.write(2, _last_words.encode())
     os._exit(EXIT_FAILED)
@@ -128,6 +129,15 @@ def end_with_thread(parent: int) -> None:
 def _watch(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(LOOK_S)
-    for folder in list(_begun):
-        shutil.rmtree(folder, ignore_errors=True)
+    _remove_begun()
     os._exit(1)
+
+
+def _remove_begun() -> None:
+    """Remove the folders that were begun, whose owner may still be writing into them."""
+    for _ in range(REMOVALS):
+        for folder in list(_begun):
+            shutil.rmtree(folder, ignore_errors=True)
+        if not any(folder.exists() for folder in list(_begun)):
+            return
+        time.sleep(REMOVAL_S)
