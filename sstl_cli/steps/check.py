@@ -16,6 +16,8 @@ MIN_SAMPLES = 16
 STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
+# part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
+MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,11 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
         found += _time(piece.columns["time_s"])
     usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
     usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
+    reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
     for name, values in usable.items():
-        found += _signal(name, values)
+        found += _signal(name, values, reach)
     if len(usable) == 2:
+        found = _ordered(found, *usable.values())
         found += _frozen(*usable.values())
     return found
 
@@ -152,7 +156,7 @@ def _time(time: Array) -> list[Finding]:
     return found
 
 
-def _signal(name: str, values: Array) -> list[Finding]:
+def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
@@ -168,7 +172,8 @@ def _signal(name: str, values: Array) -> list[Finding]:
         grain = float(np.median(gaps))
         # holds of a noise-free record repeat values too, but not on a regular grid
         if float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * span:
-            coarse = len(levels) < 16
+            # a channel that hardly moves shows few levels of any converter: the further one of the two tells how fine it is
+            coarse = len(levels) < LEVELS and reach < LEVELS * grain
             found.append(
                 Finding(
                     FAILURE if coarse else REMARK,
@@ -191,9 +196,9 @@ def _signal(name: str, values: Array) -> list[Finding]:
         if longest >= STUCK_SAMPLES:
             detail = f"longest {longest + 1} samples"
             found.append(Finding(FAILURE, "frozen stretches", name, count, detail, "cut these stretches out"))
-    spikes = _spikes(values)
+    spikes = int(np.count_nonzero(_spikes(values)))
     if spikes:
-        many = spikes > 0.02 * n
+        many = spikes > MANY * n
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
     return found
@@ -210,17 +215,43 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
     return []
 
 
-def _spikes(values: Array) -> int:
-    """Return how many single samples ``segment`` would bridge at a threshold that noise alone does not reach, and such ends."""
+def _spikes(values: Array) -> NDArray[np.bool_]:
+    """Return the single samples that ``segment`` would bridge at a threshold that noise alone does not reach, and such ends.
+
+    A corner is no spike: the lines through the samples on either side lead to it, or beyond it.
+    """
+    found = np.zeros(len(values), np.bool_)
     second = np.abs(np.diff(values, 2))
     # noise-free or coarse: half of the differences vanish and give no measure
     threshold = SPIKE_SPREADS * 1.4826 * float(np.median(second))
     if threshold == 0.0:
-        return 0
-    inside = int(np.count_nonzero(filtering.despiked(np.ascontiguousarray(values), threshold) != values))
+        return found
+    found = np.asarray(filtering.despiked(np.ascontiguousarray(values), threshold) != values, np.bool_)
+    v = values[2:-2]
+    left, right = 2.0 * values[1:-3] - values[:-4], 2.0 * values[3:-1] - values[4:]
+    up = v > values[1:-3]
+    corner = np.where(up, v < np.minimum(left, right) + threshold, v > np.maximum(left, right) - threshold)
+    found[2:-2] &= ~corner
     # the first and the last have one neighbour, and the line that leads to them
-    ends = ((v[0], v[1], 2.0 * v[1] - v[2]) for v in (values, values[::-1]))
-    return inside + sum(bool(v > max(near) + threshold or v < min(near) - threshold) for v, *near in ends)
+    for at, w in ((0, values), (-1, values[::-1])):
+        near = (w[1], 2.0 * w[1] - w[2])
+        found[at] = bool(w[0] > max(near) + threshold or w[0] < min(near) - threshold)
+    return found
+
+
+def _ordered(found: list[Finding], first: Array, second: Array) -> list[Finding]:
+    """Return the findings with spikes told as rows out of order, where they are samples of another place in both channels."""
+    a, b = _spikes(first), _spikes(second)
+    both = a & b
+    fewer, more = sorted((int(np.count_nonzero(a)), int(np.count_nonzero(b))))
+    count = int(np.count_nonzero(both))
+    # interference goes beyond what is measured, or meets one channel; a row of another place is a sound sample of both
+    inside = all(v[~both].min() <= v[both].min() and v[both].max() <= v[~both].max() for v in (first, second)) if count else False
+    if more <= MANY * len(a) or fewer < LEAST_SPIKES or count < 0.5 * fewer or not inside:
+        return found
+    detail = f"{count} rows stand off both neighbours in both channels at once, with values that fit elsewhere"
+    said = Finding(FAILURE, "rows out of order", "", count, detail, "sort the rows by their clock or number (as numbers, not as text)")
+    return [*(f for f in found if f.what != "spikes"), said]
 
 
 def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:

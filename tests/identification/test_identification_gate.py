@@ -141,8 +141,15 @@ SLIPS = {
     "unit_between_runs (half)": lambda: each(scaled(1 / 4.448), lambda r: r.config_id == "CP-020"),
     "labels (every file)": lambda: relabelled([r.run_id for r in (sample()[0], sample()[3], sample()[4], sample()[7])]),
     "stuck (dead)": lambda: first(dead),
+    "dead": lambda: each(lambda r: replace(r, tension_out_n=noise(len(r))), lambda r: r.system == "sstl"),
+    "dead (input)": lambda: first(lambda r: replace(r, tension_in_n=noise(len(r)))),
+    "zero (both)": lambda: each(lambda r: replace(r, tension_in_n=r.tension_in_n - 40.0, tension_out_n=r.tension_out_n - 40.0)),
     "position": lambda: each(lambda r: replace(r, position_in_mm=r.tension_in_n / 5000.0)),
 }
+
+
+def noise(n):
+    return 0.01 * np.random.default_rng(6).standard_normal(n)
 
 
 def switched(name, level):

@@ -322,7 +322,7 @@ def _fits(
     swapped = flipped = math.nan
     if doubtful:
         swapped = _best(t, y, x, NO_SLOPES, (ranges[1], ranges[0]), timed=False).rms_n / span_x
-    if correlation < 0.0:
+    if correlation < 0.0 or min(r.middle for r in ranges) < 0.0:
         low, high = -ranges[1].high, -ranges[1].low
         mirrored = Range(low, high, -ranges[1].middle)
         flipped = _best(t, x, -y, NO_SLOPES, (ranges[0], mirrored), timed=False).rms_n / span_y

@@ -16,9 +16,11 @@ Array = NDArray[np.float64]
 ITERATIONS = 10
 HUBER = 1.5
 # first guesses of the delay, as parts of the recording; residual over noise from which on they are tried, and what they must gain
-DELAYS, GUESSED, BETTER = (-0.04, -0.012, 0.012, 0.04), 3.0, 0.7
+DELAYS, GUESSED, BETTER = (-0.16, -0.08, -0.04, -0.012, 0.012, 0.04, 0.08, 0.16), 3.0, 0.7
 # share of the output's variance that must be left for delays of a good part of the recording to be tried, and how large a part
 UNEXPLAINED, FARTHEST = 0.1, 0.4
+# part of a recording that must still overlap once it is moved in time
+LEAST_OVERLAP = 0.5
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
         drifting, drifting_rms = _descend(time_s, x, y, best, 6, middle)
         drift, drift_se = float(drifting[5]), float(_errors(time_s, x, y, drifting, middle, 6)[5])
     power = max(float(np.var(y)), 1e-300)
-    late = y - _model(time_s, x, y, best, middle, 5)[0]
+    late = (y - _model(time_s, x, y, best, middle, 5)[0])[_inside(time_s, best, middle)]
     shares, reaches = _seen(x, float(y[0]), best)
     return PlayFit(
         gamma_p=float(best[0]),
@@ -128,7 +130,8 @@ def _delayed(time_s: Array, x: Array, y: Array, still: Array, middle: float, noi
     if rms**2 > UNEXPLAINED * float(np.var(y)):
         # a long delay leaves nothing of the lines fitted without it
         a, b = ((float(low), float(high)) for low, high in (np.quantile(v, [0.005, 0.995]) for v in (x, y)))
-        guesses += [(np.append(corners(a, b, 0.5), [0.0, 0.0]), shift) for shift in _shifts(time_s, x, y)]
+        shifts = _shifts(time_s, x, y) + [guess for _, guess in guesses]
+        guesses += [(np.append(corners(a, b, 0.5), [0.0, 0.0]), shift) for shift in shifts]
     for first, guess in guesses:
         start = first.copy()
         start[4] = guess
@@ -171,16 +174,26 @@ def _model(time_s: Array, x: Array, measured: Array, p: Array, middle: float, fr
     rate = np.gradient(y, time_s)
     if p[4] != 0.0 or p[5] != 0.0:
         # the same shift for all: where the moved clock falls between two samples
+        unknown = ~_inside(time_s, p, middle)
         at = time_s - p[4] - p[5] * (time_s - middle)
         k = np.clip(np.searchsorted(time_s, at) - 1, 0, len(time_s) - 2)
         part = np.clip((at - time_s[k]) / (time_s[k + 1] - time_s[k]), 0.0, 1.0)
         y = y[k] + part * (y[k + 1] - y[k])
         rate = rate[k] + part * (rate[k + 1] - rate[k])
         lines = lines[k] + part[:, None] * (lines[k + 1] - lines[k])
+        # what belongs to an input that was not recorded says nothing
+        y[unknown], rate[unknown], lines[unknown] = measured[unknown], 0.0, 0.0
     columns = [lines, -rate[:, None]]
     if free == 6:
         columns.append((-rate * (time_s - middle))[:, None])
     return y, np.concatenate(columns, axis=1)
+
+
+def _inside(time_s: Array, p: Array, middle: float) -> NDArray[np.bool_]:
+    """Return which samples of the output, moved in time, still have an input."""
+    at = time_s - p[4] - p[5] * (time_s - middle)
+    inside = (at >= time_s[0]) & (at <= time_s[-1])
+    return inside if np.count_nonzero(inside) > LEAST_OVERLAP * len(time_s) else np.ones(len(time_s), np.bool_)
 
 
 def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle: float) -> tuple[Array, float]:
@@ -191,6 +204,7 @@ def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle:
     for _ in range(2):
         limit = HUBER * max(1.4826 * float(np.median(np.abs(residual))), 1e-3 * float(np.abs(residual).max()), 1e-300)
         cost, weight = _loss(residual, limit)
+        cost /= float(np.mean(_inside(time_s, p, middle)))
         damping = 1e-3
         for _ in range(ITERATIONS):
             weighted = (jacobian * weight[:, None]).T
@@ -200,6 +214,7 @@ def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle:
             trial[:free] += np.linalg.lstsq(normal + damping * np.diag(scale), gradient, rcond=1e-12)[0]
             model, candidate = _model(time_s, x, y, trial, middle, free)
             tried, tried_weight = _loss(y - model, limit)
+            tried /= float(np.mean(_inside(time_s, trial, middle)))
             # a step that overflows is no step
             if np.isfinite(tried) and tried < cost:
                 done = cost - tried < 1e-3 * cost
@@ -211,7 +226,7 @@ def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle:
                 damping *= 8.0
                 if damping > 1e5:
                     break
-    return p, float(np.sqrt(np.mean(residual**2)))
+    return p, float(np.sqrt(np.mean(residual[_inside(time_s, p, middle)] ** 2)))
 
 
 def _loss(residual: Array, limit: float) -> tuple[float, Array]:

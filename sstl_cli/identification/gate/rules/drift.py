@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "drift", 38
@@ -66,7 +67,7 @@ def _shared(log: Sequence[Evidence]) -> set[str]:
 def drift_of(e: Evidence, remains: float = REMAINS) -> float:
     """Return the drift of the output's clock (s/s), 0 where there is none to be seen."""
     p = e.play
-    if not e.tendon_like or p is None or not p.explained > 0.95 or not 0.0 < p.gamma_p < p.gamma_r:
+    if not e.tendon_like or p is None or not _explained(p) > 0.95 or not 0.0 < p.gamma_p < p.gamma_r:
         return 0.0
     moved = abs(p.drift) * e.duration_s
     # what the noise of both sensors leaves is left by any clock
@@ -75,3 +76,9 @@ def drift_of(e: Evidence, remains: float = REMAINS) -> float:
     clear = after < remains * before and 8.0 * p.drift_se < abs(p.drift) < FASTEST
     seen = clear and moved > max(0.1, 10.0 * max(e.dt_s, e.sensors[1].refresh_s))
     return p.drift if seen else 0.0
+
+
+def _explained(p: PlayFit) -> float:
+    """Return the share of the output's variance that lines, delay and drift explain; without the drift much may be left."""
+    before = max(min(p.rms_n, p.delayed_rms_n), 1e-300)
+    return 1.0 - (1.0 - p.explained) * min(1.0, p.drifting_rms_n / before) ** 2

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
@@ -20,6 +22,8 @@ SINGLE, NEAR = 0.35, 0.1
 AGREE, TOGETHER = 3, 0.1
 # logarithm of what middle levels may be off beyond friction
 LEVELS = 0.4
+# of the logarithm: noise (or range) of a channel beside that of the other runs
+CHANGED = 0.4
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -41,6 +45,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for (severity, _), hit in groups.items():
         g = math.exp(sum(math.log(v) for v, _ in hit) / len(hit))
         what, mend = _guess(g, hit[0][1])
+        rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE]
+        if rest:
+            what, mend = _between(g, hit[0][1], rest, (what, mend))
         ids = tuple(e.run_id for _, e in hit)
         yield Remark(
             ids, RULE, severity, g * g, "1",
@@ -109,3 +116,33 @@ def _guess(g: float, e: Evidence) -> tuple[str, str]:
         f"the {WORDS[large]} is in counts or volts, or has a wrong calibration",
         stated(large, "counts", f", gain = {1.0 / max(g, 1.0 / g):.4g}"),
     )
+
+
+def _between(g: float, e: Evidence, rest: list[Evidence], guess: tuple[str, str]) -> tuple[str, str]:
+    """Return what probably happened to one run of many, whose other runs have no gain: one of its channels has changed.
+
+    Its own noise, or its range in the same movement, tells which one; else both are named.
+    """
+    size = math.log(g)
+    alike = [o for o in rest if o.system == e.system] or rest
+    away = [_noise_apart(e, alike, i) for i in (0, 1)]
+    if math.isnan(away[0]) or math.isnan(away[1]):
+        same = [o for o in alike if o.trajectory == e.trajectory]
+        away = [math.log(e.ranges[0].span / float(np.median([o.ranges[0].span for o in same]))), math.nan] if same else away
+    inner, outer = away
+    units = {i: force_unit(f) for i, f in ((0, g), (1, 1.0 / g))}
+    said = [f"the {WORDS[i]} is in {units[i]}, not N" if units[i] else f"the {WORDS[i]} has another gain" for i in (0, 1)]
+    mends = [stated(i, units[i] or "counts", "" if units[i] else f", gain = {f:.4g}") for i, f in ((0, 1.0 / g), (1, g))]
+    if abs(inner + size) < CHANGED and not abs(outer) > CHANGED:
+        return said[0], mends[0]
+    if abs(inner) < CHANGED and not abs(outer - size) > CHANGED:
+        return f"the output was amplified {g:.3g} times as much as in the other runs", mends[1]
+    small = f"{said[0]}, or the output was amplified {g:.3g} times as much as in the other runs"
+    return small, f"{mends[0]} or {mends[1]} (for this file)"
+
+
+def _noise_apart(e: Evidence, rest: list[Evidence], i: int) -> float:
+    """Return the logarithm of a channel's noise over that of the other runs, NaN where either does not show."""
+    others = [o.sensors[i].noise_n for o in rest if o.sensors[i].fine and o.sensors[i].noise_n > 0.0]
+    mine = e.sensors[i]
+    return math.log(mine.noise_n / float(np.median(others))) if others and mine.fine and mine.noise_n > 0.0 else math.nan

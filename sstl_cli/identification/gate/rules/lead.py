@@ -22,6 +22,8 @@ SHAPE = 0.97
 SEEN = 0.1
 # part of a delay by which it must grow along the run
 GROWS = 0.2
+# delays that are a good part of the run (share), and the part of it that both lines must be seen over
+FAR, LEAST_SHARE = 0.02, 0.005
 # a filter of that many samples is no clock
 FILTER = 10.0
 
@@ -71,6 +73,11 @@ def _moved(e: Evidence, early: bool) -> bool:
     if e.correlation < 0.2 and not p.explained > SHAPE:
         return False
     if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
+        return False
+    # a misfit of the shape is soaked up by a delay of a good part of the run, but only partly and without a release
+    if abs(p.delay_s) > FAR * e.duration_s and (
+        p.delayed_rms_n > LITTLE * LITTLE * p.rms_n + e.sensors[1].noise_n or min(p.shares) < LEAST_SHARE
+    ):
         return False
     # a delay that grows is a drift
     grows = abs(p.drift) * e.duration_s > GROWS * abs(p.delay_s)

@@ -18,6 +18,8 @@ TWICE, MOST = 1.7, 5.6
 LEAST = 0.12
 # logarithm of a gain that sensors may have
 GAIN, NO_GAIN = 0.45, 0.1
+# how far (logarithm) a run's gain may be from that of the widest movement
+APART = 0.2
 # n theta that divides single from double passes where nothing else does: theta is 0.3 to 0.7 in published rigs
 BETWEEN, SINGLE, DOUBLE = 0.8, 0.35, 0.9
 # part of the log's widest movement over which a run must go for the size of its friction to count
@@ -28,6 +30,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose slopes are those of the other system."""
     # slopes that need a gain as well tell little of friction
     sloped = [e for e in log if e.slopes.known and e.slopes.friction > 0.0 and abs(math.log(e.slopes.gain)) < GAIN]
+    sloped = _one_gain(sloped)
     both = {e.run_id for e in sloped}
     pulls = {e.run_id for e in log if not e.slopes.known and e.wrap > 0.0} if _unscaled(sloped) else set()
     known = [e for e in log if e.run_id in both | pulls]
@@ -44,6 +47,17 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield from _told([e for hit in mixed for e in hit], "failure" if len(mixed) > 1 else "remark", one_bend)
         if not mixed:
             yield from _alone(sloped, log)
+
+
+def _one_gain(sloped: list[Evidence]) -> list[Evidence]:
+    """Return the runs whose gain is that of the widest movement: the sensors are the same, so other slopes are those of presliding."""
+    if not sloped:
+        return []
+    # where several are as wide, presliding has spoilt that least whose gain is nearest none
+    widest = min((math.log(e.slopes.gain) for e in _wide(sloped, sloped)), key=abs)
+    sound = [e for e in sloped if abs(math.log(e.slopes.gain) - widest) < APART]
+    # friction puts the pull below the sensors' gain and the release above it
+    return [e for e in sound if math.log(e.slopes.gamma_p) < widest < math.log(e.slopes.gamma_r)]
 
 
 def _unscaled(sloped: list[Evidence]) -> bool:

@@ -12,13 +12,15 @@ RULE, RANK = "unrelated", 48
 LEFT, MOVES = 0.08, 0.15
 # what is left must be more than noise
 NOISE = 3.0
+# part of the run that an output may be late by if the delay explains it but half
+FAR, CLEAR = 0.02, 0.9
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output moves, but not as any friction would move it."""
     hit = [e for e in log if _unrelated(e)]
     if hit:
-        number = min(e.play.explained for e in hit if e.play is not None)
+        number = min(explained_by(e) for e in hit)
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "remark", 100.0 * max(number, 0.0), "%",
             f"{names([e.run_id for e in hit])}: friction, backlash and delay explain {100 * max(number, 0.0):.0f} % of the "
@@ -27,11 +29,20 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
+def explained_by(e: Evidence) -> float:
+    """Return the share of the output's variance that is explained; of other movements a long delay always explains some."""
+    p = e.play
+    if p is None or p.explained > CLEAR or abs(p.delay_s) < FAR * e.duration_s:
+        return p.explained if p is not None else 1.0
+    return 1.0 - (1.0 - p.explained) * (p.rms_n / max(min(p.rms_n, p.delayed_rms_n), 1e-300)) ** 2
+
+
 def _unrelated(e: Evidence) -> bool:
     p = e.play
     if not e.tendon_like or not e.loaded or p is None or e.correlation < -0.4:
         return False
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     # slopes that no friction has may still follow an output
-    odd = p.explained < 0.5 or (p.explained < 0.8 and min(p.gamma_p, p.gamma_r) < 0.0)
+    explained = explained_by(e)
+    odd = explained < 0.5 or (explained < 0.9 and min(p.gamma_p, p.gamma_r) < 0.0)
     return moves and odd and p.typical_n > max(LEFT * e.ranges[1].span, NOISE * e.sensors[1].noise_n)

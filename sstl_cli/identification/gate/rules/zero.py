@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.magnitude import IMPOSSIBLE_N
+from sstl_cli.identification.gate.rules.sign import below
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "zero", 40
@@ -25,8 +26,19 @@ REACH = 0.5
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs in which a tendon pushes, or gives more than it is pulled with."""
+    negative, zeroed = below(log)
     for i in (0, 1):
-        hit = [e for e in log if _below(e, i)]
+        hit = [e for e in log if e.run_id in zeroed and (e.run_id, i) in negative]
+        if hit:
+            lowest = min(e.ranges[i].low for e in hit)
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "failure", lowest, "N",
+                f"{names([e.run_id for e in hit])}: the {WORDS[i]} is negative throughout (down to {lowest:.4g} N) and still rises "
+                f"with the {WORDS[1 - i]}, but a tendon cannot push; its zero was probably taken under load",
+                f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load) }}",
+            )  # fmt: skip
+    for i in (0, 1):
+        hit = [e for e in log if _below(e, i) and e.run_id not in zeroed]
         if hit:
             lowest = min(e.ranges[i].low for e in hit)
             yield Remark(
