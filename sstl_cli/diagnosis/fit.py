@@ -270,8 +270,8 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
             own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
         else:
             own = whitener(known, phases, share * added if f.free else None)
-        z = own(f.residual)
-        return replace(f, whiten=own, cost=0.5 * float(z @ z) + 0.5 * own.log_det, discrepancy=share)
+        tried = replace(f, whiten=own, discrepancy=share)
+        return replace(tried, cost=tried.nats(f.residual))
 
     shares = JUMPS if jumps else SHARES if f.free else SHARES[:1]
     return _most_likely(judged, shares, f.discrepancy)

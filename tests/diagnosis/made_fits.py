@@ -8,7 +8,7 @@ import numpy as np
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.fit import Fit, jacobian
-from sstl_cli.diagnosis.hypotheses import Hypothesis
+from sstl_cli.diagnosis.hypotheses import Hypothesis, variants
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator, as_effects
 from sstl_cli.diagnosis.whitening import white
@@ -44,3 +44,25 @@ def made(left: np.ndarray | float = 0.0, h: Hypothesis = NOTHING, values: tuple[
 
 def noise(seed: int = 0) -> np.ndarray:
     return NOISE_N * np.random.default_rng(seed).standard_normal(len(simulator().y))
+
+
+def named(effect_id: str, *names: str) -> Hypothesis:
+    """Return the hypothesis of an effect that has just these parameters free."""
+    return next(h for h in variants(effect_id, ("act",)) if [f.parameter.name for f in h.free] == list(names))
+
+
+def thetas(f: Fit) -> np.ndarray:
+    """Return the whitened columns of one theta a configuration, shape (samples, 2)."""
+    sim = simulator()
+    own = np.zeros((len(sim.y), 2))
+    own[np.arange(len(sim.y)), sim.config] = f.jacobian[:, 0]
+    return f.whiten(own)
+
+
+def gained(columns: np.ndarray, others: np.ndarray, x: np.ndarray) -> float:
+    """Return by how much columns lower half the square of ``x`` beside others."""
+
+    def left(j: np.ndarray) -> float:
+        return 0.5 * float(np.sum((x - j @ np.linalg.lstsq(j, x, rcond=None)[0]) ** 2))
+
+    return left(others) - left(np.column_stack((others, columns)))

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_fits import NOISE_N, THETA, made, noise, simulator
+from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import starts as of
 from sstl_cli.diagnosis.constants import OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
-from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.starts import grid, screen
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.effect import TRANSITION
@@ -22,27 +22,7 @@ NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
 ZERO, FRICTION, GAIN = (full(e, ("act",)) for e in ("zero_offset", "const_friction", "gain_error"))
 
 
-def named(effect_id, *names):
-    return next(h for h in variants(effect_id, ("act",)) if [f.parameter.name for f in h.free] == list(names))
-
-
 OUT = named("zero_offset", "z_out_act_n")
-
-
-def thetas(f):
-    """Return the whitened columns of one theta a configuration, shape (samples, 2)."""
-    own = np.zeros((len(SIM.y), 2))
-    own[np.arange(len(SIM.y)), SIM.config] = f.jacobian[:, 0]
-    return f.whiten(own)
-
-
-def gained(columns, others, x):
-    """Return by how much columns lower half the square of ``x`` beside others."""
-
-    def left(j):
-        return 0.5 * float(np.sum((x - j @ np.linalg.lstsq(j, x, rcond=None)[0]) ** 2))
-
-    return left(others) - left(np.column_stack((others, columns)))
 
 
 def test_starts_of_strengths_and_shapes():
