@@ -80,10 +80,14 @@ class Law:
 
 @dataclass
 class Transition:
-    """How the output moves between the envelopes, built up by effects; the defaults are a pure play."""
+    """How the output moves between the envelopes, built up by effects; the defaults are a pure play.
+
+    Friction builds up in proportion to the way and is cut, or with a ``tail`` of 0 or more ever more slowly.
+    """
 
     breakaway_mm: float = 0.0
     spread: float = 0.0
+    tail: float = -1.0
     drag_n_s_mm: float = 0.0
     drag_bend_n_s_mm: float = 0.0
     creep_fraction: float = 0.0

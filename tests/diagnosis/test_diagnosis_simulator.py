@@ -168,7 +168,7 @@ def test_free_parameters_are_those_that_a_recorded_system_can_show():
     assert [f.parameter.name for f in free_parameters(("gain_error",), ("act",))] == ["g_act"]
     names = [f.parameter.name for f in free_parameters(("presliding", "const_friction"), ("sstl",))]
     # effects along the line need its load
-    assert names == ["breakaway_mm", "spread", "load_mm_per_n", "w_l_n"]
+    assert names == ["breakaway_mm", "spread", "dahl_mm", "tail", "load_mm_per_n", "w_l_n"]
 
 
 def test_values_become_effects_within_their_meaning():

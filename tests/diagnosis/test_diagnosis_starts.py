@@ -11,7 +11,7 @@ from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, the
 
 from sstl_cli.diagnosis import starts as of
 from sstl_cli.diagnosis.constants import OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
-from sstl_cli.diagnosis.hypotheses import full
+from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.starts import grid, screen
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.effect import TRANSITION
@@ -36,7 +36,7 @@ def test_starts_of_strengths_and_shapes():
     assert free[0].effect.stage == TRANSITION and len(starts) == 2 * 3
     assert [v.tolist() for v in starts] == [pytest.approx([0.3 * s, 100.0**g, 0.125]) for s, g in itertools.product(STRENGTHS, SHAPE_GRID)]
     # over less than twenty times the shape's grid is linear; a strength that may be of either sign begins a little off nothing beside it
-    (spread,) = {tuple(v[1] for v in grid(full("presliding", ("act",)).free))[:3]}
+    (spread,) = {tuple(v[1] for v in grid(variants("presliding", ("act",))[0].free))[:3]}
     assert spread == pytest.approx((0.15, 0.5, 0.85))
     drift = named("friction_drift", "d_mu", "path_n")
     assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([OFF_NEUTRAL * 0.6] * 3)

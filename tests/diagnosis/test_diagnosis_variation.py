@@ -44,7 +44,7 @@ def test_ways_are_the_strengths_that_were_fitted_the_most_evident_model_first():
 
 
 def test_the_load_of_the_line_is_no_way_to_vary():
-    own = ways([(model(full("presliding", ("act",)), 0.2, 0.4, 0.1),)])
+    own = ways([(model(variants("presliding", ("act",))[0], 0.2, 0.4, 0.1),)])
     assert own.strengths == (("presliding", "breakaway_mm"),) and own.shapes == {"presliding": {"spread": 0.4}}
 
 

@@ -19,6 +19,7 @@ SIMULATORS = get_args(Scenario.model_fields["simulator"].annotation)
 OWN = {
     "crosstalk": {"m_out", "m_in"},
     "friction_drift": {"d_mu_time", "time_s"},
+    "presliding": {"dahl_mm", "tail"},
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
     "viscous": {"c_bend_n_s_per_mm"},

@@ -4,21 +4,29 @@ from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transi
 
 
 def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
-    transition.breakaway_mm += v["breakaway_mm"]
-    transition.spread = v["spread"]
+    cut, dahl = v["breakaway_mm"], v["dahl_mm"]
+    transition.breakaway_mm += cut + dahl
+    # a little of one law changes the distance of the other, not the law
+    if dahl > 0.0 and dahl >= cut:
+        transition.tail = v["tail"]
+    if cut > 0.0:
+        transition.spread = v["spread"]
 
 
 EFFECT = Effect(
     id="presliding",
     title="Presliding before break-away",
     stage=TRANSITION,
-    equation="dF = F_limit / z_b du, |F| <= F_limit, at every node of an elastic line",
-    source="Generalised Maxwell slip / Prandtl-Ishlinskii; catalogue entry [L]",
+    equation="dF = F_limit / z_b du, |F| <= F_limit; or dF = F_limit / z_d ((1 - s) g^(1/2) + s g) du, g = 1 - F / F_limit; at every node of an elastic line",
+    source="Generalised Maxwell slip / Prandtl-Ishlinskii; Dahl, TOR-158(3107-18) (1968); catalogue entry [L]",
     parameters=(
         Parameter("breakaway_mm", "mm", 0.0, 0.0, 1.5, "mean break-away distance"),
         Parameter("spread", "1", 0.5, 0.0, 1.0, "relative spread of the break-away distances", shape=True, limits=(0.0, 1.0)),
+        Parameter("dahl_mm", "mm", 0.0, 0.0, 1.5, "break-away distance of friction that builds up ever more slowly"),
+        Parameter("tail", "1", 0.5, 0.0, 1.0, "how long the build-up takes to end, s: 1 in Dahl's law", shape=True, limits=(0.0, 1.0)),
     ),
     excitation="Minor loops and frequent reversals; three speeds tell it from a low-pass.",
     look_alikes=("channel_lowpass",),
+    variants=(("breakaway_mm", "spread"), ("dahl_mm", "tail")),
     transition=_transition,
 )

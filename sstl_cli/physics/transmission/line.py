@@ -4,7 +4,8 @@ Nodes sit in the bend; the straight parts only stretch (and drag). Without such 
 a cascade of plays, which is one play; with them tension diffuses and friction turns round gradually.
 Balance of node j, displacement u_j towards the drive:
 T_(j-1) - T_j - F_j - c_j du_j/dt = 0, with the friction F_j between the exact capstan bounds
-(exp(phi) - 1) T_(j-1) of releasing and (1 - exp(-phi)) T_(j-1) of pulling, built up elastically.
+(exp(phi) - 1) T_(j-1) of releasing and (1 - exp(-phi)) T_(j-1) of pulling, built up elastically: in proportion to the way
+and then cut, or ever more slowly (Dahl).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.physics.effect import Law, Mechanics, Transition
+from sstl_cli.physics.transmission.build_up import built_up
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -32,6 +34,8 @@ SPEED_MEMORY_S = 0.005
 MAX_ITERATIONS = 40
 # a node changes between sticking and slipping only beyond this force: round-off must not make it chatter
 MODE_TOLERANCE_N = 1e-9
+# a line whose friction builds up smoothly is in balance to this force
+BALANCE_N = 1e-5
 FACTOR_NODES = 64
 # speeds over that of a Stribeck curve at which exp(-v v) is below the rounding of one
 NOTHING_LEFT = 6.1
@@ -40,7 +44,7 @@ LEAST_COMPLIANCE = 1e-4
 # the numbers of a transition that differ between runs; from the fourth on the march takes them as they are
 SCALARS = attrgetter(
     "drag_n_s_mm", "drag_bend_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
-    "stribeck_ratio", "stribeck_mm_s",
+    "stribeck_ratio", "stribeck_mm_s", "tail",
 )  # fmt: skip
 
 
@@ -241,7 +245,8 @@ def _march(
 ) -> Array:
     """March one line through the input tensions, one implicit step each."""
     creep_s, static_ratio, static_speed, aging = scalars[0], scalars[1], scalars[2], scalars[3]
-    aging_s, stribeck_ratio, stribeck_speed = scalars[4], scalars[5], scalars[6]
+    aging_s, stribeck_ratio, stribeck_speed, tail = scalars[4], scalars[5], scalars[6], scalars[7]
+    smooth = tail >= 0.0
     n, nodes = tension.size, elastic.size
     offset, crept = np.zeros(nodes), np.zeros(nodes)
     inverse = 1.0 / elastic
@@ -254,7 +259,7 @@ def _march(
     lower, stay, viscous = np.empty(nodes), np.empty(nodes), np.zeros(nodes)
     residual, share, rhs, middle = np.empty(nodes), np.empty(nodes), np.empty(nodes), nodes // 2
     left_old, after = np.empty(nodes), np.empty(nodes)
-    speed, excess, age = np.zeros(nodes), np.full(nodes, 0.0), np.zeros(nodes)
+    speed, excess, age, went = np.zeros(nodes), np.full(nodes, 0.0), np.zeros(nodes), np.zeros(nodes)
     hold = constant + pulley[:, 2]
     loose = (phi_pull == 0.0) & (constant == 0.0) & (pulley[:, 0] + pulley[:, 1] + pulley[:, 2] == 0.0)
     rigid = np.where(loose, 0.0, 1.0 / breakaway)
@@ -312,7 +317,8 @@ def _march(
         for j in range(nodes):
             limit = 0.5 * (pull[j] + release[j]) * max(left_old[j], 0.0) + hold[j]
             stiff[j] = max(limit, 1e-4) * rigid[j]
-            u[j] = u_old[j]
+            # a smooth line goes on as it went; the modes of the other kind are those of the step before
+            u[j] = u_old[j] + (went[j] * dt / steps[k - 1] if smooth and k > 0 else 0.0)
         if dragging:
             for j in range(nodes):
                 viscous[j] = drag[j] / dt
@@ -325,6 +331,16 @@ def _march(
                 high = pull[j] * t_left + hold[j]
                 low = -release[j] * t_left - hold[j]
                 moved = u[j] - u_old[j]
+                if smooth:
+                    force[j], stays, follows = built_up(moved * rigid[j], mode[j], force_old[j], low, high, pull[j], release[j], tail)
+                    lower[j], stay[j] = (1.0 - follows) * inverse_left, stays * rigid[j] + viscous[j]
+                    residual[j] = t_left - t_right - force[j] - viscous[j] * moved
+                    changed = changed or abs(residual[j]) > BALANCE_N
+                    if moved != 0.0:
+                        mode[j] = 1 if moved > 0.0 else -1
+                    after[j] = t_right
+                    t_left, inverse_left = t_right, inverse[j]
+                    continue
                 trial = force_old[j] + stiff[j] * moved
                 # a slipping node must stick before it slips the other way, so that modes cannot cycle; the first
                 # pass trusts the modes of the step before
@@ -349,7 +365,7 @@ def _march(
                 after[j] = t_right
                 t_left, inverse_left = t_right, inverse[j]
             # given the modes the balance is linear: if they stay, the step before has solved it
-            if iteration > 0 and not changed:
+            if (iteration > 0 or smooth) and not changed:
                 settled = True
                 break
             # elimination from both ends to the middle: two chains of divisions that do not wait for one another
@@ -375,6 +391,11 @@ def _march(
                 if middle + i < nodes:
                     behind = rhs[middle + i] + share[middle + i] * behind
                     u[middle + i] += behind
+            if smooth:
+                # from rest friction is concave, and Newton's steps stay short of the balance: none may pass through rest
+                for j in range(nodes):
+                    if (u[j] - u_old[j]) * mode[j] < 0.0:
+                        u[j], mode[j] = u_old[j], 0
         if not settled:
             for j in range(nodes):
                 after[j] = (u[j] - u[j + 1] - offset[j]) * inverse[j]
@@ -397,6 +418,7 @@ def _march(
                     age[j] = age[j] * wear + dt * ((1.0 - wear) / worn if worn > 1e-9 else 1.0)
         for j in range(nodes):
             force_old[j] = force[j]
+            went[j] = u[j] - u_old[j]
             u_old[j] = u[j]
         left_old[0] = tension[k]
         left_old[1:] = after[:-1]
