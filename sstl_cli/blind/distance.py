@@ -18,9 +18,9 @@ from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.evidence import weigh
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
+from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import Record, prepare
-from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.smoother import CHAIN, STATES, error_of_means
 from sstl_cli.diagnosis.starts import screen

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks, held_out_residual, make_folds
 from sstl_cli.diagnosis.noise import floor_n
 from sstl_cli.diagnosis.residuals import Leftover, leftover
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]

@@ -261,11 +261,12 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     """Return a fit with its own whitener and cost; its share is sought from the one it has."""
     phases = sim.where_noise_enters(f.theta, f.effects, noise)
     known = sim.constants(f.effects, noise)
-    added = np.abs(f.prediction - sim.predict(f.theta, {})) if f.free else np.zeros(len(f.residual))
-    jumps = any(x.parameter.name in x.effect.averaged for x in f.free)
+    jumping = {x.effect.id for x in f.free if x.parameter.name in x.effect.averaged}
+    rest = {k: v for k, v in f.effects.items() if k not in jumping} if jumping else {}
+    added = np.abs(_retuned(sim, f, f.prediction - sim.predict(f.theta, rest))) if f.free else np.zeros(len(f.residual))
 
     def judged(share: float) -> Fit:
-        if jumps:
+        if jumping:
             # a jump is as new at every step of a slide, and in a hold what the last one left
             own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
         else:
@@ -273,8 +274,12 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
         tried = replace(f, whiten=own, discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 
-    shares = JUMPS if jumps else SHARES if f.free else SHARES[:1]
+    shares = JUMPS if jumping else SHARES if f.free else SHARES[:1]
     return _most_likely(judged, shares, f.discrepancy)
+
+
+def _retuned(sim: Simulator, f: Fit, added: Array) -> Array:
+    return added
 
 
 def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float) -> Fit:

@@ -31,9 +31,9 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.limit import distance2
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import whitener
 from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory

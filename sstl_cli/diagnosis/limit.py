@@ -14,7 +14,7 @@ import numpy as np
 
 from sstl_cli.diagnosis.constants import DECIDABLE, ENOUGH_NATS, MAX_ITERATIONS, REFIT_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations
-from sstl_cli.diagnosis.search import Search
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.simulator import Simulator
 
 

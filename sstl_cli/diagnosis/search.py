@@ -4,69 +4,40 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import hearing
 from sstl_cli.diagnosis import noise as noise_of
+from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
-    ADDS,
     ALIVE_NATS,
     BASE_ITERATIONS,
     COARSE_ITERATIONS,
     COMBINED,
     FITTED,
-    LEADERS,
-    LEAST_STRENGTH,
     MAX_ITERATIONS,
-    PAIRS,
-    PARTNERS,
     PROMISING,
     RICH_FITS,
     SCREENED,
     SHORT_ITERATIONS,
     VARIANTS,
 )
-from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
+from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
-from sstl_cli.diagnosis.hypotheses import Hypothesis, apart, variants
+from sstl_cli.diagnosis.found import NOTHING, Search, each
+from sstl_cli.diagnosis.hypotheses import Hypothesis, variants
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid, screen, starting
-from sstl_cli.diagnosis.whitening import Noise, Whitener, white
+from sstl_cli.diagnosis.whitening import Whitener, white
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
-T = TypeVar("T")
-R = TypeVar("R")
-NOTHING = Hypothesis((), ())
 SIZES = ("singles", "pairs", "triples")
-
-
-@dataclass(frozen=True)
-class Search:
-    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), and combinations."""
-
-    sim: Simulator
-    noise: Noise
-    measured: Noise
-    base: Fit
-    singles: dict[str, tuple[Weighed, ...]]
-    combined: dict[tuple[str, ...], Weighed]
-
-    def best(self, ids: tuple[str, ...]) -> Weighed:
-        """Return the best fit of one effect or of a combination."""
-        return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[tuple(sorted(ids))]
-
-    def ranked(self) -> list[Weighed]:
-        """Return the best model of every effect and combination, the most evident first."""
-        models = [v[0] for v in self.singles.values()] + list(self.combined.values())
-        return sorted(models, key=lambda w: (-w.evidence, w.ids))
 
 
 def run(
@@ -97,7 +68,7 @@ def run(
         advance(SCREENED / max(len(starts), 1))
         return gain, h, start
 
-    promises = sorted(_each(promise, starts, workers), key=lambda p: -p[0])
+    promises = sorted(each(promise, starts, workers), key=lambda p: -p[0])
 
     def coarse(place: int) -> Fit:
         gain, h, start = promises[place]
@@ -106,7 +77,7 @@ def run(
         advance(FITTED / max(len(starts), 1))
         return done
 
-    rough = sorted(_each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
+    rough = sorted(each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
     theta = _spread(theta0, chosen, base.theta)
     plain_all = _plain(sim, max(spread, 1e-9))
     first = fit(sim, plain_all, NOTHING, theta, np.zeros(0), BASE_ITERATIONS, careful=True)
@@ -132,12 +103,12 @@ def run(
         return done
 
     groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
-    for done in _each(alone, groups, workers):
+    for done in each(alone, groups, workers):
         found.singles[done[0].ids[0]] = done
     for size in range(2, min(max_effects, len(found.singles)) + 1):
         if passed(SIZES[size - 1]):
             continue
-        if not _combine(found, size, workers):
+        if not combine(found, size, workers):
             break
         advance(COMBINED / max(max_effects - 1, 1))
     return found
@@ -154,12 +125,12 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
             return _near(found, f, SHORT_ITERATIONS, SHORT_ITERATIONS)
         return _containing(found, settle(sim, noise, start, 1, SHORT_ITERATIONS))
 
-    fits = _each(begun, rough, workers)
+    fits = each(begun, rough, workers)
     least = _least(found, fits)
     if least is base:
         return found, fits
     found = replace(found, base=least)
-    return found, _each(lambda f: _containing(found, f), fits, workers)
+    return found, each(lambda f: _containing(found, f), fits, workers)
 
 
 def _containing(found: Search, f: Fit) -> Fit:
@@ -242,121 +213,3 @@ def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]
     scores = [loss + 0.5 * len(h.strengths) * np.log(len(sim.y)) for loss, h, _, _ in rows]
     order = np.argsort(scores)[:VARIANTS]
     return [rows[i][1:] for i in order]
-
-
-@dataclass(frozen=True)
-class _Job:
-    """A combination worth fitting: the fit to start from (None: the base), what joins it, and its start."""
-
-    promise: float
-    leader: Weighed | None
-    joining: tuple[Weighed, ...]
-    steps: tuple[Array, ...]
-
-
-def _combine(found: Search, size: int, workers: int) -> int:
-    """Fit the combinations of ``size`` effects that promise most; return how many were fitted."""
-    sim, base = found.sim, found.base
-    shorter = [w for w in found.ranked() if len(w.ids) == size - 1 and w.evidence > 0.0]
-    jobs: dict[tuple[str, ...], _Job] = {}
-
-    def offer(key: tuple[str, ...], job: _Job) -> None:
-        if apart(key) and (key not in jobs or jobs[key].promise < job.promise):
-            jobs[key] = job
-
-    for leader in shorter[: LEADERS if size == 2 else 1]:
-        for partner, gain, step in _partners(sim, leader, [v[0] for k, v in found.singles.items() if k not in leader.ids]):
-            added = gain - strengths_charge(len(partner.fit.hypothesis.strengths), 2.0 * gain)
-            if added > ADDS:
-                offer(tuple(sorted((*leader.ids, *partner.ids))), _Job(leader.evidence + added, leader, (partner,), (step,)))
-    if size == 2 and shorter:
-        for two, gain, steps in _pairs(sim, base, [v[0] for v in found.singles.values()]):
-            k = sum(len(w.fit.hypothesis.strengths) for w in two)
-            promise = gain - strengths_charge(k, 2.0 * gain)
-            if promise > shorter[0].evidence + ADDS:
-                offer(tuple(sorted((*two[0].ids, *two[1].ids))), _Job(promise, None, two, steps))
-
-    def joined(job: _Job) -> Weighed:
-        start = base if job.leader is None else job.leader.fit
-        h, values = start.hypothesis, start.values
-        for partner, step in zip(job.joining, job.steps, strict=True):
-            known = dict(zip(partner.fit.free, _begin(partner.fit, step), strict=True))
-            more = h.joined(partner.fit.hypothesis)
-            values = np.concatenate((values, [known[f] for f in more.free[len(h.free) :]]))
-            h = more
-        done = settle(sim, found.noise, fit(sim, start.whiten, h, start.theta, values, COARSE_ITERATIONS), 1)
-        if job.leader is not None and done.cost > start.cost:
-            # it contains its leader: once more from there, with a newcomer that is hardly there
-            weak = np.concatenate((start.values, grid(h.free[len(start.free) :])[0]))
-            again = fit(sim, start.whiten, h, start.theta, weak, COARSE_ITERATIONS)
-            done = min(done, settle(sim, found.noise, again, 1), key=lambda f: f.cost)
-        parts = [p for p in found.ranked() if len(p.ids) == size - 1 and set(p.ids) < set(h.ids)]
-        return weigh(sim, done, base.cost, parts)
-
-    chosen = sorted(jobs.values(), key=lambda j: -j.promise)[: PAIRS if size == 2 else PARTNERS]
-    for w in _each(joined, chosen, workers):
-        found.combined[tuple(sorted(w.ids))] = w
-    return len(chosen)
-
-
-def _pairs(sim: Simulator, base: Fit, models: Sequence[Weighed]) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:
-    """Return the linearised gain (nats) over the base of every two models that share no effect, with their steps."""
-    gram, score, slices = _projected(sim, base, models)
-    found = []
-    for i, j in itertools.combinations(range(len(models)), 2):
-        at = np.concatenate((np.arange(slices[i].start, slices[i].stop), np.arange(slices[j].start, slices[j].stop)))
-        inner = gram[np.ix_(at, at)]
-        step = np.linalg.lstsq(inner + 1e-6 * np.diag(np.diag(inner) + 1e-12), score[at], rcond=1e-10)[0]
-        cut = slices[i].stop - slices[i].start
-        gain = max(0.5 * float(score[at] @ step), 0.0)
-        found.append(((models[i], models[j]), gain, (step[:cut], step[cut:])))
-    return found
-
-
-def _partners(sim: Simulator, leader: Weighed, others: Sequence[Weighed]) -> list[tuple[Weighed, float, Array]]:
-    """Return for each other model its linearised gain (nats) beside a leader, and the step of its parameters."""
-    gram, score, slices = _projected(sim, leader.fit, others)
-    found = []
-    for w, s in zip(others, slices, strict=True):
-        inner = gram[s, s] + 1e-6 * np.diag(np.diag(gram[s, s]) + 1e-12)
-        step = np.asarray(np.linalg.lstsq(inner, score[s], rcond=1e-10)[0], np.float64)
-        found.append((w, max(0.5 * float(score[s] @ step), 0.0), step))
-    return found
-
-
-def _projected(sim: Simulator, f: Fit, models: Sequence[Weighed]) -> tuple[Array, Array, list[slice]]:
-    """Return the normal equations of all models' parameters beside a fit that follows what it can, and each model's place.
-
-    Every model answers as it does alone, so that all of them cost one pass of their columns through the fit's filter.
-    """
-    ends = np.cumsum([len(w.fit.free) for w in models])
-    slices = [slice(int(e) - len(w.fit.free), int(e)) for e, w in zip(ends, models, strict=True)]
-    if not models:
-        return np.zeros((0, 0)), np.zeros(0), slices
-    columns = f.whiten(np.concatenate([f.residual[:, None], f.jacobian, *(w.fit.jacobian[:, 1:] for w in models)], axis=1))
-    r, known, rest = columns[:, 0], columns[:, 1 : 2 + len(f.free)], columns[:, 2 + len(f.free) :]
-    a0, b0 = normal_equations(sim, known, r)
-    a0 += 1e-9 * np.diag(np.diag(a0) + 1e-12)
-    bends = (sim.config[:, None] == np.arange(len(f.theta))) * known[:, :1]
-    own = np.concatenate((bends, known[:, 1:]), axis=1).T @ rest
-    follow = np.linalg.solve(a0, np.column_stack((b0, own)))
-    return rest.T @ rest - own.T @ follow[:, 1:], rest.T @ r - own.T @ follow[:, 0], slices
-
-
-def _begin(f: Fit, step: Array) -> Array:
-    """Return the start of a partner: its strengths by the linear step from neutral, its shapes as they are alone."""
-    values = []
-    for x, value, s in zip(f.free, f.values, step, strict=True):
-        p = x.parameter
-        least = LEAST_STRENGTH * x.width * (1.0 if p.high > p.neutral else -1.0)
-        moved = p.neutral + (float(s) if abs(s) > abs(least) else least)
-        values.append(float(value) if p.shape else float(np.clip(moved, p.least, p.most)))
-    return np.array(values)
-
-
-def _each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:
-    """Return ``work`` of each item in order; threads share the data, the kernels release the lock."""
-    if workers < 2:
-        return [work(item) for item in items]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(work, items))

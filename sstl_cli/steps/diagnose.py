@@ -19,6 +19,7 @@ from sstl_cli.diagnosis import channels, downstream, faults, features, following
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.records import Problem, passing, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import Simulator
@@ -233,7 +234,7 @@ def gather(
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own, recorded)
 
 
-def _faults(found: search.Search, ids: Sequence[str], scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
+def _faults(found: Search, ids: Sequence[str], scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
     """Return the faults of the recorder that are candidates, beyond those that a simulator knows; without the run ``lacking``."""
     sim = found.sim
     known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
@@ -245,9 +246,7 @@ def _faults(found: search.Search, ids: Sequence[str], scenario: Scenario, lackin
     return [e for e in seen if e.id in ids]
 
 
-def _beside(
-    found: search.Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]
-) -> list[features.CandidateRow]:
+def _beside(found: Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
     """Return the candidates that are not fitted to the output."""
     return [e.row() for e in recorder] + [g.row() for g in gaps if g.effect not in found.singles]
 

@@ -9,11 +9,11 @@ import numpy as np
 from sstl_cli import __version__
 from sstl_cli.diagnosis import misfit, scaling, variation, verdict
 from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.latent import WHITE_ONLY
 from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.records import told
 from sstl_cli.diagnosis.residuals import leftover
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.simulator import LINE, Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli import __version__
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, of_readings
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
@@ -256,13 +257,19 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
 
 
 def _next(g: Given) -> dict[str, Any] | None:
-    """Propose the movement that separates the two most probable models of the output, if any of the menu can."""
+    """Propose the movement that separates the most probable model from the next that this data leaves beside it, if any does.
+
+    What this data tells apart, were laws exact, is no question of movements.
+    """
     p = g.verdict.probabilities
     ranked = sorted((w for w in g.search.ranked() if len(w.ids) == 1), key=lambda w: -p.get(w.ids, 0.0))
     if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2 or g.passed("next experiment"):
         return None
-    first, second = ranked[:2]
-    experiment = following.best_experiment(g.search, first, second, g.limits)
+    first = ranked[0]
+    beside = [w for w in ranked[1 : rows.RIVALS + 1] if limit.distance2(g.search.sim, first.fit, w.fit) < DECIDABLE]
+    if not beside:
+        return None
+    experiment = following.best_experiment(g.search, first, beside[0], g.limits)
     if experiment is None:
         return None
     does = (

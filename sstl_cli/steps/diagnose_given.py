@@ -14,9 +14,9 @@ from sstl_cli.diagnosis import features, following, heldout
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.scale import Scale
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.verdict import Ids, Verdict
 
 Array = NDArray[np.float64]

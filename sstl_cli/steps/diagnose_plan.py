@@ -16,10 +16,10 @@ from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.following import isolability
+from sstl_cli.diagnosis.found import NOTHING, Search
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.limit import Shown, distance2, least_shown
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import NOTHING, Search
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import Noise, Sensor, whitener

@@ -12,8 +12,8 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.channels import ChannelGap, _independent, _tracks, log_gain, loop_gaps, position_gaps
 from sstl_cli.diagnosis.constants import JOINS_NATS
 from sstl_cli.diagnosis.fit import first_theta, fit
+from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.filters import first_order

@@ -12,9 +12,9 @@ from made_fits import NOISE_N, made, noise, simulator
 from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import _at_most, _examined, _independent, _means, _share, instability, rows
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 OUT = Hypothesis(("zero_offset",), tuple(f for f in full("zero_offset", ("act",)).free if f.parameter.name == "z_out_act_n"))

@@ -12,6 +12,7 @@ from sstl_cli.diagnosis import fit as of
 from sstl_cli.diagnosis import search
 from sstl_cli.diagnosis.constants import SHARES
 from sstl_cli.diagnosis.fit import fit, jacobian, settle
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
@@ -154,7 +155,7 @@ def test_the_base_is_settled_from_the_bends_of_what_contains_it_and_is_likelier(
     # two fits that stopped short: the base far from its bends, a candidate on them with a strength of nothing
     base = settle(sim, QUIET, fit(sim, made().whiten, NOTHING, 1.4 * THETA, np.zeros(0), 0), 0)
     better = settle(sim, QUIET, fit(sim, made().whiten, FRICTION, 0.8 * THETA, np.zeros(1), 0), 0)
-    found = search.Search(sim, QUIET, QUIET, base, {}, {})
+    found = Search(sim, QUIET, QUIET, base, {}, {})
     assert better.cost < base.cost
     least = search._least(found, [better])
     assert least.cost < better.cost + 1.0

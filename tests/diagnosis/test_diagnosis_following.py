@@ -9,8 +9,8 @@ from made_fits import NOISE_N, made, simulator
 from sstl_cli.diagnosis.constants import MENU
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.following import Limits, best_experiment, isolability, sampling_s, scenario_of, table, within
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 OFFSET = next(h for h in variants("zero_offset", ("act",)) if [f.parameter.name for f in h.free] == ["z_out_act_n"])

@@ -8,9 +8,9 @@ from made_fits import NOISE_N, THETA, made, simulator
 
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import variants
 from sstl_cli.diagnosis.limit import distance2, least_shown
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 # of one parameter: with white noise the gaps of several are equal

@@ -24,9 +24,9 @@ from sstl_cli.diagnosis.constants import CONFIRMED_RUNS
 from sstl_cli.diagnosis.evidence import weigh
 from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.fit import fit
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.search import Search
 from sstl_cli.diagnosis.sentence import lines
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, UNDECIDED, Verdict

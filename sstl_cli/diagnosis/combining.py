@@ -1,0 +1,184 @@
+"""Combinations of effects: which of them promise most, and what stands beside the best."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.constants import ADDS, COARSE_ITERATIONS, LEADERS, LEAST_STRENGTH, PAIRS, PARTNERS, SWAPS
+from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
+from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
+from sstl_cli.diagnosis.found import Search, each
+from sstl_cli.diagnosis.hypotheses import Hypothesis, apart
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.starts import grid
+from sstl_cli.physics.effects import get
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A combination worth fitting: the fit to start from (None: the base), what joins it, and its start."""
+
+    promise: float
+    leader: Weighed | None
+    joining: tuple[Weighed, ...]
+    steps: tuple[Array, ...]
+
+
+def combine(found: Search, size: int, workers: int) -> int:
+    """Fit the combinations of ``size`` effects that promise most; return how many were fitted."""
+    sim, base = found.sim, found.base
+    shorter = [w for w in found.ranked() if len(w.ids) == size - 1 and w.evidence > 0.0]
+    jobs: dict[tuple[str, ...], _Job] = {}
+
+    def offer(key: tuple[str, ...], job: _Job) -> None:
+        if apart(key) and (key not in jobs or jobs[key].promise < job.promise):
+            jobs[key] = job
+
+    for leader in shorter[: LEADERS if size == 2 else 1]:
+        for partner, gain, step in _partners(sim, leader, [v[0] for k, v in found.singles.items() if k not in leader.ids], workers):
+            added = gain - strengths_charge(len(partner.fit.hypothesis.strengths), 2.0 * gain)
+            if added > ADDS:
+                offer(tuple(sorted((*leader.ids, *partner.ids))), _Job(leader.evidence + added, leader, (partner,), (step,)))
+    if size == 2 and shorter:
+        for two, gain, steps in _pairs(sim, base, [v[0] for v in found.singles.values()]):
+            k = sum(len(w.fit.hypothesis.strengths) for w in two)
+            promise = gain - strengths_charge(k, 2.0 * gain)
+            if promise > shorter[0].evidence + ADDS:
+                offer(tuple(sorted((*two[0].ids, *two[1].ids))), _Job(promise, None, two, steps))
+
+    chosen = sorted(jobs.values(), key=lambda j: -j.promise)[: PAIRS if size == 2 else PARTNERS]
+    for w in each(lambda job: _joined(found, job), chosen, workers):
+        found.combined[tuple(sorted(w.ids))] = w
+    _swap(found, size, workers)
+    return len(chosen)
+
+
+def _swap(found: Search, size: int, workers: int) -> None:
+    """Fit the neighbours of the most evident combination as long as one of them is more evident: a part by what looks like it.
+
+    To first order, from parts that have each explained as much as they can alone, what looks alike is told apart poorly.
+    """
+    for _ in range(SWAPS):
+        leader = found.ranked()[0]
+        if len(leader.ids) != size:
+            return
+        jobs = [
+            _Job(leader.evidence, kept, (partner,), (step,))
+            for part in leader.ids
+            if (others := [found.singles[i][0] for i in _like(found, leader.ids, part)])
+            for kept in [_without(found, leader, part)]
+            for partner, _, step in _partners(found.sim, kept, others, workers)
+        ]
+        for w in each(lambda job: _joined(found, job), jobs, workers):
+            found.combined[tuple(sorted(w.ids))] = w
+        if found.ranked()[0] is leader:
+            return
+
+
+def _like(found: Search, ids: tuple[str, ...], part: str) -> list[str]:
+    """Return the effects that look like a part of a combination and may stand there in its place, where that has not been fitted."""
+    rest = tuple(i for i in ids if i != part)
+    alike = [
+        i for i in found.singles if i not in ids and (i in get(part).look_alikes or part in get(i).look_alikes or not apart((i, part)))
+    ]
+    return [i for i in alike if apart((*rest, i)) and tuple(sorted((*rest, i))) not in found.combined]
+
+
+def _without(found: Search, leader: Weighed, part: str) -> Weighed:
+    """Return a combination without one of its effects, the others as they are in it."""
+    f = leader.fit
+    kept = [k for k, x in enumerate(f.free) if x.effect.id != part]
+    h = Hypothesis(tuple(i for i in f.ids if i != part), tuple(f.free[k] for k in kept))
+    return replace(leader, fit=fit(found.sim, f.whiten, h, f.theta, f.values[kept], 0))
+
+
+def _joined(found: Search, job: _Job) -> Weighed:
+    """Return the fit of a combination."""
+    sim, start = found.sim, found.base if job.leader is None else job.leader.fit
+    h, values = start.hypothesis, start.values
+    for partner, step in zip(job.joining, job.steps, strict=True):
+        known = dict(zip(partner.fit.free, _begin(partner.fit, step), strict=True))
+        more = h.joined(partner.fit.hypothesis)
+        values = np.concatenate((values, [known[f] for f in more.free[len(h.free) :]]))
+        h = more
+    done = settle(sim, found.noise, fit(sim, start.whiten, h, start.theta, values, COARSE_ITERATIONS), 1)
+    if job.leader is not None and done.cost > start.cost:
+        # it contains its leader: once more from there, with a newcomer that is hardly there
+        weak = np.concatenate((start.values, grid(h.free[len(start.free) :])[0]))
+        again = fit(sim, start.whiten, h, start.theta, weak, COARSE_ITERATIONS)
+        done = min(done, settle(sim, found.noise, again, 1), key=lambda f: f.cost)
+    parts = [p for p in found.ranked() if len(p.ids) == len(h.ids) - 1 and set(p.ids) < set(h.ids)]
+    return weigh(sim, done, found.base.cost, parts)
+
+
+def _pairs(sim: Simulator, base: Fit, models: Sequence[Weighed]) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:
+    """Return the linearised gain (nats) over the base of every two models that share no effect, with their steps."""
+    gram, score, slices = _projected(sim, base, [w.fit.jacobian[:, 1:] for w in models])
+    found = []
+    for i, j in itertools.combinations(range(len(models)), 2):
+        at = np.concatenate((np.arange(slices[i].start, slices[i].stop), np.arange(slices[j].start, slices[j].stop)))
+        inner = gram[np.ix_(at, at)]
+        step = np.linalg.lstsq(inner + 1e-6 * np.diag(np.diag(inner) + 1e-12), score[at], rcond=1e-10)[0]
+        cut = slices[i].stop - slices[i].start
+        gain = max(0.5 * float(score[at] @ step), 0.0)
+        found.append(((models[i], models[j]), gain, (step[:cut], step[cut:])))
+    return found
+
+
+def _partners(sim: Simulator, leader: Weighed, others: Sequence[Weighed], workers: int = 1) -> list[tuple[Weighed, float, Array]]:
+    """Return for each other model its linearised gain (nats) beside a leader, and the step of its parameters.
+
+    Beside its slopes alone stands what all of it does beside the leader: a late sensor shows it later, and what acts along the
+    line is not linear.
+    """
+    f = leader.fit
+
+    def beside(w: Weighed) -> Array:
+        both = sim.predict(f.theta, {**w.fit.effects, **f.effects}) - f.prediction
+        return np.concatenate((w.fit.jacobian[:, 1:], both[:, None]), axis=1)
+
+    gram, score, slices = _projected(sim, f, each(beside, others, workers))
+    found = []
+    for w, s in zip(others, slices, strict=True):
+        inner = gram[s, s] + 1e-6 * np.diag(np.diag(gram[s, s]) + 1e-12)
+        step = np.asarray(np.linalg.lstsq(inner, score[s], rcond=1e-10)[0], np.float64)
+        whole = w.fit.values - np.array([x.parameter.neutral for x in w.fit.free])
+        found.append((w, max(0.5 * float(score[s] @ step), 0.0), step[:-1] + step[-1] * whole))
+    return found
+
+
+def _projected(sim: Simulator, f: Fit, answers: Sequence[Array]) -> tuple[Array, Array, list[slice]]:
+    """Return the normal equations of models' answers, one column each, beside a fit that follows what it can, and their places.
+
+    All of them cost one pass through the fit's filter.
+    """
+    ends = np.cumsum([x.shape[1] for x in answers])
+    slices = [slice(int(e) - x.shape[1], int(e)) for e, x in zip(ends, answers, strict=True)]
+    if not answers:
+        return np.zeros((0, 0)), np.zeros(0), slices
+    columns = f.whiten(np.concatenate([f.residual[:, None], f.jacobian, *answers], axis=1))
+    r, known, rest = columns[:, 0], columns[:, 1 : 2 + len(f.free)], columns[:, 2 + len(f.free) :]
+    a0, b0 = normal_equations(sim, known, r)
+    a0 += 1e-9 * np.diag(np.diag(a0) + 1e-12)
+    bends = (sim.config[:, None] == np.arange(len(f.theta))) * known[:, :1]
+    own = np.concatenate((bends, known[:, 1:]), axis=1).T @ rest
+    follow = np.linalg.solve(a0, np.column_stack((b0, own)))
+    return rest.T @ rest - own.T @ follow[:, 1:], rest.T @ r - own.T @ follow[:, 0], slices
+
+
+def _begin(f: Fit, step: Array) -> Array:
+    """Return the start of a partner: its strengths by the linear step from neutral, its shapes as they are alone."""
+    values = []
+    for x, value, s in zip(f.free, f.values, step, strict=True):
+        p = x.parameter
+        least = LEAST_STRENGTH * x.width * (1.0 if p.high > p.neutral else -1.0)
+        moved = p.neutral + (float(s) if abs(s) > abs(least) else least)
+        values.append(float(value) if p.shape else float(np.clip(moved, p.least, p.most)))
+    return np.array(values)

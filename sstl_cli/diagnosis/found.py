@@ -1,0 +1,47 @@
+"""What a search has found: the base, every effect by its hypotheses, and combinations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TypeVar
+
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.hypotheses import Hypothesis
+from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.whitening import Noise
+
+T = TypeVar("T")
+R = TypeVar("R")
+NOTHING = Hypothesis((), ())
+
+
+@dataclass(frozen=True)
+class Search:
+    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), and combinations."""
+
+    sim: Simulator
+    noise: Noise
+    measured: Noise
+    base: Fit
+    singles: dict[str, tuple[Weighed, ...]]
+    combined: dict[tuple[str, ...], Weighed]
+
+    def best(self, ids: tuple[str, ...]) -> Weighed:
+        """Return the best fit of one effect or of a combination."""
+        return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[tuple(sorted(ids))]
+
+    def ranked(self) -> list[Weighed]:
+        """Return the best model of every effect and combination, the most evident first."""
+        models = [v[0] for v in self.singles.values()] + list(self.combined.values())
+        return sorted(models, key=lambda w: (-w.evidence, w.ids))
+
+
+def each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:
+    """Return ``work`` of each item in order; threads share the data, the kernels release the lock."""
+    if workers < 2:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(work, items))
