@@ -21,9 +21,9 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import noise
 from sstl_cli.diagnosis.constants import COARSE_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, settle
+from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Free, Simulator
 from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import white

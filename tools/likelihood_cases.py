@@ -17,11 +17,11 @@ from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis import hearing
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit, normal_equations, partial, settle
+from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.latent import Slow, latent
 from sstl_cli.diagnosis.recorder import white_beside, white_noise
 from sstl_cli.diagnosis.records import Problem, Record, prepare
-from sstl_cli.diagnosis.search import NOTHING
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.smoother import STATES
 from sstl_cli.diagnosis.where import phases

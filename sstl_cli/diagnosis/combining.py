@@ -56,39 +56,38 @@ def combine(found: Search, size: int, workers: int) -> int:
     chosen = sorted(jobs.values(), key=lambda j: -j.promise)[: PAIRS if size == 2 else PARTNERS]
     for w in each(lambda job: _joined(found, job), chosen, workers):
         found.combined[tuple(sorted(w.ids))] = w
-    _swap(found, size, workers)
+    if size == 2:
+        _swap(found, workers)
     return len(chosen)
 
 
-def _swap(found: Search, size: int, workers: int) -> None:
-    """Fit the neighbours of the most evident combination as long as one of them is more evident: a part by what looks like it.
+def _swap(found: Search, workers: int) -> None:
+    """Fit the neighbours of the most evident pair: a part by what looks like it, or by another hypothesis of its own.
 
     To first order, from parts that have each explained as much as they can alone, what looks alike is told apart poorly.
     """
-    for _ in range(SWAPS):
-        leader = found.ranked()[0]
-        if len(leader.ids) != size:
-            return
-        jobs = [
-            _Job(leader.evidence, kept, (partner,), (step,))
-            for part in leader.ids
-            if (others := [found.singles[i][0] for i in _like(found, leader.ids, part)])
-            for kept in [_without(found, leader, part)]
-            for partner, _, step in _partners(found.sim, kept, others, workers)
-        ]
-        for w in each(lambda job: _joined(found, job), jobs, workers):
-            found.combined[tuple(sorted(w.ids))] = w
-        if found.ranked()[0] is leader:
-            return
+    leader = found.ranked()[0]
+    if len(leader.ids) != 2:
+        return
+    jobs = []
+    for part in leader.ids:
+        others = _like(found, leader, part)
+        kept = _without(found, leader, part) if others else leader
+        told = sorted(_partners(found.sim, kept, others, workers), key=lambda p: -p[1])
+        jobs += [_Job(leader.evidence, kept, (partner,), (step,)) for partner, _, step in told[:SWAPS]]
+    for w in each(lambda job: _joined(found, job), jobs, workers):
+        key = tuple(sorted(w.ids))
+        if key not in found.combined or w.evidence > found.combined[key].evidence:
+            found.combined[key] = w
 
 
-def _like(found: Search, ids: tuple[str, ...], part: str) -> list[str]:
-    """Return the effects that look like a part of a combination and may stand there in its place, where that has not been fitted."""
-    rest = tuple(i for i in ids if i != part)
-    alike = [
-        i for i in found.singles if i not in ids and (i in get(part).look_alikes or part in get(i).look_alikes or not apart((i, part)))
-    ]
-    return [i for i in alike if apart((*rest, i)) and tuple(sorted((*rest, i))) not in found.combined]
+def _like(found: Search, leader: Weighed, part: str) -> list[Weighed]:
+    """Return the hypotheses that may stand in the place of a part of a pair, and have not been fitted there."""
+    (rest,) = (i for i in leader.ids if i != part)
+    alike = [i for i in found.singles if i == part or i in get(part).look_alikes or part in get(i).look_alikes or not apart((i, part))]
+    fitted = {frozenset(w.fit.free) for w in found.combined.values()}
+    kept = frozenset(x for x in leader.fit.free if x.effect.id != part)
+    return [w for i in alike if i != rest and apart((rest, i)) for w in found.singles[i] if kept | set(w.fit.free) not in fitted]
 
 
 def _without(found: Search, leader: Weighed, part: str) -> Weighed:

@@ -196,7 +196,7 @@ BASE_ITERATIONS, COARSE_ITERATIONS, SHORT_ITERATIONS = 4, 5, 2
 PROMISING = 0.3
 # how many models are joined into the richest, refitted beside a leader, and led from
 RICH_FITS, PARTNERS, PAIRS, LEADERS, VARIANTS = 4, 3, 6, 4, 3
-# how often the leading combination is looked beside
+# how many look-alikes of a part stand in for it in the leading pair
 SWAPS = 2
 # nats: what adds less is no partner; what is closer to the best is followed to its optimum in any case
 ADDS, ALIVE_NATS = 3.0, 40.0

@@ -263,11 +263,11 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     known = sim.constants(f.effects, noise)
     jumping = {x.effect.id for x in f.free if x.parameter.name in x.effect.averaged}
     rest = {k: v for k, v in f.effects.items() if k not in jumping} if jumping else {}
-    added = np.abs(_retuned(sim, f, f.prediction - sim.predict(f.theta, rest))) if f.free else np.zeros(len(f.residual))
+    added = np.abs(f.prediction - sim.predict(f.theta, rest)) if f.free else np.zeros(len(f.residual))
 
     def judged(share: float) -> Fit:
         if jumping:
-            # a jump is as new at every step of a slide, and in a hold what the last one left
+            # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
             own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
         else:
             own = whitener(known, phases, share * added if f.free else None)
@@ -276,10 +276,6 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
 
     shares = JUMPS if jumping else SHARES if f.free else SHARES[:1]
     return _most_likely(judged, shares, f.discrepancy)
-
-
-def _retuned(sim: Simulator, f: Fit, added: Array) -> Array:
-    return added
 
 
 def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float) -> Fit:

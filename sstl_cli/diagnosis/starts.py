@@ -34,6 +34,8 @@ def grid(free: Sequence[Free]) -> list[Array]:
         p = f.parameter
         if p.name == "load_mm_per_n":
             axes.append([p.neutral])
+        elif p.start is not None:
+            axes.append([p.start])
         elif p.shape:
             log = p.low > 0 and p.high / p.low > DECADES
             axes.append([float(p.low * (p.high / p.low) ** g) if log else p.low + g * (p.high - p.low) for g in SHAPE_GRID])

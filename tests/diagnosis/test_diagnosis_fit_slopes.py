@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
+from made_fits import NOISE_N, NOTHING, THETA, made, named, noise, simulator
 
 from sstl_cli.diagnosis import fit as of
 from sstl_cli.diagnosis import search
@@ -162,3 +162,15 @@ def test_the_base_is_settled_from_the_bends_of_what_contains_it_and_is_likelier(
     assert least.hypothesis == NOTHING
     assert least.theta == pytest.approx(0.8 * THETA, abs=0.01)
     assert search._least(replace(found, base=least), [base]) is not base
+
+
+def test_jumps_scatter_by_what_jumps_not_by_what_stands_beside_them() -> None:
+    left = 0.3 * np.sin(np.arange(len(SIM.y)))
+    jumps = named("stribeck", "mean_ratio", "mean_mm_s")
+
+    def judged(h, *values) -> float:
+        return of._judged(SIM, QUIET, made(left, h, values)).cost
+
+    # friction that does not fall with speed scatters nothing, however much the other part does
+    assert judged(jumps.joined(FRICTION), 1.0, 1.0, 0.4) == pytest.approx(judged(jumps, 1.0, 1.0), rel=1e-3)
+    assert judged(jumps.joined(FRICTION), 1.4, 1.0, 0.4) < 0.8 * judged(jumps.joined(FRICTION), 1.0, 1.0, 0.4)

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_fits import NOISE_N, NOTHING, THETA, gained, made, named, noise, simulator, thetas
+from made_fits import NOISE_N, NOTHING, THETA, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import search as of
-from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit
-from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.found import Search, each
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.search import run
 from sstl_cli.diagnosis.simulator import as_effects
@@ -41,36 +40,6 @@ def test_models_are_ranked_by_evidence_and_the_best_of_each_is_kept():
     assert found.best(("zero_offset",)) is a and found.best(("zero_offset", "gain_error")) is both
 
 
-def test_normal_equations_beside_a_fit_are_those_of_what_it_leaves():
-    f = made(noise(2) + 0.02, GAIN, (1.0,))
-    models = [Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((ZERO, (0.0, 0.1)), (FRICTION, (0.1,)))]
-    gram, score, places = of._projected(SIM, f, models)
-    assert places == [slice(0, 2), slice(2, 3)]
-    known = np.column_stack((thetas(f), f.whiten(f.jacobian[:, 1])))
-    columns = f.whiten(np.column_stack([m.fit.jacobian[:, 1:] for m in models]))
-    r = f.whiten(f.residual)
-    out = columns - known @ np.linalg.lstsq(known, columns, rcond=None)[0]
-    assert gram == pytest.approx(out.T @ out, rel=1e-5, abs=1e-6 * np.abs(gram).max()) and score == pytest.approx(
-        out.T @ r, rel=1e-5, abs=1e-4 * np.abs(score).max()
-    )
-    empty = of._projected(SIM, f, [])
-    assert empty[0].shape == (0, 0) and len(empty[1]) == 0 and empty[2] == []
-
-
-def test_partners_and_pairs_promise_what_they_gain_to_first_order():
-    base = made(noise(3) + 0.02)
-    models = [Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((ZERO, (0.0, 0.1)), (FRICTION, (0.1,)), (GAIN, (1.0,)))]
-    r, known = base.whiten(base.residual), thetas(base)
-    columns = [base.whiten(m.fit.jacobian[:, 1:]) for m in models]
-    for (w, gain, step), c in zip(of._partners(SIM, Weighed(base, 0.0, 0.0), models), columns, strict=True):
-        assert gain == pytest.approx(gained(c, known, r), rel=1e-2) and len(step) == len(w.fit.free)
-    pairs = of._pairs(SIM, base, models)
-    assert [(a.ids, b.ids) for (a, b), _, _ in pairs] == [(models[i].ids, models[k].ids) for i, k in ((0, 1), (0, 2), (1, 2))]
-    for (_, gain, steps), (i, k) in zip(pairs, ((0, 1), (0, 2), (1, 2)), strict=True):
-        assert gain == pytest.approx(gained(np.column_stack((columns[i], columns[k])), known, r), rel=1e-2)
-        assert [len(s) for s in steps] == [columns[i].shape[1], columns[k].shape[1]]
-
-
 def test_subsets_lose_what_the_curvature_says():
     whole = made(noise(4), ZERO, (0.002, 0.3))
     rows = of._subsets(SIM, whole)
@@ -85,15 +54,8 @@ def test_subsets_lose_what_the_curvature_says():
         assert theta == pytest.approx(moved[:2], rel=1e-4) and values == pytest.approx(np.clip(moved[2:], -20.0, 20.0), rel=1e-4)
 
 
-def test_a_partner_begins_at_its_step_and_never_at_nothing():
-    f = made(0.0, named("stribeck", "mean_ratio", "mean_mm_s"), (1.3, 2.0))
-    assert of._begin(f, np.array([0.2, 9.0])) == pytest.approx([1.2, 2.0])
-    assert of._begin(f, np.array([1e-9, 0.0])) == pytest.approx([1.0 + LEAST_STRENGTH * 0.5, 2.0])
-    assert of._begin(f, np.array([-0.2, 0.0]))[0] == 1.0 and of._begin(f, np.array([99.0, 0.0]))[0] == 3.0
-
-
 def test_work_is_in_order_however_many_do_it():
-    assert of._each(lambda x: x * x, range(5), 1) == of._each(lambda x: x * x, range(5), 3) == [0, 1, 4, 9, 16]
+    assert each(lambda x: x * x, range(5), 1) == each(lambda x: x * x, range(5), 3) == [0, 1, 4, 9, 16]
     assert of._spread(np.zeros(3), [2, 0], np.array([5.0, 6.0])).tolist() == [6.0, 0.0, 5.0]
 
 
@@ -106,41 +68,6 @@ def test_a_fit_that_ends_above_the_base_begins_once_more_from_the_base():
     assert stuck.cost > base.cost
     again = of._near(found, stuck)
     assert again.cost < base.cost and again.values[0] == pytest.approx(0.1, abs=0.01)
-
-
-def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monkeypatch):
-    ids = ("zero_offset", "gain_error", "const_friction", "viscous", "slack", "asymmetric_friction")
-    singles = [
-        Weighed(made(0.0, full(i, ("act",)), tuple(f.parameter.neutral for f in full(i, ("act",)).free)), 9.0, 6.0 - 1.2 * k)
-        for k, i in enumerate(ids)
-    ]
-    pairs = [
-        Weighed(made(0.0, ZERO.joined(h), (0.0, 0.0, h.free[0].parameter.neutral)), 20.0, e) for h, e in ((GAIN, 7.0), (FRICTION, 8.0))
-    ]
-    found, led = searched(made(), *singles, combined=pairs), []
-
-    def partners(sim, leader, others):
-        led.append((leader.ids, [w.ids[0] for w in others]))
-        return []
-
-    monkeypatch.setattr(of, "_partners", partners)
-    monkeypatch.setattr(of, "_pairs", lambda *_: [])
-    assert of._combine(found, 2, 1) == 0
-    # the last of six has no evidence, and four lead
-    assert [ids for ids, _ in led] == [(i,) for i in ids[:LEADERS]] and led[0][1] == list(ids[1:])
-    led.clear()
-    assert of._combine(found, 3, 1) == 0
-    assert led == [(("zero_offset", "const_friction"), ["gain_error", "viscous", "slack", "asymmetric_friction"])]
-
-
-@pytest.mark.parametrize(("gain", "fitted"), [(30.0, 1), (5.0, 0)])
-def test_a_partner_joins_where_it_adds_more_than_it_costs(monkeypatch, gain, fitted):
-    leader, partner = Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)
-    found = searched(made(), leader, partner)
-    monkeypatch.setattr(of, "_partners", lambda sim, leader, others: [(w, gain, np.array([0.1])) for w in others])
-    # two as evident together as the leader alone promise nothing
-    monkeypatch.setattr(of, "_pairs", lambda *_: [((leader, partner), 6.0 + of.strengths_charge(2, 12.0), (np.zeros(1), np.zeros(1)))])
-    assert of._combine(found, 2, 1) == fitted and set(found.combined) == ({("const_friction", "gain_error")} if fitted else set())
 
 
 @pytest.fixture(scope="module")

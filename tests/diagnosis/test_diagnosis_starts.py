@@ -38,6 +38,8 @@ def test_starts_of_strengths_and_shapes():
     # over less than twenty times the shape's grid is linear; a strength that may be of either sign begins a little off nothing beside it
     (spread,) = {tuple(v[1] for v in grid(variants("presliding", ("act",))[0].free))[:3]}
     assert spread == pytest.approx((0.15, 0.5, 0.85))
+    # a shape that says where to begin begins there
+    assert {float(v[1]) for v in grid(variants("presliding", ("act",))[1].free)} == {0.5}
     drift = named("friction_drift", "d_mu", "path_n")
     assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([OFF_NEUTRAL * 0.6] * 3)
 

@@ -23,7 +23,9 @@ EFFECT = Effect(
         Parameter("breakaway_mm", "mm", 0.0, 0.0, 1.5, "mean break-away distance"),
         Parameter("spread", "1", 0.5, 0.0, 1.0, "relative spread of the break-away distances", shape=True, limits=(0.0, 1.0)),
         Parameter("dahl_mm", "mm", 0.0, 0.0, 1.5, "break-away distance of friction that builds up ever more slowly"),
-        Parameter("tail", "1", 0.5, 0.0, 1.0, "how long the build-up takes to end, s: 1 in Dahl's law", shape=True, limits=(0.0, 1.0)),
+        Parameter(
+            "tail", "1", 0.5, 0.0, 1.0, "how long the build-up takes to end, s: 1 in Dahl's law", shape=True, start=0.5, limits=(0.0, 1.0)
+        ),
     ),
     excitation="Minor loops and frequent reversals; three speeds tell it from a low-pass.",
     look_alikes=("channel_lowpass",),

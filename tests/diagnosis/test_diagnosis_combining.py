@@ -1,0 +1,161 @@
+"""Combinations of effects: what promises most, and what stands beside the best."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, thetas
+
+from sstl_cli.diagnosis import combining as of
+from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.fit import fit
+from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.simulator import as_effects
+from sstl_cli.diagnosis.whitening import Noise, Sensor
+
+SIM = simulator()
+QUIET = Sensor(NOISE_N, 0.0, 0.1)
+NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
+ZERO, FRICTION, GAIN = (full(e, ("act",)) for e in ("zero_offset", "const_friction", "gain_error"))
+LATE = full("channel_delay", ("act",))
+
+
+def searched(base, *singles, combined=(), sim=SIM):
+    models = {w.ids[0]: (w,) for w in singles}
+    return Search(sim, NOISE, NOISE, base, models, {tuple(sorted(w.ids)): w for w in combined})
+
+
+def test_normal_equations_beside_a_fit_are_those_of_what_it_leaves():
+    f = made(noise(2) + 0.02, GAIN, (1.0,))
+    models = [Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((ZERO, (0.0, 0.1)), (FRICTION, (0.1,)))]
+    gram, score, places = of._projected(SIM, f, [m.fit.jacobian[:, 1:] for m in models])
+    assert places == [slice(0, 2), slice(2, 3)]
+    known = np.column_stack((thetas(f), f.whiten(f.jacobian[:, 1])))
+    columns = f.whiten(np.column_stack([m.fit.jacobian[:, 1:] for m in models]))
+    r = f.whiten(f.residual)
+    out = columns - known @ np.linalg.lstsq(known, columns, rcond=None)[0]
+    assert gram == pytest.approx(out.T @ out, rel=1e-5, abs=1e-6 * np.abs(gram).max()) and score == pytest.approx(
+        out.T @ r, rel=1e-5, abs=1e-4 * np.abs(score).max()
+    )
+    empty = of._projected(SIM, f, [])
+    assert empty[0].shape == (0, 0) and len(empty[1]) == 0 and empty[2] == []
+
+
+def test_partners_and_pairs_promise_what_they_gain_to_first_order():
+    base = made(noise(3) + 0.02)
+    models = [Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((ZERO, (0.0, 0.1)), (FRICTION, (0.1,)), (GAIN, (1.0,)))]
+    r, known = base.whiten(base.residual), thetas(base)
+    columns = [base.whiten(m.fit.jacobian[:, 1:]) for m in models]
+    for (w, gain, step), c in zip(of._partners(SIM, Weighed(base, 0.0, 0.0), models), columns, strict=True):
+        # what all of it does beside the leader is a column of its own
+        whole = base.whiten(SIM.predict(THETA, w.fit.effects) - base.prediction)
+        assert gain == pytest.approx(gained(np.column_stack((c, whole)), known, r), rel=1e-2) and len(step) == len(w.fit.free)
+    pairs = of._pairs(SIM, base, models)
+    assert [(a.ids, b.ids) for (a, b), _, _ in pairs] == [(models[i].ids, models[k].ids) for i, k in ((0, 1), (0, 2), (1, 2))]
+    for (_, gain, steps), (i, k) in zip(pairs, ((0, 1), (0, 2), (1, 2)), strict=True):
+        assert gain == pytest.approx(gained(np.column_stack((columns[i], columns[k])), known, r), rel=1e-2)
+        assert [len(s) for s in steps] == [columns[i].shape[1], columns[k].shape[1]]
+
+
+def test_a_partner_begins_at_its_step_and_never_at_nothing():
+    f = made(0.0, named("stribeck", "mean_ratio", "mean_mm_s"), (1.3, 2.0))
+    assert of._begin(f, np.array([0.2, 9.0])) == pytest.approx([1.2, 2.0])
+    assert of._begin(f, np.array([1e-9, 0.0])) == pytest.approx([1.0 + LEAST_STRENGTH * 0.5, 2.0])
+    assert of._begin(f, np.array([-0.2, 0.0]))[0] == 1.0 and of._begin(f, np.array([99.0, 0.0]))[0] == 3.0
+
+
+def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monkeypatch):
+    ids = ("zero_offset", "gain_error", "const_friction", "viscous", "slack", "asymmetric_friction")
+    singles = [
+        Weighed(made(0.0, full(i, ("act",)), tuple(f.parameter.neutral for f in full(i, ("act",)).free)), 9.0, 6.0 - 1.2 * k)
+        for k, i in enumerate(ids)
+    ]
+    pairs = [
+        Weighed(made(0.0, ZERO.joined(h), (0.0, 0.0, h.free[0].parameter.neutral)), 20.0, e) for h, e in ((GAIN, 7.0), (FRICTION, 8.0))
+    ]
+    found, led = searched(made(), *singles, combined=pairs), []
+
+    def partners(sim, leader, others, _workers):
+        led.append((leader.ids, [w.ids[0] for w in others]))
+        return []
+
+    monkeypatch.setattr(of, "_partners", partners)
+    monkeypatch.setattr(of, "_pairs", lambda *_: [])
+    monkeypatch.setattr(of, "_swap", lambda *_: None)
+    assert of.combine(found, 2, 1) == 0
+    # the last of six has no evidence, and four lead
+    assert [ids for ids, _ in led] == [(i,) for i in ids[:LEADERS]] and led[0][1] == list(ids[1:])
+    led.clear()
+    assert of.combine(found, 3, 1) == 0
+    assert led == [(("zero_offset", "const_friction"), ["gain_error", "viscous", "slack", "asymmetric_friction"])]
+
+
+@pytest.mark.parametrize(("gain", "fitted"), [(30.0, 1), (5.0, 0)])
+def test_a_partner_joins_where_it_adds_more_than_it_costs(monkeypatch, gain, fitted):
+    leader, partner = Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)
+    found = searched(made(), leader, partner)
+    monkeypatch.setattr(of, "_partners", lambda sim, leader, others, _workers: [(w, gain, np.array([0.1])) for w in others])
+    monkeypatch.setattr(of, "_swap", lambda *_: None)
+    # two as evident together as the leader alone promise nothing
+    monkeypatch.setattr(of, "_pairs", lambda *_: [((leader, partner), 6.0 + of.strengths_charge(2, 12.0), (np.zeros(1), np.zeros(1)))])
+    assert of.combine(found, 2, 1) == fitted and set(found.combined) == ({("const_friction", "gain_error")} if fitted else set())
+
+
+def truth(*hypotheses):
+    """Return a simulator whose records were made by some hypotheses at (hypothesis, values), and its base."""
+    sim, whole, values = replace(SIM), hypotheses[0][0], tuple(hypotheses[0][1])
+    for h, v in hypotheses[1:]:
+        whole, values = whole.joined(h), (*values, *v)
+    sim.y = sim.predict(THETA, as_effects(whole.free, np.array(values))) + noise(8)
+    return sim, fit(sim, made().whiten, made().hypothesis, THETA, np.zeros(0))
+
+
+def alone(sim, base, h, start):
+    return Weighed(fit(sim, base.whiten, h, base.theta, np.array(start)), 0.0, 0.0)
+
+
+def test_a_partner_of_a_late_sensor_answers_late():
+    sim, base = truth((LATE, (0.5,)), (FRICTION, (0.3,)))
+    leader, partner = (alone(sim, base, h, v) for h, v in ((LATE, (0.3,)), (FRICTION, (0.1,))))
+    r, known = leader.fit.whiten(leader.fit.residual), np.column_stack((thetas(leader.fit), leader.fit.whiten(leader.fit.jacobian[:, 1])))
+    early = gained(leader.fit.whiten(partner.fit.jacobian[:, 1:]), known, r)
+    ((_, gain, _),) = of._partners(sim, leader, [partner])
+    both = fit(sim, base.whiten, LATE.joined(FRICTION), leader.fit.theta, np.append(leader.fit.values, 0.1))
+    assert 1.2 * early < gain and gain > 0.5 * (leader.fit.cost - both.cost)
+
+
+def test_the_leading_pair_is_looked_beside():
+    sim, base = truth((LATE, (0.5,)), (FRICTION, (0.3,)))
+    late, friction, zero = (alone(sim, base, h, v) for h, v in ((LATE, (0.3,)), (FRICTION, (0.1,)), (ZERO, (0.1, 0.1))))
+    wrong = fit(sim, base.whiten, LATE.joined(ZERO), late.fit.theta, np.append(late.fit.values, (0.0, 0.1)))
+    found = searched(base, late, friction, zero, combined=[Weighed(wrong, base.cost - wrong.cost, base.cost - wrong.cost - 20.0)], sim=sim)
+    assert found.ranked()[0].ids == ("channel_delay", "zero_offset")
+    of._swap(found, 1)
+    best = found.ranked()[0]
+    assert set(best.ids) == {"channel_delay", "const_friction"}
+    assert dict(zip((f.parameter.name for f in best.fit.free), best.fit.values, strict=True)) == pytest.approx(
+        {"tau_act_s": 0.5, "w_l_n": 0.3}, rel=0.05
+    )
+
+
+def test_a_part_gives_way_to_another_hypothesis_of_its_own():
+    bend, length = (next(h for h in variants("viscous", ("act",)) if n in {f.parameter.name for f in h.free}) for n in BEND_LENGTH)
+    leader = Weighed(made(0.0, GAIN.joined(bend), (1.0, 0.01, 0.1)), 50.0, 40.0)
+    found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 0.0, 0.0), combined=[leader])
+    found.singles["viscous"] = tuple(Weighed(made(0.0, h, (0.01, 0.1)), 0.0, 0.0) for h in (bend, length))
+    # what stands there already is not fitted again, and the other part has no other hypothesis
+    assert [w.fit.hypothesis for w in of._like(found, leader, "viscous")] == [length]
+    assert of._like(found, leader, "gain_error") == []
+
+
+BEND_LENGTH = ("c_bend_n_s_per_mm", "c_l_n_s_per_mm")
+
+
+def test_without_a_leading_pair_nothing_is_looked_beside():
+    found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0))
+    of._swap(found, 1)
+    assert found.combined == {}
