@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from page_part import put, table
 from scipy.optimize import least_squares
 
-from sstl_cli.physics.effect import Effect, Mechanics
+from sstl_cli.physics.effect import Effect, Mechanics, Parameter
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import Active, drive_of, observed_output, true_input
@@ -89,8 +89,14 @@ def least(residual: Callable[[Array], Array], low: Array, high: Array, starts: S
 
 
 def fitted(effect: Effect | None, residual: Callable[[Values | None, Array], Array], thetas: int) -> float:
-    """Return what is left of a residual once theta of each bend and the parameters of an effect are refitted."""
-    free = [] if effect is None else [p for p in effect.parameters if p.name != "k_sh_mm_per_n" or effect.channel == "position"]
+    """Return what is left of a residual once theta of each bend and the parameters of an effect are refitted, by its best law."""
+    known = [] if effect is None else [p for p in effect.parameters if p.name != "k_sh_mm_per_n" or effect.channel == "position"]
+    laws = [] if effect is None else [[p for p in known if p.name in v] for v in effect.variants]
+    return min(_fitted(effect, free, residual, thetas) for free in [known, *laws])
+
+
+def _fitted(effect: Effect | None, free: Sequence[Parameter], residual: Callable[[Values | None, Array], Array], thetas: int) -> float:
+    """Return what is left of a residual with some parameters of an effect free."""
     low = np.array([0.05] * thetas + [p.low for p in free])
     high = np.array([1.5] * thetas + [p.high for p in free])
     starts = []

@@ -257,20 +257,17 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
 
 
 def _next(g: Given) -> dict[str, Any] | None:
-    """Propose the movement that separates the most probable model from the next that this data leaves beside it, if any does.
+    """Propose the movement that separates the two most probable models of the output, if any of the menu can.
 
-    What this data tells apart, were laws exact, is no question of movements.
+    Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
     """
     p = g.verdict.probabilities
     ranked = sorted((w for w in g.search.ranked() if len(w.ids) == 1), key=lambda w: -p.get(w.ids, 0.0))
     if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2 or g.passed("next experiment"):
         return None
-    first = ranked[0]
-    beside = [w for w in ranked[1 : rows.RIVALS + 1] if limit.distance2(g.search.sim, first.fit, w.fit) < DECIDABLE]
-    if not beside:
-        return None
-    experiment = following.best_experiment(g.search, first, beside[0], g.limits)
-    if experiment is None:
+    first, second = ranked[:2]
+    experiment = following.best_experiment(g.search, first, second, g.limits)
+    if experiment is None or max(experiment.d2, DECIDABLE) <= experiment.d2_here:
         return None
     does = (
         f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} (24 settles it; here {experiment.d2_here:.3g})"
