@@ -23,6 +23,7 @@ OWN = {
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
     "viscous": {"c_bend_n_s_per_mm"},
+    "zero_drift": {"warming"},
 }
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")
 # pulled and released with a hold, a corner and a minor loop; two tendons that do not move alike
