@@ -15,10 +15,10 @@ def output(**values):
 
 
 def test_a_bridge_warms_up_by_its_time_constant():
-    # tau 2 s of a run of 10 s; the drift over the run is what the parameter says
+    # tau 4 s of a run of 10 s; the drift over the run is what the parameter says
     time = np.arange(101) / 10.0
-    told = 0.4 * (1.0 - np.exp(-time / 2.0)) / (1.0 - np.exp(-10.0 / 2.0))
-    assert output(r_out_act_n=0.4, warming=5.0) == pytest.approx(told, abs=1e-12)
+    told = 0.4 * (1.0 - np.exp(-time / 4.0)) / (1.0 - np.exp(-10.0 / 4.0))
+    assert output(r_out_act_n=0.4, warming=2.5) == pytest.approx(told, abs=1e-12)
 
 
 def test_a_slow_warm_up_is_a_steady_drift():
@@ -29,6 +29,6 @@ def test_a_slow_warm_up_is_a_steady_drift():
 
 def test_what_the_input_adds_is_taken_off_again():
     effect = get("zero_drift")
-    values = effect.complete({"r_in_act_n": -0.3, "warming": 4.0})
+    values = effect.complete({"r_in_act_n": -0.3, "warming": 3.0})
     read = effect.input(FLAT, FLAT, RUN, values)
     assert read[-1] == pytest.approx(4.7) and effect.input_inverse(read, FLAT, RUN, values) == pytest.approx(FLAT)
