@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import ADDS, COARSE_ITERATIONS, LEADERS, LEAST_STRENGTH, PAIRS, PARTNERS, SWAPS
+from sstl_cli.diagnosis.constants import ADDS, COARSE_ITERATIONS, JOINS_NATS, LEADERS, LEAST_STRENGTH, PAIRS, PARTNERS, SWAPS
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
 from sstl_cli.diagnosis.found import Search, each
@@ -67,7 +67,7 @@ def _swap(found: Search, workers: int) -> None:
     To first order, from parts that have each explained as much as they can alone, what looks alike is told apart poorly.
     """
     leader = found.ranked()[0]
-    if len(leader.ids) != 2:
+    if len(leader.ids) != 2 or leader.evidence <= max(found.best((i,)).evidence for i in leader.ids) + JOINS_NATS:
         return
     jobs = []
     for part in leader.ids:
