@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.identification import filtering
+from sstl_cli.identification.gate.sensors import noisy
 
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
@@ -16,6 +17,8 @@ MIN_SAMPLES = 16
 STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
+# steps of a converter by which rounding alone makes a sample leave both neighbours, and spreads of stamps that are no gap
+ROUNDED, STAMPED = 1.5, 4.0
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
 
@@ -144,7 +147,9 @@ def _time(time: Array) -> list[Finding]:
     if gaps:
         detail = f"longest {step.max():.4g} s at a period of {period:.4g} s"
         found.append(Finding(FAILURE, "gaps", "time_s", gaps, detail, "split the run at its gaps"))
-    missed = step[(step > 1.5 * period) & (step <= GAP_PERIODS * period)]
+    # stamps that scatter are further apart at times, with nothing missing
+    scatter = 1.4826 * float(np.median(np.abs(forward - period)))
+    missed = step[(step > max(1.5 * period, period + STAMPED * scatter)) & (step <= GAP_PERIODS * period)]
     if len(missed):
         count = int(np.sum(np.round(missed / period) - 1))
         found.append(Finding(REMARK, "missing samples", "time_s", count, f"{len(missed)} short gaps", "none needed"))
@@ -166,24 +171,20 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     inside = (values[1:] != values.max()) & (values[1:] != values.min())
     # how often a value repeats by itself; what is clipped must not make the rest look noise-free
     still = float(np.count_nonzero((step == 0.0) & inside)) / max(1, int(np.count_nonzero(inside)))
-    levels = np.unique(values)
-    if len(levels) < n / 4 and len(levels) > 1:
-        gaps = np.diff(levels)
-        grain = float(np.median(gaps))
-        # holds of a noise-free record repeat values too, but not on a regular grid
-        if float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * span:
-            # a channel that hardly moves shows few levels of any converter: the further one of the two tells how fine it is
-            coarse = len(levels) < LEVELS and reach < LEVELS * grain
-            found.append(
-                Finding(
-                    FAILURE if coarse else REMARK,
-                    "quantised",
-                    name,
-                    len(levels),
-                    f"{len(levels)} levels, {grain:.3g} N apart",
-                    "record with more resolution" if coarse else "none needed",
-                )
+    levels, grain = _grain(values)
+    if grain > 0.0:
+        # a channel that hardly moves shows few levels of any converter: the further one of the two tells how fine it is
+        coarse = levels < LEVELS and reach < LEVELS * grain
+        found.append(
+            Finding(
+                FAILURE if coarse else REMARK,
+                "quantised",
+                name,
+                levels,
+                f"{levels} levels, {grain:.3g} N apart",
+                "record with more resolution" if coarse else "none needed",
             )
+        )
     second = np.abs(np.diff(values, 2))[inside[1:]]
     # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
     if still < 0.05 and len(second) and float(np.median(second)) > 1e-9 * span:
@@ -204,15 +205,46 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     return found
 
 
+def _grain(values: Array) -> tuple[int, float]:
+    """Return how many levels a channel takes and how far they are apart (N), 0 where they are no grid."""
+    levels = np.unique(values)
+    if not 1 < len(levels) < len(values) / 4:
+        return len(levels), 0.0
+    gaps = np.diff(levels)
+    grain = float(np.median(gaps))
+    # holds of a noise-free record repeat values too, but not on a regular grid
+    regular = float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * float(np.ptp(values))
+    return len(levels), grain if regular else 0.0
+
+
 def _frozen(first: Array, second: Array) -> list[Finding]:
-    """Both tensions unchanged together: a recorder that stopped, not a hold."""
+    """Both tensions unchanged together: a recorder that stopped, not a hold.
+
+    Sensors with noise do not repeat their readings, so what repeats outside of the stretches is what says so.
+    """
     same = (np.diff(first) == 0.0) & (np.diff(second) == 0.0)
-    if float(np.mean(np.diff(first) == 0.0)) > 0.05 or float(np.mean(np.diff(second) == 0.0)) > 0.05:
-        return []
     longest, count = _stretches(same)
-    if 3 <= longest < STUCK_SAMPLES:
-        return [Finding(REMARK, "frozen stretches", "", count, f"both tensions, longest {longest + 1} samples", "none needed")]
-    return []
+    moves = ~_within(same, STUCK_SAMPLES)
+    repeats = max(float(np.mean(np.diff(v)[moves] == 0.0)) if moves.any() else 1.0 for v in (first, second))
+    if repeats > 0.05 or longest < 3:
+        return []
+    said = f"both tensions, longest {longest + 1} samples"
+    if longest < STUCK_SAMPLES:
+        return [Finding(REMARK, "frozen stretches", "", count, said, "none needed")]
+    # a record without noise holds both; one in which either channel is told already needs no second finding
+    told = min(float(np.mean(np.diff(v) == 0.0)) for v in (first, second)) < 0.05
+    if told or not all(noisy(v[np.append(True, moves)]) for v in (first, second)):
+        return []
+    return [Finding(FAILURE, "frozen stretches", "", count, said, "cut these stretches out")]
+
+
+def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
+    """Return which flags belong to a stretch of at least so many."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    out = np.zeros(len(flags), np.bool_)
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        out[a:b] = b - a >= least
+    return out
 
 
 def _spikes(values: Array) -> NDArray[np.bool_]:
@@ -222,8 +254,9 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     """
     found = np.zeros(len(values), np.bool_)
     second = np.abs(np.diff(values, 2))
-    # noise-free or coarse: half of the differences vanish and give no measure
-    threshold = SPIKE_SPREADS * 1.4826 * float(np.median(second))
+    # where noise crosses the edge between two levels a reading steps to and fro
+    threshold = max(SPIKE_SPREADS * 1.4826 * float(np.median(second)), ROUNDED * _grain(values)[1])
+    # without noise half of the differences vanish and give no measure
     if threshold == 0.0:
         return found
     found = np.asarray(filtering.despiked(np.ascontiguousarray(values), threshold) != values, np.bool_)

@@ -112,6 +112,9 @@ SLIPS = {
     "reference": lambda: each(lambda r: replace(r, tension_ref_n=4.448 * r.tension_in_n)),
     "gain": lambda: each(scaled(1.0 / 4.448, 1.0)),
     "gain (kN)": lambda: each(scaled(1.0, 0.001)),
+    "reversed_time": lambda: first(
+        lambda r: replace(r, tension_in_n=r.tension_in_n[::-1].copy(), tension_out_n=r.tension_out_n[::-1].copy())
+    ),
     "swapped": lambda: each(lambda r: replace(r, tension_in_n=r.tension_out_n, tension_out_n=r.tension_in_n)),
     "lead": lambda: each(moved(0.3)),
     "lead (late)": lambda: each(moved(-0.8)),

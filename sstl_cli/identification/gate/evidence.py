@@ -93,7 +93,7 @@ class Evidence:
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
-    exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
+    exchanged, and with the output's sign changed, ``reversed_rms`` that of the samples in reverse order; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding.
@@ -128,6 +128,7 @@ class Evidence:
     forward_rms: float
     swapped_rms: float
     flipped_rms: float
+    reversed_rms: float
     stuck_while_n: tuple[float, float]
     seam: tuple[float, float]
     seam_at_s: float
@@ -219,7 +220,7 @@ def evidence_of(run: Run) -> Evidence:
         return Evidence(
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
             correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
-            swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
+            swapped_rms=math.nan, flipped_rms=math.nan, reversed_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
             position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
@@ -274,6 +275,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "forward_rms": residuals[0],
         "swapped_rms": residuals[1],
         "flipped_rms": residuals[2],
+        "reversed_rms": residuals[3],
         "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         "seam": seam,
         "seam_at_s": seam_at,
@@ -312,21 +314,22 @@ def _range(v: Array) -> Range:
 
 def _fits(
     t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], correlation: float, sensors: tuple[Sensor, Sensor]
-) -> tuple[PlayFit | None, tuple[float, float, float]]:
-    """Return the play fit, and residuals (share of the output's span) as recorded, exchanged, and flipped."""
+) -> tuple[PlayFit | None, tuple[float, float, float, float]]:
+    """Return the play fit, and residuals (share of the output's span) as recorded, exchanged, flipped, and from the last sample to the first."""
     span_x, span_y = max(ranges[0].span, 1e-300), max(ranges[1].span, 1e-300)
     fit = _best(t, x, y, slopes, ranges, sensors[1].noise_n)
     forward = fit.rms_n / span_y
     leads = fit.delay_s < -3.0 * fit.delay_se and fit.delayed_rms_n < 0.8 * fit.rms_n
     doubtful = fit.explained < 0.98 or leads or not 0.0 < fit.gamma_p < fit.gamma_r
-    swapped = flipped = math.nan
+    swapped = flipped = reverse = math.nan
     if doubtful:
+        reverse = _best(t, x[::-1], y[::-1], NO_SLOPES, ranges, timed=False).rms_n / span_y
         swapped = _best(t, y, x, NO_SLOPES, (ranges[1], ranges[0]), timed=False).rms_n / span_x
     if correlation < 0.0 or min(r.middle for r in ranges) < 0.0:
         low, high = -ranges[1].high, -ranges[1].low
         mirrored = Range(low, high, -ranges[1].middle)
         flipped = _best(t, x, -y, NO_SLOPES, (ranges[0], mirrored), timed=False).rms_n / span_y
-    return fit, (forward, swapped, flipped)
+    return fit, (forward, swapped, flipped, reverse)
 
 
 def _best(t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], noise_n: float = 0.0, timed: bool = True) -> PlayFit:

@@ -22,6 +22,8 @@ SINGLE, NEAR = 0.35, 0.1
 AGREE, TOGETHER = 3, 0.1
 # logarithm of what middle levels may be off beyond friction
 LEVELS = 0.4
+# part of the largest output at which a line may meet no tension: one that meets more of it is part of a loop, no gain
+MEETS = 0.35
 # of the logarithm: noise (or range) of a channel beside that of the other runs
 CHANGED = 0.4
 
@@ -85,9 +87,14 @@ def gain_of(e: Evidence) -> float:
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
         return top if top > 2.5 or (top < 0.02 and moves) else math.nan
     # slopes over a small part of the range say little of the gain: the sizes must agree
-    if abs(math.log(g)) > math.log(ODD) and ((g > 1.0) != (top > (1.15 if g > 1.0 else 0.7)) or not _central(e, g)):
+    if abs(math.log(g)) > math.log(ODD) and ((g > 1.0) != (top > (1.15 if g > 1.0 else 0.7)) or not _central(e, g) or not _from_nothing(e)):
         return math.nan
     return g
+
+
+def _from_nothing(e: Evidence) -> bool:
+    """Whether the lines go to nothing with the tension, as a gain leaves those of friction; those of a part of a loop do not."""
+    return max(abs(e.slopes.beta_p), abs(e.slopes.beta_r)) < MEETS * e.ranges[1].largest
 
 
 def _central(e: Evidence, g: float) -> bool:

@@ -24,6 +24,8 @@ SEEN = 0.1
 GROWS = 0.2
 # delays that are a good part of the run (share), and the part of it that both lines must be seen over
 FAR, LEAST_SHARE = 0.02, 0.005
+# part of a loop from which on a movement that repeats does not tell a delay from one that is a loop less
+REPEATS = 0.5
 # a filter of that many samples is no clock
 FILTER = 10.0
 
@@ -71,6 +73,8 @@ def _moved(e: Evidence, early: bool) -> bool:
     if not e.tendon_like or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r or dead(e):
         return False
     if e.correlation < 0.2 and not p.explained > SHAPE:
+        return False
+    if e.loops > 1 and abs(p.delay_s) > REPEATS * e.loop_s:
         return False
     if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
         return False

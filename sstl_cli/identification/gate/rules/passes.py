@@ -121,6 +121,9 @@ def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
     # a second pass that swallows the motion has no slopes, but tells that the first one is single
     single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in log)]
     double = [e for e in _wide(known, log) if e.system == "sstl"]
+    # a loop of which no lines are seen rubs more than those that show them
+    if any(e.system == "sstl" and e.usable and e not in known for e in _wide(list(log), log)):
+        double = []
     if _middle(single, "act") > DOUBLE:
         yield from _told([e for e in single if e.wrap > BETWEEN], "remark", "by its size")
     if _middle(double, "sstl") < SINGLE:

@@ -35,12 +35,20 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for (unit, _), hit in groups.items():
         ids = tuple(e.run_id for e in hit)
         step = hit[0].dt_s
+        if unit is None and _own_recorders(runs):
+            continue
         why = f"time is probably in {unit} in one of them" if unit else "they were probably recorded or exported differently"
         yield Remark(
             ids, RULE, "failure" if unit else "remark", 1.0 / step, "Hz",
             f"{names(ids)}: sampled at {1.0 / step:.4g} Hz, the other runs at {1.0 / usual:.4g} Hz; {why}",
             f'time_s = {{ column = ..., unit = "{unit or "s"}" }} (for this file)',
         )  # fmt: skip
+
+
+def _own_recorders(runs: Sequence[Evidence]) -> bool:
+    """Whether the two systems differ and the runs of each do not: then each has a recorder of its own."""
+    steps = [np.log([e.dt_s for e in runs if e.system == s]) for s in {e.system for e in runs}]
+    return len(steps) > 1 and all(float(np.ptp(s)) < np.log(APART) for s in steps)
 
 
 def _unit(ratio: float) -> str | None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.magnitude import IMPOSSIBLE_N
@@ -12,10 +14,14 @@ from sstl_cli.identification.gate.rules.sign import below
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "zero", 40
+# no sound zero reads so far below no tension, whatever moved it (N, and share of the span)
+BELOW_N, SHARE = 1.0, 0.05
 # zero offsets of 2 N on each of two sensors are in the catalogue;
 # drag, delay and friction that falls with load open the lines at low tension: they then meet below zero
-BELOW_N, ABOVE_N, UNDER_N = 3.0, 4.5, 8.0
-SHARE, SHARE_APART = 0.1, 0.15
+ABOVE_N, UNDER_N = 4.5, 8.0
+SHARE_APART = 0.15
+# by how much (N) a run's zero is another than that of the other runs, which agree within the second number
+MOVED_N, AGREE_N, OTHERS = 1.0, 0.25, 2
 # zeros are read off loops that lines explain
 EXPLAINED = 0.985
 # on a straight tube the lines hardly open, and where they meet is anywhere
@@ -57,6 +63,29 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 "but friction vanishes at no tension; its zero is probably wrong",
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load, about {worst:.3g}) }}",
             )  # fmt: skip
+    told = {e.run_id for e in log if _below(e, 0) or _below(e, 1) or _apart(e, 0) or _apart(e, 1)} | zeroed
+    for e, by in _moved([e for e in log if e.run_id not in told]):
+        yield Remark(
+            (e.run_id,), RULE, "remark", by, "N",
+            f"{names([e.run_id])}: both lines lie {by:+.3g} N from where those of the other runs of this sensor do; its zero was "
+            "probably taken under load",
+            f"{CHANNELS[1]} = {{ column = ..., offset = {by:.3g} }} (for this file)",
+        )  # fmt: skip
+
+
+def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, float]]:
+    """Yield runs of which both lines lie apart from those of the other runs by the same tension, and that tension (N)."""
+    for system in sorted({e.system for e in log}):
+        seen = [e for e in log if e.system == system and e.tendon_like and e.slopes.known and e.slopes.friction > LEAST_FRICTION]
+        for e in seen:
+            others = [(o.slopes.beta_p, o.slopes.beta_r) for o in log if o is not e and o.slopes.known and o.tendon == e.tendon]
+            if len(others) < OTHERS:
+                continue
+            usual, spread = np.median(others, axis=0), float(np.max(np.ptp(others, axis=0)))
+            pull, release = e.slopes.beta_p - float(usual[0]), e.slopes.beta_r - float(usual[1])
+            # dry friction moves the two lines apart, a zero both alike
+            if spread < AGREE_N and min(abs(pull), abs(release)) > MOVED_N and abs(pull - release) < AGREE_N:
+                yield e, 0.5 * (pull + release)
 
 
 def zeros(e: Evidence) -> tuple[float, float]:
