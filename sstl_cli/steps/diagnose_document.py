@@ -12,7 +12,7 @@ from sstl_cli import __version__
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
-from sstl_cli.diagnosis.noise import floor_n, of_readings
+from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effects import get
@@ -134,10 +134,8 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     sim = g.search.sim
     given = errors.rms(sim.y + errors.known - sim.predict(g.nominal, {}))
     base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
-    noise = _sensors(g)
-    perfect = floor_n(g.problem.records, sim.phases(g.accepted.theta, g.accepted.effects, noise), noise)
-    floor = float(np.hypot(perfect, errors.fine_n))
     named = g.accepted is not g.search.base
+    floor = float(np.hypot(min(_floor(g, noise) for noise in _sensors(g)), errors.fine_n))
     interval: shrink.Interval | None = shrink.shrinkage(sim, errors.base, errors.accepted, errors.fine_n) if named else None
     percent = 100.0 * (1.0 - with_effect / base) if base > 0.0 else 0.0
     fault = next((r for r in g.recorder if (r.id,) == g.verdict.effects), None)
@@ -173,9 +171,27 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     }
 
 
-def _sensors(g: Given) -> Noise:
-    """Return the noise of the sensors: as likely as can be, or as measured where an accepted model's scatter is beside it."""
-    return g.search.noise if all(r.misfit_n is None for r in g.problem.records) else g.search.measured
+def _floor(g: Given, noise: Noise) -> float:
+    """Return what a perfect model would leave (N) at the analysis rate, by the phases of the accepted one."""
+    return floor_n(g.problem.records, g.search.sim.phases(g.accepted.theta, g.accepted.effects, noise), noise)
+
+
+def _sensors(g: Given) -> list[Noise]:
+    """Return what the noise of the sensors may be: as likely as can be, or as measured where an accepted model's scatter is beside it.
+
+    The search takes what its first models leave for noise. Where the named model leaves less, that was no noise.
+    """
+    if any(r.misfit_n is not None for r in g.problem.records):
+        return [g.search.measured]
+    f = g.accepted
+    if f is g.search.base:
+        return [g.search.noise]
+    columns = np.zeros((len(f.residual), len(f.theta) + len(f.free)))
+    columns[np.arange(len(columns)), g.search.sim.config] = f.jacobian[:, 0]
+    columns[:, len(f.theta) :] = f.jacobian[:, 1:]
+    columns = columns[:, np.any(columns * g.search.sim.weight[:, None] != 0.0, axis=0)]
+    phases = g.search.sim.phases(f.theta, f.effects, g.search.noise)
+    return [g.search.noise, likely(g.problem.records, phases, f.residual, columns, g.search.measured)[0]]
 
 
 def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:

@@ -19,18 +19,16 @@ RIVALS = 5
 
 
 def candidates(g: Given, errors: Errors) -> list[dict[str, Any]]:
-    """Return single effects, what is named, and faults of the recorder, the most probable first."""
+    """Return single effects, what is named or as probable as they are, and faults of the recorder, the most probable first."""
     ranked = g.search.ranked()
-    p = g.verdict.probabilities
-    shown = [
-        w
-        for w in ranked
-        if len(w.ids) == 1
-        or w.ids in (g.verdict.effects, *g.verdict.group)
-        or tuple(sorted(w.ids)) in (g.verdict.effects, *g.verdict.group)
-    ]
+
+    def probability(w: Weighed) -> float:
+        return g.verdict.probabilities.get(tuple(sorted(w.ids)), 0.0)
+
+    near = sorted(ranked, key=lambda w: -probability(w))[: RIVALS + 1]
+    named = (g.verdict.effects, *g.verdict.group)
+    shown = [w for w in ranked if len(w.ids) == 1 or w in near or w.ids in named or tuple(sorted(w.ids)) in named]
     lead = next((w for w in ranked if w.fit is g.accepted), ranked[0] if ranked else None)
-    near = sorted(shown, key=lambda w: -p.get(tuple(sorted(w.ids)), 0.0))[: RIVALS + 1]
     rows = [_row(g, errors, w, lead if w in near else None) for w in shown]
     rows += [_recorder_row(g, r) for r in g.recorder]
     return sorted(rows, key=lambda row: -float(row["probability"]))
