@@ -23,7 +23,6 @@ from sstl_cli.diagnosis.verdict import (
     UNKNOWN,
     Ids,
     Verdict,
-    Weights,
     candidate_terms,
     decided,
     discounted,
@@ -31,11 +30,14 @@ from sstl_cli.diagnosis.verdict import (
     probabilities,
     standing,
 )
+from sstl_cli.diagnosis.weights import Weights
 from sstl_cli.physics.effects import catalogue
 
 Array = NDArray[np.float64]
 # standard deviation of the weights beforehand: terms are of order one; effects differ less than what is seen of them
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
+# and of how far the weights beside an accepted model are from those without: its cases are fewer
+PRIOR_APART = 0.3
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 # kind of the cases whose effect is no candidate
 EXCLUDED = "excluded"
@@ -126,11 +128,17 @@ def _design(e: Example) -> _Design:
     return _Design(terms, effects, log_terms(e.rows), answer)
 
 
-def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None) -> Weights:
-    """Return the most likely weights; thresholds are left open (see :func:`calibrated`)."""
+def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None, around: Weights | None = None) -> Weights:
+    """Return the most likely weights; thresholds are left open (see :func:`calibrated`).
+
+    Parameters
+    ----------
+    around : Weights, optional
+        Where the weights are beforehand (default: at 0): those of cases that are like these in most.
+    """
     designs = [_design(e) for e in found]
     c, log, names = len(CANDIDATE_TERMS), len(LOG_TERMS), sorted(catalogue())
-    spread = np.concatenate((np.full(c + 2 * log, PRIOR_TERM), np.full(len(names), PRIOR_EFFECT)))
+    start, spread = _beforehand(around)
 
     def cost(w: Array) -> tuple[float, Array]:
         own, none, unknown, effect = w[:c], w[c : c + log], w[c + log : c + 2 * log], w[c + 2 * log :]
@@ -149,9 +157,10 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
                 q[d.answer] -= 1.0
                 gradient[:c] += d.terms.T @ q
                 gradient[c + 2 * log :] += d.effects.T @ q
-        return total + 0.5 * float(np.sum((w / spread) ** 2)), gradient + w / spread**2
+        off = (w - start) / spread
+        return total + 0.5 * float(off @ off), gradient + off / spread
 
-    w = minimize(cost, np.zeros(len(spread)), jac=True, method="L-BFGS-B", options={"maxiter": 500}).x
+    w = minimize(cost, start, jac=True, method="L-BFGS-B", options={"maxiter": 500}).x
 
     def named(keys: Sequence[str], part: Array) -> dict[str, float]:
         return {k: round(float(v), 5) for k, v in zip(keys, part, strict=True)}
@@ -170,9 +179,21 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None)
     )
 
 
-def left_out(found: Sequence[Example]) -> dict[str, Weights]:
-    """Return for each simulator the weights learned from the others."""
-    return {s: learn([e for e in found if e.simulator != s]) for s in sorted({e.simulator for e in found})}
+def _beforehand(around: Weights | None) -> tuple[Array, Array]:
+    """Return mean and standard deviation of all weights before any case is seen."""
+    names = sorted(catalogue())
+    if around is None:
+        spread = np.concatenate((np.full(len(CANDIDATE_TERMS) + 2 * len(LOG_TERMS), PRIOR_TERM), np.full(len(names), PRIOR_EFFECT)))
+        return np.zeros(len(spread)), spread
+    logs = [part[t] for part in (around.none, around.unknown) for t in LOG_TERMS]
+    start = np.array([*(around.candidate[t] for t in CANDIDATE_TERMS), *logs, *(around.effect[n] for n in names)])
+    return start, np.full(len(start), PRIOR_APART)
+
+
+def left_out(found: Sequence[Example], around: Mapping[str, Weights] | None = None) -> dict[str, Weights]:
+    """Return for each simulator the weights learned from the others, beforehand where those without it are ``around``."""
+    simulators = sorted({e.simulator for e in found})
+    return {s: learn([e for e in found if e.simulator != s], around=around[s] if around else None) for s in simulators}
 
 
 def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
@@ -265,4 +286,5 @@ def to_document(w: Weights) -> dict[str, Any]:
         "none": dict(w.none),
         "unknown": dict(w.unknown),
         "effect": dict(w.effect),
+        **({} if w.known is None else {"known": to_document(w.known)}),
     }

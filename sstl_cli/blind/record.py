@@ -46,6 +46,8 @@ class Source:
     seed: int
     _known: dict[object, Truth] = field(default_factory=dict)
     disturbance: Disturbance | None = None
+    # the same bench on another day has other noise
+    session: int = 0
 
     def truth(self, run: PlannedRun, effects: Effects) -> Truth:
         """Return true tensions in and out (N) and position (mm) of a run.
@@ -95,7 +97,8 @@ class Source:
     ) -> tuple[Array, Array, Array, Array]:
         """Return time stamps (s), tensions in and out (N) and position (mm) as the sensors give them, at a lab's rate."""
         known = {k: v for k, v in effects.items() if k != DISTURBANCE}
-        seed = int(stream(self.seed, "sensors", run.run_id, run.trajectory).integers(2**63))
+        day = (self.session,) if self.session else ()
+        seed = int(stream(self.seed, "sensors", run.run_id, run.trajectory, *day).integers(2**63))
         theta, amplitude = self.bench.theta[run.config], self._amplitude(effects)
         time_s, *truth = self._clocked(run, self.truth(run, effects), lab)
         stamps, t_in, t_out, x = self.hardware.read(run.system, theta, time_s, (truth[0], truth[1], truth[2]), known, noise, seed)

@@ -32,13 +32,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Job:
-    """One case to draw: what it is to be, its own seed, and the simulator that stands in for hardware."""
+    """One case to draw: what it is to be, its own seed, the simulator that stands in for hardware, and how it is recorded.
+
+    An ``accepted`` one is recorded in two sessions: the model of the first is what the second is compared with.
+    """
 
     entry: Entry
     seed: int
     simulator: str
     quick: bool = False
     as_labs: bool = False
+    accepted: bool = False
 
 
 def jobs(

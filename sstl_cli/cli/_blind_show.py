@@ -224,10 +224,12 @@ def learned(screen: Screen, document: dict[str, Any]) -> None:
 
     names = ("both_of_a_pair", "covered", "false_alarm", "wrong_commits", "unknown_recall", "right")
     header = ("left out", "cases", *(f"exact at {s:g}" for s in STRENGTHS), *(n.replace("_", " ") for n in names))
-    rows: list[tuple[object, ...]] = [
-        (r["simulator"], r["cases"], *map(_share, r["exact"].values()), *(_share(r[n]) for n in names)) for r in document["left_out"]
-    ]
-    screen.table("weights learned on the other simulators", header, rows)
+    titles = {"left_out": "weights learned on the other simulators", "accepted": "the same, of what has changed since a model was accepted"}
+    for part in (p for p in titles if p in document):
+        rows: list[tuple[object, ...]] = [
+            (r["simulator"], r["cases"], *map(_share, r["exact"].values()), *(_share(r[n]) for n in names)) for r in document[part]
+        ]
+        screen.table(titles[part], header, rows)
     screen.say(f"commits from a probability of {document['commit']:.3f}, sets hold {100 * document['cover']:.1f} % of what is named")
 
 

@@ -113,7 +113,7 @@ def score(asked: Scoring) -> None:
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import keep_safe, require_outputs, write_json
-    from sstl_cli.diagnosis.verdict import learned
+    from sstl_cli.diagnosis.weights import learned
     from sstl_cli.steps import blind_score as step
 
     screen, out = Screen(asked.as_json), asked.out
@@ -126,7 +126,7 @@ def score(asked: Scoring) -> None:
         raise SstlError("no case has a result", where=str(out), fix="run 'sstl blind run' first", code="E959")
     truth = files.open_truth(folder)
     seal.require_purpose(truth, "blind", str(out))
-    learned_from = list(learned().provenance.get("seeds", ()))
+    learned_from = learned().seeds
     for seeds in learned_from:
         seal.require_apart(truth["seeds"], seeds, str(out))
     distances = files.read_limit(folder)
@@ -184,6 +184,7 @@ class Library:
     strength: Annotated[
         list[float] | None, typer.Option(min=0.05, max=100, help="Gap over the noise; again for more (default: 0.4, 1.2 and 4).")
     ] = None
+    accepted: Annotated[bool, typer.Option("--accepted", help="Ask what has changed since a session whose model was accepted.")] = False
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False
     workers: Workers = 2
     seed: Seed = 0
@@ -200,7 +201,7 @@ def library(asked: Library) -> None:
     from sstl_cli.steps import blind_library as step
 
     screen, strengths = Screen(asked.as_json), tuple(asked.strength or STRENGTHS)
-    options = step.Options(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, strengths)
+    options = step.Options(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, strengths, asked.accepted)
     with screen.progress("drawing and searching cases", asked.cases) as advance:
         made = step.run(asked.file, options, asked.workers, asked.force, advance)
     if made["failed"]:

@@ -2,18 +2,13 @@
 
 A nested multinomial model (McFadden 1978): the log's numbers give the probabilities that nothing is missing, that something
 without a name is, and that a candidate is; among the candidates each has the exponential of a weighted sum of its numbers
-over the sum of all. The weights are learned on simulators of several kinds (``weights.json`` says how); what is said at which
-probability is learned as well.
+over the sum of all. Weights and thresholds are learned (see :mod:`sstl_cli.diagnosis.weights`).
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache
-from importlib import resources
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +17,7 @@ from scipy.special import logsumexp, softmax
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
+from sstl_cli.diagnosis.weights import Weights
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -43,22 +39,6 @@ LOG_TERMS = (
 
 
 @dataclass(frozen=True)
-class Weights:
-    """Learned weights by term, thresholds, and where they come from."""
-
-    candidate: Mapping[str, float]
-    none: Mapping[str, float]
-    unknown: Mapping[str, float]
-    effect: Mapping[str, float]
-    commit: float
-    member: Mapping[str, float]
-    quiet: float
-    cover: float
-    reliability: tuple[tuple[float, float], ...]
-    provenance: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Verdict:
     """What is said: status, effects (the most probable model's), how sure, and the set that holds the truth."""
 
@@ -75,21 +55,6 @@ class Verdict:
         inside = {ids[0] for ids in self.group if len(ids) == 1}
         found = {family: tuple(m for m in members if m in inside) for family, members in FAMILIES.items()}
         return {f"{family}: {' | '.join(parts)}": parts for family, parts in found.items() if len(parts) > 1}
-
-
-@cache
-def learned() -> Weights:
-    """Return the weights that come with the package."""
-    text = resources.files("sstl_cli.diagnosis").joinpath("weights.json").read_text("utf-8")
-    return from_document(json.loads(text))
-
-
-def from_document(d: Mapping[str, Any]) -> Weights:
-    """Return weights from their document."""
-    pairs = tuple((float(a), float(b)) for a, b in d["reliability"])
-    return Weights(
-        d["candidate"], d["none"], d["unknown"], d["effect"], d["commit"], d["member"], d["quiet"], d["cover"], pairs, d["provenance"]
-    )
 
 
 def _squash(x: float) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from sstl_cli.blind.strength import STRENGTHS, band
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.core.rng import stream
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, Weights, decided, probabilities
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided, probabilities
+from sstl_cli.diagnosis.weights import Weights
 
 SCHEMA = "sstl.blind.learn/1"
 FEWEST = 50
@@ -30,30 +32,44 @@ def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None
     SstlError
         If a file is no library, or all of them together hold too few cases or one simulator only.
     """
-    facts = [facts_of(p) for p in paths]
-    found = [e for p in paths for e in read_library(p)]
+    facts = {p: facts_of(p) for p in paths}
+    changes = [p for p in paths if facts[p].get("accepted")]
+    taught, provenance = _lesson({p: facts[p] for p in paths if p not in changes})
+    advance(1)
+    others = learning.left_out(taught)
+    weights = learning.calibrated(taught, learning.learn(taught, provenance), others)
+    document = report(taught, weights, others)
+    advance(2)
+    if changes:
+        # what has changed is asked of the same evidence, but beside what a rig is known to leave
+        also, provenance = _lesson({p: facts[p] for p in changes})
+        apart = learning.left_out(also, others)
+        known = learning.calibrated(also, learning.learn(also, provenance, weights), apart)
+        weights, document["accepted"] = replace(weights, known=known), report(also, known, apart)["left_out"]
+    advance(2)
+    return learning.to_document(weights), document
+
+
+def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dict[str, Any]]:
+    """Return the examples of libraries of one kind, and where they come from."""
+    found = [e for p in facts for e in read_library(p)]
     simulators = sorted({e.simulator for e in found})
     if len(simulators) < 2 or len(found) < FEWEST:
         raise SstlError(
             f"{len(found)} cases of {len(simulators)} simulators are too few to learn from",
+            where=", ".join(p.name for p in facts),
             fix=f"give at least {FEWEST} cases of two simulators (sstl blind library --simulator mixed)",
             code="E955",
         )
     taught = told(found)
-    provenance = {
-        "cases": sum(int(f["cases"]) for f in facts),
+    return taught, {
+        "cases": sum(int(f["cases"]) for f in facts.values()),
         "examples": len(found),
         "without_answer": sum(e.kind == EXCLUDED for e in taught),
         "simulators": simulators,
-        "seeds": sorted(s for f in facts for s in f["seeds"]),
-        "inputs": inputs_of(list(paths)),
+        "seeds": sorted(s for f in facts.values() for s in f["seeds"]),
+        "inputs": inputs_of(list(facts)),
     }
-    advance(1)
-    others = learning.left_out(taught)
-    advance(len(simulators))
-    weights = learning.calibrated(taught, learning.learn(taught, provenance), others)
-    advance(1)
-    return learning.to_document(weights), report(taught, weights, others)
 
 
 def told(found: Sequence[Example]) -> list[Example]:

@@ -6,12 +6,14 @@ import shutil
 from collections.abc import Callable, Generator
 from concurrent.futures import as_completed
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
+from sstl_cli.blind import sessions
 from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
 from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.blind.strength import STRENGTHS
@@ -31,7 +33,10 @@ Gatherer = Callable[[Job], Labelled]
 
 @dataclass(frozen=True)
 class Options:
-    """Which cases are drawn: how many, from which seed on, by which simulators, how long, as recorded how, how strong."""
+    """Which cases are drawn: how many, from which seed on, by which simulators, how long, as recorded how, how strong.
+
+    ``accepted`` cases ask what has changed since a session of which the model was accepted.
+    """
 
     cases: int
     seed: int
@@ -39,6 +44,7 @@ class Options:
     quick: bool = False
     recordings: str = MIXED
     strengths: tuple[float, ...] = STRENGTHS
+    accepted: bool = False
 
 
 def run(
@@ -64,8 +70,9 @@ def run(
     require_writable(out, force)
     parts = out.with_name(f"{out.name}.parts")
     cases, seed = asked.cases, asked.seed
-    waiting = jobs(cases, seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
-    how = {"quick": asked.quick, "recordings": asked.recordings, "strengths": list(asked.strengths)}
+    drawn = jobs(cases, seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
+    waiting = [replace(j, accepted=asked.accepted) for j in drawn]
+    how = {"quick": asked.quick, "recordings": asked.recordings, "strengths": list(asked.strengths), "accepted": asked.accepted}
     _claim(parts, {"cases": cases, "seed": seed, "simulator": asked.simulator, **how})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
@@ -88,17 +95,36 @@ def run(
 
 
 def gather(job: Job) -> Labelled:
-    """Return the rows of one case, searched as ``sstl diagnose`` does."""
+    """Return the rows of one case, searched as ``sstl diagnose`` does, with ``--sim`` where a model was accepted before."""
     from threadpoolctl import threadpool_limits
 
     from sstl_cli.steps.diagnose import DiagnoseOptions
     from sstl_cli.steps.diagnose import gather as evidence
 
+    if job.accepted:
+        return _gather_change(job)
     case = draw_job(job)
     position = any(r.position_in_mm is not None for r in case.runs)
     options = DiagnoseOptions(sim=case.sim, exclude=case.exclude, position=position, max_effects=MOST_EFFECTS)
     with threadpool_limits(1):
         return labelled(case_name(job), case.truth, evidence(case.runs, options).rows)
+
+
+def _gather_change(job: Job) -> Labelled:
+    """Return the rows of the second session of a case, compared with the model that was accepted on the first."""
+    from threadpoolctl import threadpool_limits
+
+    from sstl_cli.steps.diagnose import DiagnoseOptions
+    from sstl_cli.steps.diagnose import gather as evidence
+    from sstl_cli.steps.diagnose import run as diagnose
+
+    np.seterr(all="ignore")
+    case = sessions.draw(job)
+    options = DiagnoseOptions(sim=case.sim, position=any(r.position_in_mm is not None for r in case.after), max_effects=MOST_EFFECTS)
+    with threadpool_limits(1):
+        model = diagnose(case.before, replace(options, exclude=case.exclude)).model()
+        rows = evidence(case.after, replace(options, sim=model, exclude=case.exclude)).rows
+    return labelled(case_name(job), case.truth, rows)
 
 
 def _claim(parts: Path, asked: dict[str, Any]) -> None:

@@ -23,6 +23,7 @@ from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.records import Problem, passing, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.identification import gate
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
@@ -114,6 +115,11 @@ def odds(table: Mapping[str, Any], where: str) -> dict[str, float]:
     return found
 
 
+def _weights(options: DiagnoseOptions) -> Weights:
+    """Return the weights of the verdict: a model that a diagnosis accepted makes it a question of what has changed."""
+    return learned(options.sim is not None and options.sim.package_version is not None)
+
+
 def candidates(options: DiagnoseOptions) -> list[str]:
     """Return the ids of the effects to compare; those that the simulator contains are compared as changes of them."""
     ids = [get(e).id for e in options.effects] if options.effects else list(catalogue())
@@ -142,7 +148,7 @@ def run(
     deadline = Deadline(options.max_seconds, since)
     found = gather(runs, options, advance, deadline.passed)
     found.problem.set_aside.update(failed)
-    said = verdict.verdict(found.rows, verdict.learned(), options.prior or None)
+    said = verdict.verdict(found.rows, _weights(options), options.prior or None)
     body = document(
         Given(
             found.problem,
@@ -260,7 +266,7 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
     if len(found.problem.records) < FEWEST_RUNS or deadline.passed(ODD):
         return None
     ids = [i for i in candidates(options) if i not in (options.sim or Scenario()).effects]
-    decide = partial(verdict.verdict, weights=verdict.learned(), prior=options.prior or None)
+    decide = partial(verdict.verdict, weights=_weights(options), prior=options.prior or None)
     given = options.sim or Scenario()
     rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, given, i), found.beside))
     suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)

@@ -13,7 +13,7 @@ from sstl_cli.cli import _blind_files as files
 from sstl_cli.cli import blind
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import sha256
-from sstl_cli.diagnosis import verdict
+from sstl_cli.diagnosis import weights
 from sstl_cli.physics.effects import catalogue
 from sstl_cli.reporting.figures import baselines, confusion, reliability, strength
 from sstl_cli.reporting.inputs import Inputs
@@ -253,11 +253,11 @@ def test_without_a_seed_nobody_knows_it(tmp_path):
 
 def test_a_set_of_the_weights_own_seeds_is_refused(own, monkeypatch):
     oracle(own)
-    used = verdict.learned()
-    monkeypatch.setattr(verdict, "learned", lambda: replace(used, provenance={"seeds": [[5, 6], [890, 900]]}))
+    used = weights.learned()
+    monkeypatch.setattr(weights, "learned", lambda: replace(used, provenance={"seeds": [[5, 6], [890, 900]]}))
     with pytest.raises(SstlError, match="E954"):
         call("score", own)
-    monkeypatch.setattr(verdict, "learned", lambda: replace(used, provenance={"seeds": [[5, 6], [1, 899]]}))
+    monkeypatch.setattr(weights, "learned", lambda: replace(used, provenance={"seeds": [[5, 6], [1, 899]]}))
     assert call("score", own).exit_code == 0
 
 

@@ -11,7 +11,8 @@ import pytest
 from sstl_cli.blind.learning import Example, calibrated, examples, is_right, learn, left_out, right_answer, to_document, without_answer
 from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, from_document, probabilities, verdict
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, probabilities, verdict
+from sstl_cli.diagnosis.weights import from_document
 
 EFFECTS = ("pulley_friction", "viscous", "gain_error", "zero_offset", "crosstalk")
 SIMULATORS = ("one", "two", "three")

@@ -15,7 +15,8 @@ from sstl_cli.core.parquet import open_table
 from sstl_cli.core.provenance import Provenance, sha256
 from sstl_cli.diagnosis.features import CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import from_document, verdict
+from sstl_cli.diagnosis.verdict import probabilities, verdict
+from sstl_cli.diagnosis.weights import from_document
 from sstl_cli.steps import blind_learn, blind_library
 
 EFFECTS = ("viscous", "slack", "presliding", "zero_offset")
@@ -180,3 +181,20 @@ def test_a_drawn_case_is_searched_and_kept(tmp_path):
     (found,) = read_library(tmp_path / "l.parquet")
     best = max(found.rows.candidates, key=lambda c: c.evidence)
     assert best.evidence > 0 and found.answer in {c.ids for c in found.rows.candidates}
+
+
+def test_cases_beside_an_accepted_model_have_weights_of_their_own(tmp_path):
+    plain = save(tmp_path / "l.parquet", many(180))
+    # beside an accepted model half of what has evidence is nothing: the same numbers mean something else there
+    other = [replace(c, answer=()) if i % 2 and c.answer else c for i, c in enumerate(many(180, seed=4))]
+    path = tmp_path / "a.parquet"
+    facts = {"cases": 180, "failed": 0, "simulators": ["rig"], "seeds": [[500, 679]], "quick": True, "accepted": True}
+    write_library(path, to_table(other), Provenance("sstl blind library", None, {}, facts), force=True)
+    alone, _ = blind_learn.run([plain])
+    both, report = blind_learn.run([path, plain])
+    assert "known" not in alone and {k: v for k, v in both.items() if k != "known"} == alone
+    assert both["known"]["provenance"]["seeds"] == [[500, 679]] and report["accepted"][-1]["cases"] == 180
+    used = from_document(json.loads(json.dumps(both)))
+    assert used.known is not None and sorted(used.seeds) == [(7, 99), (500, 679)]
+    fresh = rows("presliding", np.random.default_rng(99))
+    assert probabilities(fresh, used.known)[()] > probabilities(fresh, used)[()]

@@ -8,7 +8,8 @@ import pytest
 
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, learned, probabilities, verdict
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, probabilities, verdict
+from sstl_cli.diagnosis.weights import learned
 
 CALM = Leftover(5000, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
 LOUD = Leftover(5000, 2.0, 0.5, 3.0, 0.0, (Misfit("mean by run and time in the run", 400.0, 900.0, "3"),))

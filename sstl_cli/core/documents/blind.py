@@ -67,6 +67,7 @@ class BlindLibraryDocument(Document):
     simulators: list[str]
     seeds: list[list[int]] = Field(description="inclusive ranges of seeds")
     quick: bool
+    accepted: bool = Field(description="whether cases are compared with a model that was accepted on a session before")
 
 
 class BlindLearnDocument(Document):
@@ -77,6 +78,9 @@ class BlindLearnDocument(Document):
     commit: float
     cover: float
     left_out: list[dict[str, Any]] = Field(description="one entry a simulator that was left out, all together last")
+    accepted: list[dict[str, Any]] | None = Field(
+        None, description="the same of cases compared with an accepted model, where any were given"
+    )
     provenance: dict[str, Any]
 
 

@@ -1,0 +1,74 @@
+"""A case in two sessions: the rig as it was when its model was accepted, and as it is when it is asked what has changed.
+
+Most rigs have a habit of their own that no law describes, on both days. What is withheld comes with the second session.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sstl_cli.blind import cases
+from sstl_cli.blind.inject import half
+from sstl_cli.blind.record import DISTURBANCE, Source
+from sstl_cli.blind.schedule import Job
+from sstl_cli.core.rng import stream
+from sstl_cli.core.runs import Run
+from sstl_cli.physics import disturbances
+from sstl_cli.physics.disturbances import Disturbance
+from sstl_cli.physics.scenario import Scenario
+
+# gap of the rig's own habit over the noise of its sensor
+HABITS = (0.0, 1.0, 4.0, 16.0)
+
+
+@dataclass(frozen=True)
+class Sessions:
+    """Recordings before and after, the simulator as the lab states it, what is no candidate, and the truth of the change."""
+
+    before: list[Run]
+    after: list[Run]
+    sim: Scenario
+    exclude: tuple[str, ...]
+    truth: dict[str, Any]
+
+
+def draw(job: Job) -> Sessions:
+    """Return the case of a job in two sessions: the halves of one recording, or the same movements on two days.
+
+    Raises
+    ------
+    SstlError
+        If no bench could be simulated, or no habit reaches its gap there.
+    """
+    case = cases.draw(job.entry, job.seed, job.quick, job.simulator, job.as_labs)
+    source, effects = cases.rebuild(case.truth)
+    rng = stream(job.seed, "sessions")
+    level, halves = float(rng.choice(HABITS)), bool(rng.random() < 0.5)
+    habit: cases.Effects = {}
+    if level > 0.0 and DISTURBANCE not in effects:
+        drawn, amplitude = _habit(source, rng, level * source.noise_n)
+        source, habit = replace(source, disturbance=drawn), {DISTURBANCE: {"amplitude": amplitude}}
+    before = source.record(source.bench.runs, habit)
+    after = replace(source, session=1).record(source.bench.runs, {**habit, **effects})
+    if halves:
+        before, after = [half(r, False) for r in before], [half(r, True) for r in after]
+    # what is to be told has the scatter of the habit beside it as well as the noise
+    strength = float(case.truth["strength"]) / float(np.hypot(1.0, level if habit else 0.0))
+    truth = {**case.truth, "strength": strength, "habit": level if habit else 0.0, "halves": halves}
+    return Sessions(before, after, case.sim, case.exclude, truth)
+
+
+def _habit(source: Source, rng: np.random.Generator, gap_n: float) -> tuple[Disturbance, float]:
+    """Return a disturbance that comes back as it was, and its amplitude, by which the re-tuned base leaves a gap (N) on this bench."""
+
+    def gap(drawn: Disturbance, amplitude: float) -> float:
+        return replace(source, disturbance=drawn).gap({DISTURBANCE: {"amplitude": amplitude}})[0]
+
+    while True:
+        drawn, amplitude, _ = disturbances.draw_at(rng, gap_n, gap)
+        # what goes along with the clock, or happens at random, is another one on another day
+        if drawn.carriers and "time_s" not in drawn.carriers:
+            return drawn, amplitude

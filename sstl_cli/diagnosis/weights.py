@@ -1,0 +1,61 @@
+"""The weights of the verdict and what is said at which probability: learned on simulators of several kinds.
+
+``weights.json`` holds them, and says what they were learned from.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model."""
+
+    candidate: Mapping[str, float]
+    none: Mapping[str, float]
+    unknown: Mapping[str, float]
+    effect: Mapping[str, float]
+    commit: float
+    member: Mapping[str, float]
+    quiet: float
+    cover: float
+    reliability: tuple[tuple[float, float], ...]
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    known: Weights | None = None
+
+    @property
+    def seeds(self) -> list[tuple[int, int]]:
+        """Inclusive ranges of the seeds of all cases that were learned from."""
+        own = [(int(a), int(b)) for a, b in self.provenance.get("seeds", ())]
+        return own if self.known is None else [*own, *self.known.seeds]
+
+
+@cache
+def learned(accepted: bool = False) -> Weights:
+    """Return the weights that come with the package; those for what has changed since a model was accepted, if asked for."""
+    text = resources.files("sstl_cli.diagnosis").joinpath("weights.json").read_text("utf-8")
+    weights = from_document(json.loads(text))
+    return weights if not accepted or weights.known is None else weights.known
+
+
+def from_document(d: Mapping[str, Any]) -> Weights:
+    """Return weights from their document."""
+    return Weights(
+        d["candidate"],
+        d["none"],
+        d["unknown"],
+        d["effect"],
+        d["commit"],
+        d["member"],
+        d["quiet"],
+        d["cover"],
+        tuple((float(a), float(b)) for a, b in d["reliability"]),
+        d["provenance"],
+        from_document(d["known"]) if "known" in d else None,
+    )
