@@ -17,10 +17,12 @@ MIN_SAMPLES = 16
 STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
-# steps of a converter by which rounding alone makes a sample leave both neighbours, and spreads of stamps that are no gap
-ROUNDED, STAMPED = 1.5, 4.0
+# steps of a converter by which rounding alone makes a sample leave both neighbours
+ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
+# jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
+STEADY, BESIDE, FAR = 0.05, 8, 64
 
 
 @dataclass(frozen=True)
@@ -147,18 +149,36 @@ def _time(time: Array) -> list[Finding]:
     if gaps:
         detail = f"longest {step.max():.4g} s at a period of {period:.4g} s"
         found.append(Finding(FAILURE, "gaps", "time_s", gaps, detail, "split the run at its gaps"))
-    # stamps that scatter are further apart at times, with nothing missing
-    scatter = 1.4826 * float(np.median(np.abs(forward - period)))
-    missed = step[(step > max(1.5 * period, period + STAMPED * scatter)) & (step <= GAP_PERIODS * period)]
-    if len(missed):
-        count = int(np.sum(np.round(missed / period) - 1))
-        found.append(Finding(REMARK, "missing samples", "time_s", count, f"{len(missed)} short gaps", "none needed"))
+    count, short = _missed(time, step, period)
+    if short:
+        found.append(Finding(REMARK, "missing samples", "time_s", count, f"{short} short gaps", "none needed"))
     near = step[(step > 0) & (step < 1.5 * period)]
     jitter = 100.0 * float(np.std(near)) / period
     if jitter > 5.0:
         detail = f"{jitter:.0f} % of the period of {period:.4g} s"
         found.append(Finding(REMARK, "sampling jitter", "time_s", len(near), detail, "none needed"))
     return found
+
+
+def _missed(time: Array, step: Array, period: float) -> tuple[int, int]:
+    """Return the rows that are missing in short gaps, and the gaps.
+
+    A row that is missing puts all stamps behind it late for good; a stamp that jitters is late by itself.
+    """
+    at = np.flatnonzero((step > 1.5 * period) & (step <= GAP_PERIODS * period))
+    # between steady stamps a long step is a gap
+    jitter = float(np.median(np.abs(step - period)))
+    if float(np.mean(step < 0.0)) > MANY:
+        # between rows out of order there are no gaps
+        return 0, 0
+    if not len(at) or jitter < STEADY * period or float(step.min()) <= 0.0:
+        return int(np.sum(np.round(step[at] / period) - 1)), len(at)
+    # over many stamps jitter is little, and a few rows that are missing move no median
+    clock = float(np.median(time[FAR:] - time[:-FAR])) / FAR if len(time) > 2 * FAR else period
+    off = time - clock * np.arange(len(time))
+    late = [float(np.median(off[k + 1 : k + 1 + BESIDE]) - np.median(off[max(0, k + 1 - BESIDE) : k + 1])) for k in at]
+    rows = [r for r in (round(v / period) for v in late) if r > 0]
+    return sum(rows), len(rows)
 
 
 def _signal(name: str, values: Array, reach: float) -> list[Finding]:

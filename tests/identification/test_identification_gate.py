@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from identification_loops import multisine, play, trapezoid
+from identification_slips import CAUSES
 
 from sstl_cli.core.runs import Run, read_runs
 from sstl_cli.identification import gate
@@ -148,6 +149,7 @@ SLIPS = {
     "dead (input)": lambda: first(lambda r: replace(r, tension_in_n=noise(len(r)))),
     "zero (both)": lambda: each(lambda r: replace(r, tension_in_n=r.tension_in_n - 40.0, tension_out_n=r.tension_out_n - 40.0)),
     "position": lambda: each(lambda r: replace(r, position_in_mm=r.tension_in_n / 5000.0)),
+    **CAUSES,
 }
 
 

@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import noise_sd
+from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, keys_of, sketch_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import seam_of
 from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
+from sstl_cli.identification.gate.shapes import NO_SHAPES, Shapes, shapes_of
+from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, NO_SLOPES, Slopes, agreed
 from sstl_cli.identification.segment import segment_run
 
 Array = NDArray[np.float64]
@@ -24,15 +27,16 @@ MIN_SAMPLES = 32
 MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
 DRIVEN = 0.15
-# residual over noise of a play operator that leaves nothing
-TO_NOISE = 1.3
 # part of the input's span over which a pull must be seen to tell friction without a release
 PULLED = 0.5
 # and where, as a part of the largest output, its line must meet no tension
 PULLED_FROM = 0.12
+# n theta beyond which no bend goes: more is a gain
+MOST_WRAP = 2.3
+# logarithm of highest over lowest input: twice n theta of a usual bend of one pass
+BACKLASH = 1.0
 # slope over that of the pull of an output at rest
 RESTS = 0.1
-AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
 
 
 @dataclass(frozen=True)
@@ -53,47 +57,17 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Slopes:
-    """Propagation slopes and biases (N) with standard errors of the slopes; NaN where a direction is not identified."""
-
-    gamma_p: float
-    beta_p: float
-    gamma_r: float
-    beta_r: float
-    se_p: float
-    se_r: float
-
-    @property
-    def known(self) -> bool:
-        return math.isfinite(self.gamma_p) and math.isfinite(self.gamma_r)
-
-    @property
-    def friction(self) -> float:
-        """Half the logarithm of release over pull: n theta, whatever the unit of the output."""
-        return 0.5 * math.log(self.gamma_r / self.gamma_p) if self.known else math.nan
-
-    @property
-    def friction_se(self) -> float:
-        return 0.5 * math.hypot(self.se_r / self.gamma_r, self.se_p / self.gamma_p) if self.known else math.nan
-
-    @property
-    def gain(self) -> float:
-        """Root of pull x release: what output and input sensor differ by, 1 for Coulomb friction."""
-        return math.sqrt(self.gamma_p * self.gamma_r) if self.known else math.nan
-
-
-@dataclass(frozen=True)
 class Evidence:
     """One run as the rules see it. Times in s, tensions in N, positions in mm.
 
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
-    ``slopes`` are those on which phases and play operator agree. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
-    exchanged, and with the output's sign changed, ``reversed_rms`` that of the samples in reverse order; ``forward_rms`` as recorded (NaN where there was no need to look).
+    exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding.
@@ -125,10 +99,11 @@ class Evidence:
     copy_rms: float
     slopes: Slopes
     play: PlayFit | None
+    causes: Causes
+    shapes: Shapes
     forward_rms: float
     swapped_rms: float
     flipped_rms: float
-    reversed_rms: float
     stuck_while_n: tuple[float, float]
     seam: tuple[float, float]
     seam_at_s: float
@@ -148,6 +123,11 @@ class Evidence:
         p = self.play
         if self.slopes.known or p is None:
             return self.slopes.friction
+        alone = self.causes.friction
+        shown = p.shares[0] > AGREED_SHARE and p.reaches[0] > LEAST_REACH and alone.size < PULLED_FROM * self.ranges[1].largest
+        if self.causes.enough and alone.wrap < MOST_WRAP and shown:
+            # friction alone leaves but noise: then a line seen over a part of the pull tells it
+            return alone.wrap
         seen = p.explained > AGREED_EXPLAINED and p.reaches[0] > PULLED and p.shares[0] > AGREED_SHARE
         # the line of a pull goes to nothing with the tension; that of presliding does not
         # on the way back an output rests, and then falls faster than its input
@@ -165,6 +145,12 @@ class Evidence:
         return self.duration_s / max(1, self.loops)
 
     @property
+    def wide(self) -> bool:
+        """Whether the input goes over more than the backlash of a usual bend: within it presliding is all there is, and follows no line."""
+        r = self.ranges[0]
+        return r.low <= 0.0 or math.log(r.high / r.low) > BACKLASH
+
+    @property
     def loaded(self) -> bool:
         """Whether the input is driven over a part of its level; what follows a constant input is another movement."""
         return self.ranges[0].span > DRIVEN * self.ranges[0].largest
@@ -175,27 +161,6 @@ class Evidence:
         return self.usable and self.both_tensions and all(r.low > -0.25 * r.high for r in self.ranges)
 
 
-def agreed(found: Slopes, play: PlayFit | None, noise_n: float = 0.0) -> Slopes:
-    """Return slopes on which phases and play operator agree; those of one where the other has none to show.
-
-    Where an output creeps, or friction is no play, the line through a hold passes for a slope: then the two differ.
-    """
-    if play is None or not play.explained > AGREED_EXPLAINED or not 0.0 < play.gamma_p < play.gamma_r:
-        return NO_SLOPES
-    # lines seen over a small part of the loop are believed where they are those of friction, or leave noise only
-    exact = play.delayed_rms_n < TO_NOISE * noise_n and min(play.reaches) > 0.5 * LEAST_REACH
-    if min(play.reaches) < LEAST_REACH and not exact and abs(math.log(play.gamma_p * play.gamma_r)) > 2.0 * AGREED_APART:
-        return NO_SLOPES
-    if found.known:
-        apart = (abs(math.log(a / b)) for a, b in ((found.gamma_p, play.gamma_p), (found.gamma_r, play.gamma_r)))
-        return found if max(apart) < AGREED_APART else NO_SLOPES
-    if min(play.shares) < AGREED_SHARE:
-        return NO_SLOPES
-    se = AGREED_APART / 4.0
-    return Slopes(play.gamma_p, play.beta_p, play.gamma_r, play.beta_r, se * play.gamma_p, se * play.gamma_r)
-
-
-NO_SLOPES = Slopes(*[math.nan] * 6)
 NO_RANGE = Range(0.0, 0.0, 0.0)
 
 
@@ -219,8 +184,8 @@ def evidence_of(run: Run) -> Evidence:
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-            correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, forward_rms=math.nan,
-            swapped_rms=math.nan, flipped_rms=math.nan, reversed_rms=math.nan, stuck_while_n=(0.0, 0.0),
+            correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
+            swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
             position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
@@ -258,8 +223,11 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     moves = float(np.std(x)) > 0.0 and float(np.std(y)) > 0.0
     correlation = float(np.corrcoef(x, y)[0, 1]) if moves else math.nan
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
-    stride = max(s.stride for s in sensors)
-    seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), stride)
+    noises, steps = (sensors[0].noise_n, sensors[1].noise_n), (sensors[0].step_n, sensors[1].step_n)
+    causes = causes_of(t, x, y, noises, play) if moves else NO_CAUSES
+    shapes = shapes_of((t, x, y), raw, noises, steps, causes) if moves else NO_SHAPES
+    strides = (sensors[0].stride, sensors[1].stride)
+    seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     half = len(run) // 2
     return {
         "loops": found.loops,
@@ -270,12 +238,13 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "correlation": correlation,
         "noise_correlation": _noise_correlation(*raw),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
-        "slopes": agreed(slopes, play, sensors[1].noise_n),
+        "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
         "play": play,
+        "causes": causes,
+        "shapes": shapes,
         "forward_rms": residuals[0],
         "swapped_rms": residuals[1],
         "flipped_rms": residuals[2],
-        "reversed_rms": residuals[3],
         "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         "seam": seam,
         "seam_at_s": seam_at,
@@ -314,22 +283,21 @@ def _range(v: Array) -> Range:
 
 def _fits(
     t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], correlation: float, sensors: tuple[Sensor, Sensor]
-) -> tuple[PlayFit | None, tuple[float, float, float, float]]:
-    """Return the play fit, and residuals (share of the output's span) as recorded, exchanged, flipped, and from the last sample to the first."""
+) -> tuple[PlayFit, tuple[float, float, float]]:
+    """Return the play fit, and residuals (share of the output's span) as recorded, exchanged, and flipped."""
     span_x, span_y = max(ranges[0].span, 1e-300), max(ranges[1].span, 1e-300)
     fit = _best(t, x, y, slopes, ranges, sensors[1].noise_n)
     forward = fit.rms_n / span_y
     leads = fit.delay_s < -3.0 * fit.delay_se and fit.delayed_rms_n < 0.8 * fit.rms_n
     doubtful = fit.explained < 0.98 or leads or not 0.0 < fit.gamma_p < fit.gamma_r
-    swapped = flipped = reverse = math.nan
+    swapped = flipped = math.nan
     if doubtful:
-        reverse = _best(t, x[::-1], y[::-1], NO_SLOPES, ranges, timed=False).rms_n / span_y
         swapped = _best(t, y, x, NO_SLOPES, (ranges[1], ranges[0]), timed=False).rms_n / span_x
     if correlation < 0.0 or min(r.middle for r in ranges) < 0.0:
         low, high = -ranges[1].high, -ranges[1].low
         mirrored = Range(low, high, -ranges[1].middle)
         flipped = _best(t, x, -y, NO_SLOPES, (ranges[0], mirrored), timed=False).rms_n / span_y
-    return fit, (forward, swapped, flipped, reverse)
+    return fit, (forward, swapped, flipped)
 
 
 def _best(t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Range], noise_n: float = 0.0, timed: bool = True) -> PlayFit:

@@ -8,29 +8,53 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 # smallest jump looked at (share of the span), and samples on either side that it is compared with
 LEAST_JUMP, AROUND = 0.05, 40
+# part of a jump that a channel must make at one renewal of its own, and of the largest jump that makes another one; more jumps than that are a movement
+AT_ONCE, ANOTHER, MOST = 0.7, 0.5, 2
 
 
-def seam_of(time_s: Array, channels: tuple[Array, Array], spans: tuple[float, float], stride: int = 1) -> tuple[tuple[float, float], float]:
+def seam_of(
+    time_s: Array, channels: tuple[Array, Array], spans: tuple[float, float], strides: tuple[int, int] = (1, 1)
+) -> tuple[tuple[float, float], float]:
     """Return the largest jump that both channels make at one sample for good (shares of their spans), and when (s).
 
     A jump is the change of the median of five samples beyond what five of the largest steps around it would make. Of
-    channels held for some samples every ``stride``-th is looked at, and one may jump a renewal later than the other.
+    channels held for some samples (``strides``) one of each is looked at, and one may jump a renewal later than the other.
+    A movement in steps jumps again and again: there is no seam in it.
     """
-    jumps = []
-    time_s = time_s[::stride]
-    for v, span in zip((c[::stride] for c in channels), spans, strict=True):
-        step = np.abs(np.diff(v))
-        lasting = np.zeros(len(step))
-        at = np.argsort(step)[-256:]
-        for k in at[(at >= 4) & (at < len(v) - 5) & (step[at] > LEAST_JUMP * span)]:
-            if np.all(v[k - 3 : k] == v[k]):
-                # a recorder that stood still catches up
-                continue
-            usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
-            lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
-        if stride > 1:
-            lasting = np.maximum(lasting, np.maximum(np.append(lasting[1:], 0.0), np.insert(lasting[:-1], 0, 0.0)))
-        jumps.append(lasting / max(span, 1e-300))
+    stride = max(strides)
+    jumps = [_jumps(c[::stride], span) for c, span in zip(channels, spans, strict=True)]
+    if stride > 1:
+        jumps = [np.maximum(j, np.maximum(np.append(j[1:], 0.0), np.insert(j[:-1], 0, 0.0))) for j in jumps]
     both = np.minimum(*jumps)
     k = int(np.argmax(both))
-    return (float(jumps[0][k]), float(jumps[1][k])), float(time_s[k + 1])
+    again = np.flatnonzero(both > ANOTHER * both[k])
+    many = both[k] > 0.0 and 1 + np.count_nonzero(np.diff(again) > 2) > MOST
+    # a ramp between two renewals of the slower channel is no jump of the other one
+    gradual = any(
+        not _at_once(c, k * stride, stride, s, AT_ONCE * float(j[k]) * span)
+        for c, span, s, j in zip(channels, spans, strides, jumps, strict=True)
+        if s < stride
+    )
+    if many or gradual:
+        return (0.0, 0.0), float(time_s[::stride][k + 1])
+    return (float(jumps[0][k]), float(jumps[1][k])), float(time_s[::stride][k + 1])
+
+
+def _jumps(v: Array, span: float) -> Array:
+    """Return how far a channel jumps for good after each sample (shares of its span)."""
+    step = np.abs(np.diff(v))
+    lasting = np.zeros(len(step))
+    at = np.argsort(step)[-256:]
+    for k in at[(at >= 4) & (at < len(v) - 5) & (step[at] > LEAST_JUMP * span)]:
+        if np.all(v[k - 3 : k] == v[k]):
+            # a recorder that stood still catches up
+            continue
+        usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
+        lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
+    return lasting / max(span, 1e-300)
+
+
+def _at_once(v: Array, at: int, around: int, stride: int, size: float) -> bool:
+    """Whether a channel jumps by ``size`` within one renewal of its own near a sample."""
+    near = v[max(0, at - around) : at + 2 * around + stride]
+    return len(near) > stride and bool(np.max(np.abs(near[stride:] - near[:-stride])) > size)

@@ -25,7 +25,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             channel = " and ".join(WORDS[i] for i in which)
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, severity, largest, "N",
-                f"{names([e.run_id for e in hit])}: {channel} hold whole numbers up to {largest:.0f}, "
+                f"{names([e.run_id for e in hit])}: {channel} {'hold' if len(which) > 1 else 'holds'} whole numbers up to {largest:.0f}, "
                 "probably counts of the converter and not newtons",
                 stated(which[0], "counts", ", gain = (newtons per count), offset = (counts at no load)"),
             )  # fmt: skip

@@ -15,6 +15,9 @@ RULE, RANK = "drift", 38
 FASTEST = 0.1
 # share of the misfit that may remain: of a run alone, and of one with which others agree
 REMAINS, AGREED = 0.5, 0.75
+# misfit (share of the output's span) that presliding leaves of any play operator, and that a drift soaks up in part; what it leaves
+# of friction over noise where nothing else is missing
+PRESLIDING, NOTHING = 0.015, 1.3
 CREEP, JITTER = 0.03, 7.0
 # relative difference of one clock's drift in two runs
 ALIKE = 0.25
@@ -67,12 +70,14 @@ def _shared(log: Sequence[Evidence]) -> set[str]:
 def drift_of(e: Evidence, remains: float = REMAINS) -> float:
     """Return the drift of the output's clock (s/s), 0 where there is none to be seen."""
     p = e.play
-    if not e.tendon_like or p is None or not _explained(p) > 0.95 or not 0.0 < p.gamma_p < p.gamma_r:
+    if not e.tendon_like or not e.wide or p is None or not _explained(p) > 0.95 or not 0.0 < p.gamma_p < p.gamma_r:
         return 0.0
     moved = abs(p.drift) * e.duration_s
     # what the noise of both sensors leaves is left by any clock
     noise = math.hypot(e.sensors[1].noise_n, p.gamma_p * e.sensors[0].noise_n)
     before, after = (math.sqrt(max(v**2 - noise**2, 0.0)) for v in (min(p.rms_n, p.delayed_rms_n), p.drifting_rms_n))
+    if before < PRESLIDING * e.ranges[1].span and not e.causes.moved.rms_n < NOTHING * e.causes.noise_n:
+        return 0.0
     clear = after < remains * before and 8.0 * p.drift_se < abs(p.drift) < FASTEST
     seen = clear and moved > max(0.1, 10.0 * max(e.dt_s, e.sensors[1].refresh_s))
     return p.drift if seen else 0.0

@@ -82,6 +82,9 @@ def gain_of(e: Evidence) -> float:
     a, b = e.ranges
     top = b.high / max(a.high, 1e-300)
     g = e.slopes.gain
+    if e.causes.enough:
+        # friction alone leaves but noise
+        return 1.0 if math.isfinite(g) else math.nan
     if not math.isfinite(g):
         # without slopes only the sizes speak: no output exceeds twice its input, none that moves is a hundredth
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
@@ -116,8 +119,10 @@ def _guess(g: float, e: Evidence) -> tuple[str, str]:
         return min(options)[1:]
     if any(abs(math.log(g / ratio)) < 0.12 for ratio in (2.0, 0.5)):
         small = 0 if g > 1.0 else 1
-        mend = f'{("tension_in_n", "tension_out_n")[small]} = {{ column = ..., unit = "counts", gain = 2 }}'
-        return f"the {WORDS[small]} sensor sits behind a 2:1 pulley or reads half of a pair", mend
+        # which of the two is off, the slopes cannot tell
+        mends = [stated(i, "counts", f", gain = {f:.3g}") for i, f in ((small, 2.0), (1 - small, 0.5))]
+        why = f"the {WORDS[1 - small]} is in percent of its range or doubled, or the {WORDS[small]} sensor reads half (2:1 pulley, one of a pair)"
+        return why, f"{mends[1]} or {mends[0]}"
     large = 1 if g > 1.0 else 0
     return (
         f"the {WORDS[large]} is in counts or volts, or has a wrong calibration",
@@ -143,8 +148,8 @@ def _between(g: float, e: Evidence, rest: list[Evidence], guess: tuple[str, str]
     if abs(inner + size) < CHANGED and not abs(outer) > CHANGED:
         return said[0], mends[0]
     if abs(inner) < CHANGED and not abs(outer - size) > CHANGED:
-        return f"the output was amplified {g:.3g} times as much as in the other runs", mends[1]
-    small = f"{said[0]}, or the output was amplified {g:.3g} times as much as in the other runs"
+        return said[1] if units[1] else f"the output was amplified {g:.3g} times as much as in the other runs", mends[1]
+    small = f"{said[0]}, or {said[1] if units[1] else f'the output was amplified {g:.3g} times as much as in the other runs'}"
     return small, f"{mends[0]} or {mends[1]} (for this file)"
 
 

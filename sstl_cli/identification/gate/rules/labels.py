@@ -9,6 +9,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.two_rigs import second_rig
 from sstl_cli.identification.gate.scatter import friction_errors
 
 RULE, RANK = "labels", 55
@@ -22,6 +23,8 @@ CELL = 0.12
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose configuration label contradicts the friction they show."""
     known = [e for e in log if e.slopes.known and e.config_id is not None and e.slopes.friction > 0.05]
+    if second_rig(log)[0]:
+        return
     yield from _cells(known)
     places: dict[object, list[Evidence]] = {}
     for e in known:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
@@ -24,8 +25,12 @@ SEEN = 0.1
 GROWS = 0.2
 # delays that are a good part of the run (share), and the part of it that both lines must be seen over
 FAR, LEAST_SHARE = 0.02, 0.005
-# part of a loop from which on a movement that repeats does not tell a delay from one that is a loop less
-REPEATS = 0.5
+# share of what friction alone leaves that may remain once the output is moved and the lines are those of friction
+HELD = 0.3
+# part of a loop that a delay reaches, and noises that it must leave beyond
+HALF, LITTLE_LEFT = 0.4, 2.0
+# and how many times as much friction by speed must leave
+BY_SPEED = 3.0
 # a filter of that many samples is no clock
 FILTER = 10.0
 
@@ -70,13 +75,22 @@ def _drifted(e: Evidence, drift: float) -> bool:
 
 def _moved(e: Evidence, early: bool) -> bool:
     p = e.play
-    if not e.tendon_like or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r or dead(e):
+    if not e.tendon_like or not e.wide or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r or dead(e):
         return False
     if e.correlation < 0.2 and not p.explained > SHAPE:
         return False
-    if e.loops > 1 and abs(p.delay_s) > REPEATS * e.loop_s:
-        return False
     if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
+        return False
+    # of a movement that repeats, no delay of half a loop and more is known; nor is one where friction never slides both ways
+    if abs(p.delay_s) > HALF * e.loop_s and p.delayed_rms_n > LITTLE_LEFT * e.sensors[1].noise_n:
+        return False
+    if math.log(e.ranges[0].high / max(e.ranges[0].low, 1e-9 * e.ranges[0].high)) < 2.0 * e.causes.moved.wrap:
+        return False
+    # free lines follow presliding and a delay alike: the lines of friction must do so, and not without the delay
+    if not e.causes.holds(e.causes.moved.rms_n, HELD):
+        return False
+    # friction that falls with speed turns the output before the input turns
+    if not e.causes.speed.rms_n > BY_SPEED * max(e.causes.moved.rms_n, e.causes.noise_n):
         return False
     # a misfit of the shape is soaked up by a delay of a good part of the run, but only partly and without a release
     if abs(p.delay_s) > FAR * e.duration_s and (

@@ -6,13 +6,15 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
-from sstl_cli.identification.gate.units import plausible_units, stated
+from sstl_cli.identification.gate.units import WORDS, plausible_units, stated
 
 RULE, RANK = "magnitude", 12
 # a 1 mm steel cable breaks at 0.6 to 0.9 kN, a 2 mm one at 2 to 3 kN, which no sheath of a hand's size carries
 STRONG_N, IMPOSSIBLE_N = 700.0, 2000.0
 # the finest tendons known, in catheters for eye and vessel, are pulled with tenths of a newton
 WEAK_N, NOTHING_N = 0.1, 0.05
+# a tension that is plainly one (N), and how many times it the other channel must read
+FEW_N, APART = 2.0, 20.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -32,11 +34,21 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for (severity, kind), hit in groups.items():
         largest = (max if kind == "large" else min)(max(r.largest for r in e.ranges) for e in hit)
         units = plausible_units(largest)
+        which = [i for i in (0, 1) if any(_beyond(e.ranges[i].largest, kind) for e in hit)]
+        other = max(e.ranges[1 - which[0]].largest for e in hit) if len(which) == 1 else largest
+        # friction never makes a hundredth: the other channel is in N where its tension is one
+        which = which if len(which) == 1 and FEW_N < other < STRONG_N and max(other / largest, largest / other) > APART else [0, 1]
         guess = " or ".join([*units, "raw counts" if kind == "large" else "volts"])
+        said = "tension" if len(which) == 2 else f"the {WORDS[which[0]]} goes"
+        holds = "the file" if len(which) == 2 else "its column"
         why = "more than a tendon bears" if kind == "large" else "less than a tendon rig measures"
         yield Remark(
             tuple(e.run_id for e in hit), RULE, severity, largest, "N",
-            f"{names([e.run_id for e in hit])}: tension up to {largest:.4g} N, {why}; the file probably holds {guess}, "
+            f"{names([e.run_id for e in hit])}: {said} up to {largest:.4g} N, {why}; {holds} probably holds {guess}, "
             "not N",
-            "; ".join(stated(i, units[0] if units else "counts") for i in (0, 1)),
+            "; ".join(stated(i, units[0] if units else "counts") for i in which),
         )  # fmt: skip
+
+
+def _beyond(largest: float, kind: str) -> bool:
+    return largest > STRONG_N if kind == "large" else largest < WEAK_N

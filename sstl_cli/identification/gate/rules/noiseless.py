@@ -11,6 +11,8 @@ from sstl_cli.identification.gate.units import WORDS, column_line
 RULE, RANK = "noiseless", 82
 # noise over that of the other channel: amplifiers differ by ten, a load cell and a number in a program by more
 LESS = 0.02
+# a command is rounded as numbers are, and ahead of what is measured: noise that is but rounding, and a delay (s) that no tube has
+ROUNDED, AHEAD, AHEAD_S = 0.05, 6.0, 0.1
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -32,10 +34,22 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _shows(log: Sequence[Evidence], system: str, i: int) -> bool:
     runs = [e for e in log if e.usable and e.system == system]
-    return 2 * sum(e.sensors[i].noise_n > LESS * e.sensors[1 - i].noise_n for e in runs) >= len(runs)
+    return 2 * sum(e.sensors[i].noise_n > (ROUNDED if _ahead(e, i) else LESS) * e.sensors[1 - i].noise_n for e in runs) >= len(runs)
 
 
 def _smooth(e: Evidence, i: int) -> bool:
     this, other = e.sensors[i], e.sensors[1 - i]
-    plain = all(s.step_n < 0.5 * s.noise_n or s.step_n == 0.0 for s in (this, other)) and not (this.held or other.held)
-    return plain and other.noise_n > 1e-4 * e.ranges[1 - i].span and this.noise_n < LESS * other.noise_n
+    if this.held or other.held or other.noise_n <= 1e-4 * e.ranges[1 - i].span:
+        return False
+    plain = all(s.step_n < 0.5 * s.noise_n or s.step_n == 0.0 for s in (this, other))
+    return (plain and this.noise_n < LESS * other.noise_n) or (
+        _ahead(e, i) and max(this.noise_n, 0.3 * this.step_n) < ROUNDED * other.noise_n
+    )
+
+
+def _ahead(e: Evidence, i: int) -> bool:
+    """Whether an input is rounded, without noise of its own, and the output later than any tube makes it."""
+    p, s = e.play, e.sensors[i]
+    if i == 1 or p is None or not e.wide or not e.causes.holds(e.causes.moved.rms_n):
+        return False
+    return (not s.white or s.step_n > 0.5 * s.noise_n) and p.delay_s > max(AHEAD_S, AHEAD * p.delay_se)

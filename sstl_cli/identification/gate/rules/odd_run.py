@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.identification.gate.converters import odd_levels
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.two_rigs import second_rig
 from sstl_cli.identification.gate.rules.zero import zeros
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
@@ -44,6 +45,7 @@ ROUNDING = 1e-9
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that lie apart from the rest of their system."""
+    rigs = bool(second_rig(log)[0])
     for system in sorted({e.system for e in log}):
         runs = [e for e in log if e.system == system and e.tendon_like and e.correlation > 0.0]
         yield from _levels(runs)
@@ -51,7 +53,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             continue
         table = np.array([_values(e) for e in runs])
         splits = [(f, s) for j, f in enumerate(FEATURES) if (s := _split(table[:, j], f)) is not None]
-        yield from _alone(runs, splits)
+        yield from _alone(runs, splits, rigs)
         yield from _kinds(runs, splits)
 
 
@@ -112,7 +114,7 @@ def _split(values: Array, feature: Feature) -> _Split | None:
     return _Split(frozenset(small.tolist()), gap, spread, frozenset(known.tolist()))
 
 
-def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterator[Remark]:
+def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: bool) -> Iterator[Remark]:
     told: set[int] = set()
     for feature, split in splits:
         if len(split.members) != 1 or split.gap < max(feature.alone, (1.5 if feature.name == "friction" else 3.0) * split.spread):
@@ -121,6 +123,8 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]]) -> Iterat
         if index in told:
             continue
         e = runs[index]
+        if rigs and feature.name == "friction":
+            continue
         bends = [runs[i].config_id for i in split.known if i != index]
         if feature.name == "friction" and e.config_id is not None and e.config_id not in bends:
             # another bend, not another rig

@@ -9,6 +9,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
+from sstl_cli.identification.gate.rules.two_rigs import second_rig
 
 RULE, RANK = "passes", 50
 # friction per pass of a run over that of the other runs of its bend: 2 or 1/2 where the label is wrong, up to 1.3 in a
@@ -39,7 +40,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         bends.setdefault((e.config_id, e.location), []).append(e)
     paired = len({e.system for e in known}) == 2
     pairs = [b for b in bends.values() if paired and len(b) > 1 and b[0].config_id is not None]
-    wrong = [e for bend in pairs for e in _wrong(bend, known)]
+    wrong = [] if second_rig(log)[0] else [e for bend in pairs for e in _wrong(bend, known)]
+    wrong = _everywhere(wrong, log)
     yield from _told(wrong, "failure", "beside the other runs of the same bend")
     if not pairs and known:
         mixed = [hit for bend in bends.values() if bend[0].config_id is not None and (hit := _two_kinds(bend, log))]
@@ -47,6 +49,24 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield from _told([e for hit in mixed for e in hit], "failure" if len(mixed) > 1 else "remark", one_bend)
         if not mixed:
             yield from _alone(sloped, log)
+
+
+def _everywhere(wrong: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the wrong runs, and where both systems are exchanged in every bend that tells, those of all other bends as well.
+
+    A bend whose slopes do not show tells by what it passes on: the loop passes on less than its first half.
+    """
+    if len({e.system for e in wrong}) < 2:
+        return wrong
+    rest: dict[object, list[Evidence]] = {}
+    for e in log:
+        if e.usable and e.config_id is not None:
+            rest.setdefault((e.config_id, e.location, e.tendon), []).append(e)
+    every = [b for b in rest.values() if {e.system for e in b} == {"act", "sstl"}]
+    passed = [
+        {s: max(e.ranges[1].span / max(e.ranges[0].span, 1e-300) for e in b if e.system == s) for s in ("act", "sstl")} for b in every
+    ]
+    return [e for b in every for e in b] if all(p["act"] < p["sstl"] for p in passed) else wrong
 
 
 def _one_gain(sloped: list[Evidence]) -> list[Evidence]:
@@ -120,14 +140,15 @@ def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield what the size alone says, where no bend shows the slopes of both systems."""
     # a second pass that swallows the motion has no slopes, but tells that the first one is single
     single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in log)]
+    every = all(e.wrap > 0.0 for e in _wide(list(log), log) if e.system == "act")
+    if every and _middle(single, "act") > DOUBLE:
+        yield from _told([e for e in single if e.wrap > BETWEEN], "remark", "by its size, if this is no bend of more than usual")
+    # a bend that has a name was chosen, and may be as slight as anyone likes; of several the slight ones alone show their slopes
+    if any(e.config_id is not None for e in log) or len(_wide(known, log)) < len(_wide(list(log), log)):
+        return
     double = [e for e in _wide(known, log) if e.system == "sstl"]
-    # a loop of which no lines are seen rubs more than those that show them
-    if any(e.system == "sstl" and e.usable and e not in known for e in _wide(list(log), log)):
-        double = []
-    if _middle(single, "act") > DOUBLE:
-        yield from _told([e for e in single if e.wrap > BETWEEN], "remark", "by its size")
     if _middle(double, "sstl") < SINGLE:
-        yield from _told(double, "remark", "by its size")
+        yield from _told(double, "remark", "by its size, if this is no slight bend")
 
 
 def _swallows(loop: Evidence, e: Evidence) -> bool:
@@ -151,6 +172,8 @@ def _told(wrong: list[Evidence], severity: Severity, by: str) -> Iterator[Remark
 
 
 def _slopes(e: Evidence) -> str:
+    if not e.wrap > 0.0:
+        return "what passes on to the output"
     if e.slopes.known or e.play is None:
         return f"slopes of {e.slopes.gamma_p:.3g} and {e.slopes.gamma_r:.3g}"
     return f"slopes of {e.play.gamma_p:.3g} in the pull"

@@ -13,13 +13,16 @@ from sstl_cli.identification.gate.remark import Remark, names
 RULE, RANK = "rate", 18
 APART = 1.25
 LIKELY_S = 0.005
+# of the logarithm: loops of one movement, counted
+SAME_SPEED = 0.15
 # factors between units of time
 UNITS = {1e3: "ms", 1e6: "us", 60.0: "min"}
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the runs that are sampled otherwise than most."""
-    runs = [e for e in log if e.samples > 16 and e.dt_s > 0.0]
+    # rows out of order have no rate
+    runs = [e for e in log if e.samples > 16 and e.dt_s > 0.0 and e.usable]
     if len(runs) < 2:
         return
     steps = np.array([e.dt_s for e in runs])
@@ -32,23 +35,45 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         ratio = e.dt_s / usual
         if max(ratio, 1.0 / ratio) > APART:
             groups.setdefault((_unit(ratio), round(math.log(ratio), 1)), []).append(e)
+    # a logger of its own for each system is no slip
+    rates = {(e.system, e.dt_s * (1.0 + 1e-9) > usual * APART, e.dt_s * APART < usual) for e in runs}
+    own = len(rates) == len({e.system for e in runs})
     for (unit, _), hit in groups.items():
-        ids = tuple(e.run_id for e in hit)
-        step = hit[0].dt_s
-        if unit is None and _own_recorders(runs):
-            continue
-        why = f"time is probably in {unit} in one of them" if unit else "they were probably recorded or exported differently"
-        yield Remark(
-            ids, RULE, "failure" if unit else "remark", 1.0 / step, "Hz",
-            f"{names(ids)}: sampled at {1.0 / step:.4g} Hz, the other runs at {1.0 / usual:.4g} Hz; {why}",
-            f'time_s = {{ column = ..., unit = "{unit or "s"}" }} (for this file)',
-        )  # fmt: skip
+        fast = [e for e in hit if unit is None and _speeded(e, runs, usual)]
+        yield from _told(fast, usual, None, True)
+        if unit is not None or not own:
+            yield from _told([e for e in hit if e not in fast], usual, unit, False)
 
 
-def _own_recorders(runs: Sequence[Evidence]) -> bool:
-    """Whether the two systems differ and the runs of each do not: then each has a recorder of its own."""
-    steps = [np.log([e.dt_s for e in runs if e.system == s]) for s in {e.system for e in runs}]
-    return len(steps) > 1 and all(float(np.ptp(s)) < np.log(APART) for s in steps)
+def _told(hit: list[Evidence], usual: float, unit: str | None, speeded: bool) -> Iterator[Remark]:
+    if not hit:
+        return
+    ids = tuple(e.run_id for e in hit)
+    step = hit[0].dt_s
+    why = (
+        f"time is probably in {unit} in one of them"
+        if unit
+        else "they were probably recorded or exported differently, which is no fault by itself"
+    )
+    mend = f'time_s = {{ column = ..., unit = "{unit}" }} (for this file)' if unit else "none needed if the logger was set so"
+    if speeded:
+        why = f"and the same movement goes {usual / step:.3g} times as fast in them, so that their clock is probably off by this factor"
+        mend = f"time_s = {{ rate_hz = {1.0 / usual:.6g} }} (for this file)"
+    yield Remark(
+        ids, RULE, "failure" if unit else "remark", 1.0 / step, "Hz",
+        f"{names(ids)}: sampled at {1.0 / step:.4g} Hz, the other runs at {1.0 / usual:.4g} Hz; {why}",
+        mend,
+    )  # fmt: skip
+
+
+def _speeded(e: Evidence, runs: Sequence[Evidence], usual: float) -> bool:
+    """Whether the movement is faster, or slower, than in the other runs of its trajectory by what the sampling period is."""
+    alike = [
+        o.loop_s for o in runs if o.trajectory == e.trajectory is not None and max(o.dt_s / usual, usual / o.dt_s) < APART and o.loops > 1
+    ]
+    # movements of one name may differ in speed by themselves
+    one = bool(alike) and max(alike) < min(alike) * math.exp(SAME_SPEED)
+    return one and e.loops > 1 and abs(math.log(e.loop_s / float(np.median(alike)) * usual / e.dt_s)) < SAME_SPEED
 
 
 def _unit(ratio: float) -> str | None:

@@ -20,6 +20,7 @@ NEAR_ZERO = 0.05
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels repeats one value for long, or always."""
+    yield from _together(log)
     for i in (0, 1):
         coarse = {o.system for o in log if o.usable and (o.sensors[i].coarse or o.sensors[i].noise_n == 0.0)}
         whole = [e for e in log if _whole(e, i) and not _hidden(e, i, coarse)]
@@ -42,6 +43,30 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     "probably stuck",
                     f'skip this stretch, or {CHANNELS[i]} = {{ column = (another sensor) }}',
                 )  # fmt: skip
+
+
+def _together(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs both channels of which repeat their values at the same time, against the noise of both: the recorder stood still."""
+    for severity in ("failure", "remark"):
+        hit = [e for e in log if _paused(e) == severity]
+        if hit:
+            e = max(hit, key=lambda h: h.sensors[0].still_s)
+            s = e.sensors[0]
+            yield Remark(
+                tuple(h.run_id for h in hit), RULE, severity, s.still_s, "s",
+                f"{names([h.run_id for h in hit])}: input and output both repeat one value for {s.still_s:.3g} s from {s.still_at_s:.4g} s on, "
+                f"against noise of {s.noise_n:.2g} and {e.sensors[1].noise_n:.2g} N; the recorder probably stood still",
+                "split the run there, or skip this stretch",
+            )  # fmt: skip
+
+
+def _paused(e: Evidence) -> str:
+    a, b = e.sensors
+    both = e.usable and a.fine and b.fine and min(a.still_s, b.still_s) >= LEAST_S and max(a.still_share, b.still_share) < 1.0
+    # renewals of two channels need not fall on one sample
+    if not both or abs(a.still_at_s - b.still_at_s) > 0.1 * a.still_s or abs(a.still_s - b.still_s) > 0.1 * a.still_s:
+        return ""
+    return "failure" if min(a.still_share, b.still_share) > FAILED_SHARE else "remark"
 
 
 def _whole(e: Evidence, i: int) -> bool:

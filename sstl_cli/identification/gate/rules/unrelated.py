@@ -14,6 +14,8 @@ LEFT, MOVES = 0.08, 0.15
 NOISE = 3.0
 # part of the run that an output may be late by if the delay explains it but half
 FAR, CLEAR = 0.02, 0.9
+# part of its way that an output must go against the input; of two movements of their own it is a half
+AGAINST = 0.15
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -39,10 +41,11 @@ def explained_by(e: Evidence) -> float:
 
 def _unrelated(e: Evidence) -> bool:
     p = e.play
-    if not e.tendon_like or not e.loaded or p is None or e.correlation < -0.4:
+    if not e.tendon_like or not e.wide or p is None or e.correlation < -0.4:
         return False
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     # slopes that no friction has may still follow an output
     explained = explained_by(e)
     odd = explained < 0.5 or (explained < 0.9 and min(p.gamma_p, p.gamma_r) < 0.0)
-    return moves and odd and p.typical_n > max(LEFT * e.ranges[1].span, NOISE * e.sensors[1].noise_n)
+    # whatever the friction, an output does not fall as the input rises, nor rise as it falls
+    return moves and odd and e.shapes.against > AGAINST and p.typical_n > max(LEFT * e.ranges[1].span, NOISE * e.sensors[1].noise_n)

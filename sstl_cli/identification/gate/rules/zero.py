@@ -21,13 +21,20 @@ BELOW_N, SHARE = 1.0, 0.05
 ABOVE_N, UNDER_N = 4.5, 8.0
 SHARE_APART = 0.15
 # by how much (N) a run's zero is another than that of the other runs, which agree within the second number
-MOVED_N, AGREE_N, OTHERS = 1.0, 0.25, 2
+MOVED_N, AGREE_N, FEWEST = 1.0, 0.25, 2
 # zeros are read off loops that lines explain
 EXPLAINED = 0.985
 # on a straight tube the lines hardly open, and where they meet is anywhere
 LEAST_FRICTION = 0.2
+# a zero that one run alone holds: size (N; the catalogue has 2 N) and share of the span, what it may leave of what friction leaves,
+# of what any other slip leaves, and of the output's span
+HELD_N, HELD_SHARE, TAKES, BEFORE, LITTLE = 2.5, 0.1, 0.25, 0.5, 0.03
+# where the input goes below no tension (N) it is the input's zero, and friction that is no play may leave more
+PUSHED_N, OTHERS, MORE = 1.0, 0.8, 0.08
 # how far (share of the input's span) the lines may be drawn on
 REACH = 0.5
+# what friction with that zero must find of where the lines meet
+SIZE = 0.5
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -53,8 +60,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 "zero is probably wrong (tared under load), or it is the difference of a pair",
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load) }}",
             )  # fmt: skip
+    held = {(e.run_id, i) for e in log for i in (0, 1) if e.run_id not in zeroed and not (_below(e, 0) or _below(e, 1)) and _held(e, i)}
+    yield from _told(log, held)
     for i in (0, 1):
-        hit = [e for e in log if _apart(e, i) and not (_below(e, 0) or _below(e, 1))]
+        told = {name for name, _ in held}
+        hit = [e for e in log if _apart(e, i) and not (_below(e, 0) or _below(e, 1)) and e.run_id not in told]
         if hit:
             worst = max((zeros(e)[i] for e in hit), key=abs)
             yield Remark(
@@ -79,13 +89,40 @@ def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, float]]:
         seen = [e for e in log if e.system == system and e.tendon_like and e.slopes.known and e.slopes.friction > LEAST_FRICTION]
         for e in seen:
             others = [(o.slopes.beta_p, o.slopes.beta_r) for o in log if o is not e and o.slopes.known and o.tendon == e.tendon]
-            if len(others) < OTHERS:
+            if len(others) < FEWEST:
                 continue
             usual, spread = np.median(others, axis=0), float(np.max(np.ptp(others, axis=0)))
             pull, release = e.slopes.beta_p - float(usual[0]), e.slopes.beta_r - float(usual[1])
             # dry friction moves the two lines apart, a zero both alike
             if spread < AGREE_N and min(abs(pull), abs(release)) > MOVED_N and abs(pull - release) < AGREE_N:
                 yield e, 0.5 * (pull + release)
+
+
+def _told(log: Sequence[Evidence], held: set[tuple[str, int]]) -> Iterator[Remark]:
+    for i in (0, 1):
+        hit = [e for e in log if (e.run_id, i) in held]
+        if hit:
+            sizes = sorted((e.causes.zero_out if i else e.causes.zero_in).size for e in hit)
+            size = sizes[len(sizes) // 2]
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "remark", size, "N",
+                f"{names([e.run_id for e in hit])}: friction explains the output only if the {WORDS[i]} reads {size:.3g} N at no "
+                "tension; its zero was probably taken under load",
+                f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load, about {size:.3g}) }}",
+            )  # fmt: skip
+
+
+def _held(e: Evidence, i: int) -> bool:
+    """Whether the samples hold a zero of this channel: the lines of friction leave little with it, and much with any other slip."""
+    c = e.causes
+    mine, other = (c.zero_out, c.zero_in) if i else (c.zero_in, c.zero_out)
+    if not e.tendon_like or not abs(mine.size) > max(HELD_N, HELD_SHARE * e.ranges[i].span):
+        return False
+    pushed = i == 0 and mine.size < 0.0 and e.ranges[0].low < -max(PUSHED_N, 5.0 * e.sensors[0].noise_n)
+    if c.holds(mine.rms_n, TAKES) and mine.rms_n < (MORE if pushed else LITTLE) * e.ranges[1].span:
+        rest = min(c.left(v.rms_n) for v in (other, c.gain, c.moved, c.reversed, c.speed))
+        return c.left(mine.rms_n) < (OTHERS if pushed else BEFORE) * rest
+    return False
 
 
 def zeros(e: Evidence) -> tuple[float, float]:
@@ -117,4 +154,8 @@ def _apart(e: Evidence, i: int) -> bool:
     # lines that were seen only far from where they meet say little of it
     if e.ranges[0].low - zeros(e)[0] > REACH * e.ranges[0].span:
         return False
-    return e.tendon_like and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE_APART * e.ranges[i].span)
+    # lines of presliding meet anywhere; a zero is off where friction needs it as well
+    held = e.causes.zero_out if i else e.causes.zero_in
+    if not e.causes.holds(held.rms_n) or not SIZE * abs(at) < math.copysign(held.size, held.size * at) < abs(at) / SIZE:
+        return False
+    return e.tendon_like and not e.causes.enough and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE_APART * e.ranges[i].span)

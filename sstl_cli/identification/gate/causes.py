@@ -1,0 +1,264 @@
+"""Which single slip explains a run: the same play operator with the few parameters that friction has, and one slip more.
+
+The free lines of ``playfit`` explain much that no tendon does. Here the lines are those of friction, and what a slip leaves
+of the output is compared with what friction alone leaves: only a slip that the samples hold is named.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sstl_cli.identification.gate.playfit import PlayFit
+
+Array = NDArray[np.float64]
+# parameters: n theta, logarithm of the gain, constant friction (N), zero of the input (N), zero of the output (N), part of n theta that speed adds
+FRICTION, GAIN, SPEED = (0, 2), (0, 1, 2), (0, 1, 2, 5)
+PARAMETERS = 6
+ZERO_IN, ZERO_OUT = (0, 3), (0, 4)
+# first guesses of n theta: a nearly straight tube, and bends of one and of two passes
+STARTS = (0.05, 0.15, 0.3, 0.5, 0.8, 1.2, 1.8)
+STEPS, HUBER, TRIED = 25, 2.0, 2
+# part of a recording that must still overlap once it is moved in time
+LEAST_OVERLAP = 0.5
+# points over which a speed is measured, and parts of the samples that are slower than the speed at which friction has changed
+SPEED_OVER, SLOWER = 5, (0.3, 0.8)
+# a slip must take away most of what friction leaves beyond noise, and friction must leave more than noise
+TAKES, MORE = 0.5, 2.0
+# standard errors from which on a clock drifts
+DRIFTS = 8.0
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One hypothesis: n theta, the size of the slip (in the unit of the slip) and the residual (N) it leaves."""
+
+    wrap: float
+    size: float
+    rms_n: float
+
+
+@dataclass(frozen=True)
+class Causes:
+    """What friction alone leaves of a run, and what it leaves with one slip: a gain, a zero, a delay, or time reversed.
+
+    ``speed`` is no slip but friction that falls or rises with speed, which moves the loop in time as well; it is asked for where a slip takes much away.
+
+    ``noise_n`` is the noise of both sensors as the output shows it. NaN where nothing was compared: slips are not where
+    friction leaves but noise.
+    """
+
+    noise_n: float
+    friction: Cause
+    gain: Cause
+    zero_in: Cause
+    zero_out: Cause
+    moved: Cause
+    reversed: Cause
+    speed: Cause
+
+    @property
+    def enough(self) -> bool:
+        """Whether friction alone leaves but noise, so that the samples hold nothing else."""
+        return self.friction.rms_n <= MORE * self.noise_n
+
+    @property
+    def slips(self) -> tuple[Cause, ...]:
+        """Return friction alone, that by speed, and with each slip that leaves the order of the samples as it is."""
+        return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.speed
+
+    def left(self, rms_n: float) -> float:
+        """Return a residual (N) without the noise."""
+        return math.sqrt(max(rms_n**2 - self.noise_n**2, 0.0)) if math.isfinite(rms_n) else math.inf
+
+    def holds(self, rms_n: float, takes: float = TAKES) -> bool:
+        """Whether a slip that leaves ``rms_n`` is held by the samples: friction alone leaves far more than it and than noise."""
+        return not self.enough and self.left(rms_n) < takes * self.left(self.friction.rms_n)
+
+
+UNKNOWN = Cause(math.nan, math.nan, math.nan)
+NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 7)
+
+
+@njit(cache=True, nogil=True)
+def _residual(x: Array, y: Array, fast: Array, p: Array, start: float, left: Array, jacobian: Array) -> None:
+    """Write output minus play operator, and the operator's derivatives with respect to all parameters; ``fast`` (0 to 1) is the speed."""
+    gp, gr = math.exp(p[1] - p[0]), math.exp(p[1] + p[0])
+    v = start
+    s = np.zeros(PARAMETERS)
+    part = 1.0
+    for k in range(x.size):
+        if p[5] != 0.0:
+            part = max(1.0 + p[5] * fast[k], 0.0)
+            gp, gr = math.exp(p[1] - p[0] * part), math.exp(p[1] + p[0] * part)
+        low, high = gp * (x[k] - p[3]) - p[2] + p[4], gr * (x[k] - p[3]) + p[2] + p[4]
+        if high < low:
+            # below no tension both lines have crossed
+            low = high = 0.5 * (low + high)
+        if v < low:
+            v = low
+            a = gp * (x[k] - p[3])
+            s[0], s[1], s[2], s[3], s[4], s[5] = -a * part, a, -1.0, -gp, 1.0, -a * p[0] * fast[k]
+        elif v > high:
+            v = high
+            a = gr * (x[k] - p[3])
+            s[0], s[1], s[2], s[3], s[4], s[5] = a * part, a, 1.0, -gr, 1.0, a * p[0] * fast[k]
+        left[k] = y[k] - v
+        for j in range(PARAMETERS):
+            jacobian[k, j] = s[j]
+
+
+@njit(cache=True, nogil=True)
+def _cost(left: Array, limit: float) -> float:
+    total = 0.0
+    for v in left:
+        a = abs(v)
+        total += 0.5 * a * a if a <= limit else limit * (a - 0.5 * limit)
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _try(x: Array, y: Array, fast: Array, p: Array, start: float, floor: float) -> float:
+    """Return what a first guess leaves: the mean of what is left, single samples cut off."""
+    left = np.empty(x.size)
+    _residual(x, y, fast, p, start, left, np.empty((x.size, PARAMETERS)))
+    limit = max(3.0 * np.median(np.abs(left)), floor)
+    return float(np.mean(np.minimum(np.abs(left), limit)))
+
+
+# long: one descent, kept in one compiled loop because each of its steps takes less than a call from outside
+@njit(cache=True, nogil=True)
+def _descend(
+    x: Array, y: Array, fast: Array, free: NDArray[np.int64], first: Array, start: float, floor: float, steps: int
+) -> tuple[Array, float]:
+    """Levenberg-Marquardt on Huber's loss over the free parameters; constant friction and n theta stay positive."""
+    n, m = x.size, free.size
+    left, jacobian, trial_left, trial_jacobian = np.empty(n), np.empty((n, PARAMETERS)), np.empty(n), np.empty((n, PARAMETERS))
+    p = first.copy()
+    _residual(x, y, fast, p, start, left, jacobian)
+    for _ in range(2):
+        limit = HUBER * max(1.4826 * np.median(np.abs(left)), floor)
+        cost = _cost(left, limit)
+        damping = 1e-3
+        for _ in range(steps):
+            normal, gradient = np.zeros((m, m)), np.zeros(m)
+            for k in range(n):
+                w = min(1.0, limit / max(abs(left[k]), 1e-300))
+                for i in range(m):
+                    a = w * jacobian[k, free[i]]
+                    gradient[i] += a * left[k]
+                    for j in range(i + 1):
+                        normal[i, j] += a * jacobian[k, free[j]]
+            trace = 0.0
+            for i in range(m):
+                trace += normal[i, i]
+                for j in range(i):
+                    normal[j, i] = normal[i, j]
+            for i in range(m):
+                normal[i, i] += damping * normal[i, i] + 1e-9 * trace + 1e-200
+            step = np.linalg.solve(normal, gradient)
+            trial = p.copy()
+            for i in range(m):
+                trial[free[i]] += step[i]
+            trial[0] = min(max(trial[0], 0.0), 4.0)
+            trial[1] = min(max(trial[1], -12.0), 12.0)
+            trial[2] = max(trial[2], 0.0)
+            trial[5] = min(max(trial[5], -1.0), 3.0)
+            _residual(x, y, fast, trial, start, trial_left, trial_jacobian)
+            tried = _cost(trial_left, limit)
+            if tried < cost:
+                done = cost - tried < 1e-4 * cost
+                p, cost = trial, tried
+                left, trial_left = trial_left, left
+                jacobian, trial_jacobian = trial_jacobian, jacobian
+                damping = max(0.2 * damping, 1e-9)
+                if done:
+                    break
+            else:
+                damping *= 8.0
+                if damping > 1e5:
+                    break
+    return p, math.sqrt(np.mean(left**2))
+
+
+def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], play: PlayFit) -> Causes:
+    """Return what friction leaves of a run, alone and with one slip.
+
+    Parameters
+    ----------
+    time_s, x, y : ndarray, shape (n,)
+        Time in s, input and output in N.
+    noise : tuple of float
+        White noise of both (N).
+    play : PlayFit
+        The free lines, and the delay that is tried.
+    """
+    floor = max(noise[1], 1e-4 * float(np.ptp(y)))
+    friction = best_fit(x, y, FRICTION, floor, play)
+    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 6)
+    if found.enough:
+        return found
+    found = replace(
+        found,
+        gain=best_fit(x, y, GAIN, floor, play),
+        zero_in=best_fit(x, y, ZERO_IN, floor, play),
+        zero_out=best_fit(x, y, ZERO_OUT, floor, play),
+        moved=_moved(time_s, x, y, floor, play),
+        reversed=best_fit(np.ascontiguousarray(x[::-1]), np.ascontiguousarray(y[::-1]), GAIN, floor),
+    )
+    taken = (found.zero_in, found.zero_out, found.moved, found.reversed)
+    return replace(found, speed=_by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
+
+
+def _by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Cause:
+    """Return what friction that changes with speed leaves; of the speed at which it has changed two are tried."""
+    n = SPEED_OVER
+    smooth = np.convolve(np.pad(x, n // 2, mode="edge"), np.full(n, 1.0 / n), "valid")
+    speed = np.abs(np.gradient(smooth, time_s))
+    scales = [max(float(np.quantile(speed, part)), 1e-3 * float(speed.max()), 1e-300) for part in SLOWER]
+    return min((best_fit(x, y, SPEED, floor, play, -np.expm1(-speed / scale)) for scale in scales), key=lambda c: c.rms_n)
+
+
+def _moved(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Cause:
+    """Return what is left of an output that is moved in time; of its ``size`` (s) too little may overlap to tell.
+
+    A clock that drifts as well moves it by more and more.
+    """
+    at = time_s + play.delay_s
+    if abs(play.drift) > DRIFTS * play.drift_se:
+        at = at + play.drift * (time_s - 0.5 * float(time_s[0] + time_s[-1]))
+    inside = (at >= time_s[0]) & (at <= time_s[-1])
+    if np.count_nonzero(inside) < LEAST_OVERLAP * len(time_s):
+        return UNKNOWN
+    found = best_fit(x[inside], np.interp(at[inside], time_s, y), GAIN, floor)
+    return replace(found, size=play.delay_s)
+
+
+def best_fit(x: Array, y: Array, free: tuple[int, ...], floor: float, play: PlayFit | None = None, speed: Array | None = None) -> Cause:
+    """Return the best descent from the likeliest first guesses; ``size`` is that of the slip among the free parameters."""
+    fast = np.zeros(len(x)) if speed is None else speed
+    which = np.array(free, np.int64)
+    slip = 1 if free == GAIN else free[-1]
+    start = float(np.median(y[:3]))
+    guesses = [np.array([wrap, *[0.0] * (PARAMETERS - 1)]) for wrap in STARTS]
+    if slip != FRICTION[-1]:
+        # friction of both directions leaves middle levels alike, a slip does not
+        a, b = float(np.median(x)), float(np.median(y))
+        level = {1: math.log(b / a) if a > 0.0 and b > 0.0 else 0.0, 3: a - b, 4: b - a, 5: -0.2}[slip]
+        for p in guesses.copy():
+            guesses.append(p.copy())
+            guesses[-1][slip] = level
+    if play is not None and 0.0 < play.gamma_p < play.gamma_r:
+        # where the free lines meet is no tension
+        wrap, at = 0.5 * math.log(play.gamma_r / play.gamma_p), (play.beta_p - play.beta_r) / (play.gamma_r - play.gamma_p)
+        likely = {1: 0.5 * math.log(play.gamma_p * play.gamma_r), 3: at, 4: play.beta_p + play.gamma_p * at}
+        guesses.append(np.array([min(wrap, 2.0), *[0.0] * (PARAMETERS - 1)]))
+        guesses[-1][slip] = likely.get(slip, 0.0)
+    guesses.sort(key=lambda p: _try(x, y, fast, p, start, floor))
+    found = [_descend(x, y, fast, which, p, start, floor, STEPS) for p in guesses[:TRIED]]
+    p, rms = min(found, key=lambda f: f[1])
+    return Cause(float(p[0]), float(p[slip]), float(rms))

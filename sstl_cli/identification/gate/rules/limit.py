@@ -1,0 +1,33 @@
+"""A sensor at the end of its range: it rests at its extreme while the other channel goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import WORDS
+
+RULE, RANK = "limit", 23
+# what may be left of the misfit once the output is moved in time, or time is reversed
+MOVED = 0.3
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs one of whose channels is cut off."""
+    for i in (0, 1):
+        hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.limit_n[i]) and not _elsewhen(e)]
+        if hit:
+            level = max(e.shapes.limit_n[i] for e in hit)
+            yield Remark(
+                tuple(e.run_id for e in hit), RULE, "failure", level, "N",
+                f"{names([e.run_id for e in hit])}: the {WORDS[i]} does not pass {level:.4g} N while the {WORDS[1 - i]} goes on rising; the "
+                "sensor or its amplifier is probably saturated",
+                "none: record again with more range, or cut out what lies at the limit",
+            )  # fmt: skip
+
+
+def _elsewhen(e: Evidence) -> bool:
+    """Whether the output is but early or late, or the record runs backwards: then it rests while the input still goes on as well."""
+    return any(e.causes.holds(c.rms_n, MOVED) for c in (e.causes.moved, e.causes.reversed))

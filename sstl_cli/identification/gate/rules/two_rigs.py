@@ -1,0 +1,49 @@
+"""Two rigs under one set of labels: every bend has its runs twice, and the one kind rubs more than the other by the same factor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+
+RULE, RANK = "two_rigs", 48
+# factor between the two kinds that friction of one rig does not reach from run to run, and how well the cells must agree on it (part of its logarithm)
+FACTOR, AGREE = 1.25, 0.25
+# cells (bend, system, movement) with both kinds that tell, and systems: a wrong label of the system makes a factor in one of them only
+CELLS, SYSTEMS = 3, 2
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the runs of the rig that rubs more."""
+    hit, factor = second_rig(log)
+    if hit:
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "remark", factor, "1",
+            f"{names([e.run_id for e in hit])}: friction is {factor:.3g} times that of the other runs of the same bend, system and movement, "
+            "in every bend and in both systems; two rigs (or two sheaths) are probably under one set of labels",
+            "import the two groups into logs of their own",
+        )  # fmt: skip
+
+
+def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], float]:
+    """Return the runs that rub more than others of their cell by one factor, and the factor; none where the cells differ in it."""
+    cells: dict[object, list[Evidence]] = {}
+    for e in log:
+        if e.config_id is not None and e.wrap > 0.0:
+            cells.setdefault((e.config_id, e.location, e.system, e.trajectory, e.tendon), []).append(e)
+    both = [sorted(c, key=lambda e: e.wrap) for c in cells.values() if len(c) > 1]
+    if len(both) < CELLS or len({c[0].system for c in both}) < SYSTEMS:
+        return [], math.nan
+    hit, gaps = [], []
+    for cell in both:
+        logs = np.log([e.wrap for e in cell])
+        at = 1 + int(np.argmax(np.diff(logs)))
+        gaps.append(float(np.mean(logs[at:]) - np.mean(logs[:at])))
+        hit += cell[at:]
+    usual = float(np.median(gaps))
+    same = usual > math.log(FACTOR) and max(abs(g - usual) for g in gaps) < AGREE * usual
+    return (hit, math.exp(usual)) if same else ([], math.nan)

@@ -1,0 +1,81 @@
+"""A log of three bends in both systems, and slips in it that only the order, the shape or the company of its samples tells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from identification_loops import multisine, play
+
+from sstl_cli.core.runs import Run
+
+BENDS = {"b020": 0.2, "b050": 0.4, "b080": 0.6}
+
+
+def lines(wrap: float) -> tuple[float, float, float, float]:
+    return float(np.exp(-wrap)), 0.0, float(np.exp(wrap)), 0.0
+
+
+def bend(name: str, theta: float, system: str, seed: int, sd: float = 0.02, movement: int = 7) -> Run:
+    t, x = multisine(movement, 3.0, 26.0, seconds=90.0)
+    # three times as fast
+    t, x = t[: len(t) // 3], x[::3]
+    y = play(x, lines(theta * (2 if system == "sstl" else 1)))
+    noise = sd * np.random.default_rng(seed).standard_normal((2, len(t)))
+    return Run(f"{system}-{name}", system, t, x + noise[0], y + noise[1], config_id=name, trajectory="rand")
+
+
+def rig(factor: float = 1.0, seed: int = 0) -> list[Run]:
+    """Return a sound log of three bends in both systems."""
+    return [
+        bend(name, factor * theta, system, seed + 10 * i + len(system))
+        for i, (name, theta) in enumerate(BENDS.items())
+        for system in ("act", "sstl")
+    ]
+
+
+def changed(change: Callable[[Run], Run], *which: str) -> list[Run]:
+    return [change(r) if r.run_id in which or r.system in which or not which else r for r in rig()]
+
+
+def limited(r: Run) -> Run:
+    noise = 0.004 * np.random.default_rng(3).standard_normal(len(r))
+    return replace(r, tension_in_n=np.minimum(r.tension_in_n, 18.0 + noise))
+
+
+def overflowing(r: Run) -> Run:
+    return replace(r, tension_out_n=np.where(r.tension_out_n > 12.0, r.tension_out_n - 24.0, r.tension_out_n))
+
+
+def folded(r: Run) -> Run:
+    return replace(r, tension_out_n=np.abs(r.tension_out_n - 8.0))
+
+
+def amplified(r: Run) -> Run:
+    return replace(r, tension_out_n=np.where(np.arange(len(r)) < len(r) // 2, 1.0, 2.0) * r.tension_out_n)
+
+
+def backwards(r: Run) -> Run:
+    return replace(r, tension_in_n=r.tension_in_n[::-1].copy(), tension_out_n=r.tension_out_n[::-1].copy())
+
+
+def exchanged() -> list[Run]:
+    other = {"sstl-b020": "b080", "sstl-b080": "b020"}
+    return [replace(r, config_id=other.get(r.run_id, r.config_id)) for r in rig()]
+
+
+def two() -> list[Run]:
+    return [*rig(), *(replace(r, run_id=f"{r.run_id}-B") for r in rig(1.8, 100))]
+
+
+CAUSES: dict[str, Callable[[], list[Run]]] = {
+    "limit": lambda: changed(limited, "sstl"),
+    "limit (output)": lambda: changed(lambda r: replace(r, tension_out_n=np.minimum(r.tension_out_n, 14.0)), "act"),
+    "overflow": lambda: changed(overflowing, "act"),
+    "folded": lambda: changed(folded, "act-b050"),
+    "gain_change": lambda: changed(amplified, "act-b050"),
+    "reversed_time": lambda: changed(backwards, "act-b050"),
+    "exchanged": exchanged,
+    "two_rigs": two,
+}
