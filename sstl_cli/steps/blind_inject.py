@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from sstl_cli.blind.inject import Injection, half, injections, put_in
+from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.physics.effects import get
@@ -87,7 +88,7 @@ def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any], 
         return row
     own = next((c for c in said["candidates"] if c["id"] == put.effect), None)
     row["named"] = committed and effects == [put.effect]
-    row["in_group"] = put.effect in {*effects, *verdict["ambiguity_group"]}
+    row["in_group"] = put.effect in {*effects, *spelled_out(verdict)}
     row["wrong"] = committed and put.effect not in effects
     if own is not None and own.get("gain_nats") is not None:
         found = next((p["estimate"] for p in own["parameters"] if p["name"] == put.parameter), None)

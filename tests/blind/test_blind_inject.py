@@ -10,6 +10,7 @@ import pytest
 from sstl_cli.blind.inject import OPERATIONS, Injection, half, of_size, put_in
 from sstl_cli.core.errors import UsageError
 from sstl_cli.core.runs import Run
+from sstl_cli.steps import blind_inject
 
 TIME = np.arange(6) * 0.1
 RUN = Run("a", "act", TIME, np.array([0.0, 2.0, 4.0, 6.0, 4.0, 2.0]), np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0]))
@@ -77,3 +78,11 @@ def test_halves_make_the_whole():
 def test_an_effect_without_operation_is_an_error():
     with pytest.raises(UsageError, match="cannot be put into a recording"):
         put_in([RUN], Injection("stribeck", 1.0, ""))
+
+
+def test_a_named_member_of_a_family_is_in_the_group_that_has_the_family():
+    family = "lag: channel_delay | channel_lowpass"
+    verdict = {"status": "ambiguous", "effects": [], "ambiguity_group": [family], "members": {family: ["channel_delay", "channel_lowpass"]}}
+    said = {"verdict": verdict, "gap": {"shrink_pct": None}, "candidates": [], "analysis": {}}
+    found = [blind_inject._row("log", True, Injection(e, 0.1, ""), said, None)["in_group"] for e in ("channel_delay", "zero_offset")]
+    assert found == [True, False]
