@@ -32,7 +32,8 @@ def renewed(run: Run, finite: Mask) -> Run:
         limit = _standing(top, 2.0 * CLIPPED_RUN * period) if sensor.held else limited(np.where(finite, values, np.min(values[finite])))
         fresh |= finite & limit
         rest = fresh[finite & ~limit]
-        if rest.size and _copies(sensor, 1.0 - float(np.mean(rest))) and fresh.sum() >= MIN_READINGS:
+        flickers = _flickers(sensor, values[fresh & ~limit])
+        if rest.size and not flickers and _copies(sensor, 1.0 - float(np.mean(rest))) and fresh.sum() >= MIN_READINGS:
             if sensor.held:
                 fresh |= finite & _alike(fresh, period)
             channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
@@ -76,6 +77,17 @@ def _copies(sensor: Sensor, repeated: float) -> bool:
     if sensor.noise_n <= max(0.5 * sensor.step_n, COPIED_NOISE_N):
         return False
     return repeated > max(COPIED, CHANCE_COPIES * sensor.step_n / (2.0 * float(np.sqrt(np.pi)) * sensor.noise_n))
+
+
+def _flickers(sensor: Sensor, changed: Array) -> bool:
+    """Return whether samples that differ from the one before go to and fro between two levels of the converter.
+
+    Those of a coarse converter at rest do, and look noisier than they are: independent readings with that much noise would
+    differ by more from each other.
+    """
+    if sensor.held or sensor.step_n <= 0.0 or len(changed) < 2:
+        return False
+    return float(np.mean(np.abs(np.diff(changed)))) < 2.0 / float(np.sqrt(np.pi)) * sensor.noise_n
 
 
 def gaps(run: Run) -> Array:

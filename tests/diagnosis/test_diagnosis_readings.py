@@ -58,3 +58,12 @@ def test_a_limit_that_noise_leaves_all_the_time_makes_no_slow_sensor():
     y = np.minimum(np.clip(8.0 * np.sin(2.0 * np.pi * 0.2 * T), -2.0, 4.0) + 0.02 * NOISE[2], 4.0)
     run = Run("a", "act", T, made().tension_in_n, 6.0 + y)
     assert known(renewed(run, np.ones(len(T), bool)), "tension_out_n").all()
+
+
+@pytest.mark.parametrize("step", [0.05, 0.2])
+def test_a_rounded_output_that_goes_to_and_fro_at_rest_is_no_slow_sensor(step):
+    rest = np.clip(np.abs((T % 6.0) - 3.0), 1.0, 2.0)
+    y = np.round((10.0 + 0.5 * rest + 0.1 * step * NOISE[3]) / step) * step
+    assert np.mean(np.diff(y) == 0.0) > 0.7
+    found = renewed(Run("a", "act", T, made().tension_in_n, y), np.ones(len(T), bool))
+    assert known(found, "tension_out_n").all() and np.array_equal(found.tension_out_n, y)
