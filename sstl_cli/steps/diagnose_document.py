@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from sstl_cli import __version__
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
-from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
+from sstl_cli.diagnosis.noise import floor_n, likely, of_readings, unrounded
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effects import get
@@ -28,6 +28,7 @@ TOLD = 4
 
 def document(g: Given) -> dict[str, Any]:
     """Return the diagnosis as laid down in the contract, tensions in the units of the recording."""
+    g = replace(g, recorder=[_above_noise(g, r) for r in g.recorder])
     sim = g.search.sim
     folds = heldout.make_folds(sim)
     # the error is that of the simulator alone: what it is known to leave counts as well
@@ -36,7 +37,7 @@ def document(g: Given) -> dict[str, Any]:
         folds,
         known + heldout.held_out_residual(sim, g.search.base, folds),
         known + heldout.held_out_residual(sim, g.accepted, folds),
-        _fine(g),
+        _fine(g, g.search.noise),
         sim.weight,
         known,
     )
@@ -124,9 +125,9 @@ def _by_size(g: Given) -> list[str]:
     return sorted(effects, key=lambda e: -loss(e))
 
 
-def _fine(g: Given) -> float:
+def _fine(g: Given, noise: Noise) -> float:
     """Return the white noise of the output above the analysis rate (N)."""
-    coarse = [(g.search.noise.output[r.system].white_n, r.factor) for r in g.problem.records]
+    coarse = [(noise.output[r.system].white_n, r.factor) for r in g.problem.records]
     return float(np.sqrt(np.mean([w**2 * (1.0 - 1.0 / f) for w, f in coarse])))
 
 
@@ -145,9 +146,7 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         base, with_effect, given = _recorded(g, fault)
         percent, interval, samples = 100.0 * (1.0 - with_effect / max(base, 1e-300)), None, "all as recorded"
         if fault.id == "quantisation":
-            # the noise was measured on rounded readings: what rounding adds to it is what is taken out
-            readings = sum(len(r.raw) for r in g.problem.records)
-            floor = float(np.sqrt(max(floor**2 - fault.removed_n2 / readings, 0.0)))
+            floor = _unrounded(g)
     reducible = base - float(np.hypot(floor, misfit.rms_n(g.problem)))
     explained = 100.0 * (base - with_effect) / reducible if reducible > 1e-3 * base else None
     why = None
@@ -174,6 +173,21 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
 def _floor(g: Given, noise: Noise) -> float:
     """Return what a perfect model would leave (N) at the analysis rate, by the phases of the accepted one."""
     return floor_n(g.problem.records, g.search.sim.phases(g.accepted.theta, g.accepted.effects, noise), noise)
+
+
+def _unrounded(g: Given) -> float:
+    """Return what a perfect model would leave (N) beside the steps of the converters: the noise was measured on rounded readings."""
+    records = g.problem.records
+    coarse = min(_floor(g, unrounded(records, noise)) for noise in _sensors(g))
+    return float(np.hypot(coarse, _fine(g, unrounded(records, g.search.noise))))
+
+
+def _above_noise(g: Given, r: RecorderEffect) -> RecorderEffect:
+    """Return a fault with what it can have made at most: readings that were not rounded would still be noisy."""
+    if r.id != "quantisation":
+        return r
+    noise = sum(len(x.raw) for x in g.problem.records) * _unrounded(g) ** 2
+    return replace(r, removed_n2=min(r.removed_n2, max(r.total_n2 - noise, 0.0)))
 
 
 def _sensors(g: Given) -> list[Noise]:
