@@ -6,7 +6,7 @@ from typing import Any
 
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.numbers import quantity, small
-from sstl_cli.diagnosis.constants import LISTED, MOST_SURE, PLACES
+from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES
 from sstl_cli.physics.effects import catalogue
 
 
@@ -26,8 +26,16 @@ def sentence(document: dict[str, Any]) -> str:
     if status == "ambiguous":
         others = [e for e in spelled_out(verdict) if e not in effects]
         rivals = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
-        return f"The gap comes most likely from {names}{rivals}{sure}."
-    return f"The gap comes from {names}{sure}."
+        return f"{_much(document['gap'])} comes most likely from {names}{rivals}{sure}."
+    return f"{_much(document['gap'])} comes from {names}{sure}."
+
+
+def _much(gap: dict[str, Any]) -> str:
+    """Return how the sentence begins: what explains less than half of what can be explained is not where the gap comes from."""
+    share = gap.get("explained_of_reducible_pct")
+    if share is None or share >= 100.0 * HALF:
+        return "The gap"
+    return f"A part of the gap ({share:.0f} % of the error above the noise floor)" if share >= 0.5 else "Next to nothing of the gap"
 
 
 def _sure(confidence: float | None) -> str:

@@ -41,6 +41,22 @@ def test_the_cause_is_named_with_its_title_and_how_sure_that_is():
     assert sentence(document(confidence=0.9999)).endswith("(right in 99 of 100 such cases).")
 
 
+@pytest.mark.parametrize(
+    ("share", "begins"),
+    [
+        (50.0, "The gap comes from viscous"), (None, "The gap comes from viscous"),
+        (49.0, "A part of the gap (49 % of the error above the noise floor) comes from viscous"),
+        (0.4, "Next to nothing of the gap comes from viscous"), (-20.0, "Next to nothing of the gap comes from viscous"),
+    ],
+)  # fmt: skip
+def test_what_explains_less_than_half_is_not_where_the_gap_comes_from(share, begins):
+    found = document()
+    found["gap"] = {**GAP, "explained_of_reducible_pct": share}
+    assert sentence(found).startswith(begins)
+    found["verdict"]["status"] = "ambiguous"
+    assert sentence(found).startswith(begins.replace("comes", "comes most likely"))
+
+
 def test_rivals_are_listed_up_to_four_and_counted_beyond():
     others = ["slack", "presliding", "stribeck", "dwell_aging", "stick_slip", "crosstalk"]
     said = sentence(document("ambiguous", group=["viscous", *others]))
