@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 # standard deviation of the weights beforehand: terms are of order one; effects differ less than what is seen of them
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 # and of how far the weights beside an accepted model are from those without: its cases are fewer
-PRIOR_APART = 0.3
+PRIOR_APART = 0.6
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 # kind of the cases whose effect is no candidate
 EXCLUDED = "excluded"

@@ -154,17 +154,23 @@ INPUT_KNOTS, OTHER_KNOTS = 10, 6
 KNOTS_FROM, KNOTS_TO = 0.01, 0.99
 # a reversal counts once the input has come this share of its span
 CLEAR = 0.05
-# strengths of the pull to zero, in samples that agree
-RIDGES = (1.0, 10.0, 100.0, 1e3, 1e4, 1e9)
+# ... over how many knots of each a function over the state is alike (to 1/e), and how much so pulling and releasing
+ALIKE_INPUT, ALIKE_OTHER, ALIKE_WAYS = 3.0, 2.0, 0.5
+# sizes of the map that are tried, over what there is to map (none at the first); directions with less than this share are none
+# (N, the slowest that the input is taken to have gone one way, over the fastest the other)
+SLOWEST_SHARE = 0.01
+MAP_SIZES, UNSEEN_SHARE = np.concatenate(([0.0], np.geomspace(0.03, 10.0, 16))), 0.01
+# degrees of freedom of the scatter's tail where a search for them begins; rounds in which precisions settle
+TAIL, TAIL_ROUNDS = 5.0, 3
 # fewer samples make no map
 LEAST_MAPPED = 50
 # how far (natural logarithm) size and correlation time of the scatter may be from their first estimates, and the price beyond
 WIDEST, BEYOND_WIDEST = 2.5, 1e3
 # independent samples by which a place is drawn to the usual variance of the scatter, and the least share of it
 SPREAD, QUIETEST = 10.0, 0.05
-# parts of a run for cross-validation of the map, of the only run for held-out errors, and stretches in which a known rig
-# varies: each is far longer than what is remembered, and several are in every record
-MAP_FOLDS, RUN_PARTS, STRETCHES = 4, 4, 8
+# parts of the only run for held-out errors, and stretches in which a known rig varies: each is far longer than what is
+# remembered, and several are in every record
+RUN_PARTS, STRETCHES = 4, 8
 # variances of a way in which a rig varies that are tried, over what one stretch tells of it
 VARIANCES = np.geomspace(0.1, 1e6, 71)
 # trajectories and configurations share so many folds; what differs from block to block is drawn in blocks of so many seconds
@@ -229,7 +235,7 @@ POSITION_STARTS, POSITION_STEP, POSITION_TRIES = (0.02, 0.1, 0.5), 1e-3, 20
 # rounds in which a free scale of the output settles
 SCALE_ROUNDS = 3
 # of the scatter: first steps (natural logarithm of size and time), evaluations, tolerances
-SCATTER_STEPS, SCATTER_TRIES, SCATTER_NEAR, SCATTER_FLAT = (0.5, 0.7), 60, 0.02, 0.05
+SCATTER_STEPS, SCATTER_TRIES, SCATTER_NEAR, SCATTER_FLAT = (0.5, 0.7, 0.7, 0.7), 120, 0.02, 0.05
 # draws of a bootstrap: its 2.5 % are the 25th of them
 DRAWS = 1000
 # grid of the loop's lag: longest (s), points, refinements

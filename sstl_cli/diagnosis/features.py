@@ -122,7 +122,8 @@ def _independent(found: Search, samples: int) -> int:
             scatter = float(np.mean(r.misfit_n**2))
             share = scatter / max(scatter + found.noise.output[r.system].white_n ** 2 / r.factor, 1e-300)
         count += kept
-        alone += kept / (1.0 + share * max(2.0 * r.misfit_s / (r.dt_s * r.factor) - 1.0, 0.0))
+        lasting = np.broadcast_to(2.0 * r.misfit_s / (r.dt_s * r.factor) - 1.0, len(r.weight))
+        alone += float(np.sum((r.weight > 0) / (1.0 + share * np.maximum(lasting, 0.0))))
     return max(1, round(samples * alone / max(count, 1.0)))
 
 

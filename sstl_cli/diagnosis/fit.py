@@ -271,7 +271,7 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
             own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
         else:
             own = whitener(known, phases, share * added if f.free else None)
-        tried = replace(f, whiten=own, discrepancy=share)
+        tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 
     shares = JUMPS if jumping else SHARES if f.free else SHARES[:1]

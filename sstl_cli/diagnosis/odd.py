@@ -176,12 +176,14 @@ def _left(found: Search, f: Fit) -> _Left:
 def _log_dets(whiten: Whitener, runs: Sequence[slice]) -> Array:
     """Return by how much the log-determinant of the covariance falls without each run, with what is known to vary."""
     found = np.array([-2.0 * float(np.sum(np.log(whiten.scale[s][whiten.scale[s] > 0.0]))) for s in runs])
+    if whiten.jerks is not None:
+        found += [float(whiten.jerks[s].sum()) for s in runs]
     for turn in whiten.known:
-        for stretch, axes, less in zip(turn.stretches, turn.axes, turn.less, strict=True):
+        for block, axes, less in zip(turn.blocks, turn.axes, turn.less, strict=True):
             grown = 1.0 / (1.0 - less) ** 2
             directions = axes * np.sqrt(grown - 1.0)
             for i, s in enumerate(runs):
-                own = directions[max(s.start - stretch.start, 0) : max(s.stop - stretch.start, 0)]
+                own = directions[(block >= s.start) & (block < s.stop)]
                 if len(own):
                     found[i] += float(np.sum(np.log(grown))) - float(np.linalg.slogdet(np.diag(grown) - own.T @ own)[1])
     return found

@@ -47,7 +47,7 @@ class Record:
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
     anew, because the input may have turned unseen; ``corner`` is by how much (N, shape (n * factor,)) the input may have passed
     ``u`` between samples, None where it has nowhere (``halfway``: ``u`` goes half that way). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
-    is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time (see misfit); ``wander`` is how the rig is
+    is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time, ``tail`` the degrees of freedom of its jerks (see misfit); ``wander`` is how the rig is
     known to vary (see wander); None where nothing is known.
     """
 
@@ -79,7 +79,8 @@ class Record:
     slip: Array | None = None
     known: Array | None = None
     misfit_n: Array | None = None
-    misfit_s: float = 1.0
+    misfit_s: Array | float = 1.0
+    tail: float = float("inf")
     wander: Wander | None = None
     again: tuple[Start, ...] = ()
     corner: Array | None = None

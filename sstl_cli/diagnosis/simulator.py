@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
-from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, constants
+from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener, constants
 from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
@@ -93,6 +93,8 @@ class Simulator:
         self.weight = np.concatenate([r.weight for r in p.records])
         self.config = np.concatenate([np.full(len(r), r.config) for r in p.records])
         self.run = np.concatenate([np.full(len(r), i) for i, r in enumerate(p.records)])
+        tail = np.concatenate([np.full(len(r), r.tail) for r in p.records])
+        self._tail = tail if np.isfinite(tail).any() else None
         self._entering: tuple[Noise, Phases] | None = None
         self._constants: tuple[Noise, Constants] | None = None
 
@@ -146,6 +148,10 @@ class Simulator:
         if self._entering is None or self._entering[0] is not noise:
             self._entering = (noise, self.phases(self.accepted, {}, noise))
         return self._entering[1]
+
+    def jerky(self, whiten: Whitener, residual: Array) -> Whitener:
+        """Return a whitener that takes jerks for what they are known to be, by the precisions that a residual (N) shows."""
+        return whiten if self._tail is None else whiten.trusting(residual, self._tail)
 
     def constants(self, effects: Effects, noise: Noise) -> Constants:
         """Return what the noise is whatever the model does; kept for all models that read the records as they are."""

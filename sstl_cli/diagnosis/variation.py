@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import misfit, scaling, wander
+from sstl_cli.diagnosis import scaling, wander
 from sstl_cli.diagnosis.constants import PARAMETER_STEP, STRETCHES, THETA_STEP
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import LINE, Effects, Simulator
-from sstl_cli.diagnosis.wander import Wander
-from sstl_cli.diagnosis.whitening import Whitener
+from sstl_cli.diagnosis.state import turning
+from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Variation, WanderSection
 
@@ -62,21 +62,16 @@ def ways(singles: Iterable[Sequence[Weighed]]) -> Ways:
     return Ways(tuple(steps), tuple(steps.values()), shapes)
 
 
-def learned(sim: Simulator, accepted: Fit, own: Ways, whiten: Whitener, remains: Array) -> WanderSection:
-    """Return by how much an accepted model varied from stretch to stretch and from run to run of its record, in its own units.
-
-    Parameters
-    ----------
-    remains : ndarray, shape (samples,)
-        What map and scatter leave of parts of the record that they were not made from (N).
-    """
+def learned(sim: Simulator, accepted: Fit, own: Ways) -> WanderSection:
+    """Return by how much an accepted model varied from stretch to stretch and from run to run of its record, in its own units."""
     records = sim.problem.records
     usual = float(np.median([_stretch_s(r) for r in records]))
     columns = directions(sim, accepted.theta, accepted.effects, own)
-    stretches = [slice(s.start + c.start, s.start + c.stop) for r, s in zip(records, sim.slices(), strict=True) for c in _cut(r, usual)]
-    seen, left = whiten(columns), whiten(remains)
+    runs = [np.arange(s.start, s.stop) for s in sim.slices()]
+    stretches = [at[c] for r, at in zip(records, runs, strict=True) for c in _cut(r, usual)]
+    seen, left = accepted.whiten(columns), accepted.whiten(accepted.residual)
     sizes = []
-    for blocks in (stretches, sim.slices()):
+    for blocks in (stretches, runs):
         sizes.append(wander.components(seen, left, blocks))
         turn = wander.turned(seen * sizes[-1], blocks)
         seen, left = turn(seen), turn(left[:, None])[:, 0]
@@ -99,14 +94,14 @@ def of_the_whole(sim: Simulator, base: Fit, own: Ways) -> Variation:
     # theta is fitted to every record: it takes its part of each
     follow = np.linalg.solve(a[:configs, :configs], a[:configs, configs:])
     apart = columns[:, 1:] - columns[:, :1] * follow[sim.config]
-    sizes = wander.components(apart, left, [slice(0, len(left))])
+    sizes = wander.components(apart, left, [np.arange(len(left))])
     return own.section(np.concatenate(([0.0], sizes)))
 
 
 def _stretch_s(r: Record) -> float:
     """Return how long a stretch of a record is (s): a part of it, and no shorter than a loop, within which nothing is alike."""
     whole = _duration_s(r)
-    way, _ = misfit.turning(block_mean(r.u, r.factor))
+    way, _ = turning(block_mean(r.u, r.factor))
     return max(whole / STRETCHES, 2.0 * whole / max(int(np.count_nonzero(np.diff(way))), 1))
 
 
@@ -133,7 +128,12 @@ def applied(sim: Simulator, theta: Array, section: WanderSection | None, unit_n:
     here = rescaled(section, 1.0 / unit_n)
     stretch, run, whole = (_columns(sim, theta, v) for v in (here.stretch, here.run, here.whole))
     records = tuple(
-        replace(r, wander=Wander(stretch[s], run[s], whole[s], tuple(_cut(r, here.stretch_s))))
+        replace(
+            r,
+            wander=replace(
+                r.wander or nowhere(len(r)), stretch=stretch[s], run=run[s], whole=whole[s], stretches=tuple(_cut(r, here.stretch_s))
+            ),
+        )
         for r, s in zip(sim.problem.records, sim.slices(), strict=True)
     )
     return replace(sim, problem=replace(sim.problem, records=records))

@@ -8,7 +8,7 @@ follows such a direction by no more than usual is worth little to any of them, a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,47 +18,64 @@ from sstl_cli.diagnosis.constants import DECIDES_NATS, VARIANCES
 from sstl_cli.physics.filters import delayed
 
 Array = NDArray[np.float64]
+# which samples
+Block = NDArray[np.intp]
+Levels = tuple[tuple[Array, Sequence[Block]], ...]
 
 
 @dataclass(frozen=True)
 class Wander:
-    """How a record is known to vary: columns (N, shape (n, k)) from stretch to stretch, from run to run, and as a whole.
+    """How a record is known to vary: columns (N, shape (n, k)) from stretch to stretch, from run to run, in all that
+    was recorded of its system and configuration, and as a whole.
 
     ``stretches`` are those of the first; no columns stand for nothing.
     """
 
     stretch: Array
     run: Array
+    bend: Array
     whole: Array
     stretches: tuple[slice, ...]
 
     def late(self, samples: float) -> Wander:
         """Return how it varies where the output is read late by a number of samples."""
-        return Wander(_late(self.stretch, samples), _late(self.run, samples), _late(self.whole, samples), self.stretches)
+        return Wander(
+            _late(self.stretch, samples), _late(self.run, samples), _late(self.bend, samples), _late(self.whole, samples), self.stretches
+        )
+
+
+def nowhere(samples: int) -> Wander:
+    """Return how a record varies that is not known to vary."""
+    none = np.zeros((samples, 0))
+    return Wander(none, none, none, none, ())
 
 
 def _late(columns: Array, samples: float) -> Array:
     return np.column_stack([delayed(c, samples) for c in columns.T]) if columns.size else columns
 
 
-def levels(records: Sequence[Wander | None], count: Sequence[int]) -> tuple[tuple[Array, list[slice]], ...] | None:
+def levels(records: Sequence[Wander | None], count: Sequence[int], bends: Sequence[Hashable]) -> Levels | None:
     """Return the columns of each level over all records with the blocks in which they are drawn anew; None where nothing is known.
 
     Parameters
     ----------
     count : sequence of int
         Samples of each record.
+    bends : sequence
+        System and configuration of each record.
     """
     known = [w for w in records if w is not None]
     if not known or len(known) < len(records):
         return None
     ends = np.cumsum(count)
-    runs = [slice(int(e) - n, int(e)) for n, e in zip(count, ends, strict=True)]
-    stretches = [slice(r.start + s.start, r.start + s.stop) for r, w in zip(runs, known, strict=True) for s in w.stretches]
+    runs = [np.arange(int(e) - n, int(e)) for n, e in zip(count, ends, strict=True)]
+    stretches = [r[s] for r, w in zip(runs, known, strict=True) for s in w.stretches]
+    alike = [np.concatenate([r for r, b in zip(runs, bends, strict=True) if b == bend]) for bend in dict.fromkeys(bends)]
     parts = (
         (np.concatenate([w.stretch for w in known]), stretches),
         (np.concatenate([w.run for w in known]), runs),
-        (np.concatenate([w.whole for w in known]), [slice(0, int(ends[-1]))]),
+        (np.concatenate([w.bend for w in known]), alike),
+        (np.concatenate([w.whole for w in known]), [np.arange(int(ends[-1]))]),
     )
     return tuple(p for p in parts if p[0].shape[1])
 
@@ -67,10 +84,10 @@ def levels(records: Sequence[Wander | None], count: Sequence[int]) -> tuple[tupl
 class Turned:
     """Innovations with what varies from stretch to stretch taken out; ``log_det`` is what it adds to that of the covariance.
 
-    ``axes`` are orthonormal, (samples, k) of each stretch, ``less`` by how much each axis is shortened.
+    ``axes`` are orthonormal, (samples, k) of each block, ``less`` by how much each axis is shortened.
     """
 
-    stretches: tuple[slice, ...]
+    blocks: tuple[Block, ...]
     axes: tuple[Array, ...]
     less: tuple[Array, ...]
     log_det: float
@@ -78,12 +95,12 @@ class Turned:
     def __call__(self, columns: Array) -> Array:
         """Return whitened columns, shape (samples, k), from innovations."""
         out = columns.copy()
-        for s, axes, less in zip(self.stretches, self.axes, self.less, strict=True):
+        for s, axes, less in zip(self.blocks, self.axes, self.less, strict=True):
             out[s] -= axes @ (less[:, None] * (axes.T @ columns[s]))
         return out
 
 
-def turned(directions: Array, stretches: Sequence[slice]) -> Turned:
+def turned(directions: Array, stretches: Sequence[Block]) -> Turned:
     """Return what makes innovations white again where directions vary.
 
     Parameters
@@ -103,7 +120,7 @@ def turned(directions: Array, stretches: Sequence[slice]) -> Turned:
     return Turned(tuple(stretches), tuple(axes), tuple(less), log_det)
 
 
-def components(directions: Array, remains: Array, stretches: Sequence[slice]) -> Array:
+def components(directions: Array, remains: Array, stretches: Sequence[Block]) -> Array:
     """Return the standard deviation of each direction from stretch to stretch, in units of the directions; 0 where none is seen.
 
     One at a time, each time the one whose variance makes what is left most likely beside those before it, as long as that is

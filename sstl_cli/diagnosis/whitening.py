@@ -26,10 +26,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis import tails
 from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, STATES, filtered, gains
 from sstl_cli.diagnosis.records import Record, starts_of
 from sstl_cli.diagnosis.smoother import MOVES
-from sstl_cli.diagnosis.wander import Turned, levels, turned
+from sstl_cli.diagnosis.wander import Levels, Turned, levels, turned
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -117,7 +118,10 @@ def step_of(readings: float, length: float) -> Step:
 
 @dataclass(frozen=True)
 class Whitener:
-    """Innovations filter of a problem; ``log_det`` is the log-determinant of the covariance over kept samples."""
+    """Innovations filter of a problem; ``log_det`` is the log-determinant of the covariance over kept samples.
+
+    ``trust`` is the square root of the precision of each innovation, ``jerks`` what that adds to ``log_det``, shape (samples,).
+    """
 
     moves: Array
     own: Own
@@ -128,6 +132,22 @@ class Whitener:
     first: Mask
     log_det: float
     known: tuple[Turned, ...] = ()
+    trust: Array | None = None
+    jerks: Array | None = None
+
+    def trusting(self, residual: Array, tail: Array) -> Whitener:
+        """Return this whitener with the precision that each innovation of a residual shows (see tails).
+
+        Its Gaussian cost of that residual is the cost by Student's distribution; of any other it is no less.
+        """
+        z = self(residual)
+        kept = self.scale > 0.0
+        heavy = kept & np.isfinite(tail)
+        precision = np.ones(len(z))
+        precision[heavy] = tails.trust(z[heavy], tail[heavy])
+        more = np.zeros(len(z))
+        more[heavy] = 2.0 * tails.nats(z[heavy], tail[heavy]) - precision[heavy] * z[heavy] ** 2
+        return replace(self, trust=np.sqrt(precision), jerks=more, log_det=self.log_det + float(more.sum()))
 
     def __call__(self, columns: Array) -> Array:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
@@ -136,6 +156,8 @@ class Whitener:
         out = filtered(x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.gain, self.first)
         for turn in self.known:
             out = turn(out)
+        if self.trust is not None:
+            out = out * self.trust[:, None]
         return out[:, 0] if flat else out
 
 
@@ -144,7 +166,8 @@ class _White(Whitener):
 
     def __call__(self, columns: Array) -> Array:
         """Return columns over the noise, 0 where nothing is known."""
-        return columns * (self.scale if columns.ndim == 1 else self.scale[:, None])
+        scale = self.scale if self.trust is None else self.scale * self.trust
+        return columns * (scale if columns.ndim == 1 else scale[:, None])
 
 
 def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
@@ -171,7 +194,7 @@ class Constants:
     start: Array
     keep: Mask
     first: Mask
-    wander: tuple[tuple[Array, list[slice]], ...] | None = None
+    wander: Levels | None = None
 
 
 def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -> Whitener:
@@ -193,7 +216,7 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -
     return plain if c.wander is None else _varied(plain, c.wander)
 
 
-def _varied(plain: Whitener, wander: Sequence[tuple[Array, list[slice]]]) -> Whitener:
+def _varied(plain: Whitener, wander: Levels) -> Whitener:
     """Return a whitener that knows how the rig varies, level by level."""
     found = plain
     for columns, blocks in wander:
@@ -222,7 +245,14 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
     moves = np.ascontiguousarray(law[:, :MOVES])
     return Constants(
-        own, white_n, law, moves, start, np.concatenate([r.weight for r in records]) > 0, first, levels([r.wander for r in records], count)
+        own,
+        white_n,
+        law,
+        moves,
+        start,
+        np.concatenate([r.weight for r in records]) > 0,
+        first,
+        levels([r.wander for r in records], count, [(r.system, r.config) for r in records]),
     )
 
 

@@ -113,7 +113,10 @@ class MisfitSection(Model):
     """What an accepted model left of one system and bend: a map over the rig's state, and the scatter about it.
 
     ``mean_n`` (N) has a value for every knot of the input (N), and in it for every knot of ``other``: the distance from the
-    last reversal (N) or the position (mm); pulling first, then releasing. ``sd_n`` (N) is the scatter at the same places.
+    last reversal (N) or the position (mm); pulling first, then releasing. ``sd_n`` (N) is the scatter at the same places,
+    ``doubt_n`` (N) columns of a factor of the covariance of ``mean_n``, ``size_n`` (N) how large such maps are, ``rate_n_s``
+    (N/s) the fastest that the input has gone up and down. The scatter is alike over ``correlation_s``, and on the move over
+    ``correlation_path`` (N of the input, or mm), and comes in jerks as Student's distribution of ``tail`` degrees of freedom.
     """
 
     system: System
@@ -124,11 +127,18 @@ class MisfitSection(Model):
     other: tuple[float, ...]
     mean_n: tuple[float, ...]
     sd_n: tuple[float, ...]
+    size_n: Annotated[float, Field(ge=0)] = 0.0
+    doubt_n: tuple[tuple[float, ...], ...] = ()
+    correlation_path: Positive | None = None
+    tail: Positive | None = None
+    rate_n_s: tuple[float, float] | None = None
 
     @model_validator(mode="after")
     def _one_value_a_knot(self) -> MisfitSection:
         if not len(self.mean_n) == len(self.sd_n) == 2 * len(self.input_n) * len(self.other):
             raise ValueError("mean_n and sd_n need a value for every pair of knots, pulling and releasing")
+        if any(len(c) != len(self.mean_n) for c in self.doubt_n):
+            raise ValueError("every column of doubt_n needs as many values as mean_n")
         return self
 
 

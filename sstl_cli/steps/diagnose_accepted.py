@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from sstl_cli import __version__
-from sstl_cli.diagnosis import misfit, scaling, variation, verdict
+from sstl_cli.diagnosis import discrepancy, misfit, scaling, variation, verdict
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.latent import WHITE_ONLY
@@ -87,14 +87,13 @@ def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     sim, chosen = _unheard(found.search.sim, accepted(found, said))
     problem, noise = sim.problem, white_only(found.search.measured)
     phases = sim.phases(chosen.theta, chosen.effects, noise)
-    sections, remains = misfit.learned(problem, chosen.residual + misfit.known(problem), phases, noise)
+    sections = discrepancy.learned(problem, chosen.residual + misfit.known(problem), phases, noise)
     bare = model(found, said, base)
     if not sections:
         return bare
-    knowing, whiten = misfit.beyond(sim, chosen, sections, noise)
-    tests = leftover(knowing, replace(chosen, residual=remains, whiten=whiten)).tests
-    usual = {t.name: float(t.dispersion) for t in tests}
-    varies = variation.learned(knowing, chosen, variation.ways(found.search.singles.values()), whiten, remains)
+    usual = {t.name: float(t.dispersion) for t in leftover(*misfit.beyond(sim, chosen, sections, noise, told=False)).tests}
+    own = variation.ways(found.search.singles.values())
+    varies = variation.learned(*misfit.beyond(sim, chosen, sections, noise, told=True), own)
     return bare.model_copy(
         update={
             "misfits": tuple(misfit.rescaled(s, problem.unit_n) for s in sections),

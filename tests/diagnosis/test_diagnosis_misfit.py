@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.misfit import turning
+from sstl_cli.diagnosis.state import turning
 from sstl_cli.physics.scenario import load
 from sstl_cli.physics.scenario_file import dump
 from sstl_cli.steps.diagnose import DiagnoseOptions, run

@@ -57,7 +57,8 @@ def test_the_log_determinant_without_a_run_counts_what_is_known_to_vary():
     stretches = [slice(0, 12), slice(12, 20), slice(20, 50), slice(50, 60)]
     alone = white(0.5, np.ones(60), [0, 20, 50])
     often, whole = rng.standard_normal((60, 2)), rng.standard_normal((60, 3))
-    turns = (turned(often, stretches), turned(whole, [slice(0, 60)]))
+    every = np.arange(60)
+    turns = (turned(often, [every[s] for s in stretches]), turned(whole, [every]))
     whiten = replace(alone, known=turns, log_det=alone.log_det + sum(t.log_det for t in turns))
 
     def log_det(kept):
@@ -70,3 +71,12 @@ def test_the_log_determinant_without_a_run_counts_what_is_known_to_vary():
     assert whiten.log_det == pytest.approx(log_det(everything))
     without = [log_det(np.delete(everything, s)) for s in runs]
     assert whiten.log_det - odd._log_dets(whiten, runs) == pytest.approx(without)
+
+
+def test_the_log_determinant_without_a_run_counts_its_jerks():
+    rng = np.random.default_rng(4)
+    runs = [slice(0, 20), slice(20, 60)]
+    whiten = white(0.5, np.ones(60), [0, 20])
+    heavy = whiten.trusting(rng.standard_t(3, 60), np.full(60, 3.0))
+    more = [heavy.log_det - odd._log_dets(heavy, runs)[i] - (whiten.log_det - odd._log_dets(whiten, runs)[i]) for i in (0, 1)]
+    assert more == pytest.approx([heavy.jerks[20:].sum(), heavy.jerks[:20].sum()]) and abs(more[0]) > 0.1

@@ -10,7 +10,7 @@ from made_fits import THETA, simulator
 
 from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases, as_effects, free_parameters, neighbour_of
-from sstl_cli.diagnosis.wander import Wander
+from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
@@ -152,9 +152,7 @@ def test_noise_enters_by_the_phases_of_an_accepted_model_whatever_is_fitted():
 def test_known_scatter_is_read_late_by_a_late_sensor():
     known = changed(
         misfit_n=lambda r: np.arange(len(r), dtype=float),
-        wander=lambda r: Wander(
-            np.ones((len(r), 1)) * np.arange(len(r))[:, None], np.zeros((len(r), 0)), np.zeros((len(r), 0)), (slice(0, len(r)),)
-        ),
+        wander=lambda r: replace(nowhere(len(r)), stretch=np.arange(len(r))[:, None] * 1.0, stretches=(slice(0, len(r)),)),
     )
     r = known.problem.records[0]
     (late, *_) = known.read_records({"channel_delay": {"tau_act_s": 3.0 * r.dt_s * r.factor}})

@@ -118,12 +118,16 @@ def test_records_know_one_standard_deviation_of_each_way():
     assert applied(SIM, THETA, None, 10.0) is SIM
 
 
+def fitted(residual, whiten=QUIET):
+    return replace(made(), residual=residual, whiten=whiten)
+
+
 def test_what_a_record_varies_by_is_found_where_it_varies():
     own = Ways((OUT,), (0.1,), {"zero_offset": {}})
     offset = directions(SIM, THETA, {}, own)[:, 1]
     rng = np.random.default_rng(4)
     each = 0.2 * rng.standard_normal(16)
-    found = learned(SIM, made(), own, QUIET, noise(2) + offset * np.repeat(each, 500))
+    found = learned(SIM, fitted(noise(2) + offset * np.repeat(each, 500)), own)
     # an eighth of 40 s, but no shorter than a loop: of the turns 11, 7, 8 and 6 are over before the end
     assert found.stretch_s == pytest.approx(np.median([80.0 / 11.0, 80.0 / 7.0, 80.0 / 8.0, 80.0 / 6.0]))
     assert found.whole == found.run == Variation() and found.stretch.theta < 0.01
@@ -134,7 +138,7 @@ def test_what_is_alike_within_a_run_but_not_between_runs_varies_from_run_to_run(
     own = Ways((OUT,), (0.1,), {"zero_offset": {}})
     offset = directions(SIM, THETA, {}, own)[:, 1]
     loud = white(3.0, SIM.weight, [s.start for s in SIM.slices()])
-    found = learned(SIM, made(), own, loud, offset * np.array([0.14, -0.15, 0.16, -0.14])[SIM.run])
+    found = learned(SIM, fitted(offset * np.array([0.14, -0.15, 0.16, -0.14])[SIM.run], loud), own)
     assert found.stretch.effects == {} and found.stretch.theta == 0.0
     # 3 N of noise tell a run to 3 / sqrt(2000) N, a stretch to twice that, as much as is there; what is seen has both in it,
     # and of four runs that far apart nobody doubts it (49 to 1)
@@ -154,7 +158,7 @@ def test_a_stretch_is_an_eighth_of_a_record_but_no_shorter_than_a_loop():
 
 def test_nothing_varies_where_only_noise_is_left():
     own = Ways((OUT, GAIN), (0.1, 0.05), {"zero_offset": {}, "gain_error": {}})
-    found = learned(SIM, made(), own, QUIET, noise(3))
+    found = learned(SIM, fitted(noise(3)), own)
     for part in (found.stretch, found.run):
         assert part.theta < 0.005 and all(v < 0.02 for e in part.effects.values() for v in e.values())
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from sstl_cli.diagnosis.wander import Wander, components, cut, levels, turned
+from sstl_cli.diagnosis.wander import Wander, components, cut, levels, nowhere, turned
 
 RNG = np.random.default_rng(7)
 N = 60
@@ -42,19 +44,24 @@ def test_a_direction_that_does_not_show_is_nothing():
 
 
 def test_levels_follow_one_another():
-    records = [Wander(D[:30, :1], D[:30, 1:2], D[:30, 2:], (slice(0, 15), slice(15, 30))) for _ in range(2)]
-    first, second, third = levels(records, [30, 30])
-    assert first[1] == [slice(0, 15), slice(15, 30), slice(30, 45), slice(45, 60)]
-    assert second[1] == [slice(0, 30), slice(30, 60)] and third[1] == [slice(0, 60)]
-    assert first[0].shape == second[0].shape == third[0].shape == (60, 1)
+    def blocks(level):
+        return [(b[0], b[-1] + 1, len(b)) for b in level[1]]
+
+    one = Wander(D[:20, :1], D[:20, 1:2], D[:20, :1], D[:20, 2:], (slice(0, 10), slice(10, 20)))
+    stretch, run, bend, whole = levels([one] * 3, [20] * 3, ["a", "b", "a"])
+    assert blocks(stretch) == [(a, a + 10, 10) for a in range(0, 60, 10)]
+    assert blocks(run) == [(0, 20, 20), (20, 40, 20), (40, 60, 20)] and blocks(whole) == [(0, 60, 60)]
+    # what was recorded of one bend need not be recorded in a row
+    assert blocks(bend) == [(0, 60, 40), (20, 40, 20)]
+    assert stretch[0].shape == run[0].shape == bend[0].shape == whole[0].shape == (60, 1)
 
 
 def test_no_level_where_a_record_is_not_known():
-    assert levels([None, None], [30, 30]) is None
-    some = Wander(D[:30], D[:30, :0], D[:30, :0], (slice(0, 30),))
-    assert levels([some, None], [30, 30]) is None
+    assert levels([None, None], [30, 30], "ab") is None
+    some = replace(nowhere(30), stretch=D[:30], stretches=(slice(0, 30),))
+    assert levels([some, None], [30, 30], "ab") is None
     # columns that are not there are no level
-    assert len(levels([some], [30])) == 1
+    assert len(levels([some], [30], "a")) == 1
 
 
 def drawn(sizes, stretches, directions, seed):
@@ -109,8 +116,11 @@ def test_stretches_are_as_long_as_asked_and_fill_the_record():
 
 def test_what_is_read_late_varies_late():
     rng = np.random.default_rng(5)
-    known = Wander(rng.standard_normal((30, 2)), np.zeros((30, 0)), rng.standard_normal((30, 1)), (slice(0, 30),))
+    known = Wander(
+        rng.standard_normal((30, 2)), np.zeros((30, 0)), rng.standard_normal((30, 1)), rng.standard_normal((30, 1)), (slice(0, 30),)
+    )
     late = known.late(3.0)
     assert late.stretch[3:] == pytest.approx(known.stretch[:-3]) and late.whole[3:] == pytest.approx(known.whole[:-3])
+    assert late.bend[3:] == pytest.approx(known.bend[:-3])
     assert late.stretch[:3] == pytest.approx(np.repeat(known.stretch[:1], 3, axis=0))
     assert late.run.shape == (30, 0) and late.stretches == known.stretches
