@@ -21,6 +21,8 @@ SPIKE_SPREADS = 6.0
 ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
+# readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
+PILED = 4
 # jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
 STEADY, BESIDE, FAR = 0.05, 8, 64
 
@@ -210,7 +212,9 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     if still < 0.05 and len(second) and float(np.median(second)) > 1e-9 * span:
         for label, extreme in (("maximum", values.max()), ("minimum", values.min())):
             longest, count = _stretches(values == extreme)
-            if longest >= 3:
+            # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
+            before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
+            if longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before:
                 detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
                 found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
         longest, count = _stretches((step == 0.0) & inside)

@@ -11,6 +11,9 @@ from test_identification_gate_judged import loop
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
+from sstl_cli.identification.gate.evidence import evidence_of
+from sstl_cli.identification.gate.rules import limit
+from sstl_cli.identification.gate.seam import seam_of
 from sstl_cli.steps import check
 
 
@@ -111,3 +114,39 @@ def test_a_recorder_that_stops_amid_motion_is_told_however_long():
     # a record without noise holds both, and is no fault
     t, clean = trapezoid(cycles=4)
     assert not [k for k in said(t, clean, play(clean, (0.6, 0.0, 1.7, 0.0))) if k[0] == "frozen stretches"]
+
+
+def test_an_output_that_backlash_holds_at_its_largest_is_not_cut_off():
+    t, x = trapezoid(cycles=6)
+    rng = np.random.default_rng(4)
+    y = play(x, (np.exp(-0.4), 0.0, np.exp(0.4), 0.0))
+
+    def said(output):
+        run = Run("held", "sstl", t, *(v + 0.01 * rng.standard_normal(len(t)) for v in (x, output)), config_id="a")
+        found = evidence_of(run)
+        # both rest at their largest while the input comes and goes
+        return [r.rule for r in limit.look([replace(found, shapes=replace(found.shapes, limit_n=(np.nan, float(output.max()))))])]
+
+    assert said(y) == [] and said(np.minimum(y, 0.8 * y.max())) == ["limit"]
+
+
+def test_rows_that_are_missing_are_no_seam():
+    t = np.arange(3000) * 0.01
+    kept = np.delete(np.arange(3000), np.arange(1000, 1060))
+    channels = tuple((8.0 - a * np.cos(0.4 * np.pi * t))[kept] for a in (6.0, 4.0))
+    spans = (12.0, 8.0)
+    assert seam_of(t[kept], channels, spans)[0] == (0.0, 0.0)
+    # without the gap in the stamps it is one
+    assert min(seam_of(t[: len(kept)], channels, spans)[0]) > 0.1
+
+
+def test_a_converter_that_repeats_its_largest_reading_at_a_turn_is_not_saturated():
+    rng = np.random.default_rng(6)
+    t = np.arange(4000) * 0.01
+    v = np.round((8.0 - 6.0 * np.cos(0.4 * np.pi * t) + 0.004 * rng.standard_normal(4000)) / 0.02) * 0.02
+    cut = np.minimum(v, 13.0)
+
+    def said(channel):
+        return [f.what for f in check._signal("tension_in_n", channel, 12.0) if f.what == "saturation"]
+
+    assert check._stretches(v == v.max())[0] >= 3 and said(v) == [] and said(cut) == ["saturation"]

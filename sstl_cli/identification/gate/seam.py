@@ -10,6 +10,8 @@ Array = NDArray[np.float64]
 LEAST_JUMP, AROUND = 0.05, 40
 # part of a jump that a channel must make at one renewal of its own, and of the largest jump that makes another one; more jumps than that are a movement
 AT_ONCE, ANOTHER, MOST = 0.7, 0.5, 2
+# sampling periods from which on rows are missing
+LONG = 2.5
 
 
 def seam_of(
@@ -26,6 +28,9 @@ def seam_of(
     if stride > 1:
         jumps = [np.maximum(j, np.maximum(np.append(j[1:], 0.0), np.insert(j[:-1], 0, 0.0))) for j in jumps]
     both = np.minimum(*jumps)
+    # where rows are missing both channels go on meanwhile
+    step = np.diff(time_s[::stride])
+    both = np.where(step > LONG * float(np.median(step)), 0.0, both)
     k = int(np.argmax(both))
     again = np.flatnonzero(both > ANOTHER * both[k])
     many = both[k] > 0.0 and 1 + np.count_nonzero(np.diff(again) > 2) > MOST
