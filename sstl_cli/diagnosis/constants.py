@@ -156,12 +156,11 @@ KNOTS_FROM, KNOTS_TO = 0.01, 0.99
 CLEAR = 0.05
 # ... over how many knots of each a function over the state is alike (to 1/e), and how much so pulling and releasing
 ALIKE_INPUT, ALIKE_OTHER, ALIKE_WAYS = 3.0, 2.0, 0.5
-# sizes of the map that are tried, over what there is to map (none at the first); directions with less than this share are none
-# (N, the slowest that the input is taken to have gone one way, over the fastest the other)
-SLOWEST_SHARE = 0.01
+# sizes of the map that are tried, over what there is to map (none at the first); directions, and speeds one way over the
+# other way, with less than this share are none
 MAP_SIZES, UNSEEN_SHARE = np.concatenate(([0.0], np.geomspace(0.03, 10.0, 16))), 0.01
 # degrees of freedom of the scatter's tail where a search for them begins; rounds in which precisions settle
-TAIL, TAIL_ROUNDS = 5.0, 3
+TAIL, TAIL_ROUNDS = 2.0, 3
 # fewer samples make no map
 LEAST_MAPPED = 50
 # how far (natural logarithm) size and correlation time of the scatter may be from their first estimates, and the price beyond
@@ -234,8 +233,8 @@ LAG_SCALES = (0.05, 0.01)
 POSITION_STARTS, POSITION_STEP, POSITION_TRIES = (0.02, 0.1, 0.5), 1e-3, 20
 # rounds in which a free scale of the output settles
 SCALE_ROUNDS = 3
-# of the scatter: first steps (natural logarithm of size and time), evaluations, tolerances
-SCATTER_STEPS, SCATTER_TRIES, SCATTER_NEAR, SCATTER_FLAT = (0.5, 0.7, 0.7, 0.7), 120, 0.02, 0.05
+# of the scatter: first step (natural logarithm of size, time, path and tail), evaluations, tolerances
+SCATTER_STEP, SCATTER_TRIES, SCATTER_NEAR, SCATTER_FLAT = 0.7, 120, 0.02, 0.05
 # draws of a bootstrap: its 2.5 % are the 25th of them
 DRAWS = 1000
 # grid of the loop's lag: longest (s), points, refinements

@@ -23,9 +23,10 @@ from sstl_cli.diagnosis.constants import (
     MAP_SIZES,
     OTHER_KNOTS,
     QUIETEST,
+    RUN_PARTS,
     SCATTER_FLAT,
     SCATTER_NEAR,
-    SCATTER_STEPS,
+    SCATTER_STEP,
     SCATTER_TRIES,
     SPREAD,
     TAIL,
@@ -115,7 +116,8 @@ def _section(records: Sequence[Record], residual: Array, expected: Array, phases
     # the scatter has its places too: large where the line lets go, small where it slides
     left = residual - design @ found.mean
     beyond = left**2 + np.sum((design @ found.factor) ** 2, axis=1) - expected
-    memory = float(np.median(np.concatenate([state.lasting(r, *scatter[1:3]) for r in records]))) / step
+    _, slow, far, _ = scatter
+    memory = float(np.median(np.concatenate([state.lasting(r, slow, far) for r in records]))) / step
     places = _places(m, beyond, memory)
     scatter, found = _scatter(m, places, scatter)
     usual, slow, far, tail = scatter
@@ -164,10 +166,11 @@ def _scatter(m: _Map, places: Array, begin: Sequence[float] | Array) -> tuple[Ar
             np.sum((np.maximum(np.abs(p - start) - WIDEST, 0.0)) ** 2)
         )
 
-    simplex = start + np.vstack((np.zeros(4), np.diag(SCATTER_STEPS)))
+    simplex = start + np.vstack((np.zeros(len(start)), SCATTER_STEP * np.eye(len(start))))
     options = {"initial_simplex": simplex, "maxfev": SCATTER_TRIES, "xatol": SCATTER_NEAR, "fatol": SCATTER_FLAT}
     found = np.exp(minimize(cost, start, method="Nelder-Mead", options=options).x)
-    best = _posterior(m, m.whitener(found[0] * shape, found[1], found[2]), columns, found[3])
+    usual, slow, far, tail = found
+    best = _posterior(m, m.whitener(usual * shape, slow, far), columns, tail)
     return found, replace(best, mean=m.prior @ best.mean, factor=m.prior @ best.factor)
 
 
@@ -185,7 +188,7 @@ def _posterior(m: _Map, whiten: Whitener, columns: Array, tail: float) -> _Poste
     z = whiten(np.column_stack((m.residual, columns)))
     left, d = z[:, 0], z[:, 1:]
     trust = np.ones(len(left))
-    power = MAP_SIZES[:, None] ** 2 * max(float(np.mean(m.residual[m.keep] ** 2)), 1e-18)
+    power = MAP_SIZES[:, None] ** 2 * float(np.mean(m.residual[m.keep] ** 2))
     for _ in range(TAIL_ROUNDS):
         by = d * trust[:, None]
         information, way = np.linalg.eigh(by.T @ d)
@@ -211,7 +214,7 @@ def _rough(m: _Map) -> Array:
 def _usual(m: _Map, squares: Array) -> float:
     """Return the scatter (N) where a search for it begins: what there is beyond noise."""
     beyond = float(np.mean(squares[m.keep]) - np.mean(m.expected[m.keep]))
-    return float(np.sqrt(max(beyond, 0.01 * float(np.mean(m.expected[m.keep])), 1e-18)))
+    return float(np.sqrt(max(beyond, UNSEEN_SHARE * float(np.mean(m.expected[m.keep])))))
 
 
 def _places(m: _Map, beyond: Array, memory: float) -> Array:
@@ -240,7 +243,7 @@ def _memory(m: _Map, residual: Array) -> float:
     power = sum(float(x @ x) for x in pieces)
     if power <= 0.0:
         return 1.0
-    longest = max(len(x) for x in pieces) // 4
+    longest = max(len(x) for x in pieces) // RUN_PARTS
     lag = 1
     while lag < longest and sum(float(x[lag:] @ x[:-lag]) for x in pieces if len(x) > lag) > power * float(np.exp(-1.0)):
         lag += 1

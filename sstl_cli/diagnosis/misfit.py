@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import state
-from sstl_cli.diagnosis.constants import SLOWEST_SHARE, UNSEEN_SHARE
+from sstl_cli.diagnosis.constants import UNSEEN_SHARE
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record
@@ -65,7 +65,7 @@ def _factor(section: MisfitSection, records: Sequence[Record], unit_n: float, to
     for r, place in zip([r for r in records if _along(r) == section.along], places, strict=True):
         # slow noise says as much as independent readings two correlation times apart
         apart = 2.0 * state.lasting(r, section.correlation_s, _path(section) / _of_path(r, unit_n)) / (r.dt_s * r.factor)
-        scatter = np.maximum(place @ np.array(section.sd_n), 1e-12) * np.sqrt(np.maximum(apart, 1.0))
+        scatter = np.maximum(place @ np.array(section.sd_n), np.finfo(float).tiny) * np.sqrt(np.maximum(apart, 1.0))
         columns = (place @ factor / scatter[:, None])[r.weight > 0]
         information += columns.T @ columns
     size, way = np.linalg.eigh(information)
@@ -128,7 +128,7 @@ def _further(section: MisfitSection, r: Record, unit_n: float) -> Array:
     outside = np.maximum(section.input_n[0] - u, u - section.input_n[-1]) / span if span > 0.0 else np.zeros(len(r))
     if section.rate_n_s is None:
         return np.maximum(outside, 0.0)
-    seen = np.maximum(np.where(rate > 0.0, *section.rate_n_s), SLOWEST_SHARE * max(section.rate_n_s))
+    seen = np.maximum(np.where(rate > 0.0, *section.rate_n_s), UNSEEN_SHARE * max(section.rate_n_s))
     return np.asarray(np.maximum(np.maximum(np.abs(rate) / seen - 1.0, outside), 0.0))
 
 

@@ -21,6 +21,7 @@ class Made:
     """What the filter reads of a record."""
 
     system: str = "act"
+    config: int = 0
     factor: int = FACTOR
     dt_s: float = DT
     error_law: np.ndarray = field(default_factory=lambda: error_of_means(LAW, FACTOR)[0])
