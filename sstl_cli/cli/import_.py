@@ -106,7 +106,7 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
     document = {"schema": "sstl.import/1", "out": str(out), **result.document()}
     if "not_a_tension" in provenance.extra:
         document["not_a_tension"] = provenance.extra["not_a_tension"]
-    _show(screen, document, [r.sentence() for r in result.clocks])
+    _show(screen, document, [r.sentence() for r in result.clocks], len(files) - len({bad.path for bad in result.bad}))
     screen.finish(document, aside=bool(result.counts.set_aside or result.bad))
 
 
@@ -122,9 +122,9 @@ def _mapping(screen: Screen, asked: Asked) -> Mapping:
     return mapping_of(asked.mapping, asked.map_, asked.on_gap, asked.merge)
 
 
-def _show(screen: Screen, document: dict[str, Any], clocks: list[str]) -> None:
+def _show(screen: Screen, document: dict[str, Any], clocks: list[str], files: int) -> None:
     rows = [[r["file"], r["format"], r["runs"], r["samples"]] for r in document["recordings"]]
-    screen.say(f"Imported {many(document['runs'], 'run')} from {many(len(rows), 'file')} -> {document['out']}")
+    screen.say(f"Imported {many(document['runs'], 'run')} from {many(files, 'file')} -> {document['out']}")
     screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)
     found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
     if found:

@@ -104,12 +104,13 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
     import h5py
 
     size = path.stat().st_size
-    seen: set[Any] = set()
-    stack: list[tuple[str, Any, int]] = [("", file, 0)]
+    # with each group those that it stands in, by their places in the file: one that holds itself is read once
+    stack: list[tuple[str, Any, tuple[int, ...]]] = [("", file, ())]
     count = 0
     while stack:
-        prefix, group, depth = stack.pop()
-        if group.id.id in seen or depth > MAX_DEPTH:
+        prefix, group, above = stack.pop()
+        place = h5py.h5o.get_info(group.id).addr
+        if place in above or len(above) > MAX_DEPTH:
             continue
         for key in sorted(group.keys()):
             count += 1
@@ -126,7 +127,7 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
                 continue
             item = group[key]
             if isinstance(item, h5py.Group):
-                stack.append((f"{prefix}{key}/", item, depth + 1))
+                stack.append((f"{prefix}{key}/", item, (*above, place)))
             elif isinstance(item, h5py.Dataset) and _usable(item):
                 if item.external or item.is_virtual:
                     raise SstlError(

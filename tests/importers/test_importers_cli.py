@@ -7,6 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
+from seeds import signals
+
 from sstl_cli.core.runs import read_runs
 
 HEAD = "run_id,system,time_s,tension_in_n,tension_out_n\n"
@@ -82,3 +85,12 @@ def test_output_that_is_no_tension_is_recorded(tmp_path: Path) -> None:
 
     stored = json.loads(pq.read_schema(tmp_path / "a.parquet").metadata[b"sstl"])
     assert stored["extra"]["not_a_tension"] == {"tension_out_n": "deg"} and set(stored["inputs"]) == {"rec.csv", "m.toml"}
+
+
+def test_recordings_of_one_file_come_from_one_file(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "two.h5", "w") as file:
+        for name in ("first", "second"):
+            for column, values in signals().items():
+                file[f"{name}/{column}"] = values
+    done = sstl("import", tmp_path / "two.h5", "--map", "system=act", "--out", tmp_path / "two.parquet")
+    assert done.returncode == 0 and done.stdout.startswith("Imported 2 runs from 1 file ->"), done

@@ -136,6 +136,25 @@ def test_hdf5_links_out(tmp_path: Path) -> None:
     assert "another file" in refused(tmp_path / "x.h5")
 
 
+@pytest.mark.parametrize("suffix", ["h5", "mat"])
+def test_a_group_that_holds_itself_is_read_once(suffix: str, tmp_path: Path) -> None:
+    import h5py
+
+    path = tmp_path / f"g.{suffix}"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        group = file.create_group("log/inner")
+        for name, values in signals().items():
+            group[name] = values
+        group["again"], group["above"] = group, file["log"]
+        file["second"] = file["log"]
+    if suffix == "mat":
+        with path.open("r+b") as raw:
+            raw.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    # a second name is no circle
+    result = run([path], Mapping.model_validate({"constants": {"system": "act"}}))
+    assert len(list(result.runs)) == 2
+
+
 def test_hdf5_chunk_that_would_be_unpacked_again_for_every_block(tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "b.h5", "w") as file:
