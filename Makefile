@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test tests test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test tests compiled test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -23,12 +23,17 @@ $(STAMP): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt torch==2.13.0
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[robot,onnx,cluster,bench,dev]'
-# on all cores: pip compiles one module after the other; some packages bring files that are no Python
-	$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib sstl_cli || true
+# on all cores: pip compiles one module after the other; some packages bring files that are no Python, and much that is never loaded
+	$(BIN)/python -m compileall -qq -j 0 -x '/(tests?|plotly|sympy|networkx|OpenGL|pip|setuptools|devtools)/' $(VENV)/lib sstl_cli || true
 	touch $@
 
 test: $(STAMP) ## run linters, type check, layer check and the tests
-	$(MAKE) --no-print-directory -j2 lint tests
+	$(MAKE) --no-print-directory -j2 lint compiled
+	$(MAKE) --no-print-directory tests
+
+# machine code once, beside the type check: each worker of the suite would make it for itself
+compiled: $(STAMP)
+	$(BIN)/sstl diagnose data/samples/log.parquet --workers 1 --quiet --force --out $(VENV)/compiled.json >/dev/null
 
 tests: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
