@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from program import inside
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics import effects as package
-from sstl_cli.physics.effect import STAGES, Mechanics, Sampling
+from sstl_cli.physics.effect import STAGES, Law, Mechanics, Sampling
 from sstl_cli.physics.effects import catalogue, get, parse
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import drive_of, observed_output
@@ -203,3 +204,26 @@ def test_a_common_mount_shows_the_sum_of_both_tensions() -> None:
     seen = effect.input(pull, beside, run, values)
     assert np.allclose(seen, [10.34, 20.24])
     assert np.allclose(effect.input_inverse(seen, beside, run, values), pull, rtol=1e-14)
+
+
+def test_a_curved_sensor_is_undone_exactly_however_curved() -> None:
+    tension = np.array([0.5, 10.0, 25.0, 49.0])
+    effect, run = get("sensor_nonlinearity"), Sampling("act", 0.01, 4)
+    for a in (-0.5, 0.02, 0.6):
+        values = effect.complete({"a_in": a})
+        assert np.allclose(effect.input_inverse(effect.input(tension, tension, run, values), tension, run, values), tension, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("closing", "grown"),
+    [
+        (0.0, lambda t: t),
+        (0.1, lambda t: 10.0 * (1.0 - np.exp(-t / 10.0))),  # coils that close
+        (-0.01, lambda t: 100.0 * (np.exp(t / 100.0) - 1.0)),  # a tube that buckles
+    ],
+)
+def test_a_sheath_yields_by_its_law(closing: float, grown: Callable[[np.ndarray], np.ndarray]) -> None:
+    law, t = Law(), np.array([1.0, 8.0, 30.0])
+    effect = get("sheath_compliance")
+    effect.law(law, effect.complete({"c_t_per_n": 0.006, "closing_per_n": closing}))
+    assert np.allclose(law.factors[0](t), 1.0 + 0.006 * grown(t), rtol=1e-12)

@@ -1,5 +1,7 @@
 """Sensors whose characteristic is curved or has play."""
 
+import numpy as np
+
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 from sstl_cli.physics.filters import play
 
@@ -19,9 +21,9 @@ def _input(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
 
 
 def _input_inverse(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
-    # a is at most 2 %: one correction step leaves less than 1e-6 of the span
-    first = tension - v["a_in"] * tension * (1.0 - tension / FULL_SCALE_N)
-    return tension - v["a_in"] * first * (1.0 - first / FULL_SCALE_N)
+    a = v["a_in"]
+    root = np.sqrt(np.maximum((1.0 + a) ** 2 - 4.0 * a * tension / FULL_SCALE_N, 0.0))
+    return np.asarray(2.0 * tension / (1.0 + a + root))
 
 
 EFFECT = Effect(
@@ -31,8 +33,8 @@ EFFECT = Effect(
     equation="T_meas = T + a T (1 - T / 50 N), play +-h",
     source="Catalogue entry [T]",
     parameters=(
-        Parameter("a_in", "1", 0.0, -0.02, 0.02, "curvature of the input sensor"),
-        Parameter("a_out", "1", 0.0, -0.02, 0.02, "curvature of the output sensor"),
+        Parameter("a_in", "1", 0.0, -0.02, 0.02, "curvature of the input sensor", limits=(-0.9, 0.9)),
+        Parameter("a_out", "1", 0.0, -0.02, 0.02, "curvature of the output sensor", limits=(-0.9, 0.9)),
         Parameter("h_n", "N", 0.0, 0.0, 0.1, "half-width of the play of the output sensor"),
     ),
     excitation="A wide span of tension; dead weights settle it.",

@@ -1,14 +1,21 @@
 """A sheath that bends further under load: friction grows faster than the tension."""
 
+import numpy as np
+
 from sstl_cli.physics.effect import FRICTION_LAW, Array, Effect, Law, Parameter, Position, Values
+
+# e-folds by which a tube that buckles yields at most
+STEEPEST = 30.0
 
 
 def _law(law: Law, v: Values) -> None:
-    c_t = v["c_t_per_n"]
+    c_t, q = v["c_t_per_n"], v["closing_per_n"]
     if c_t != 0.0:
 
         def factor(tension: Array) -> Array:
-            return 1.0 + c_t * tension
+            # a fit may ask for the absurd; it must only stay a number
+            grown = tension if q == 0.0 else -np.expm1(np.minimum(-q * tension, STEEPEST)) / q
+            return np.asarray(1.0 + c_t * grown)
 
         law.factors.append(factor)
 
@@ -21,10 +28,12 @@ EFFECT = Effect(
     id="sheath_compliance",
     title="Sheath that yields under load",
     stage=FRICTION_LAW,
-    equation="Phi = Phi0 (1 + c_T T), u += T k_sh",
+    equation="Phi = Phi0 (1 + c_T (1 - exp(-q T)) / q), for q = 0 Phi0 (1 + c_T T); u += T k_sh",
     source="Catalogue entry [G]",
     parameters=(
         Parameter("c_t_per_n", "1/N", 0.0, 0.0, 0.01, "growth of the bending angle with tension"),
+        # coils that close stop it (q > 0), a tube that buckles yields ever more (q < 0)
+        Parameter("closing_per_n", "1/N", 0.0, -0.02, 0.15, "how soon its growth ends", shape=True, limits=(-0.03, 0.5)),
         Parameter("k_sh_mm_per_n", "mm/N", 0.0, 0.0, 0.2, "shortening of the sheath under load (position only)"),
     ),
     excitation="A wide span of tension; position for the shortening.",
