@@ -9,7 +9,7 @@ Markov chain, so that the error is known in size and passed on, sample by sample
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from sstl_cli.diagnosis.constants import (
     WIDE,
     WIDE_ROUNDS,
 )
-from sstl_cli.diagnosis.smoother import CHAIN, Reading, chain, cost, follow
+from sstl_cli.diagnosis.smoother import CHAIN, Mask, Reading, chain, cost, costs, follow
 
 Array = NDArray[np.float64]
 
@@ -82,25 +82,87 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
     noise = Reading(r, slow.sd_n * slow.sd_n, slow.kept(dt_s) if slow.sd_n > 0.0 else 0.0)
     # steps of increment and of its change: a start far below those of the readings, which are noise
-    scales = [max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES]
+    scales = tuple(max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES)
+    steps = tuple(np.full(n, s) for s in scales)
     squares = np.zeros((n, 4))
-    steps = [np.full(n, s) for s in scales]
     squares[:, 1], squares[:, 3] = steps
-    least = np.inf
-    for k in range(LATENT_ROUNDS):
-        before = least
+    found = _settled(y, use, noise, _Path(steps, scales, squares))
+    whole = _whole_corners(y, use, noise, found)
+    if whole is not None:
+        squares = found.squares.copy()
+        squares[:, 0], squares[:, 1] = np.maximum(2.0 * whole - found.scales[0], 0.0), 0.0
+        found = _settled(y, use, noise, replace(found, squares=squares), WIDE_ROUNDS)
+    return Latent(found.mean[:, 0] + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """A smoothed path: variances of its steps and their scales, (corners, bends), squares of the steps, and what follows."""
+
+    steps: tuple[Array, ...]
+    scales: tuple[float, ...]
+    squares: Array
+    law: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    mean: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    variance: Array = field(default_factory=lambda: np.zeros(0))
+    nats: float = np.inf
+
+
+def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) -> _Path:
+    """Return the path whose steps have the variances that their expected squares ask for, from round ``first`` on."""
+    found = start
+    for k in range(first, LATENT_ROUNDS):
+        before = found.nats if k > first else np.inf
+        steps, scales, nats = list(found.steps), list(found.scales), np.inf
         for i in range(2):
             # variances of steps with Cauchy tails given their expected squares, as these would be with another scale: what
             # the readings do not tell follows the scale, a corner that they show does not
-            tries = [0.5 * (f * (scales[i] + squares[:, 2 * i + 1]) + squares[:, 2 * i]) for f in (WIDE if k < WIDE_ROUNDS else NEAR)]
+            known, open_ = found.squares[:, 2 * i], found.squares[:, 2 * i + 1]
+            tries = [0.5 * (f * (scales[i] + open_) + known) for f in (WIDE if k < WIDE_ROUNDS else NEAR)]
             costs = [cost(y, use, noise, *(t if j == i else steps[j] for j in range(2))) for t in tries]
             best = int(np.argmin(costs))
-            steps[i], scales[i], least = tries[best], WIDE[best] * scales[i], costs[best]
+            steps[i], scales[i], nats = tries[best], WIDE[best] * scales[i], costs[best]
         law, drive = chain(y, use, noise, *steps)
         mean, variance, squares = follow(law, drive)
-        if before - least < LATENT_ENOUGH_NATS:
+        found = _Path(tuple(steps), tuple(scales), squares, law, mean, variance, nats)
+        if before - nats < LATENT_ENOUGH_NATS:
             break
-    return Latent(mean[:, 0] + signal[0], mean[:, 1] / dt_s, variance, law, least)
+    return found
+
+
+def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> Array | None:
+    """Return the variances of corners, each of them whole, shape (n,); None where none is split.
+
+    A corner near a sample may end as two halves, one in the step before and one in the step after: from there no round leads to
+    either, though one large step costs less than two. Steps have Cauchy tails: a normal of variance v, which has the prior
+    v^(-3/2) exp(-s / 2 v) with the scale s. Each pair is made one where that and the readings until the next pair ask for it.
+    """
+    mean, scale, old = path.mean, path.scales[0], path.steps[0]
+    step = np.zeros(len(y))
+    step[1:] = mean[1:, 1] - mean[:-1, 1] - mean[:-1, 2]
+    less = np.minimum(np.abs(step[:-1]), np.abs(step[1:])) * (step[:-1] * step[1:] > 0.0)
+    beside = np.concatenate(([0.0], less, [0.0]))
+    pairs = np.flatnonzero((less**2 > scale) & (less >= beside[:-2]) & (less > beside[2:]))
+    if not len(pairs):
+        return None
+
+    def prior(v: Array) -> Array:
+        return np.asarray((0.5 + 1.0) * np.log(v) + scale / (2.0 * v))
+
+    usual, known = 0.5 * scale, costs(y, use, noise, *path.steps)
+    gains = []
+    for place in (0, 1):
+        new = old.copy()
+        new[pairs + place], new[pairs + 1 - place] = usual + 0.5 * (step[pairs] + step[pairs + 1]) ** 2, usual
+        more = costs(y, use, noise, new, path.steps[1]) - known
+        gains.append(-np.add.reduceat(more, pairs) - (prior(new) - prior(old))[pairs] - (prior(new) - prior(old))[pairs + 1])
+    best = np.argmax(gains, axis=0)
+    better = np.max(gains, axis=0) > 0.0
+    if not better.any():
+        return None
+    whole, pairs, best = old.copy(), pairs[better], best[better]
+    whole[pairs + best], whole[pairs + 1 - best] = usual + 0.5 * (step[pairs] + step[pairs + 1]) ** 2, usual
+    return whole
 
 
 def _typical_step(y: Array, order: int) -> float:

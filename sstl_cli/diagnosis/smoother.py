@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# mean square of what is left of a step once a corner has come: at the sample before or at this one (a command that steps: 1/2)
+# or anywhere between them (1/3), half of each
+PART = 5.0 / 12.0
 # variance of the state before the first reading, in that of a reading
 DIFFUSE = 1e6
 STATES = 4
@@ -42,8 +45,8 @@ class Reading(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> float:
-    """Return minus the log likelihood (nats, up to a constant) of the readings, by the Kalman filter.
+def costs(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> Array:
+    """Return minus the log likelihood (nats, up to a constant, shape (n,)) of each reading given those before, by the Kalman filter.
 
     Parameters
     ----------
@@ -53,7 +56,8 @@ def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> f
         Variances of the steps of increment and of its change.
     """
     r, f, fresh = noise.white, noise.memory, noise.slow * (1.0 - noise.memory**2)
-    x0 = x1 = x2 = xc = total = 0.0
+    x0 = x1 = x2 = xc = 0.0
+    out = np.zeros(y.size)
     s00 = s11 = s22 = DIFFUSE * r
     s01 = s02 = s12 = s0c = s1c = s2c = 0.0
     scc = noise.slow
@@ -66,12 +70,12 @@ def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> f
             a00, a01, a02 = s00 + s01 + 0.5 * s02, s01 + s11 + 0.5 * s12, s02 + s12 + 0.5 * s22
             a11, a12 = s11 + s12, s12 + s22
             s0c, s1c, s2c, scc = f * (s0c + s1c + 0.5 * s2c), f * (s1c + s2c), f * s2c, f * f * scc + fresh
-            s00, s01, s02 = a00 + a01 + 0.5 * a02 + w / 3.0, a01 + a02 + 0.5 * w, a02
+            s00, s01, s02 = a00 + a01 + 0.5 * a02 + PART * w, a01 + a02 + 0.5 * w, a02
             s11, s12, s22 = a11 + a12 + w, a12, s22 + bends[k]
         if use[k]:
             z0, z1, z2, zc = s00 + s0c, s01 + s1c, s02 + s2c, s0c + scc
             s, e = z0 + zc + r, y[k] - x0 - xc
-            total += 0.5 * (e * e / s + np.log(s))
+            out[k] = 0.5 * (e * e / s + np.log(s))
             g0, g1, g2, gc = z0 / s, z1 / s, z2 / s, zc / s
             x0 += g0 * e
             x1 += g1 * e
@@ -87,6 +91,13 @@ def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> f
             s22 -= g2 * z2
             s2c -= g2 * zc
             scc -= gc * zc
+    return out
+
+
+@njit(cache=True, nogil=True)
+def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> float:
+    """Return minus the log likelihood (nats, up to a constant) of all readings (see ``costs``)."""
+    total: float = costs(y, use, noise, corners, bends).sum()
     return total
 
 
@@ -176,7 +187,7 @@ def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> 
                 for j in (0, 3):
                     info[i, j] += 1.0 / r
         if k:
-            q[0, 0], q[0, 1], q[1, 0], q[1, 1], q[2, 2] = corners[k] / 3.0, 0.5 * corners[k], 0.5 * corners[k], corners[k], bends[k]
+            q[0, 0], q[0, 1], q[1, 0], q[1, 1], q[2, 2] = PART * corners[k], 0.5 * corners[k], 0.5 * corners[k], corners[k], bends[k]
             q[3, 3] = noise.slow * (1.0 - memory**2)
         else:
             q[0, 1] = q[1, 0] = 0.0

@@ -25,7 +25,9 @@ def states(known, noise: Reading, corners, bends, y=None):
         here = slice(m * k, m * k + m)
         c, b = corners[k], bends[k]
         fresh = np.eye(m) * noise.slow * (1.0 - noise.memory**2 if k else 1.0)
-        fresh[:3, :3] = np.array([[c / 3.0, c / 2.0, 0.0], [c / 2.0, c, 0.0], [0.0, 0.0, b]]) if k else np.eye(3) * DIFFUSE * noise.white
+        fresh[:3, :3] = (
+            np.array([[5.0 * c / 12.0, c / 2.0, 0.0], [c / 2.0, c, 0.0], [0.0, 0.0, b]]) if k else np.eye(3) * DIFFUSE * noise.white
+        )
         weights[here, here] = np.linalg.inv(fresh)
         if k:
             steps[here, m * k - m : m * k] = -move

@@ -57,11 +57,13 @@ def test_another_recording_of_the_same_rig_is_none(monday):
 
 
 def test_a_change_below_the_known_misfit_is_named(monday):
-    runs = [replace(r, tension_out_n=r.tension_out_n + 0.5 * (r.system == "act")) for r in odd(record({}, 3), 3)]
-    found = run(runs, replace(OPTIONS, sim=monday[1])).document()
-    assert "zero_offset" in found["verdict"]["effects"]
-    size = {p["name"]: p["estimate"] for p in found["candidates"][0]["parameters"]}
-    assert size["z_out_act_n"] == pytest.approx(0.5, rel=0.2)
+    sizes = []
+    for seed in (2, 3):
+        runs = [replace(r, tension_out_n=r.tension_out_n + 0.5 * (r.system == "act")) for r in odd(record({}, seed), seed)]
+        found = run(runs, replace(OPTIONS, sim=monday[1])).document()
+        assert "zero_offset" in found["verdict"]["effects"]
+        sizes += [p["estimate"] for p in found["candidates"][0]["parameters"] if p["name"] == "z_out_act_n"]
+    assert np.mean(sizes) == pytest.approx(0.5, rel=0.2)
 
 
 def test_a_model_that_leaves_only_noise_carries_no_map():
