@@ -68,8 +68,6 @@ CASES: dict[str, Strengths] = {
     "zero_offset": {"z_in_act_n": 0.3, "z_out_act_n": -0.4, "z_in_sstl_n": -0.3, "z_out_sstl_n": 0.2},
 }
 THETA_START = 0.5
-# records quieter than this have no noise to follow
-LEAST_NOISE_N = 1e-3
 # compliance of the tendon as built (1/kN): the rig's position always contains its stretch
 AS_BUILT = {"tendon_elasticity": {"compliance_per_kn": 0.125}}
 
@@ -118,8 +116,8 @@ def _law(effect_id: str, systems: Sequence[str]) -> Hypothesis:
     return max(laws, key=lambda h: len(h.free)) if get(effect_id).variants and laws else full(effect_id, systems)
 
 
-def refit(effect_id: str, runs: list[Run]) -> Refit:
-    """Return the fast model with theta and the parameters of one effect fitted to recordings, then whitened."""
+def refit(effect_id: str, runs: list[Run], noisy: bool = True) -> Refit:
+    """Return the fast model with theta and the parameters of one effect fitted to recordings, whitened where they are ``noisy``."""
     problem = prepare(runs)
     sim = Simulator(problem, scenario().rig.mechanics())
     # what only the position shows cannot be fitted to tensions; the load is known here
@@ -130,9 +128,8 @@ def refit(effect_id: str, runs: list[Run]) -> Refit:
     tries = (fit(sim, plain, hypothesis, base.theta, s, COARSE_ITERATIONS) for s in grid(free))
     found = min(tries, key=lambda f: f.cost)
     found = fit(sim, plain, hypothesis, found.theta, found.values)
-    heard = noise.measured(problem.records, sim.phases(found.theta, found.effects).slide)
-    if min(s.white_n for s in heard.output.values()) > LEAST_NOISE_N:
-        found = settle(sim, heard, found)
+    if noisy:
+        found = settle(sim, noise.measured(problem.records, sim.phases(found.theta, found.effects).slide), found)
     return Refit(tuple(free), found, base, sim)
 
 
@@ -147,7 +144,7 @@ def _joined(runs: list[Run], name: str) -> Array:
 def _out_row(effect_id: str, clean: list[Run], simulator: str) -> tuple[str, float, float]:
     runs = record(effect_id, simulator)
     strength = _rms(_joined(runs, "tension_out_n") - _joined(clean, "tension_out_n"))
-    return "output, N", strength, refit(effect_id, runs).rms_n
+    return "output, N", strength, refit(effect_id, runs, noisy=False).rms_n
 
 
 def _neighbour_row(effect_id: str, simulator: str) -> tuple[str, float, float]:
@@ -156,7 +153,7 @@ def _neighbour_row(effect_id: str, simulator: str) -> tuple[str, float, float]:
     together = [list(simulate.run(two, effects, 3)) for effects in ({}, {effect_id: CASES[effect_id]})]
     clean, runs = ([with_neighbours(r, rs) for r in rs if r.tendon == "A"] for rs in together)
     strength = _rms(_joined(runs, "tension_out_n") - _joined(clean, "tension_out_n"))
-    return "output, N", strength, refit(effect_id, runs).rms_n
+    return "output, N", strength, refit(effect_id, runs, noisy=False).rms_n
 
 
 def _recorder_row(effect_id: str, clean: list[Run], simulator: str) -> tuple[str, float, float | None]:

@@ -102,8 +102,11 @@ def _fitted(effect: Effect | None, free: Sequence[Parameter], residual: Callable
     starts = []
     for share in (0.25,) if effect is None else (0.25, -0.25):
         inner = [p.neutral + share * ((p.high if share > 0.0 else 2.0 * p.neutral - p.low) - p.neutral) for p in free]
-        start = np.array([0.5] * thetas + [p.neutral if p.shape else v for p, v in zip(free, inner, strict=True)])
-        starts.append(np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low)))
+        # a shape from neutral and from the middle of its range: the way from one to the other may have a valley of its own
+        for middle in (False, True) if any(p.shape for p in free) else (False,):
+            shapes = [0.5 * (p.low + p.high) if middle else p.neutral for p in free]
+            start = np.array([0.5] * thetas + [s if p.shape else v for p, v, s in zip(free, inner, shapes, strict=True)])
+            starts.append(np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low)))
         if effect is None or all(p.low >= p.neutral or p.shape for p in free):
             break
 
