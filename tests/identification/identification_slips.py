@@ -56,6 +56,10 @@ def amplified(r: Run) -> Run:
     return replace(r, tension_out_n=np.where(np.arange(len(r)) < len(r) // 2, 1.0, 2.0) * r.tension_out_n)
 
 
+def zeroed_midway(r: Run) -> Run:
+    return replace(r, tension_out_n=r.tension_out_n + np.where(np.arange(len(r)) < len(r) // 2, 0.0, 3.5))
+
+
 def backwards(r: Run) -> Run:
     return replace(r, tension_in_n=r.tension_in_n[::-1].copy(), tension_out_n=r.tension_out_n[::-1].copy())
 
@@ -75,6 +79,7 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "overflow": lambda: changed(overflowing, "act"),
     "folded": lambda: changed(folded, "act-b050"),
     "gain_change": lambda: changed(amplified, "act-b050"),
+    "zero_change": lambda: changed(zeroed_midway, "act-b050"),
     "reversed_time": lambda: changed(backwards, "act-b050"),
     "exchanged": exchanged,
     "two_rigs": two,
