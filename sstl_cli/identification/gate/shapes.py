@@ -19,6 +19,8 @@ NOISES = 8.0
 TURN = 0.1
 # a jump of a converter that overflows: least part of the span, what the other channel and neighbours may move by, spread of the sizes, and jumps each way
 JUMP, STEADY, ALIKE, TURNS = 0.7, 0.1, 0.1, 2
+# usual steps of the channel that a jump is beyond: what is but noise jumps from end to end as well
+BEYOND = 10.0
 # a fold: how near to zero (noise, part of the span) a channel must come, and the part of its way that an output goes against its input as it
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
@@ -98,6 +100,7 @@ def wrap_of(v: Array, other: Array) -> float:
     # what overflows goes on in the same way; what drops out and comes back rests below
     lively = bool(np.count_nonzero(np.diff(np.unique(v[at + 1]))) > 0.5 * len(at))
     # an overflow is the whole of the range, so that the jump leaves no room beyond it
+    lively &= float(np.median(size)) > BEYOND * float(np.median(np.abs(step)))
     return float(np.median(size)) if steady and lively and float(np.ptp(size)) < ALIKE * float(np.median(size)) else math.nan
 
 
