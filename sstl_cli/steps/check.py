@@ -25,6 +25,8 @@ MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
 PILED = 4
 # levels by which a channel that is cut off would have gone on, as it came and went
 CUT = 2.0
+# noise over the step of a converter from which on a hold does not repeat a level
+COARSE = 0.7
 # jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
 STEADY, BESIDE, FAR = 0.05, 8, 64
 
@@ -218,7 +220,8 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
             # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
             before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
             piled = longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before
-            if piled and _cut_off(sign * values, sign * extreme) > CUT * grain:
+            # between coarse levels a hold rests as a sensor at its limit does: there the other channel tells (rule ``limit``)
+            if piled and filtering.noise_sd(values) > COARSE * grain and _cut_off(sign * values, sign * extreme) > CUT * grain:
                 detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
                 found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
         longest, count = _stretches((step == 0.0) & inside)

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 MOST, FEWEST = 16_384, 256
 # line over what is around it (power), bins of the line on either side, and bins around it
 STANDS_OUT, WIDE, AROUND = 100.0, 3, 40
-# least amplitude as a part of the span and of the largest value: less is what good rigs record
+# least amplitude as a part of the span and of the largest value of both channels: less is what good rigs record
 LEAST_SPAN, LEAST_LEVEL = 0.025, 0.01
 # least frequency as a multiple of the movement's strongest: friction makes harmonics of it, smaller and smaller ones
 ABOVE = 9.0
@@ -38,7 +38,7 @@ def hum_of(dt_s: float, v: Array, other: Array, stride: int = 1) -> Hum | None:
     span, reach = float(np.ptp(v)), float(np.ptp(other))
     if n < FEWEST or span <= 0.0:
         return None
-    window = np.hanning(n)
+    level, window = max(float(np.max(np.abs(c))) for c in (v, other)), np.hanning(n)
     mine, theirs = (np.abs(np.fft.rfft(window * (c - np.mean(c)))) * 2.0 / float(window.sum()) for c in (v, other))
     moves = 1 + int(np.argmax(theirs[1:])) if reach > 0.0 else 1
     first = max(int(ABOVE * moves), AROUND)
@@ -46,7 +46,7 @@ def hum_of(dt_s: float, v: Array, other: Array, stride: int = 1) -> Hum | None:
         return None
     k = first + int(np.argmax(mine[first:-WIDE]))
     around = np.concatenate((mine[max(1, k - AROUND) : k - WIDE], mine[k + WIDE + 1 : k + AROUND]))
-    if mine[k] ** 2 < STANDS_OUT * float(np.mean(around**2)) or mine[k] < max(LEAST_SPAN * span, LEAST_LEVEL * float(np.max(np.abs(v)))):
+    if mine[k] ** 2 < STANDS_OUT * float(np.mean(around**2)) or mine[k] < max(LEAST_SPAN * span, LEAST_LEVEL * level):
         return None
     if reach > 0.0 and theirs[k - 1 : k + 2].max() > SHARED * mine[k] * min(1.0, reach / span):
         return None

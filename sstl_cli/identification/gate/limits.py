@@ -25,7 +25,7 @@ BETTER, ALONE, ODD, LEAST_SHARE, MOST_SHARE = 0.6, 0.35, 0.01, 0.02, 0.9
 # part of what the input moves by that an output must
 MOVES = 0.1
 # time constants (s) of a slow output that are tried, and what they may leave of what friction leaves
-SLOW_S, CATCHES_UP = (0.15, 0.4, 1.0, 2.5), 0.3
+SLOW_S, CATCHES_UP = (0.15, 0.4, 1.0, 2.5), 0.5
 
 
 def limits_of(
