@@ -90,7 +90,7 @@ def _by_movement(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
 
 def _scaled(runs: list[Evidence], log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
     """Yield runs of one movement whose tensions are another unit of force than those of the rest."""
-    spans = np.log([[r.span for r in e.ranges] for e in runs])
+    spans = np.log([[max(r.span, 1e-300) for r in e.ranges] for e in runs])
     usual = np.median(spans, axis=0)
     near = np.abs(spans[:, 0] - usual[0]) < SAME
     # all others but a few move alike, so that the range of one is no choice of who pulled
