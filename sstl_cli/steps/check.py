@@ -214,16 +214,7 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     second = np.abs(np.diff(values, 2))[inside[1:]]
     # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
     if still < 0.05 and len(second) and float(np.median(second)) > 1e-9 * span:
-        grain = grain or quantisation(values)
-        for label, extreme, sign in (("maximum", values.max(), 1.0), ("minimum", values.min(), -1.0)):
-            longest, count = _stretches(values == extreme)
-            # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
-            before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
-            piled = longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before
-            # between coarse levels a hold rests as a sensor at its limit does: there the other channel tells (rule ``limit``)
-            if piled and filtering.noise_sd(values) > COARSE * grain and _cut_off(sign * values, sign * extreme) > CUT * grain:
-                detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
-                found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
+        found += _saturated(name, values, grain or quantisation(values))
         longest, count = _stretches((step == 0.0) & inside)
         if longest >= STUCK_SAMPLES:
             detail = f"longest {longest + 1} samples"
@@ -234,6 +225,21 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
     return found
+
+
+def _saturated(name: str, values: Array, grain: float) -> list[Finding]:
+    """Return an extreme that a channel repeats and that it would have gone beyond."""
+    found = []
+    for label, extreme, sign in (("maximum", values.max(), 1.0), ("minimum", values.min(), -1.0)):
+        longest, count = _stretches(values == extreme)
+        # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
+        before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
+        piled = longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before
+        if piled and _cut_off(sign * values, sign * extreme) > CUT * grain:
+            detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
+            found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
+    # between coarse levels a movement that holds at both of its ends rests at both; a sensor is at its limit at one (else: rule ``limit``)
+    return [] if len(found) > 1 and filtering.noise_sd(values) <= COARSE * grain else found
 
 
 def _cut_off(values: Array, top: float) -> float:
