@@ -145,9 +145,9 @@ def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:
     for i, word in enumerate(words):
         kind = QUANTITY_OF.get(word, "")
         side = SIDE_OF.get(word, "") or ("out" if words[i : i + 2] == ("load", "side") else "")
-        if word == "f" or (word == "t" and i == 0 and len(words) > 1):
-            # F1, F_in, T_out: a force; t alone is time; T1 may be anything
-            kind = "force" if word == "f" or any(w in SIDE_OF for w in words[1:]) else ""
+        if word == "f" or (word == "t" and len(words) > 1 and (i == 0 or any(w in SIDE_OF for w in words[i + 1 : i + 2]))):
+            # F1, F_in, T_out, Model/Plant/T_in: a force; t alone is time; T1 may be anything
+            kind = "force" if word == "f" or any(w in SIDE_OF for w in words[i + 1 :]) else ""
             if word == "t" and words[1:] in (("s",), ("ms",), ("us",), ("ns",)):
                 kind = "time"
         if side:

@@ -203,6 +203,11 @@ def _decode(line: bytes) -> str:
     try:
         return line.decode("utf-8")
     except UnicodeDecodeError:
+        # Chinese systems write two bytes a character, both of them high; accents of the West hardly stand side by side
+        high = re.findall(rb"[\x80-\xff]+", line)
+        if all(len(run) % 2 == 0 for run in high) and any(len(run) > 2 for run in high):
+            with contextlib.suppress(UnicodeDecodeError):
+                return line.decode("gb2312")
         return line.decode("latin-1")
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.identification import filtering
-from sstl_cli.identification.gate.sensors import noisy
+from sstl_cli.identification.gate.sensors import noisy, quantisation
 
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
@@ -23,6 +23,10 @@ ROUNDED = 1.5
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
 # readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
 PILED = 4
+# levels by which a channel that is cut off would have gone on, as it came and went
+CUT = 2.0
+# noise over the step of a converter from which on a hold does not repeat a level
+COARSE = 0.7
 # jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
 STEADY, BESIDE, FAR = 0.05, 8, 64
 
@@ -210,13 +214,7 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     second = np.abs(np.diff(values, 2))[inside[1:]]
     # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
     if still < 0.05 and len(second) and float(np.median(second)) > 1e-9 * span:
-        for label, extreme in (("maximum", values.max()), ("minimum", values.min())):
-            longest, count = _stretches(values == extreme)
-            # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
-            before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
-            if longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before:
-                detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
-                found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
+        found += _saturated(name, values, grain or quantisation(values))
         longest, count = _stretches((step == 0.0) & inside)
         if longest >= STUCK_SAMPLES:
             detail = f"longest {longest + 1} samples"
@@ -227,6 +225,36 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
     return found
+
+
+def _saturated(name: str, values: Array, grain: float) -> list[Finding]:
+    """Return an extreme that a channel repeats and that it would have gone beyond."""
+    found = []
+    for label, extreme, sign in (("maximum", values.max(), 1.0), ("minimum", values.min(), -1.0)):
+        longest, count = _stretches(values == extreme)
+        # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
+        before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
+        piled = longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before
+        if piled and _cut_off(sign * values, sign * extreme) > CUT * grain:
+            detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
+            found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
+    # between coarse levels a movement that holds at both of its ends rests at both; a sensor is at its limit at one (else: rule ``limit``)
+    return [] if len(found) > 1 and filtering.noise_sd(values) <= COARSE * grain else found
+
+
+def _cut_off(values: Array, top: float) -> float:
+    """Return how far beyond its largest value (N) a channel would have turned, by the slopes at which it comes there and goes.
+
+    A turn that repeats a level is as high as those slopes make it. What rests there as the record begins or ends was seen to do one of both.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], values == top, [False])).astype(np.int8)))
+    beyond = 0.0
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        if b - a >= 3 and a >= 3 and b + 2 < len(values):
+            slopes = max(values[a - 1] - values[a - 3], 0.0) + max(values[b] - values[b + 2], 0.0)
+            # half of the mean slope at either end, over half of the time between
+            beyond = max(beyond, 0.0625 * slopes * (b - a + 1) - (top - max(values[a - 1], values[b])))
+    return float(beyond)
 
 
 def _grain(values: Array) -> tuple[int, float]:
@@ -289,6 +317,9 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     up = v > values[1:-3]
     corner = np.where(up, v < np.minimum(left, right) + threshold, v > np.maximum(left, right) - threshold)
     found[2:-2] &= ~corner
+    if float(np.median(second)) == 0.0:
+        # of a channel that is renewed now and then the first and the last sample may be new
+        return found
     # the first and the last have one neighbour, and the line that leads to them
     for at, w in ((0, values), (-1, values[::-1])):
         near = (w[1], 2.0 * w[1] - w[2])

@@ -56,6 +56,19 @@ def amplified(r: Run) -> Run:
     return replace(r, tension_out_n=np.where(np.arange(len(r)) < len(r) // 2, 1.0, 2.0) * r.tension_out_n)
 
 
+def zeroed_midway(r: Run) -> Run:
+    return replace(r, tension_out_n=r.tension_out_n + np.where(np.arange(len(r)) < len(r) // 2, 0.0, 3.5))
+
+
+def humming(r: Run) -> Run:
+    return replace(r, tension_out_n=r.tension_out_n + 1.5 * np.sin(2.0 * np.pi * 0.21 * np.arange(len(r))))
+
+
+def shuffled(r: Run) -> Run:
+    at = np.random.default_rng(5).permutation(len(r))
+    return replace(r, tension_in_n=r.tension_in_n[at], tension_out_n=r.tension_out_n[at])
+
+
 def backwards(r: Run) -> Run:
     return replace(r, tension_in_n=r.tension_in_n[::-1].copy(), tension_out_n=r.tension_out_n[::-1].copy())
 
@@ -75,6 +88,9 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "overflow": lambda: changed(overflowing, "act"),
     "folded": lambda: changed(folded, "act-b050"),
     "gain_change": lambda: changed(amplified, "act-b050"),
+    "hum": lambda: changed(humming),
+    "order": lambda: changed(shuffled, "act-b050"),
+    "zero_change": lambda: changed(zeroed_midway, "act-b050"),
     "reversed_time": lambda: changed(backwards, "act-b050"),
     "exchanged": exchanged,
     "two_rigs": two,

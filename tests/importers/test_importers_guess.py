@@ -162,3 +162,23 @@ def test_clocks_of_a_pair_are_asked_for(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(found.toml)
     with pytest.raises(SstlError, match="still asks.*the clocks never meet"):
         read_mapping(tmp_path / "rig.toml", ["tension_out_n", "system"])
+
+
+def test_the_path_of_a_block_diagram_is_no_clock(tmp_path: Path) -> None:
+    for name, side in (("Model Root/TendonPlant/T_in [N]", "in"), ("Model Root/TendonPlant/T_out [N]", "out")):
+        assert (said(name).quantity, said(name).side, said(name).tension) == ("force", side, True)
+    log = tmp_path / "dspace.csv"
+    log.write_text("Model Root/Time,Model Root/TendonPlant/T_in [N],Model Root/TendonPlant/T_out [N]\n" + rows(T, X, Y))
+    found = guess([log])
+    assert 'tension_in_n = { column = "Model Root/TendonPlant/T_in [N]", unit = "N" }\n' in found.toml
+    assert len(found.questions) == 1
+
+
+@pytest.mark.parametrize(
+    ("encoding", "names"), [("gb2312", "时间(s),输入张力(N),输出张力(N)"), ("latin-1", "Zeit (s),Kraft Gerät (N),Prüfkraft (N)")]
+)
+def test_a_header_in_an_older_encoding_is_read_as_it_was_written(tmp_path: Path, encoding: str, names: str) -> None:
+    log = tmp_path / "old.csv"
+    log.write_bytes((names + "\n" + rows(T, X, Y)).encode(encoding))
+    toml = guess([log]).toml
+    assert all(f'"{name}"' in toml for name in names.split(","))

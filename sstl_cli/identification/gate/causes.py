@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from sstl_cli.identification.gate.playfit import PlayFit
 
 Array = NDArray[np.float64]
-# parameters: n theta, logarithm of the gain, constant friction (N), zero of the input (N), zero of the output (N), part of n theta that speed adds
+# parameters: n theta, logarithm of the gain, constant friction (N), zero of the input (N), zero of the output (N), part of n theta that speed adds;
+# from one sample on: logarithms of another gain of output and input, other zeros of output and input (N)
 FRICTION, GAIN, SPEED = (0, 2), (0, 1, 2), (0, 1, 2, 5)
-PARAMETERS = 6
+STEADY, PARAMETERS = 6, 10
 ZERO_IN, ZERO_OUT = (0, 3), (0, 4)
+GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 6), (0, 2, 7), (0, 2, 8), (0, 2, 9)
 # first guesses of n theta: a nearly straight tube, and bends of one and of two passes
 STARTS = (0.05, 0.15, 0.3, 0.5, 0.8, 1.2, 1.8)
 STEPS, HUBER, TRIED = 25, 2.0, 2
@@ -84,32 +86,52 @@ UNKNOWN = Cause(math.nan, math.nan, math.nan)
 NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 7)
 
 
+# long: one pass over the samples, whose state is what the next sample starts from
 @njit(cache=True, nogil=True)
-def _residual(x: Array, y: Array, fast: Array, p: Array, start: float, left: Array, jacobian: Array) -> None:
-    """Write output minus play operator, and the operator's derivatives with respect to all parameters; ``fast`` (0 to 1) is the speed."""
+def _residual(x: Array, y: Array, fast: Array, p: Array, given: Array, left: Array, jacobian: Array) -> None:
+    """Write output minus play operator, and the operator's derivatives with respect to all parameters.
+
+    ``fast`` (0 to 1) is the speed; ``given`` are the output (N) at the beginning, the sample from which another gain or zero counts, and the
+    level (N) that the sensor does not pass.
+    """
+    since, most = given[1], given[2]
     gp, gr = math.exp(p[1] - p[0]), math.exp(p[1] + p[0])
-    v = start
+    v = given[0]
     s = np.zeros(PARAMETERS)
     part = 1.0
+    many = PARAMETERS if since < x.size else STEADY
+    gain_out, gain_in, zero_out, zero_in = 1.0, 1.0, 0.0, 0.0
     for k in range(x.size):
         if p[5] != 0.0:
             part = max(1.0 + p[5] * fast[k], 0.0)
             gp, gr = math.exp(p[1] - p[0] * part), math.exp(p[1] + p[0] * part)
-        low, high = gp * (x[k] - p[3]) - p[2] + p[4], gr * (x[k] - p[3]) + p[2] + p[4]
+        if k == since:
+            gain_out, gain_in, zero_out, zero_in = math.exp(p[6]), math.exp(-p[7]), p[8], p[9]
+        pulled = (x[k] - zero_in) * gain_in - p[3]
+        low, high = gp * pulled - p[2] + p[4], gr * pulled + p[2] + p[4]
         if high < low:
             # below no tension both lines have crossed
             low = high = 0.5 * (low + high)
+        line = 0.0
         if v < low:
-            v = low
-            a = gp * (x[k] - p[3])
-            s[0], s[1], s[2], s[3], s[4], s[5] = -a * part, a, -1.0, -gp, 1.0, -a * p[0] * fast[k]
+            v, line, sign = low, gp, -1.0
         elif v > high:
-            v = high
-            a = gr * (x[k] - p[3])
-            s[0], s[1], s[2], s[3], s[4], s[5] = a * part, a, 1.0, -gr, 1.0, a * p[0] * fast[k]
-        left[k] = y[k] - v
-        for j in range(PARAMETERS):
-            jacobian[k, j] = s[j]
+            v, line, sign = high, gr, 1.0
+        if line > 0.0:
+            a = line * pulled
+            s[0], s[1], s[2], s[3], s[4], s[5] = sign * a * part, a, sign, -line, 1.0, sign * a * p[0] * fast[k]
+            if k >= since:
+                s[7], s[9] = -line * gain_in * (x[k] - zero_in), -line * gain_in
+            else:
+                s[7], s[9] = 0.0, 0.0
+        shown = gain_out * v + zero_out
+        held = shown > most
+        left[k] = y[k] - (most if held else shown)
+        for j in range(many):
+            jacobian[k, j] = 0.0 if held else gain_out * s[j]
+        if many > STEADY:
+            jacobian[k, 6] = gain_out * v if k >= since and not held else 0.0
+            jacobian[k, 8] = 1.0 if k >= since and not held else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -122,10 +144,10 @@ def _cost(left: Array, limit: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _try(x: Array, y: Array, fast: Array, p: Array, start: float, floor: float) -> float:
+def _try(x: Array, y: Array, fast: Array, p: Array, given: Array, floor: float) -> float:
     """Return what a first guess leaves: the mean of what is left, single samples cut off."""
     left = np.empty(x.size)
-    _residual(x, y, fast, p, start, left, np.empty((x.size, PARAMETERS)))
+    _residual(x, y, fast, p, given, left, np.empty((x.size, PARAMETERS)))
     limit = max(3.0 * np.median(np.abs(left)), floor)
     return float(np.mean(np.minimum(np.abs(left), limit)))
 
@@ -133,13 +155,13 @@ def _try(x: Array, y: Array, fast: Array, p: Array, start: float, floor: float) 
 # long: one descent, kept in one compiled loop because each of its steps takes less than a call from outside
 @njit(cache=True, nogil=True)
 def _descend(
-    x: Array, y: Array, fast: Array, free: NDArray[np.int64], first: Array, start: float, floor: float, steps: int
+    x: Array, y: Array, fast: Array, free: NDArray[np.int64], first: Array, given: Array, floor: float, steps: int
 ) -> tuple[Array, float]:
     """Levenberg-Marquardt on Huber's loss over the free parameters; constant friction and n theta stay positive."""
     n, m = x.size, free.size
     left, jacobian, trial_left, trial_jacobian = np.empty(n), np.empty((n, PARAMETERS)), np.empty(n), np.empty((n, PARAMETERS))
     p = first.copy()
-    _residual(x, y, fast, p, start, left, jacobian)
+    _residual(x, y, fast, p, given, left, jacobian)
     for _ in range(2):
         limit = HUBER * max(1.4826 * np.median(np.abs(left)), floor)
         cost = _cost(left, limit)
@@ -168,7 +190,9 @@ def _descend(
             trial[1] = min(max(trial[1], -12.0), 12.0)
             trial[2] = max(trial[2], 0.0)
             trial[5] = min(max(trial[5], -1.0), 3.0)
-            _residual(x, y, fast, trial, start, trial_left, trial_jacobian)
+            trial[6] = min(max(trial[6], -5.0), 5.0)
+            trial[7] = min(max(trial[7], -5.0), 5.0)
+            _residual(x, y, fast, trial, given, trial_left, trial_jacobian)
             tried = _cost(trial_left, limit)
             if tried < cost:
                 done = cost - tried < 1e-4 * cost
@@ -238,17 +262,27 @@ def _moved(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Ca
     return replace(found, size=play.delay_s)
 
 
-def best_fit(x: Array, y: Array, free: tuple[int, ...], floor: float, play: PlayFit | None = None, speed: Array | None = None) -> Cause:
-    """Return the best descent from the likeliest first guesses; ``size`` is that of the slip among the free parameters."""
+def best_fit(
+    x: Array,
+    y: Array,
+    free: tuple[int, ...],
+    floor: float,
+    play: PlayFit | None = None,
+    speed: Array | None = None,
+    since: int | None = None,
+    most: float = math.inf,
+) -> Cause:
+    """Return the best descent from the likeliest first guesses; ``size`` is that of the slip among the free parameters.
+
+    From sample ``since`` on another gain or zero counts, ``most`` is the level (N) that the output's sensor does not pass.
+    """
     fast = np.zeros(len(x)) if speed is None else speed
-    which = np.array(free, np.int64)
+    which, begins = np.array(free, np.int64), len(x) if since is None else since
     slip = 1 if free == GAIN else free[-1]
-    start = float(np.median(y[:3]))
+    given = np.array([float(np.median(y[:3])), begins, most])
     guesses = [np.array([wrap, *[0.0] * (PARAMETERS - 1)]) for wrap in STARTS]
     if slip != FRICTION[-1]:
-        # friction of both directions leaves middle levels alike, a slip does not
-        a, b = float(np.median(x)), float(np.median(y))
-        level = {1: math.log(b / a) if a > 0.0 and b > 0.0 else 0.0, 3: a - b, 4: b - a, 5: -0.2}[slip]
+        level = _level(x, y, slip, begins)
         for p in guesses.copy():
             guesses.append(p.copy())
             guesses[-1][slip] = level
@@ -258,7 +292,22 @@ def best_fit(x: Array, y: Array, free: tuple[int, ...], floor: float, play: Play
         likely = {1: 0.5 * math.log(play.gamma_p * play.gamma_r), 3: at, 4: play.beta_p + play.gamma_p * at}
         guesses.append(np.array([min(wrap, 2.0), *[0.0] * (PARAMETERS - 1)]))
         guesses[-1][slip] = likely.get(slip, 0.0)
-    guesses.sort(key=lambda p: _try(x, y, fast, p, start, floor))
-    found = [_descend(x, y, fast, which, p, start, floor, STEPS) for p in guesses[:TRIED]]
+    guesses.sort(key=lambda p: _try(x, y, fast, p, given, floor))
+    found = [_descend(x, y, fast, which, p, given, floor, STEPS) for p in guesses[:TRIED]]
     p, rms = min(found, key=lambda f: f[1])
     return Cause(float(p[0]), float(p[slip]), float(rms))
+
+
+def _level(x: Array, y: Array, slip: int, since: int) -> float:
+    """Return the size of a slip that middle levels show: friction of both directions leaves them alike, a slip does not."""
+    a, b = float(np.median(x)), float(np.median(y))
+    if slip in (1, 3, 4, 5):
+        return {1: math.log(b / a) if a > 0.0 and b > 0.0 else 0.0, 3: a - b, 4: b - a, 5: -0.2}[slip]
+    before, after = ((float(np.median(x[part])), float(np.median(y[part]))) for part in (slice(None, since), slice(since, None)))
+    if slip in (6, 7):
+        if min(*before, *after) <= 0.0:
+            return 0.0
+        change = math.log(after[1] / after[0] * before[0] / before[1])
+        return change if slip == 6 else -change
+    change = after[1] - after[0] * before[1] / before[0] if before[0] != 0.0 else 0.0
+    return change if slip == 8 else -change

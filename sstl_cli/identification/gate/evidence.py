@@ -14,6 +14,7 @@ from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import noise_sd
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, keys_of, sketch_of
+from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import seam_of
 from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
@@ -68,7 +69,8 @@ class Evidence:
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
-    ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
+    ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
+    ``hums`` are lines of one frequency. ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding.
     """
@@ -95,7 +97,10 @@ class Evidence:
     two_values: tuple[bool, bool]
     line_share: tuple[float, float]
     correlation: float
+    raw_correlation: float
     noise_correlation: float
+    roughness: tuple[float, float]
+    hums: tuple[Hum | None, Hum | None]
     copy_rms: float
     slopes: Slopes
     play: PlayFit | None
@@ -184,7 +189,7 @@ def evidence_of(run: Run) -> Evidence:
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-            correlation=math.nan, noise_correlation=math.nan, copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
+            correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
             position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, sketch=NO_SKETCH,
@@ -227,6 +232,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     causes = causes_of(t, x, y, noises, play) if moves else NO_CAUSES
     shapes = shapes_of((t, x, y), raw, noises, steps, causes) if moves else NO_SHAPES
     strides = (sensors[0].stride, sensors[1].stride)
+    dt, stride = float(np.median(np.diff(run.time_s))), max(strides)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     half = len(run) // 2
     return {
@@ -236,7 +242,10 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
         "line_share": tuple(_line_share(t, v) for v in (x, y)),
         "correlation": correlation,
+        "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
         "noise_correlation": _noise_correlation(*raw),
+        "roughness": tuple(float(np.var(np.diff(v[::stride]))) / (2.0 * max(float(np.var(v[::stride])), 1e-300)) for v in raw),
+        "hums": (hum_of(dt, raw[0], raw[1], stride), hum_of(dt, raw[1], raw[0], stride)),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
         "play": play,

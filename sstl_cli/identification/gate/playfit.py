@@ -171,22 +171,48 @@ def _model(time_s: Array, x: Array, measured: Array, p: Array, middle: float, fr
     y, lines = _play(x, p[:4], float(np.median(measured[:3])))
     if free == 4 and p[4] == 0.0:
         return y, lines
-    rate = np.gradient(y, time_s)
-    if p[4] != 0.0 or p[5] != 0.0:
-        # the same shift for all: where the moved clock falls between two samples
-        unknown = ~_inside(time_s, p, middle)
-        at = time_s - p[4] - p[5] * (time_s - middle)
-        k = np.clip(np.searchsorted(time_s, at) - 1, 0, len(time_s) - 2)
-        part = np.clip((at - time_s[k]) / (time_s[k + 1] - time_s[k]), 0.0, 1.0)
-        y = y[k] + part * (y[k + 1] - y[k])
-        rate = rate[k] + part * (rate[k + 1] - rate[k])
-        lines = lines[k] + part[:, None] * (lines[k + 1] - lines[k])
-        # what belongs to an input that was not recorded says nothing
-        y[unknown], rate[unknown], lines[unknown] = measured[unknown], 0.0, 0.0
-    columns = [lines, -rate[:, None]]
-    if free == 6:
-        columns.append((-rate * (time_s - middle))[:, None])
-    return y, np.concatenate(columns, axis=1)
+    known = _inside(time_s, p, middle)
+    return _moved(time_s, y, lines, measured, p, middle, known, free)
+
+
+@njit(cache=True, nogil=True)
+def _moved(
+    time_s: Array, y: Array, lines: Array, measured: Array, p: Array, middle: float, known: NDArray[np.bool_], free: int
+) -> tuple[Array, Array]:
+    """Return output and derivatives on the output's own clock, the derivatives by delay and drift with them."""
+    n = len(time_s)
+    rate = np.empty(n)
+    rate[0] = (y[1] - y[0]) / (time_s[1] - time_s[0])
+    rate[-1] = (y[-1] - y[-2]) / (time_s[-1] - time_s[-2])
+    for k in range(1, n - 1):
+        before, after = time_s[k] - time_s[k - 1], time_s[k + 1] - time_s[k]
+        rate[k] = (before**2 * (y[k + 1] - y[k]) + after**2 * (y[k] - y[k - 1])) / (before * after * (before + after))
+    moves = p[4] != 0.0 or p[5] != 0.0
+    model, columns = np.empty(n), np.zeros((n, max(free, 4)))
+    k = 0
+    for i in range(n):
+        if moves and not known[i]:
+            # what belongs to an input that was not recorded says nothing
+            model[i] = measured[i]
+            continue
+        k, part = (k if moves else min(i, n - 2)), (0.0 if i < n - 1 else 1.0)
+        if moves:
+            # the same shift for all: where the moved clock falls between two samples
+            at = time_s[i] - p[4] - p[5] * (time_s[i] - middle)
+            while k < n - 2 and time_s[k + 1] < at:
+                k += 1
+            while k > 0 and time_s[k] >= at:
+                k -= 1
+            part = min(max((at - time_s[k]) / (time_s[k + 1] - time_s[k]), 0.0), 1.0)
+        model[i] = y[k] + part * (y[k + 1] - y[k])
+        for j in range(4):
+            columns[i, j] = lines[k, j] + part * (lines[k + 1, j] - lines[k, j])
+        slope = rate[k] + part * (rate[k + 1] - rate[k])
+        if free > 4:
+            columns[i, 4] = -slope
+        if free > 5:
+            columns[i, 5] = -slope * (time_s[i] - middle)
+    return model, columns
 
 
 def _inside(time_s: Array, p: Array, middle: float) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""What a channel shows that no tension does: a limit it does not pass, a jump from one end of its range to the other, a fold at zero, a gain that changes."""
+"""What a channel shows that no tension does: a limit it does not pass, a jump from one end of its range to the other, a fold at zero, a gain or a zero that changes."""
 
 from __future__ import annotations
 
@@ -8,28 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import GAIN, ZERO_OUT, Causes, best_fit
+from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit
+from sstl_cli.identification.gate.changes import Change, change_of
+from sstl_cli.identification.gate.limits import limits_of
 
 Array = NDArray[np.float64]
-# a limit: spreads of the noise within which a channel rests at its extreme, part of the run and stretches that it must rest in, their least length (s and points)
-REST, REST_SHARE, STRETCHES, LEAST_S, LEAST_POINTS = 3.0, 0.05, 2, 0.5, 8
-# time (s) after which no slow channel catches up any more, and what the other channel must then go on by (part of its span, and noise)
-CAUGHT_UP_S, GOES_ON, NOISES = 0.4, 0.05, 8.0
-# rises (part of its span) of the other channel in two rests, and how far apart it must then end: after a true hold it ends at one level
-RISES, APART = 0.08, 0.12
+# noises by which the output must move to go against its input
+NOISES = 8.0
 # part of its span by which an input turns
 TURN = 0.1
-# levels of a converter over the span below which an extreme says nothing
-COARSE = 0.03
 # a jump of a converter that overflows: least part of the span, what the other channel and neighbours may move by, spread of the sizes, and jumps each way
 JUMP, STEADY, ALIKE, TURNS = 0.7, 0.1, 0.1, 2
-# a gain that changes: parts of the run tried, halvings that follow, what the parts may leave of the whole and of the span, least logarithm, and difference of n theta
-CUTS, HALVINGS, LEAVES, LITTLE, CHANGES, SAME = 7, 8, 0.3, 0.05, 0.4, 0.1
+# usual steps of the channel that a jump is beyond: what is but noise jumps from end to end as well
+BEYOND = 10.0
 # a fold: how near to zero (noise, part of the span) a channel must come, and the part of its way that an output goes against its input as it
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
-# what friction must leave (part of the span) for another gain to be sought
-ODD = 0.06
+# what friction must leave (part of the span) for a change of gain or zero to be sought
+ODD = 0.04
 
 
 @dataclass(frozen=True)
@@ -37,14 +33,13 @@ class Shapes:
     """What is wrong with the shape of the channels, NaN where nothing is.
 
     ``limit_n`` are the levels (N) that input and output do not pass while the other one goes on, ``wrap_n`` the jumps (N) of a
-    converter that overflows, ``gain`` the factor by which the output's gain changes at ``gain_at_s``, ``fold_n`` what the output
+    converter that overflows, ``change`` another gain or zero from one moment on, ``fold_n`` what the output
     reads at no tension where its sign is lost below zero. ``against`` is the part of its way that the output goes against its input.
     """
 
     limit_n: tuple[float, float] = (math.nan, math.nan)
     wrap_n: tuple[float, float] = (math.nan, math.nan)
-    gain: float = math.nan
-    gain_at_s: float = math.nan
+    change: Change | None = None
     fold_n: float = math.nan
     against: float = 0.0
 
@@ -58,14 +53,13 @@ def shapes_of(
     """Return the shapes of a run; ``points`` are time (s), input and output (N) without spikes and thinned, ``raw`` all samples."""
     t, x, y = points
     against = against_of(x, y, noise)
-    limits = (limit_of(t, x, y, noise, steps[0]), limit_of(t, y, x, noise[::-1], steps[1], driven=True))
+    limits = limits_of(points, noise, steps, causes)
     wraps = (wrap_of(*raw), wrap_of(*raw[::-1]))
     left = min((c.rms_n for c in (*causes.slips, causes.reversed) if math.isfinite(c.rms_n)), default=0.0)
     fold = _folded(x, y, noise[1])
     if causes.enough or left < ODD * float(np.ptp(y)):
         return Shapes(limits, wraps, fold_n=fold, against=against)
-    gain, at = _changed(t, x, y, max(noise[1], 1e-4 * float(np.ptp(y))), left)
-    return Shapes(limits, wraps, gain, at, fold, against)
+    return Shapes(limits, wraps, change_of(t, x, y, noise, left), fold, against)
 
 
 def against_of(x: Array, y: Array, noise: tuple[float, float]) -> float:
@@ -95,58 +89,6 @@ def _turns(x: Array, least: float) -> NDArray[np.int64]:
     return np.array([*turns, len(x) - 1], np.int64)
 
 
-def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step: float = 0.0, driven: bool = False) -> float:
-    """Return the level (N) of a channel that it does not pass though the other one goes on, NaN where there is none.
-
-    An input that is held leaves the output where it is; an output (``driven``) rests in backlash, but not at its largest while
-    the input grows.
-    """
-    high = float(np.quantile(v, 0.999))
-    if step > COARSE * float(np.ptp(v)):
-        return math.nan
-    span, reach = float(np.ptp(v)), float(np.ptp(other))
-    rest = 2.0 * REST * max(noise[0], 1e-3 * span)
-    near = v > high - rest
-    if not REST_SHARE < float(np.mean(near)) < 0.9 or span <= 0.0 or reach <= 0.0:
-        return math.nan
-    # a channel that moves by what counts as rest moves the other one
-    band = rest * reach / span
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], near, [False])).astype(np.int8)))
-    rests = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a > 0 and b - a >= LEAST_POINTS and t[b - 1] - t[a] > LEAST_S]
-    rests = [(a, b) for a, b in rests if _flat(v[a:b], max(noise[0], 1e-3 * span))]
-    if len(rests) < STRETCHES:
-        return math.nan
-    if driven:
-        # in backlash the output stays at its largest while the input comes and goes, but not beyond where it was when it came there
-        came = max(float(other[a]) for a, _ in rests)
-        went = [float(np.max(other[a:b])) - came for a, b in rests]
-    else:
-        if _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
-            return high
-        went = [_went_on(t[a:b], other[a:b]) for a, b in rests]
-    least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
-    return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
-
-
-def _flat(v: Array, spread: float) -> bool:
-    """Whether a channel rests at its extreme: what turns there is lower at both ends."""
-    inner = v[len(v) // 6 : len(v) - len(v) // 6]
-    return float(np.ptp([np.median(part) for part in np.array_split(inner, 3)])) < spread
-
-
-def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:
-    """Whether an output rises while its input rests at its largest, and ends at another level each time."""
-    ends = [float(np.max(v)) for v in rests if float(np.max(v) - np.median(v[:3])) > least]
-    return len(ends) >= STRETCHES and float(np.ptp(ends)) > APART * max(reach, float(np.median(ends)))
-
-
-def _went_on(t: Array, other: Array) -> float:
-    """Return by how much a channel still rises (N) once no slow channel catches up any more."""
-    k = int(np.searchsorted(t, t[0] + CAUGHT_UP_S))
-    few = max(1, len(t) // 20)
-    return float(np.max(other[k:]) - np.median(other[k : k + few])) if k + few < len(t) else 0.0
-
-
 def wrap_of(v: Array, other: Array) -> float:
     """Return the size (N) of the jumps from one end of a channel's range to the other and back, NaN where there are none."""
     step, span = np.diff(v), float(np.ptp(v))
@@ -158,31 +100,8 @@ def wrap_of(v: Array, other: Array) -> float:
     # what overflows goes on in the same way; what drops out and comes back rests below
     lively = bool(np.count_nonzero(np.diff(np.unique(v[at + 1]))) > 0.5 * len(at))
     # an overflow is the whole of the range, so that the jump leaves no room beyond it
+    lively &= float(np.median(size)) > BEYOND * float(np.median(np.abs(step)))
     return float(np.median(size)) if steady and lively and float(np.ptp(size)) < ALIKE * float(np.median(size)) else math.nan
-
-
-def _changed(t: Array, x: Array, y: Array, floor: float, whole: float) -> tuple[float, float]:
-    """Return the factor by which the output's gain changes, and when (s from the beginning); NaN where no one change explains the run."""
-    n = len(t)
-
-    def parts(k: int) -> tuple[float, float, float]:
-        a, b = best_fit(x[:k], y[:k], GAIN, floor), best_fit(x[k:], y[k:], GAIN, floor)
-        return math.sqrt((k * a.rms_n**2 + (n - k) * b.rms_n**2) / n), b.size - a.size, abs(b.wrap - a.wrap) / max(a.wrap, b.wrap, 1e-9)
-
-    step = n // (CUTS + 1)
-    if step < LEAST_POINTS:
-        return math.nan, math.nan
-    tried = {k: parts(k) for k in range(step, n - step + 1, step)}
-    for _ in range(HALVINGS):
-        step = max(1, step // 2)
-        best = min(tried, key=lambda k: tried[k][0])
-        tried.update({k: parts(k) for k in (best - step, best + step) if k not in tried and 2 * LEAST_POINTS < k < n - 2 * LEAST_POINTS})
-    best = min(tried, key=lambda k: tried[k][0])
-    left, factor, apart = tried[best]
-    # the tube stays as it is
-    same = apart < SAME
-    told = same and left < LEAVES * whole and left < LITTLE * float(np.ptp(y)) and abs(factor) > CHANGES
-    return (math.exp(factor), float(t[best])) if told else (math.nan, math.nan)
 
 
 def _folded(x: Array, y: Array, noise_n: float) -> float:

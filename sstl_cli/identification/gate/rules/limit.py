@@ -12,14 +12,12 @@ from sstl_cli.identification.gate.units import WORDS
 RULE, RANK = "limit", 23
 # what may be left of the misfit once the output is moved in time, or time is reversed
 MOVED = 0.3
-# part of its span that friction must leave of an output that is cut off: in backlash it rests at its largest as well, and friction leaves little
-CUT = 0.03
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels is cut off."""
     for i in (0, 1):
-        hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.limit_n[i]) and not _elsewhen(e) and not (i and _held(e))]
+        hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.limit_n[i]) and not _elsewhen(e) and not (i and e.causes.enough)]
         if hit:
             level = max(e.shapes.limit_n[i] for e in hit)
             yield Remark(
@@ -33,8 +31,3 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def _elsewhen(e: Evidence) -> bool:
     """Whether the output is but early or late, or the record runs backwards: then it rests while the input still goes on as well."""
     return any(e.causes.holds(c.rms_n, MOVED) for c in (e.causes.moved, e.causes.reversed))
-
-
-def _held(e: Evidence) -> bool:
-    """Whether friction alone explains that the output rests at its largest."""
-    return e.causes.friction.rms_n < CUT * e.ranges[1].span

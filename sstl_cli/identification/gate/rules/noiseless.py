@@ -39,7 +39,8 @@ def _shows(log: Sequence[Evidence], system: str, i: int) -> bool:
 
 def _smooth(e: Evidence, i: int) -> bool:
     this, other = e.sensors[i], e.sensors[1 - i]
-    if this.held or other.held or other.noise_n <= 1e-4 * e.ranges[1 - i].span:
+    # beside hum any sensor is quiet
+    if e.hums[1 - i] is not None or this.held or other.held or other.noise_n <= 1e-4 * e.ranges[1 - i].span:
         return False
     plain = all(s.step_n < 0.5 * s.noise_n or s.step_n == 0.0 for s in (this, other))
     return (plain and this.noise_n < LESS * other.noise_n) or (

@@ -79,8 +79,8 @@ def _rescaled(i: int, ratio: float) -> str:
 
 def _values(e: Evidence) -> list[float]:
     noise = [
-        math.log(s.noise_n) if s.noise_n > ROUNDING * r.span and s.step_n < s.noise_n and not s.held else math.nan
-        for s, r in zip(e.sensors, e.ranges, strict=True)
+        math.log(s.noise_n) if s.noise_n > ROUNDING * r.span and s.step_n < s.noise_n and not s.held and hum is None else math.nan
+        for s, r, hum in zip(e.sensors, e.ranges, e.hums, strict=True)
     ]
     s = e.slopes
     gain = math.log(s.gain) if s.known else math.nan

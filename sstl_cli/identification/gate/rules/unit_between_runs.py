@@ -15,6 +15,10 @@ from sstl_cli.identification.gate.units import FORCES, stated
 RULE, RANK = "unit_between_runs", 8
 # of the logarithms: noise is known to a few per cent, ranges depend on the movement
 NOISE, RANGE = 0.2, 0.5
+# part of the least noise of a channel that it does not fall below in another run
+QUIET = 0.6
+# of the logarithm: the output's range, which the bend changes as well
+BENDS = 1.2
 # of the logarithms: steps of one converter, input ranges of one movement, and noise beside such a range
 STEP, SAME, SENSED = 0.05, 0.04, 0.6
 
@@ -75,21 +79,29 @@ def _by_movement(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
     for e in log:
         if e.tendon_like and e.trajectory is not None:
             groups.setdefault((e.system, e.trajectory, e.tendon), []).append(e)
+            groups.setdefault((e.trajectory, e.tendon), []).append(e)
+    told: set[str] = set()
     for runs in groups.values():
-        if len(runs) < 3:
-            continue
-        spans = np.log([[r.span for r in e.ranges] for e in runs])
-        usual = np.median(spans, axis=0)
-        near = np.abs(spans[:, 0] - usual[0]) < SAME
-        # all others but a few move alike, so that the range of one is no choice of who pulled
-        if np.count_nonzero(near) < max(2, 0.75 * (len(runs) - 1)):
-            continue
-        rest = [e for e, n in zip(runs, near, strict=True) if n]
-        for e, row in zip(runs, spans - usual, strict=True):
-            for unit, size in FORCES.items():
-                fits = abs(row[0] + math.log(size)) < SAME and abs(row[1] + math.log(size)) < RANGE
-                if unit != "N" and fits and _sensed(e, rest, math.log(size)):
-                    yield e, unit
+        for e, unit in _scaled(runs, log) if len(runs) > 2 else ():
+            if e.run_id not in told:
+                told.add(e.run_id)
+                yield e, unit
+
+
+def _scaled(runs: list[Evidence], log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
+    """Yield runs of one movement whose tensions are another unit of force than those of the rest."""
+    spans = np.log([[max(r.span, 1e-300) for r in e.ranges] for e in runs])
+    usual = np.median(spans, axis=0)
+    near = np.abs(spans[:, 0] - usual[0]) < SAME
+    # all others but a few move alike, so that the range of one is no choice of who pulled
+    if np.count_nonzero(near) < max(2, 0.75 * (len(runs) - 1)):
+        return
+    rest = [e for e, n in zip(runs, near, strict=True) if n]
+    for e, row in zip(runs, spans - usual, strict=True):
+        for unit, size in FORCES.items():
+            fits = abs(row[0] + math.log(size)) < SAME and abs(row[1] + math.log(size)) < RANGE
+            if unit != "N" and fits and (_sensed(e, rest, math.log(size)) or _below_noise(e, log, size)):
+                yield e, unit
 
 
 def _sensed(e: Evidence, rest: list[Evidence], size: float) -> bool:
@@ -102,6 +114,15 @@ def _sensed(e: Evidence, rest: list[Evidence], size: float) -> bool:
             if mine > 0.0 and theirs and (kind == "step_n" or e.sensors[i].white):
                 told.append(abs(math.log(mine / float(np.median(theirs))) + size) < SENSED)
     return bool(told) and all(told)
+
+
+def _below_noise(e: Evidence, log: Sequence[Evidence], size: float) -> bool:
+    """Whether both channels show less than the least noise of these sensors, as the unit makes of it: no movement lowers that."""
+    for i in (0, 1):
+        floor = min((o.sensors[i].noise_n for o in log if o is not e and o.tendon_like and o.sensors[i].fine), default=0.0)
+        if size < 1.0 or not QUIET * floor < e.sensors[i].noise_n * size or not e.sensors[i].noise_n < QUIET * floor:
+            return False
+    return True
 
 
 def _usual(sizes: np.ndarray) -> int:
@@ -117,6 +138,6 @@ def _unit(row: np.ndarray) -> str | None:
     """Return the unit whose size explains all four ratios."""
     for unit, size in FORCES.items():
         away = row + math.log(size)
-        if unit != "N" and bool(np.all(np.abs(away[:2]) < NOISE) and np.all(np.abs(away[2:]) < RANGE)):
+        if unit != "N" and bool(np.all(np.abs(away[:2]) < NOISE) and abs(away[2]) < RANGE and abs(away[3]) < BENDS):
             return unit
     return None

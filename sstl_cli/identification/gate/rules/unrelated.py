@@ -16,6 +16,8 @@ NOISE = 3.0
 FAR, CLEAR = 0.02, 0.9
 # part of its way that an output must go against the input; of two movements of their own it is a half
 AGAINST = 0.15
+# part of what is left as recorded that another sign must leave for it to be the sign
+SIGN = 0.6
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -41,7 +43,8 @@ def explained_by(e: Evidence) -> float:
 
 def _unrelated(e: Evidence) -> bool:
     p = e.play
-    if not e.tendon_like or not e.wide or p is None or e.correlation < -0.4:
+    flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
+    if not e.tendon_like or not e.wide or p is None or flipped:
         return False
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     # slopes that no friction has may still follow an output

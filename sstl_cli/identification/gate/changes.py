@@ -1,0 +1,116 @@
+"""A gain or a zero that changes within a run: friction on both sides of one sample, with one number more behind it.
+
+All four changes (gain or zero, of the output or of the input) are fitted and compared with one another; the sample itself must show it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.identification.gate.causes import GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Cause, best_fit
+
+Array = NDArray[np.float64]
+# what is changed (channel: 0 input, 1 output; whether it is a gain), and the parameters that are free then
+KINDS = {(1, True): GAIN_OUT_FROM, (0, True): GAIN_IN_FROM, (1, False): ZERO_OUT_FROM, (0, False): ZERO_IN_FROM}
+# parts of the run tried, steepest samples of each channel tried, points of the first search, least points on either side
+CUTS, STEEPEST, COARSE_POINTS, LEAST_POINTS = 7, 2, 384, 16
+# what a change may leave of what any other slip leaves, and of the span: where the sample shows the jump, and where it is too small to be seen there
+SHOWN, UNSEEN, LITTLE = 0.5, 0.2, 0.08
+# what the first search must leave of it for a second
+HOPEFUL = 0.8
+# logarithms of a gain: least, and that of a sensor that goes dead; zero (share of the channel's span, N) that is no drift of a sensor
+LEAST_GAIN, MOST_GAIN, LEAST_ZERO, LEAST_ZERO_N = 0.2, 2.5, 0.08, 1.0
+# part by which a jump may differ from the one that the change makes, samples on either side of it, and part that the other channel may jump by
+ALIKE, BESIDE, OTHER = 0.35, 3, 0.5
+# steps of the usual movement, and noises, below which a jump is not seen
+USUAL, NOISES = 3.0, 5.0
+
+
+@dataclass(frozen=True)
+class Change:
+    """What changes (0 input, 1 output; gain or zero) ``at_s`` into the run, and the factor or the tension (N) by which."""
+
+    channel: int
+    is_gain: bool
+    size: float
+    at_s: float
+
+
+def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: float) -> Change | None:
+    """Return the one change that explains a run of which any single slip leaves ``whole`` (N), None where there is none."""
+    n, span = len(t), float(np.ptp(y))
+    if n < 4 * LEAST_POINTS:
+        return None
+    floor = max(noise[1], 1e-4 * span)
+    m = max(1, n // COARSE_POINTS)
+    rough = np.ascontiguousarray(x[::m]), np.ascontiguousarray(y[::m])
+    tried = {(kind, k): best_fit(*rough, free, floor, since=-(-k // m)).rms_n for kind, free in KINDS.items() for k in _places(x, y)}
+    kind, k = min(tried, key=lambda a: tried[a])
+    if tried[kind, k] > HOPEFUL * whole:
+        return None
+    # of gain and zero the better one, of the channel that shows it
+    best, at = _finest(x, y, kind, k, floor, max(1, n // (CUTS + 1)))
+    others = [_finest(x, y, other, at, floor, 2) for other in KINDS if other != kind]
+    channel, is_gain = kind
+    for (c, gain), (found, when) in zip([other for other in KINDS if other != kind], others, strict=True):
+        shows = _shown(x, y, noise, when, c, gain, found) and not _shown(x, y, noise, at, channel, is_gain, best)
+        if found.rms_n < best.rms_n or (found.rms_n < 1.0 / (1.0 - ALIKE) * best.rms_n and shows):
+            channel, is_gain, best, at = c, gain, found, when
+    shown = _shown(x, y, noise, at, channel, is_gain, best)
+    # friction that changes at a turn passes for another zero: the sample must show that one
+    if shown is False or (shown is None and not is_gain) or not best.rms_n < min((SHOWN if shown else UNSEEN) * whole, LITTLE * span):
+        return None
+    v = (x, y)[channel]
+    # an output that does little but jump once shows no friction on either side
+    moves = 2.0 * float(np.ptp(v - np.where(np.arange(n) < at, 0.0, best.size)))
+    least, most = (LEAST_GAIN, MOST_GAIN) if is_gain else (max(LEAST_ZERO_N, LEAST_ZERO * float(np.ptp(v))), moves)
+    large = least < abs(best.size) < most
+    return Change(channel, is_gain, math.exp(best.size) if is_gain else best.size, float(t[at])) if large else None
+
+
+def _places(x: Array, y: Array) -> list[int]:
+    """Return the samples at which a change is tried first: parts of the run, and the steepest steps of both channels."""
+    n = len(x)
+    found = {part * n // (CUTS + 1) for part in range(1, CUTS + 1)}
+    for v in (x, y):
+        steepest = np.argsort(np.abs(np.diff(v)))[-STEEPEST:] + 1
+        found |= {int(k) for k in steepest if LEAST_POINTS < k < n - LEAST_POINTS}
+    return sorted(found)
+
+
+def _finest(x: Array, y: Array, kind: tuple[int, bool], k: int, floor: float, step: int) -> tuple[Cause, int]:
+    """Return the best fit of one change near a sample, and that sample, by halving steps."""
+    free = KINDS[kind]
+    tried = {k: best_fit(x, y, free, floor, since=k)}
+    while step > 1:
+        step //= 2
+        near = [j for j in (k - step, k + step) if j not in tried and LEAST_POINTS < j < len(x) - LEAST_POINTS]
+        tried.update({j: best_fit(x, y, free, floor, since=j) for j in near})
+        k = min(tried, key=lambda j: tried[j].rms_n)
+    return tried[k], k
+
+
+def _shown(x: Array, y: Array, noise: tuple[float, float], k: int, channel: int, is_gain: bool, found: Cause) -> bool | None:
+    """Return whether the sample shows the jump that a change makes, None where it is too small to be seen."""
+    own = (x, y)[channel]
+    # the fit finds the sample to a few
+    near = range(max(1, k - BESIDE), min(len(own), k + BESIDE + 1))
+    k = max(near, key=lambda j: abs(float(own[j] - own[j - 1])))
+    jumps, steps = [], []
+    for v in (x, y):
+        before, after = v[max(0, k - BESIDE) : k], v[k + 1 : k + 1 + BESIDE]
+        around = np.concatenate((np.diff(v[max(0, k - 8 * BESIDE) : max(1, k - 1)]), np.diff(v[k + 2 : k + 8 * BESIDE])))
+        jumps.append(float(np.median(after) - np.median(before)))
+        steps.append(float(np.median(np.abs(around))) if len(around) else 0.0)
+    level = float(np.median(own[max(0, k - BESIDE) : k]))
+    made = level * math.expm1(found.size) if is_gain else found.size
+    usual = (BESIDE + 1) * steps[channel] * USUAL + NOISES * noise[channel]
+    if abs(made) < 2.0 * usual:
+        return None
+    spans = float(np.ptp(x)), float(np.ptp(y))
+    other = abs(jumps[1 - channel]) / max(spans[1 - channel], 1e-300) > OTHER * abs(made) / max(spans[channel], 1e-300)
+    return abs(jumps[channel] - made) < ALIKE * abs(made) + usual and not other

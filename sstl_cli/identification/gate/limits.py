@@ -1,0 +1,119 @@
+"""A sensor at the end of its range: it rests at its extreme while the other channel goes on, and friction behind such a sensor explains the run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sstl_cli.identification.gate.causes import FRICTION, Causes, best_fit
+
+Array = NDArray[np.float64]
+# spreads of the noise within which a channel rests at its extreme, part of the run and stretches that it must rest in, their least length (s and points)
+REST, REST_SHARE, STRETCHES, LEAST_S, LEAST_POINTS = 3.0, 0.05, 2, 0.5, 8
+# time (s) after which no slow channel catches up any more, and what the other channel must then go on by (part of its span, and noise)
+CAUGHT_UP_S, GOES_ON, NOISES = 0.4, 0.05, 8.0
+# rises (part of its span) of the other channel in two rests, and how far apart it must then end: after a true hold it ends at one level
+RISES, APART = 0.08, 0.12
+# levels of a converter over the span below which an extreme says nothing
+COARSE = 0.03
+# what friction behind a sensor at its limit may leave of what friction, alone or with any other slip, leaves
+BETTER = 0.6
+# part of what the input moves by that an output must
+MOVES = 0.1
+# time constants (s) of a slow output that are tried, and what they may leave of what friction leaves
+SLOW_S, CATCHES_UP = (0.15, 0.4, 1.0, 2.5), 0.5
+
+
+def limits_of(
+    points: tuple[Array, Array, Array], noise: tuple[float, float], steps: tuple[float, float], causes: Causes
+) -> tuple[float, float]:
+    """Return the levels (N) that input and output do not pass while the other one goes on, NaN where there is none."""
+    t, x, y = points
+    into = limit_of(t, x, y, noise, steps[0])
+    if math.isfinite(into) and _slow(t, x, y, noise[1], causes):
+        into = math.nan
+    # an output that hardly leaves its backlash tells no friction to be compared with
+    if causes.enough or steps[1] > COARSE * float(np.ptp(y)) or float(np.ptp(y)) < MOVES * float(np.ptp(x)):
+        return into, math.nan
+    out = limit_of(t, y, x, noise[::-1], steps[1], driven=True)
+    return into, out if math.isfinite(out) and _cut_off(x, y, noise[1], out, causes) else math.nan
+
+
+def _cut_off(x: Array, y: Array, noise_n: float, level: float, causes: Causes) -> bool:
+    """Whether friction behind a sensor that stops at ``level`` (N) explains an output much better than friction, alone or with any other slip."""
+    span = float(np.ptp(y))
+    rest = min(causes.left(c.rms_n) for c in (*causes.slips, causes.reversed))
+    found = best_fit(x, y, FRICTION, max(noise_n, 1e-4 * span), most=level)
+    return causes.left(found.rms_n) < BETTER * rest
+
+
+def _slow(t: Array, x: Array, y: Array, noise_n: float, causes: Causes) -> bool:
+    """Whether an output that follows slowly explains that it goes on while the input rests."""
+    dt, floor = float(np.median(np.diff(t))), max(noise_n, 1e-4 * float(np.ptp(y)))
+    left = min(causes.left(best_fit(_lagged(x, dt / tau), y, FRICTION, floor).rms_n) for tau in SLOW_S)
+    return left < CATCHES_UP * causes.left(causes.friction.rms_n)
+
+
+@njit(cache=True, nogil=True)
+def _lagged(v: Array, part: float) -> Array:
+    """Return a channel behind a filter of first order; ``part`` is the sampling period over its time constant."""
+    out, state = np.empty(v.size), v[0]
+    for k in range(v.size):
+        state += (1.0 - math.exp(-part)) * (v[k] - state)
+        out[k] = state
+    return out
+
+
+def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step: float = 0.0, driven: bool = False) -> float:
+    """Return the level (N) of a channel that it does not pass though the other one goes on, NaN where there is none.
+
+    An input that is held leaves the output where it is; an output (``driven``) rests in backlash, but not at its largest while
+    the input grows.
+    """
+    high = float(np.quantile(v, 0.999))
+    if step > COARSE * float(np.ptp(v)):
+        return math.nan
+    span, reach = float(np.ptp(v)), float(np.ptp(other))
+    rest = 2.0 * REST * max(noise[0], 1e-3 * span)
+    near = v > high - rest
+    if not REST_SHARE < float(np.mean(near)) < 0.9 or span <= 0.0 or reach <= 0.0:
+        return math.nan
+    # a channel that moves by what counts as rest moves the other one
+    band = rest * reach / span
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], near, [False])).astype(np.int8)))
+    rests = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a > 0 and b - a >= LEAST_POINTS and t[b - 1] - t[a] > LEAST_S]
+    rests = [(a, b) for a, b in rests if _flat(v[a:b], max(noise[0], 1e-3 * span))]
+    if len(rests) < STRETCHES:
+        return math.nan
+    if driven:
+        # in backlash the output stays at its largest while the input comes and goes, but not beyond where it was when it came there
+        came = max(float(other[a]) for a, _ in rests)
+        went = [float(np.max(other[a:b])) - came for a, b in rests]
+    else:
+        if _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
+            return high
+        went = [_went_on(t[a:b], other[a:b]) for a, b in rests]
+    least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
+    return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
+
+
+def _flat(v: Array, spread: float) -> bool:
+    """Whether a channel rests at its extreme: what turns there is lower at both ends."""
+    inner = v[len(v) // 6 : len(v) - len(v) // 6]
+    return float(np.ptp([np.median(part) for part in np.array_split(inner, 3)])) < spread
+
+
+def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:
+    """Whether an output rises while its input rests at its largest, and ends at another level each time."""
+    ends = [float(np.max(v)) for v in rests if float(np.max(v) - np.median(v[:3])) > least]
+    return len(ends) >= STRETCHES and float(np.ptp(ends)) > APART * max(reach, float(np.median(ends)))
+
+
+def _went_on(t: Array, other: Array) -> float:
+    """Return by how much a channel still rises (N) once no slow channel catches up any more."""
+    k = int(np.searchsorted(t, t[0] + CAUGHT_UP_S))
+    few = max(1, len(t) // 20)
+    return float(np.max(other[k:]) - np.median(other[k : k + few])) if k + few < len(t) else 0.0

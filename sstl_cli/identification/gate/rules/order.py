@@ -1,0 +1,31 @@
+"""Samples without an order: both channels jump from one end to the other at every sample, and still belong to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+
+RULE, RANK = "order", 1
+# steps over those of samples in any order (1), how input and output must belong together sample by sample, and what they must move by
+ANY, TOGETHER, WIDE = 0.7, 0.3, 0.2
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose samples do not follow each other."""
+    hit = [e for e in log if e.usable and e.both_tensions and _shuffled(e)]
+    if hit:
+        number = min(min(e.roughness) for e in hit)
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "failure", number, "1",
+            f"{names([e.run_id for e in hit])}: from one sample to the next both channels go as far as from any sample to any other "
+            f"({number:.2g} of it), and still rise and fall together; the rows were probably shuffled or sorted by another column",
+            "sort the rows by their clock or number before the import (clock and channels together)",
+        )  # fmt: skip
+
+
+def _shuffled(e: Evidence) -> bool:
+    """Whether no sample is like the one before though the channels are like each other: noise alone is not."""
+    moves = all(r.span > WIDE * r.largest for r in e.ranges)
+    return moves and min(e.roughness) > ANY and abs(e.raw_correlation) > TOGETHER
