@@ -78,5 +78,10 @@ def stages(screen: Screen, document: dict[str, Any]) -> None:
 
 def _parameters(found: list[dict[str, Any]]) -> str:
     """Return the first parameters as text; a dimensionless one has no unit."""
-    shown = [f"{p['name']} {p['estimate']:.3g}" + ("" if p["unit"] == "1" else f" {p['unit']}") for p in found[:PARAMETERS]]
+    shown = [f"{p['name']} {_decimal(p['estimate'])}" + ("" if p["unit"] == "1" else f" {p['unit']}") for p in found[:PARAMETERS]]
     return ", ".join(shown) + (", ..." if len(found) > PARAMETERS else "")
+
+
+def _decimal(value: float) -> str:
+    """Return three digits, or six places of what is so small that it would take an exponent to say that it is nothing."""
+    return f"{value:.3g}" if abs(value) >= 1e-3 else f"{value:.6f}".rstrip("0").rstrip(".")

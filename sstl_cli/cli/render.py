@@ -227,12 +227,16 @@ def width_of(stream: TextIO) -> int:
 
 def _broken(text: str, width: int) -> list[str]:
     """Return a text as lines; what continues an indented line stands further in than what follows it."""
+    import re
     import textwrap
 
     if len(text) <= width:
         return [text]
     indent = text[: len(text) - len(text.lstrip())]
-    return textwrap.wrap(text, width, subsequent_indent=indent * 2, break_long_words=False, break_on_hyphens=False)
+    # a number stays with its unit
+    whole = re.sub(r"(?<=\d) (?=(?:m?N|m?s|Hz|mm)\b|%)", "\N{NO-BREAK SPACE}", text)
+    lines = textwrap.wrap(whole, width, subsequent_indent=indent * 2, break_long_words=False, break_on_hyphens=False)
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 
 def cell(value: object) -> str:
