@@ -19,7 +19,7 @@ from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit, normal_equations, partial, settle
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
-from sstl_cli.diagnosis.latent import Slow, latent
+from sstl_cli.diagnosis.latent import Slow, Told, latent
 from sstl_cli.diagnosis.recorder import white_beside, white_noise
 from sstl_cli.diagnosis.records import Problem, Record, prepare
 from sstl_cli.diagnosis.simulator import Simulator
@@ -235,7 +235,7 @@ def _exact(r: Record, seen: Phases, noise: Sequence[float]) -> Array:
     x, n = r.raw.tension_in_n, len(r)
     slow = Slow(r.told_n, r.told_s)
     spread = white_beside(white_noise(x), slow.sd_n, slow.kept(r.raw.dt_s))
-    posterior = covariance(latent(x, r.raw.dt_s, spread, slow=slow).chain)
+    posterior = covariance(latent(x, r.raw.dt_s, spread, told=Told(slow)).chain)
     lag = np.abs(np.subtract.outer(np.arange(len(x)), np.arange(len(x)))) * r.raw.dt_s
     means = np.kron(np.eye(n), np.full((1, r.factor), 1.0 / r.factor))
     # what a reading counts for in a smoothed value: posterior covariance times the inverse of the noise that was assumed

@@ -6,14 +6,14 @@ there along the slope of the signal behind it, so that it keeps its own noise; b
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, PLACED, SHARP, STEADY
+from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, HALF, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
 from sstl_cli.diagnosis.recorder import slow_noise, stretches, white_noise
 
@@ -142,18 +142,35 @@ def _marked(grid: Array, time: Array, readings: Array) -> Array:
     return np.bincount(at[sound], minlength=len(grid)).clip(0, 1).astype(float)
 
 
-def cornered(u: Array, dt_s: float) -> Array:
-    """Return by how much (N) the input may have passed its highest and lowest samples between them, shape (n,); 0 elsewhere.
+@dataclass(frozen=True)
+class Corners:
+    """Where an input may have passed its highest and lowest samples between them, shape (n,) each, 0 elsewhere.
+
+    At the first sample after it: ``back`` is from there to the highest or lowest sample (N), ``beyond`` on from that to where the
+    straight lines meet (N), ``short`` by how much less for each second that the drive lags (N/s).
+    """
+
+    back: Array
+    beyond: Array
+    short: Array
+
+    def moved(self, lag_s: float) -> Array:
+        """Return how far the input goes (N, shape (n,)) at the first samples after its corners, behind a drive of a lag (s)."""
+        return np.asarray(self.back + np.sign(self.beyond) * np.maximum(np.abs(self.beyond) - lag_s * self.short, 0.0))
+
+
+def cornered(u: Array, dt_s: float) -> Corners | None:
+    """Return where the input may have passed its highest and lowest samples between them, None if nowhere.
 
     What a line holds after a turn is the extreme that was reached, not the one that was sampled: where the input turns at a
-    corner, it is where the straight lines on both sides meet. A smooth turn leaves its tangents before they meet.
+    corner, it is where the straight lines on both sides meet. A smooth turn leaves its tangents before they meet. Behind a drive
+    with a first-order lag tau the extreme stays tau b ln(1 + a / b) before that point, for slopes a before and b behind it.
 
     Parameters
     ----------
     u : ndarray, shape (n,)
         Input (N) on a grid of ``dt_s``.
     """
-    found = np.zeros(len(u))
     k = np.flatnonzero((u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) <= 0.0) + 1
     k = k[(k > 2) & (k < len(u) - 3)]
     # a smoothed rate turns a sample early: chords on both sides do not
@@ -164,9 +181,19 @@ def cornered(u: Array, dt_s: float) -> Array:
     x = (u[k + 1] - u[k - 1] - 2.0 * dt_s * after) / (before - after)
     beyond = u[k - 1] + before * x - u[k]
     expected = np.where(x > dt_s, u[k - 1] + before * dt_s, u[k + 1] - after * dt_s)
-    sharp = (x > 0.0) & (x < 2.0 * dt_s) & (beyond * before > 0.0) & (np.abs(expected - u[k]) < SHARP * np.abs(beyond))
-    found[k[sharp]] = beyond[sharp]
-    return found
+    sharp = (x > 0.0) & (x < 2.0 * dt_s) & (beyond * before > 0.0) & (np.abs(expected - u[k]) < HALF * np.abs(beyond))
+    if not sharp.any():
+        return None
+    k, x, beyond, a, b = k[sharp], x[sharp], beyond[sharp], np.abs(before[sharp]), np.abs(after[sharp])
+    # what turns after a sample has not turned at it; the next one is within the hold, where the input shows nowhere
+    at = k + (x > dt_s)
+
+    def placed(values: Array) -> Array:
+        found = np.zeros(len(u))
+        found[at] = values
+        return found
+
+    return Corners(placed(u[k] - u[at]), placed(beyond), placed(b * np.log1p(a / b)))
 
 
 def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int, int]]:

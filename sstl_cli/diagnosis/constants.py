@@ -51,7 +51,7 @@ BREAKAWAY_SHARE, BEFORE_TURN = 0.1, 0.2
 # === read: what counts as a reading, a fault of the recorder, a run that can be judged
 
 # the line has no dynamics above: what is faster costs time and tells nothing
-SIMULATION_HZ, ANALYSIS_HZ = 500.0, 50.0
+SIMULATION_HZ, ANALYSIS_HZ = 1000.0, 50.0
 # two seconds at the analysis rate: fewer say nothing of a loop
 MIN_SAMPLES = 100
 # the input has to move by so many times its noise, and by so many N
@@ -72,8 +72,6 @@ EVEN = 0.01
 # a clock is near a steady one where its jitter is below this share of a step (any clock is below 0.29) and so many of its
 # readings have a step of their own; the first readings that show the step
 STEADY, PLACED, FIRST_PLACED = 0.2, 0.95, 64
-# a turn is a corner where the sample at it is off the straight lines by less than this share of what lies beyond it (smooth: 1)
-SHARP = 0.4
 # a spike is so many standard deviations off its neighbours, beside what a steep ramp moves in seven samples
 SPIKE_SIGMA, SPIKE_TRAVEL = 8.0, 1.5
 # longer ones are no spikes: something moved
@@ -217,6 +215,8 @@ NEAR = (1.0, 0.5, 2.0)
 WIDE = (*NEAR, 0.1, 10.0)
 WIDE_ROUNDS = 4
 LATENT_ENOUGH_NATS = 0.5
+# variance of the steps beside a corner that is rounded, over its own: behind a drive that lags by a sample 0.05 to 0.15
+ROUNDED = 0.1
 # least start of a scale, in the variance of a reading and the share taken of the typical step
 LEAST_SCALE = 1e-6
 # of the noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none, tries, curvature

@@ -1,39 +1,63 @@
-"""Whether an input passes its samples at corners: what holds keep says so.
+"""What an input does at its corners: what holds keep says so.
 
 A line holds the extreme that was reached, not the one that was sampled. A recorder of a steady rig misses it by a little each
-time, a simulator that steps from sample to sample never does; each hold is one reading of which of the two it was.
+time, and by less behind a drive that lags; a simulator that steps from sample to sample never does. Each hold is one reading of
+which of them it was.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, HELD
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, HELD, THETA_STEP
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.recorder import stretches
+from sstl_cli.diagnosis.records import WITHIN, Passes, Problem, passing, rounded
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white
 
 Array = NDArray[np.float64]
+# lags of a drive that rounds corners between two samples, in steps of the simulation
+LAGS = (0.0, HALF**2, HALF, 1.0)
 
 
-def likelier(sims: Sequence[Simulator], nominal: Array) -> tuple[Simulator, Array]:
-    """Return the simulator whose input is the likelier one, and the theta of its base (unwhitened).
+def likelier(sim: Simulator, nominal: Array) -> tuple[Simulator, Array]:
+    """Return the simulator whose input does at corners what holds say, and the theta of its base (unwhitened).
 
     Parameters
     ----------
-    sims : sequence of Simulator
-        One, or one whose input keeps to its samples and one whose input passes them at corners.
+    sim : Simulator
+        Its input keeps to its samples.
     nominal : ndarray, shape (configurations,)
     """
-    first = _base(sims[0], nominal)
-    if len(sims) == 1 or not passes(*holds(sims[0], first, sims[1].predict(first.theta, {}) - first.prediction)):
-        return sims[0], first.theta
-    return sims[1], _base(sims[1], nominal).theta
+    first = _base(sim, nominal)
+    if all(r.corner is None for r in sim.problem.records):
+        return sim, first.theta
+    lags = [k * max(r.dt_s for r in sim.problem.records) for k in LAGS]
+    ways = [passing(sim.problem, Passes(lag, WITHIN)) for lag in lags]
+    steps = THETA_STEP * np.eye(len(first.theta))
+    slopes = np.stack([sim.predict(first.theta + s, {}) - first.prediction for s in steps])
+    found = passes(*_offered(sim, first, ways, slopes))
+    if found is not None:
+        new = passing(sim.problem, Passes(lags[found[0]], found[1]))
+    else:
+        new = rounded(sim.problem)
+        if passes(*_offered(sim, first, [new], slopes)) is None:
+            return sim, first.theta
+    sim = replace(sim, problem=new)
+    return sim, _base(sim, nominal).theta
+
+
+def _offered(sim: Simulator, first: Fit, ways: Sequence[Problem], slopes: Array) -> tuple[Array, Array, Array]:
+    """Return the means of holds that the arguments of ``passes`` are: what is left, what ways add, what theta changes."""
+    added = np.stack([replace(sim, problem=w).predict(first.theta, {}) - first.prediction for w in ways])
+    means = holds(sim, first, np.concatenate((added, slopes)))
+    return means[0], means[1 : 1 + len(ways)], means[1 + len(ways) :]
 
 
 def _base(sim: Simulator, nominal: Array) -> Fit:
@@ -41,27 +65,46 @@ def _base(sim: Simulator, nominal: Array) -> Fit:
     return fit(sim, whiten, Hypothesis((), ()), first_theta(sim, nominal), np.zeros(0))
 
 
-def holds(sim: Simulator, base: Fit, passed: Array) -> tuple[Array, Array]:
-    """Return the mean of each hold (N, shape (holds,)): of what the base leaves, and of what corners would add there.
+def holds(sim: Simulator, base: Fit, columns: Array) -> Array:
+    """Return the mean of each hold that corners reach (N, shape (1 + k, holds)): of what the base leaves, and of columns.
 
     Parameters
     ----------
-    passed : ndarray, shape (samples,)
-        What corners add to the prediction (N).
+    columns : ndarray, shape (k, samples)
+        First what sharp corners add to the prediction (N), then whatever else.
     """
-    held = (sim.phases(base.theta, {}).slide < HELD) & (sim.weight > 0.0) & (passed != 0.0)
+    held = (sim.phases(base.theta, {}).slide < HELD) & (sim.weight > 0.0) & (columns[0] != 0.0)
     found = [(a + s.start, b + s.start) for s in sim.slices() for a, b in stretches(held[s])]
-    left = sim.y - base.prediction
-    return np.array([left[a:b].mean() for a, b in found]), np.array([passed[a:b].mean() for a, b in found])
+    rows = np.concatenate(((sim.y - base.prediction)[None], columns))
+    return np.array([rows[:, a:b].mean(axis=1) for a, b in found]).reshape(-1, len(rows)).T
 
 
-def passes(left: Array, passed: Array) -> bool:
-    """Whether holds are off by what corners add: at 49 to 1 over none of it, and neither by half of it nor by far more.
+def passes(left: Array, added: Array, slopes: Array) -> tuple[int, float] | None:
+    """Return by which of several ways to pass their samples holds are off, and the mean square that it leaves of corners; None if by none.
 
-    An effect that is missing leaves holds off as well, but not in that measure.
+    At 49 to 1 over none, and neither by half of it nor by far more: an effect that is missing leaves holds off as
+    well, but not in that measure. What theta does to holds is nobody's evidence.
+
+    Parameters
+    ----------
+    left : ndarray, shape (holds,)
+    added : ndarray, shape (ways, holds)
+        What each way adds (N), the first that of sharp corners.
+    slopes : ndarray, shape (configurations, holds)
     """
-    if not np.any(passed):
-        return False
-    share = float(left @ passed / (passed @ passed))
-    none, all_of_it = float(left @ left), float(np.sum((left - passed) ** 2))
-    return round(share) in (1, 2) and all_of_it < none * float(np.exp(-2.0 * DECIDES_NATS / len(left)))
+    if not np.any(added[0]):
+        return None
+    rows = np.concatenate((left[None], added)).T
+    by_theta, _, rank, _ = np.linalg.lstsq(slopes.T, rows, rcond=None)
+    left, *rest = (rows - slopes.T @ by_theta).T
+    added = np.array(rest)
+    squares = np.sum((left - added) ** 2, axis=1)
+    best, free = int(np.argmin(squares)), len(left) - int(rank)
+    own = float(added[best] @ added[best])
+    if free < 1 or own <= 0.0:
+        return None
+    share = float(left @ added[best]) / own
+    decided = squares[best] < float(left @ left) * float(np.exp(-2.0 * DECIDES_NATS / free))
+    if not decided or round(share) not in (1, 2):
+        return None
+    return best, min(float(squares[best]) / float(added[0] @ added[0]), WITHIN)

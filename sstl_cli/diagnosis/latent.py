@@ -13,13 +13,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from sstl_cli.diagnosis.constants import (
+    DECIDES_NATS,
     FINEST,
     LATENT_ENOUGH_NATS,
     LATENT_ROUNDS,
     LEAST_SCALE,
     NEAR,
+    ROUNDED,
     SHORTEST_SMOOTHED,
     STEP_SHARES,
     WIDE,
@@ -35,7 +38,8 @@ class Latent:
     """The smoothed signal, its rate, and what is not known of it; arrays of shape (n,) on the signal's grid.
 
     ``variance`` is the posterior variance of ``value``; ``chain``, shape (n, 26), the law by which the error moves on (see
-    ``smoother``); ``nats`` is minus the log likelihood of the readings (up to a constant).
+    ``smoother``); ``nats`` is minus the log likelihood of the readings (up to a constant); ``doubt`` the standard deviation, beside
+    all that, of what depends on whether corners are sharp.
     """
 
     value: Array
@@ -43,6 +47,7 @@ class Latent:
     variance: Array
     chain: Array
     nats: float
+    doubt: Array
 
 
 @dataclass(frozen=True)
@@ -60,8 +65,19 @@ class Slow:
 WHITE_ONLY = Slow(0.0, 1.0)
 
 
-def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | None = None, slow: Slow = WHITE_ONLY) -> Latent:
-    """Return the latent signal behind readings with white noise, and slow noise if that is known.
+@dataclass(frozen=True)
+class Told:
+    """What the smoother is told: slow noise of the sensor, and whether what drives the signal rounds its corners within a few samples."""
+
+    slow: Slow = WHITE_ONLY
+    rounded: bool = False
+
+
+NOTHING = Told()
+
+
+def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | None = None, told: Told = NOTHING) -> Latent:
+    """Return the latent signal behind readings with white noise, and what else is told of them.
 
     Parameters
     ----------
@@ -75,11 +91,12 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     n = len(signal)
     if n < SHORTEST_SMOOTHED or white <= FINEST * float(np.ptp(signal)):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
-        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)), 0.0)
+        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)), 0.0, np.zeros(n))
     use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)
     y = np.ascontiguousarray(signal - signal[0], np.float64)
     r = white * white
     # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
+    slow = told.slow
     noise = Reading(r, slow.sd_n * slow.sd_n, slow.kept(dt_s) if slow.sd_n > 0.0 else 0.0)
     # steps of increment and of its change: a start far below those of the readings, which are noise
     scales = tuple(max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES)
@@ -87,12 +104,18 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     squares = np.zeros((n, 4))
     squares[:, 1], squares[:, 3] = steps
     found = _settled(y, use, noise, _Path(steps, scales, squares))
-    whole = _whole_corners(y, use, noise, found)
-    if whole is not None:
+    value, doubt, corners = found.mean[:, 0], np.zeros(n), _whole_corners(y, use, noise, found)
+    if corners is not None:
         squares = found.squares.copy()
-        squares[:, 0], squares[:, 1] = np.maximum(2.0 * whole - found.scales[0], 0.0), 0.0
-        found = _settled(y, use, noise, replace(found, squares=squares), WIDE_ROUNDS)
-    return Latent(found.mean[:, 0] + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats)
+        squares[:, 0], squares[:, 1] = np.maximum(2.0 * corners.variances - found.scales[0], 0.0), 0.0
+        split, found = value, _settled(y, use, noise, replace(found, squares=squares), WIDE_ROUNDS)
+        sharp = corners.sharp()
+        value = split + sharp * (found.mean[:, 0] - split)
+        doubt = np.sqrt(sharp * (1.0 - sharp)) * np.abs(found.mean[:, 0] - split)
+    if told.rounded:
+        found, doubt = _rounded(y, use, noise, found), np.zeros(n)
+        value = found.mean[:, 0]
+    return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt)
 
 
 @dataclass(frozen=True)
@@ -106,6 +129,21 @@ class _Path:
     mean: Array = field(default_factory=lambda: np.zeros((0, 0)))
     variance: Array = field(default_factory=lambda: np.zeros(0))
     nats: float = np.inf
+
+
+@dataclass(frozen=True)
+class _Corners:
+    """Corners made whole: variances of all steps, shape (n,), places, and by how many nats the readings like each better than two."""
+
+    variances: Array
+    at: NDArray[np.int64]
+    nats: Array
+
+    def sharp(self) -> Array:
+        """Return the probability that the corner next to each sample is sharp, shape (n,): a drive may round it within a sample or two."""
+        p = expit(DECIDES_NATS + self.nats)
+        middle = 0.5 * (self.at[1:] + self.at[:-1])
+        return np.asarray(p[np.searchsorted(middle, np.arange(len(self.variances)))])
 
 
 def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) -> _Path:
@@ -130,8 +168,18 @@ def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) 
     return found
 
 
-def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> Array | None:
-    """Return the variances of corners, each of them whole, shape (n,); None where none is split.
+def _rounded(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
+    """Return the path whose corners may go on in the steps beside them."""
+    corners, bends = path.steps
+    beside = np.maximum(np.append(corners[1:], 0.0), np.insert(corners[:-1], 0, 0.0))
+    steps = (np.maximum(corners, ROUNDED * beside), bends)
+    law, drive = chain(y, use, noise, *steps)
+    mean, variance, squares = follow(law, drive)
+    return replace(path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=cost(y, use, noise, *steps))
+
+
+def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> _Corners | None:
+    """Return the corners, each of them whole; None where none is split.
 
     A corner near a sample may end as two halves, one in the step before and one in the step after: from there no round leads to
     either, though one large step costs less than two. Steps have Cauchy tails: a normal of variance v, which has the prior
@@ -150,19 +198,21 @@ def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> Array | 
         return np.asarray((0.5 + 1.0) * np.log(v) + scale / (2.0 * v))
 
     usual, known = 0.5 * scale, costs(y, use, noise, *path.steps)
-    gains = []
+    gains, told = [], []
     for place in (0, 1):
         new = old.copy()
         new[pairs + place], new[pairs + 1 - place] = usual + 0.5 * (step[pairs] + step[pairs + 1]) ** 2, usual
         more = costs(y, use, noise, new, path.steps[1]) - known
-        gains.append(-np.add.reduceat(more, pairs) - (prior(new) - prior(old))[pairs] - (prior(new) - prior(old))[pairs + 1])
+        told.append(-np.add.reduceat(more, pairs))
+        gains.append(told[-1] - (prior(new) - prior(old))[pairs] - (prior(new) - prior(old))[pairs + 1])
     best = np.argmax(gains, axis=0)
     better = np.max(gains, axis=0) > 0.0
     if not better.any():
         return None
+    likes = np.choose(best, told)[better]
     whole, pairs, best = old.copy(), pairs[better], best[better]
     whole[pairs + best], whole[pairs + 1 - best] = usual + 0.5 * (step[pairs] + step[pairs + 1]) ** 2, usual
-    return whole
+    return _Corners(whole, pairs, likes)
 
 
 def _typical_step(y: Array, order: int) -> float:

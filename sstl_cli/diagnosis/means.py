@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
+from sstl_cli.diagnosis.latent import NOTHING, Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.recorder import slow_noise, white_beside, white_noise
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ def of_readings(signal: Array, fine: Array, good: Mask, fresh: Mask, thin: int, 
 
 
 def latent_means(
-    signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, slow: Slow = WHITE_ONLY
+    signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, told: Told = NOTHING
 ) -> Latent:
     """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
 
@@ -51,14 +51,16 @@ def latent_means(
     """
     share = block_mean((known & fresh).astype(float), thin)[:n]
     if fresh.all():
-        white = white_of(signal, known, rounding_n, dt_s / thin, slow)
-        return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, slow)
+        white = white_of(signal, known, rounding_n, dt_s / thin, told.slow)
+        return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, told)
     at = np.flatnonzero(fresh)
     white = max(
-        white_beside(slow_noise(signal[fresh], at.astype(float)), slow.sd_n, slow.kept(float(np.median(np.diff(at))) * dt_s / thin)),
+        white_beside(
+            slow_noise(signal[fresh], at.astype(float)), told.slow.sd_n, told.slow.kept(float(np.median(np.diff(at))) * dt_s / thin)
+        ),
         rounding_n,
     )
-    return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, slow)
+    return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, told)
 
 
 def white_of(signal: Array, known: Mask, rounding_n: float, dt_s: float, slow: Slow) -> float:

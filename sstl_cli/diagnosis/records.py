@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import blurred, cornered, hiding, on_grid
+from sstl_cli.diagnosis.clock import Corners, blurred, cornered, hiding, on_grid
 from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, SIMULATION_HZ
-from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent, Slow, block_mean, latent
+from sstl_cli.diagnosis.latent import NOTHING, Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
@@ -22,8 +22,8 @@ from sstl_cli.diagnosis.wander import Wander
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# mean squares of a number that is anywhere between 0 and 1: from an end, from the middle
-WITHIN, HALFWAY = 1.0 / 3.0, 1.0 / 12.0
+# mean square of a number that is anywhere between 0 and 1
+WITHIN = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,14 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Passes:
+    """An input that passes its samples at corners, behind a drive of some lag (s); ``doubt`` is the mean square of what that leaves open of them."""
+
+    lag_s: float
+    doubt: float
+
+
+@dataclass(frozen=True)
 class Record:
     """One run made ready; tensions in N.
 
@@ -45,8 +53,8 @@ class Record:
     input, ``error_law``, shape (n, 35), by which that error moves on (see ``smoother``; ``told_n`` and ``told_s`` are the slow noise of the sensor that this one was told of, 0 if none), and ``readings``, of how many
     readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
-    anew, because the input may have turned unseen; ``corner`` is by how much (N, shape (n * factor,)) the input may have passed
-    ``u`` between samples, None where it has nowhere (``halfway``: ``u`` goes half that way). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
+    anew, because the input may have turned unseen; ``corner`` is where the input may have passed
+    ``u`` between samples, None where it has nowhere (``passes``: ``u`` goes there; ``rounded``: ``u`` was smoothed as something that has no sharp corners). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
     is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time, ``tail`` the degrees of freedom of its jerks (see misfit); ``wander`` is how the rig is
     known to vary (see wander); None where nothing is known.
     """
@@ -83,10 +91,11 @@ class Record:
     tail: float = float("inf")
     wander: Wander | None = None
     again: tuple[Start, ...] = ()
-    corner: Array | None = None
+    corner: Corners | None = None
     told_n: float = 0.0
     told_s: float = 1.0
-    halfway: bool = False
+    rounded: bool = False
+    passes: Passes | None = None
 
     def __len__(self) -> int:
         return len(self.y)
@@ -251,7 +260,7 @@ class _Input:
     rate: Array
     error_n: Array
     error_law: Array
-    corner: Array | None
+    corner: Corners | None
 
 
 def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
@@ -263,48 +272,58 @@ def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
     good, fresh = _known_input(run, faults), known(run, "tension_in_n")
     signal = bridged(run.tension_in_n, ~faults.bad)
     if not fresh.all():
-        return latent_means(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, slow)
+        return latent_means(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, Told(slow))
     white = white_of(signal, good, faults.rounding_n, run.dt_s, slow)
     part = slice(0, every * most, every)
-    return latent(signal[part], run.dt_s * every, white, good[part], slow)
+    return latent(signal[part], run.dt_s * every, white, good[part], Told(slow))
 
 
 def _known_input(run: Run, faults: Faults) -> Mask:
     return np.asarray(~(faults.bad | faults.clipped) & (gaps(run) == 0))
 
 
-def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, slow: Slow = WHITE_ONLY) -> _Input:
+def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, told: Told = NOTHING) -> _Input:
     signal = bridged(run.tension_in_n, ~faults.bad)
-    into = latent_means(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, slow)
+    into = latent_means(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, told)
     # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
-    corner = cornered(into.value, dt)
+    corner = None if told.rounded else cornered(into.value, dt)
     error_law, error_n = error_of_means(into.chain, factor)
-    blur = np.hypot(blurred(run, into.rate, thin), corner * np.sqrt(WITHIN)).reshape(-1, factor).max(axis=1)
+    open_ = into.doubt if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
+    blur = np.hypot(blurred(run, into.rate, thin), open_).reshape(-1, factor).max(axis=1)
     error_law[:, -1] += blur**2
-    return _Input(into.value, into.rate, np.hypot(error_n, blur), error_law, corner if corner.any() else None)
+    return _Input(into.value, into.rate, np.hypot(error_n, blur), error_law, corner)
 
 
 def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:
     """Return a problem whose inputs are smoothed again, told of the slow noise of input sensors, by system."""
 
     def again(r: Record) -> Record:
-        noise = slow.get(r.system)
-        if noise is None:
-            return r
-        into = _input(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, noise)
-        new = replace(
-            r,
-            u=into.u,
-            rate=into.rate,
-            error_n=into.error_n,
-            error_law=into.error_law,
-            corner=into.corner,
-            told_n=noise.sd_n,
-            told_s=noise.correlation_s,
-        )
-        return _halfway(new) if r.halfway else new
+        return r if r.system not in slow else _smoothed(r, Told(slow[r.system], r.rounded))
 
     return replace(problem, records=tuple(again(r) for r in problem.records))
+
+
+def rounded(problem: Problem) -> Problem:
+    """Return a problem whose inputs are smoothed again, as driven by something that rounds corners within a few samples."""
+    return replace(problem, records=tuple(_smoothed(r, Told(rounded=True)) for r in problem.records))
+
+
+def _smoothed(r: Record, how: Told) -> Record:
+    """Return a record whose input is smoothed again."""
+    into = _input(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, how)
+    new = replace(
+        r,
+        u=into.u,
+        rate=into.rate,
+        error_n=into.error_n,
+        error_law=into.error_law,
+        corner=into.corner,
+        rounded=how.rounded,
+        passes=None,
+        told_n=how.slow.sd_n,
+        told_s=how.slow.correlation_s,
+    )
+    return new if r.passes is None else _passing(new, r.passes)
 
 
 def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list[tuple[int, Start]]:
@@ -323,25 +342,19 @@ def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list
     return found
 
 
-def passing(problem: Problem) -> tuple[Problem, ...]:
-    """Return a problem, and one whose input passes its samples halfway to its corners where it has any between them.
-
-    An extreme that may be anywhere between sample and corner is off the sample by a mean square of a third, off the middle by a
-    twelfth.
-    """
-    if all(r.corner is None for r in problem.records):
-        return (problem,)
-    return problem, replace(problem, records=tuple(_halfway(r) for r in problem.records))
+def passing(problem: Problem, how: Passes) -> Problem:
+    """Return a problem whose input passes its samples at corners."""
+    return replace(problem, records=tuple(_passing(r, how) for r in problem.records))
 
 
-def _halfway(r: Record) -> Record:
-    """Return a record whose input passes its samples halfway to its corners."""
+def _passing(r: Record, how: Passes) -> Record:
+    """Return a record whose input goes on to its corners; anywhere between sample and corner leaves a third of the square open."""
     if r.corner is None:
-        return replace(r, halfway=True)
-    law, blur = r.error_law.copy(), np.abs(r.corner).reshape(-1, r.factor).max(axis=1) ** 2
-    law[:, -1] -= (WITHIN - HALFWAY) * blur
-    error_n = np.sqrt(np.maximum(r.error_n**2 - (WITHIN - HALFWAY) * blur, 0.0))
-    return replace(r, u=r.u + 0.5 * r.corner, error_law=law, error_n=error_n, halfway=True)
+        return replace(r, passes=how)
+    law, blur = r.error_law.copy(), np.abs(r.corner.beyond).reshape(-1, r.factor).max(axis=1) ** 2
+    law[:, -1] -= (WITHIN - how.doubt) * blur
+    error_n = np.sqrt(np.maximum(r.error_n**2 - (WITHIN - how.doubt) * blur, 0.0))
+    return replace(r, u=r.u + r.corner.moved(how.lag_s), error_law=law, error_n=error_n, passes=how)
 
 
 def content(r: Record) -> tuple[int, float, float]:

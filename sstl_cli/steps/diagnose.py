@@ -20,7 +20,7 @@ from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.records import Problem, passing, prepare
+from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.weights import Weights, learned
@@ -220,8 +220,8 @@ def gather(
         fitted = [i for i in fitted if get(i).stage != TRANSITION]
     mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
-    # what a hold keeps says whether the input passes its samples at corners
-    sim, theta = likelier([Simulator(p, mechanics, fixed, scenario.dispersion) for p in passing(problem)], nominal)
+    # what holds keep says what the input does at corners
+    sim, theta = likelier(Simulator(problem, mechanics, fixed, scenario.dispersion), nominal)
     if scenario.misfits:
         # of a bend that it has not seen a model says nothing
         seen = {c.id for c in scenario.configurations}

@@ -93,12 +93,17 @@ def test_a_corner_between_two_samples_is_where_the_lines_meet_and_a_smooth_turn_
     # corners at 2.005 s, 4.013 s (between samples) and 6 s (at one)
     ideal = np.array([0.0, 2.005, 4.013, 6.0, 8.0]), np.array([0.0, 20.0, 3.0, 25.0, 5.0])
     u = np.interp(time, *ideal)
-    beyond = cornered(u, dt)
-    at = np.flatnonzero(beyond)
-    assert time[at] == pytest.approx([2.0, 4.02], abs=1e-9)
-    assert (u + beyond)[at] == pytest.approx([20.0, 3.0], abs=1e-6)
-    smooth = movement(time)
-    assert not cornered(smooth, dt).any()
+    found = cornered(u, dt)
+    at = np.flatnonzero(found.beyond)
+    # the first samples after them: a corner that comes after a sample shows at the next
+    assert time[at] == pytest.approx([2.02, 4.02], abs=1e-9)
+    assert (u + found.moved(0.0))[at] == pytest.approx([20.0, 3.0], abs=1e-6)
+    assert (u + found.back)[at] == pytest.approx([u[100], u[201]], abs=1e-9)
+    # behind a lag the extreme stays off the corner by tau b ln(1 + a / b), at most by all that lies beyond the sample
+    a, b = 20.0 / 2.005, 17.0 / 2.008
+    assert (u + found.moved(0.001))[at[0]] == pytest.approx(20.0 - 0.001 * b * np.log1p(a / b), abs=1e-6)
+    assert (u + found.moved(1.0))[at] == pytest.approx([u[100], u[201]], abs=1e-9)
+    assert cornered(movement(time), dt) is None
 
 
 @pytest.mark.parametrize("between", [True, False])

@@ -1,18 +1,21 @@
-"""Does the input pass its samples at corners? Holds of known size say so, whatever else is off."""
+"""What does the input do at corners? Holds of known size say so, whatever else is off."""
 
 import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.corners import likelier, passes
-from sstl_cli.diagnosis.records import passing, prepare
+from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.filters import first_order
 from sstl_cli.physics.transmission import activate, predict
 from sstl_cli.physics.transmission.model import drive_of
 
 RNG = np.random.default_rng(8)
 CORNERS = np.where(np.arange(20) % 2 == 0, 1.0, -1.0) * RNG.uniform(0.0, 0.04, 20)
+
+NO_SLOPES = np.zeros((0, 20))
 
 
 @pytest.mark.parametrize(
@@ -30,24 +33,48 @@ CORNERS = np.where(np.arange(20) % 2 == 0, 1.0, -1.0) * RNG.uniform(0.0, 0.04, 2
     ],
 )
 def test_holds_off_by_what_corners_add_say_that_the_input_passes_them(left, said):
-    assert passes(left, CORNERS) is said
+    found = passes(left, CORNERS[None], NO_SLOPES)
+    assert (found is not None) is said
+    if found is not None:
+        # what is open of corners is what holds leave, at most that of anywhere between sample and corner
+        rest = np.sum((left - CORNERS) ** 2) / np.sum(CORNERS**2)
+        assert found == (0, pytest.approx(min(rest, 1.0 / 3.0)))
+
+
+def test_of_several_ways_the_nearest_is_taken_and_theta_is_nobodys_evidence():
+    left = 0.5 * CORNERS + 0.001 * RNG.standard_normal(20)
+    ways = np.stack([CORNERS, 0.8 * CORNERS, 0.5 * CORNERS])
+    best = passes(left, ways, NO_SLOPES)
+    assert best is not None and best[0] == 2 and best[1] < 0.01
+    # holds that theta moves in the same measure say nothing; others that it moves change nothing
+    assert passes(left, ways, np.stack([CORNERS])) is None
+    assert passes(left + 0.3 * np.ones(20), ways, np.stack([np.ones(20)])) == (2, pytest.approx(best[1], rel=0.5))
 
 
 def test_no_hold_or_no_corner_says_nothing():
-    assert not passes(np.zeros(0), np.zeros(0)) and not passes(np.ones(3), np.zeros(3))
+    assert passes(np.zeros(0), np.zeros((1, 0)), np.zeros((0, 0))) is None
+    assert passes(np.ones(3), np.zeros((1, 3)), np.zeros((0, 3))) is None
 
 
-@pytest.mark.parametrize("passed", [False, True])
-def test_a_steady_rig_passes_its_samples_and_a_stepped_one_does_not(passed):
+@pytest.mark.parametrize(
+    ("finer", "lag_s", "noise_n", "said"),
+    [
+        (1, 0.0, 0.005, (False, None)),
+        (1, 0.0, 0.02, (False, None)),
+        (100, 0.0, 0.005, (False, 0.0)),
+        (100, 0.0, 0.02, (False, 0.0)),
+        (100, 0.003, 0.005, (False, 0.0025)),
+        (100, 0.01, 0.02, (True, None)),
+    ],
+)
+def test_holds_tell_a_stepped_rig_from_a_steady_one_and_from_a_drive_that_lags(finer, lag_s, noise_n, said):
     # corners at instants of their own, marched a hundred times finer than they are read, or just as they are read
-    finer = 100 if passed else 1
     time = np.arange(4000 * finer) * 0.01 / finer
     pull = 15.0 + 12.0 * np.interp((time * 1.037 + 0.3) % 4.0, [0.0, 2.0, 4.0], [-1.0, 1.0, -1.0])
+    pull = first_order(pull, 0.01 / finer, lag_s)
     out = predict(drive_of("act", "CP", 0.01 / finer, pull, Mechanics()), 0.5, activate({}))
-    noise = np.random.default_rng(3).standard_normal((2, 4000))
-    run = Run("a", "act", time[::finer], pull[::finer] + 0.005 * noise[0], out[::finer] + 0.005 * noise[1], config_id="b", location="CP")
-    both = passing(prepare([run], 1.0))
-    assert len(both) == 2
-    sims = [Simulator(p, Mechanics()) for p in both]
-    sim, theta = likelier(sims, np.array([0.5]))
-    assert sim is sims[int(passed)] and theta == pytest.approx([0.5], rel=0.01)
+    noise = noise_n * np.random.default_rng(3).standard_normal((2, 4000))
+    run = Run("a", "act", time[::finer], pull[::finer] + noise[0], out[::finer] + noise[1], config_id="b", location="CP")
+    sim, theta = likelier(Simulator(prepare([run], 1.0), Mechanics()), np.array([0.5]))
+    (r,) = sim.problem.records
+    assert (r.rounded, None if r.passes is None else round(r.passes.lag_s, 6)) == said and theta == pytest.approx([0.5], rel=0.01)

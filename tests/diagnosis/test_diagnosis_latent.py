@@ -7,7 +7,7 @@ import pytest
 
 from sstl_cli.diagnosis import latent as of
 from sstl_cli.diagnosis.constants import FINEST, SHORTEST_SMOOTHED
-from sstl_cli.diagnosis.latent import Slow, block_mean, latent
+from sstl_cli.diagnosis.latent import Slow, Told, block_mean, latent
 
 DT = 0.01
 TIME = np.arange(0.0, 30.0, DT)
@@ -120,7 +120,7 @@ def test_readings_with_slow_noise_are_followed_less_when_that_is_known():
     for k in range(1, len(TIME)):
         slow[k] = np.exp(-DT / 0.2) * slow[k - 1] + 0.05 * np.sqrt(1.0 - np.exp(-2.0 * DT / 0.2)) * rng.standard_normal()
     y = read("triangle", 0.01) + slow
-    plain, told = latent(y, DT, 0.01), latent(y, DT, 0.01, slow=Slow(0.05, 0.2))
+    plain, told = latent(y, DT, 0.01), latent(y, DT, 0.01, told=Told(Slow(0.05, 0.2)))
     off = [np.sqrt(np.mean((f.value - SIGNALS["triangle"]) ** 2)) for f in (plain, told)]
     assert off[1] < 0.7 * off[0] and told.nats < plain.nats - 50.0
     assert 0.4 < np.mean((told.value - SIGNALS["triangle"]) ** 2 / told.variance) < 2.0

@@ -1,4 +1,4 @@
-"""Readings of a slow sensor, starts behind a gap and halfway points of corners, by hand."""
+"""Readings of a slow sensor, starts behind a gap and corners, by hand."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from made_fits import simulator
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import records
+from sstl_cli.diagnosis.clock import Corners
 from sstl_cli.diagnosis.constants import MIN_SAMPLES
 from sstl_cli.diagnosis.latent import Latent, Slow
-from sstl_cli.diagnosis.records import Start, passing, prepare, representatives, sampled, starts_of, told
+from sstl_cli.diagnosis.records import Passes, Start, passing, prepare, representatives, sampled, starts_of, told
 
 PROBLEM = simulator().problem
 T = np.arange(0.0, 20.0, 0.02)
@@ -27,7 +28,7 @@ def run(name="r", n=1000, span=16.0, sd=0.01, **more):
 
 
 def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
-    out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0)
+    out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0, np.zeros(8))
     ready = np.array([1, 0, 0, 0, 0, 1, 1, 0], bool)
     assert records._starts([(1, 2), (5, 6), (6, 7)], ready, out) == [
         (2, Start(5, 5.0, 5.0)), (6, Start(6, 6.0, 6.0)), (7, Start(8, 7.0, 7.0)),
@@ -36,22 +37,24 @@ def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
     assert starts_of(r) == (Start(0, r.start_n, r.start_error_n), Start(7, 1.0, 2.0))
 
 
-def test_halfway_to_a_corner_a_quarter_of_the_doubt_is_left():
+def test_an_input_that_passes_its_samples_goes_on_to_its_corners():
     r = PROBLEM.records[0]
-    assert r.corner is None and len(passing(PROBLEM)) == 1
-    corner = np.zeros(len(r.u))
-    corner[100] = -0.6
+    assert r.corner is None
+    back, beyond, short = np.zeros((3, len(r.u)))
+    back[100], beyond[100], short[100], beyond[200], short[200] = -0.1, -0.6, 2.0, 0.6, 8.0
     law = r.error_law.copy()
-    law[:, -1] += 0.36 / 3.0
-    blurred = replace(r, corner=corner, error_law=law, error_n=np.full(len(r), 0.4))
-    first, second = passing(replace(PROBLEM, records=(blurred, r)))
-    assert first.records[0] is blurred and second.records[1].halfway and np.array_equal(second.records[1].u, r.u)
-    half = second.records[0]
-    assert half.halfway and half.u[100] == pytest.approx(r.u[100] - 0.3) and np.array_equal(np.delete(half.u, 100), np.delete(r.u, 100))
-    # a third of the square from an end, a twelfth from the middle
-    assert half.error_law[100, -1] == pytest.approx(law[100, -1] - 0.25 * 0.36) and half.error_law[99, -1] == law[99, -1]
-    assert half.error_n[100] == pytest.approx(np.sqrt(0.16 - 0.09)) and half.error_n[99] == 0.4
-    assert records._halfway(replace(blurred, error_n=np.zeros(len(r)))).error_n[100] == 0.0
+    law[[100, 200], -1] += 0.36 / 3.0
+    blurred = replace(r, corner=Corners(back, beyond, short), error_law=law, error_n=np.full(len(r), 0.4))
+    moved, other = passing(replace(PROBLEM, records=(blurred, r)), Passes(0.1, 0.01)).records
+    assert np.array_equal(other.u, r.u) and other.passes == moved.passes
+    # behind a lag of 0.1 s the extreme stays 0.2 N before the corner; one that stays 0.8 N before it is where it was sampled
+    assert moved.u[100] == pytest.approx(r.u[100] - 0.1 - 0.4) and moved.u[200] == r.u[200]
+    assert np.array_equal(np.delete(moved.u, 100), np.delete(r.u, 100))
+    # a third of the square is open beforehand
+    assert moved.error_law[100, -1] == pytest.approx(law[100, -1] - (1.0 / 3.0 - 0.01) * 0.36) and moved.error_law[99, -1] == law[99, -1]
+    assert moved.error_n[100] == pytest.approx(np.sqrt(0.16 - (1.0 / 3.0 - 0.01) * 0.36)) and moved.error_n[99] == 0.4
+    none = passing(replace(PROBLEM, records=(replace(blurred, error_n=np.zeros(len(r))),)), Passes(0.1, 0.01))
+    assert none.records[0].error_n[100] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -96,9 +99,9 @@ def test_spoilt_samples_have_no_weight_and_bridges_between_their_neighbours():
 def test_a_fast_log_is_thinned_to_the_simulation_and_averaged_to_the_analysis():
     t = np.arange(0.0, 4.0, 0.0005)
     (r,) = prepare([Run("r", "act", t, 12.0 + 8.0 * np.sin(t * 3.0), 6.0 + 4.0 * np.sin(t * 3.0))]).records
-    # 2000 Hz: four samples a step of 500 Hz, ten steps to 50 Hz
-    assert (r.thin, r.factor, len(r), len(r.u)) == (4, 10, 200, 2000) and r.dt_s == pytest.approx(0.002)
-    assert r.averaged("tension_in_n") == 4 and r.share == pytest.approx(np.full(2000, 0.1)) and r.readings.tolist() == [10.0] * 200
+    # 2000 Hz: two samples a step of 1000 Hz, twenty steps to 50 Hz
+    assert (r.thin, r.factor, len(r), len(r.u)) == (2, 20, 200, 4000) and r.dt_s == pytest.approx(0.001)
+    assert r.averaged("tension_in_n") == 2 and r.share == pytest.approx(np.full(4000, 0.05)) and r.readings.tolist() == [20.0] * 200
     assert r.time_s[:2] == pytest.approx([0.01, 0.03]) and r.y[0] == pytest.approx(np.mean(6.0 + 4.0 * np.sin(t[:40] * 3.0)))
 
 
