@@ -293,11 +293,19 @@ def _title(effect_id: str) -> str:
 
 
 def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, float]) -> bool:
-    """Whether the data tell one of a family from the others, whose laws are off by a share of what they explain."""
+    """Whether the data tell one of a family from the others, whose laws are off by a share of what they explain.
+
+    The one that leads is off by no more than what it leaves here (two standard deviations of chi^2 above that): another law would
+    have to be off in just the way that this one fits as far as the noise.
+    """
     evidence = {c.ids: c.evidence for c in rows.candidates}
+    lead = next(c for c in rows.candidates if c.ids == top)
+    left = max(lead.chi2 - 1.0, 0.0) * rows.log.samples / 2.0 + 2.0 * float(np.sqrt(rows.log.samples / 2.0))
     share = max(shares.get(_title(i), 0.0) for i in top)
-    best = max(evidence[top], 0.0)
-    return all(discounted(evidence[top] - evidence[k], share, best) > DECIDES_NATS for k in family if k != top)
+    # where no share will do, members are never named
+    share = min(share, float(np.sqrt(left / max(lead.gain, 1.0)))) if share < 1.0 else share
+    best = max(lead.evidence, 0.0)
+    return all(discounted(lead.evidence - evidence[k], share, best) > DECIDES_NATS for k in family if k != top)
 
 
 def _tied(rows: Rows, top: Ids) -> list[Ids]:

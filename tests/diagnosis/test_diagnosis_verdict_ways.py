@@ -95,6 +95,12 @@ WAYS = {
     "a family sure, its member told by the evidence": (
         [seen("channel_delay", p=0.5), seen("channel_lowpass", p=0.35, evidence=TOLD)], 0.1, 0.05,
         "identified", ("channel_delay",), (("channel_delay",),), 0.85),
+    "a large effect of a family, its member told: the other law would have to be off just so that this one fits": (
+        [seen("channel_delay", p=0.5, evidence=1e6, gain=1e6), seen("channel_lowpass", p=0.35, evidence=996_000.0, gain=1e6)], 0.1, 0.05,
+        "identified", ("channel_delay",), (("channel_delay",),), 0.85),
+    "a large effect of a family whose leading law is off itself": (
+        [seen("channel_delay", p=0.5, evidence=1e6, gain=1e6, chi2=1.4), seen("channel_lowpass", p=0.35, evidence=996_000.0, gain=1e6)], 0.1, 0.05,
+        "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",)), 0.85),
     "a family of which one alone is a candidate": (
         [seen("channel_delay", p=0.85)], 0.1, 0.05, "identified", ("channel_delay",), (("channel_delay",),), 0.85),
     "a set: not sure, and no family": (
