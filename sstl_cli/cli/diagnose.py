@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 # shares of the time that were gone when the search had told these shares of its steps, on half a dozen logs
 PACE = ((0.0, 0.09), (0.2, 0.14), (0.5, 0.2), (0.6, 0.63), (0.7, 0.76), (0.8, 0.9), (0.9, 0.94), (1.0, 0.97))
+# what is asked of recorded logs alone
+OF_A_LOG = (
+    "sim", "against", "before", "prior", "exclude", "save_sim", "next_out", "max_tension", "max_rate", "max_rmse", "max_gap_pct", "expect",
+    "junit", "summary", "position", "max_seconds",
+)  # fmt: skip
 EPILOG = "Example: sstl diagnose log.parquet --sim rig.toml --out diagnosis.json"
 
 
@@ -193,6 +198,9 @@ def _plan(screen: Screen, asked: Asked, plan: str) -> NoReturn:
 
     if asked.logs:
         raise UsageError("a plan takes no log", where="--plan", fix="leave out the logs, or --plan", code="E904")
+    others = [f"--{n.replace('_', '-')}" for n in OF_A_LOG if getattr(asked, n)]
+    if others:
+        raise UsageError(f"a plan has nothing for {', '.join(others)}", where="--plan", fix="leave them out, or give logs", code="E904")
     require_outputs(asked.force, asked.out)
     with screen.progress("planning", 1) as advance:
         document = step.run(load(plan), effect_ids(asked.effects, "--effects") or None, advance)

@@ -125,11 +125,14 @@ def _write_c(asked: Asked, lines: dict[str, Theta], method: str, options: Option
 
     from sstl_cli.control.parameters import index_of
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import make_folder, require_outputs, write_text
+    from sstl_cli.core.files import make_folder, require_outputs, require_writable, write_text
     from sstl_cli.steps import export_controller as step
 
     name = list(lines)[index_of(list(lines), asked.config_id)]
     out = asked.out
+    if out.exists() and not out.is_dir():
+        # the files take its name with other endings: a device would be none of them
+        require_writable(out, force=True)
     folder = out.is_dir() or asked.out_name.endswith(("/", os.sep))
     if out.suffix and not folder and out.suffix not in (".c", ".h"):
         raise UsageError("is not a name for C source", where=str(out), fix="give a folder or a .c file", code="E412")

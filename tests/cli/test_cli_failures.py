@@ -153,6 +153,16 @@ def test_errors_are_one_line_and_leave_nothing(words, says, tmp_path, monkeypatc
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "more", [("--save-sim", "x.toml"), ("--next-out", "x.csv"), ("--junit", "x.xml"), ("--max-rmse", "0.1"), ("--position",)]
+)
+def test_a_plan_says_what_it_has_nothing_for(more, tmp_path, monkeypatch, capsys) -> None:
+    """No file was written, and no word said."""
+    monkeypatch.chdir(tmp_path)
+    assert run_here(monkeypatch, "diagnose", "--plan", "sample", *more) == 2
+    assert f"a plan has nothing for {more[0]}" in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
 def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:
     out = tmp_path / "x.parquet"
     out.write_text("old")

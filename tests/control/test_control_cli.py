@@ -278,6 +278,14 @@ def test_bad_export_options(sstl, theta, args, exit_code, said, tmp_path, monkey
     assert code == exit_code and said in err and "Traceback" not in err
 
 
+def test_c_source_goes_beside_no_device(sstl, theta, tmp_path):
+    """Its two files have other endings than the name that was given: written beside a pipe they would be in nobody's way."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    code, _, err = sstl("export", theta, "--format", "c", "--out", pipe, "--force")
+    assert code == 1 and "E108" in err and [p.name for p in tmp_path.iterdir() if p.name.startswith("pipe")] == ["pipe"]
+
+
 def test_c_needs_one_configuration(sstl, tmp_path):
     rows = [theta_row(n, n, "act", TABLE_II) for n in ("A", "B")]
     theta = write_theta(tmp_path / "t.parquet", rows)
