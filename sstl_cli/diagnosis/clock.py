@@ -196,6 +196,25 @@ def cornered(u: Array, dt_s: float) -> Corners | None:
     return Corners(placed(u[k] - u[at]), placed(beyond), placed(b * np.log1p(a / b)))
 
 
+def tops(u: Array) -> tuple[Array, Array]:
+    """Return how far (N) a smooth input passes its highest and lowest samples by the parabola through each and its neighbours, and how
+    far it could at most, shape (n,) each; 0 elsewhere.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n,)
+        Input (N) on an even grid.
+    """
+    beyond, most = np.zeros(len(u)), np.zeros(len(u))
+    before, after = np.diff(u)[:-1], np.diff(u)[1:]
+    bend = after - before
+    k = np.flatnonzero(before * after < 0.0)
+    # half a sample off, by half of the curvature
+    most[k + 1] = -HALF * HALF**2 * bend[k]
+    beyond[k + 1] = most[k + 1] * ((after[k] + before[k]) / bend[k]) ** 2
+    return beyond, np.abs(most)
+
+
 def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int, int]]:
     """Return the stretches of a gap in which the input may have turned: a turn that nobody saw decides all that follows.
 

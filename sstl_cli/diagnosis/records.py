@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import Corners, blurred, cornered, hiding, on_grid
-from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, SIMULATION_HZ
+from sstl_cli.diagnosis.clock import Corners, blurred, cornered, hiding, on_grid, tops
+from sstl_cli.diagnosis.constants import ANALYSIS_HZ, HALF, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, SIMULATION_HZ
 from sstl_cli.diagnosis.latent import NOTHING, Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
@@ -287,11 +287,13 @@ def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, 
     into = latent_means(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, told)
     # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
     corner = None if told.rounded else cornered(into.value, dt)
+    # where it is rounded, it is highest between samples, though by no law that is known
+    top, most = tops(into.value) if told.rounded else (0.0, 0.0)
     error_law, error_n = error_of_means(into.chain, factor)
-    open_ = into.doubt if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
+    open_ = np.hypot(HALF * most, into.doubt) if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
     blur = np.hypot(blurred(run, into.rate, thin), open_).reshape(-1, factor).max(axis=1)
     error_law[:, -1] += blur**2
-    return _Input(into.value, into.rate, np.hypot(error_n, blur), error_law, corner)
+    return _Input(into.value + top, into.rate, np.hypot(error_n, blur), error_law, corner)
 
 
 def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import cornered, hiding, on_grid
+from sstl_cli.diagnosis.clock import cornered, hiding, on_grid, tops
 from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 from sstl_cli.diagnosis.records import prepare
@@ -104,6 +104,17 @@ def test_a_corner_between_two_samples_is_where_the_lines_meet_and_a_smooth_turn_
     assert (u + found.moved(0.001))[at[0]] == pytest.approx(20.0 - 0.001 * b * np.log1p(a / b), abs=1e-6)
     assert (u + found.moved(1.0))[at] == pytest.approx([u[100], u[201]], abs=1e-9)
     assert cornered(movement(time), dt) is None
+
+
+def test_the_top_of_a_parabola_is_found_between_its_samples_and_half_a_sample_is_the_farthest():
+    for late in (0.0, 0.2, 0.4):
+        x = np.arange(9.0) - 4.0 - late
+        beyond, most = tops(5.0 - 3.0 * x**2)
+        assert beyond[4] == pytest.approx(3.0 * late**2) and most[4] == pytest.approx(6.0 / 8.0)
+        low, _ = tops(3.0 * x**2)
+        assert low[4] == pytest.approx(-3.0 * late**2)
+    # where it rises, rests or stands still nothing is passed
+    assert not np.any(tops(np.array([0.0, 1.0, 2.0, 2.0, 2.0]))[0])
 
 
 @pytest.mark.parametrize("between", [True, False])
