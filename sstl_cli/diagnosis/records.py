@@ -155,7 +155,11 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
             usable.append(checked)
     if not usable:
         reasons = sorted(set(aside.values()))
-        raise SstlError("no run can be diagnosed: " + "; ".join(reasons), fix="record input and output over full loops", code="E901")
+        raise SstlError(
+            "no run can be diagnosed: " + ("; ".join(reasons) or "there is none"),
+            fix="record input and output over full loops",
+            code="E901",
+        )
     usable = agreed(usable)
     # runs without a configuration share no theta with any other
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]

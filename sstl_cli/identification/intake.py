@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, unsound
+from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, unsound
 from sstl_cli.identification.loops import WARM_UP, LoopCutter, usual_step
 
 Array = NDArray[np.float64]
@@ -125,6 +125,9 @@ class _Growing:
         """Cut increasing samples at gaps and into loops."""
         if math.isnan(self.step) and self.fed + rows.shape[1] >= WARM_UP:
             self.step = usual_step(np.concatenate((self.rows[0], rows[0])))
+            if self.step < FASTEST_S:
+                self._too_fast(rows)
+                return
         limit = max(GAP_PERIODS * self.step, LEAST_GAP_S) if not math.isnan(self.step) else math.inf
         steps = np.diff(np.concatenate(([self.last if math.isfinite(self.last) else rows[0, 0]], rows[0])))
         # the first steps tell the usual one: they are no gaps
@@ -138,6 +141,11 @@ class _Growing:
             yield from self._steady(rows[:, at:])
             return
         yield from self._cut(rows)
+
+    def _too_fast(self, rows: Array) -> None:
+        """Set aside what no recorder's clock gave: time in another unit, or none."""
+        self.intake.aside(f"a sampling period of {self.step:.3g} s, faster than any recorder", self.rows.shape[1] + rows.shape[1])
+        self.rows, self.last, self.step = self.rows[:, :0], float(rows[0, -1]), math.nan
 
     def _cut(self, rows: Array) -> Iterator[Pieces]:
         self.rows = np.concatenate((self.rows, rows), axis=1)

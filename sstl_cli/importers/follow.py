@@ -238,7 +238,12 @@ class TextFollower:
 
 
 def _plain(body: bytes, layout: TextLayout) -> bytes:
-    """Return the lines without comments and, for text cut by blanks, with one tab between columns."""
+    """Return the lines as UTF-8, without comments and, for text cut by blanks, with one tab between columns."""
+    try:
+        body.decode()
+    except UnicodeDecodeError:
+        # labels in an older encoding, or damaged: shown as well as they can be; a number with such a byte is none
+        body = body.decode("utf-8", "replace").encode()
     if layout.comment:
         body = re.sub(rb"(?m)^[ \t]*" + re.escape(layout.comment.encode()) + rb".*$", b"", body)
     if layout.delimiter == SPACES:

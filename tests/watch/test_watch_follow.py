@@ -92,6 +92,18 @@ def test_cells_without_a_number_and_broken_lines(tmp_path):
     assert follower.set_aside == {"lines of another width": 1}
 
 
+def test_bytes_of_another_encoding_cost_their_cell_or_line_alone(tmp_path):
+    """They were an internal error, and of a line of nothing else a traceback."""
+    path = tmp_path / "log.csv"
+    rows = [row(k).encode() for k in range(12)]
+    rows[5], rows[7], rows[8] = b"r,A,act,5,1.5\xe9,0.5\n", bytes(range(128, 256)) + b"\n", b"r\xe9,A,act,8,1.5,0.5\n"
+    path.write_bytes(HEAD.encode() + b"".join(rows))
+    follower = TextFollower(path, Mapping())
+    pieces = list(follower.look())
+    assert sorted(times(pieces)) == [0, 1, 2, 3, 4, 5, 6, 8, 9, 10, 11] and {p.run_id for p in pieces} == {"r", "r\ufffd"}
+    assert np.isnan(pieces[0].tension_in_n[5]) and follower.set_aside == {"lines of another width": 1}
+
+
 def test_a_mapping_gives_units_and_labels(tmp_path):
     path = tmp_path / "bend_040.txt"
     path.write_text("".join(f"{1000 + 2 * k} {k / 10} {k / 20}\n" for k in range(12)))
@@ -163,6 +175,14 @@ def test_nan_and_backward_stamps_are_counted_and_change_no_loop():
     assert len(found) == len(expected) == 5 and clean.intake.set_aside == {}
     for x, y in zip(found, expected, strict=True):
         assert x.segmentation.theta["gamma_p"] == pytest.approx(y.segmentation.theta["gamma_p"], abs=0.003)
+
+
+@pytest.mark.parametrize("shrink", [1e-12, 1e-310])
+def test_a_clock_faster_than_any_recorder_is_set_aside(shrink):
+    t, a, b = loops(3, {}, 2)
+    watcher, found = watched([run_of((t * shrink, a, b))])
+    assert not found and all("faster than any recorder" in why for why in watcher.intake.set_aside)
+    assert sum(watcher.intake.set_aside.values()) >= len(t) - 64
 
 
 def test_a_clock_set_back_begins_a_new_stretch():
