@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Cause, best_fit
+from sstl_cli.identification.gate.causes import GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Behind, Cause, best_fit
 
 Array = NDArray[np.float64]
 # what is changed (channel: 0 input, 1 output; whether it is a gain), and the parameters that are free then
@@ -48,7 +48,9 @@ def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: f
     floor = max(noise[1], 1e-4 * span)
     m = max(1, n // COARSE_POINTS)
     rough = np.ascontiguousarray(x[::m]), np.ascontiguousarray(y[::m])
-    tried = {(kind, k): best_fit(*rough, free, floor, since=-(-k // m)).rms_n for kind, free in KINDS.items() for k in _places(x, y)}
+    tried = {
+        (kind, k): best_fit(*rough, free, floor, behind=Behind(-(-k // m))).rms_n for kind, free in KINDS.items() for k in _places(x, y)
+    }
     kind, k = min(tried, key=lambda a: tried[a])
     if tried[kind, k] > HOPEFUL * whole:
         return None
@@ -85,11 +87,11 @@ def _places(x: Array, y: Array) -> list[int]:
 def _finest(x: Array, y: Array, kind: tuple[int, bool], k: int, floor: float, step: int) -> tuple[Cause, int]:
     """Return the best fit of one change near a sample, and that sample, by halving steps."""
     free = KINDS[kind]
-    tried = {k: best_fit(x, y, free, floor, since=k)}
+    tried = {k: best_fit(x, y, free, floor, behind=Behind(k))}
     while step > 1:
         step //= 2
         near = [j for j in (k - step, k + step) if j not in tried and LEAST_POINTS < j < len(x) - LEAST_POINTS]
-        tried.update({j: best_fit(x, y, free, floor, since=j) for j in near})
+        tried.update({j: best_fit(x, y, free, floor, behind=Behind(j)) for j in near})
         k = min(tried, key=lambda j: tried[j].rms_n)
     return tried[k], k
 
