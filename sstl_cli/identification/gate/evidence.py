@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import unsound
+from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import noise_sd
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, keys_of, sketch_of
+from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import seam_of
@@ -69,6 +69,7 @@ class Evidence:
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
+    ``position_follows`` is the correlation of position and input, ``copies`` are the pairs of columns that hold the same numbers.
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency. ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
@@ -114,7 +115,9 @@ class Evidence:
     seam_at_s: float
     noise_ratio: tuple[float, float]
     position_span_mm: float
+    position_follows: float
     reference_gain: float
+    copies: tuple[tuple[str, str], ...]
     keys: Keys
     sketch: Sketch
 
@@ -192,7 +195,7 @@ def evidence_of(run: Run) -> Evidence:
             correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
-            position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, sketch=NO_SKETCH,
+            position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
 
@@ -245,7 +248,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
         "noise_correlation": _noise_correlation(*raw),
         "roughness": tuple(float(np.var(np.diff(v[::stride]))) / (2.0 * max(float(np.var(v[::stride])), 1e-300)) for v in raw),
-        "hums": (hum_of(dt, raw[0], raw[1], stride), hum_of(dt, raw[1], raw[0], stride)),
+        "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
         "play": play,
@@ -259,7 +262,9 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "seam_at_s": seam_at,
         "noise_ratio": tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
         "position_span_mm": _span(run.position_in_mm),
+        "position_follows": _follows(run.position_in_mm, run.tension_in_n),
         "reference_gain": _reference_gain(run),
+        "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
         "keys": keys_of(*raw),
         "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
     }
@@ -356,6 +361,14 @@ def _span(values: Array | None) -> float:
         return math.nan
     finite = values[np.isfinite(values)]
     return float(np.ptp(finite)) if len(finite) else math.nan
+
+
+def _follows(position: Array | None, x: Array) -> float:
+    """Return the correlation of position and input, NaN where either is not recorded or does not move."""
+    good = np.isfinite(position) if position is not None else np.zeros(len(x), np.bool_)
+    if position is None or np.count_nonzero(good) < MIN_SAMPLES or not float(np.std(position[good])) * float(np.std(x[good])) > 0.0:
+        return math.nan
+    return float(np.corrcoef(position[good], x[good])[0, 1])
 
 
 def _reference_gain(run: Run) -> float:
