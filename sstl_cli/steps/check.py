@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.identification import filtering
-from sstl_cli.identification.gate.sensors import noisy, quantisation
+from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
@@ -73,6 +73,9 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
     for name, values in usable.items():
         found += _signal(name, values, reach)
+    if any(f.what == "digits lost" for f in found):
+        # a channel that turns within one decade shows it less
+        found = [f for f in found if f.what not in ("spikes", "saturation")]
     if len(usable) == 2:
         found = _ordered(found, *usable.values())
         found += _frozen(*usable.values())
@@ -222,7 +225,10 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
             detail = f"longest {longest + 1} samples"
             found.append(Finding(FAILURE, "frozen stretches", name, count, detail, "cut these stretches out"))
     spikes = int(np.count_nonzero(_spikes(values)))
-    if spikes:
+    if spikes and (share := digits_lost(values)) > 0.0:
+        detail = f"{100 * share:.0f} % of the samples are a tenth or a hundredth of their neighbours"
+        found.append(Finding(FAILURE, "digits lost", name, spikes, detail, 'import with decimal = ","'))
+    elif spikes:
         many = spikes > MANY * n
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))

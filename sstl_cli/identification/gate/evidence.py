@@ -16,8 +16,8 @@ from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
-from sstl_cli.identification.gate.seam import seam_of
-from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
+from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
+from sstl_cli.identification.gate.sensors import Sensor, digits_lost, noisy, sensors_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, Shapes, shapes_of
 from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, NO_SLOPES, Slopes, agreed
 from sstl_cli.identification.segment import segment_run
@@ -36,6 +36,8 @@ PULLED_FROM = 0.12
 MOST_WRAP = 2.3
 # logarithm of highest over lowest input: twice n theta of a usual bend of one pass
 BACKLASH = 1.0
+# rows of another place from which on a jump is no seam
+MISPLACED = 8
 # slope over that of the pull of an output at rest
 RESTS = 0.1
 
@@ -64,7 +66,7 @@ class Evidence:
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
     ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
-    numbers, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
+    numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
@@ -95,6 +97,7 @@ class Evidence:
     sensors: tuple[Sensor, Sensor]
     ranges: tuple[Range, Range]
     whole_share: tuple[float, float]
+    digits_lost: tuple[float, float]
     two_values: tuple[bool, bool]
     line_share: tuple[float, float]
     correlation: float
@@ -191,7 +194,7 @@ def evidence_of(run: Run) -> Evidence:
         channels = (run.tension_in_n, run.tension_out_n)
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
-            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
+            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
             correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
@@ -237,17 +240,22 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     strides = (sensors[0].stride, sensors[1].stride)
     dt, stride = float(np.median(np.diff(run.time_s))), max(strides)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
+    if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
+        seam = (0.0, 0.0)
     half = len(run) // 2
     return {
         "loops": found.loops,
         "ranges": ranges,
         "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
+        "digits_lost": tuple(digits_lost(v) for v in raw),
         "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
         "line_share": tuple(_line_share(t, v) for v in (x, y)),
         "correlation": correlation,
         "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
         "noise_correlation": _noise_correlation(*raw),
-        "roughness": tuple(float(np.var(np.diff(v[::stride]))) / (2.0 * max(float(np.var(v[::stride])), 1e-300)) for v in raw),
+        "roughness": tuple(
+            float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
+        ),
         "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
@@ -268,6 +276,12 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "keys": keys_of(*raw),
         "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
     }
+
+
+def _misplaced(raw: tuple[Array, Array], clean: tuple[Array, Array], ranges: tuple[Range, Range]) -> int:
+    """Return how many samples stand off both neighbours in both channels at once, as rows of another place do."""
+    off = [np.abs(v - c) > LEAST_JUMP * r.span for v, c, r in zip(raw, clean, ranges, strict=True)]
+    return int(np.count_nonzero(off[0] & off[1]))
 
 
 def _thinned(run: Run, most: int) -> Run:
