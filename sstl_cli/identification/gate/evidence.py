@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import noise_sd
+from sstl_cli.identification.gate.beside import follows_of, reference_gain, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
+from sstl_cli.identification.gate.filled import NOT_FILLED, Filled, filled_of, held_while
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
@@ -72,6 +74,7 @@ class Evidence:
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``position_follows`` is the correlation of position and input, ``copies`` are the pairs of columns that hold the same numbers.
+    ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency. ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
@@ -117,6 +120,8 @@ class Evidence:
     seam: tuple[float, float]
     seam_at_s: float
     noise_ratio: tuple[float, float]
+    filled: Filled
+    held_while: tuple[float, float]
     position_span_mm: float
     position_follows: float
     reference_gain: float
@@ -197,7 +202,7 @@ def evidence_of(run: Run) -> Evidence:
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
             correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
-            seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
+            seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
             position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
@@ -242,7 +247,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
         seam = (0.0, 0.0)
-    half = len(run) // 2
+    half, filled = len(run) // 2, filled_of(run.time_s, raw, sensors)
     return {
         "loops": found.loops,
         "ranges": ranges,
@@ -268,10 +273,15 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         "seam": seam,
         "seam_at_s": seam_at,
-        "noise_ratio": tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
-        "position_span_mm": _span(run.position_in_mm),
-        "position_follows": _follows(run.position_in_mm, run.tension_in_n),
-        "reference_gain": _reference_gain(run),
+        # what was filled in has no noise
+        "noise_ratio": (math.nan, math.nan)
+        if filled.length_s
+        else tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
+        "filled": filled,
+        "held_while": (held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
+        "position_span_mm": span_of(run.position_in_mm),
+        "position_follows": follows_of(run.position_in_mm, run.tension_in_n),
+        "reference_gain": reference_gain(run.tension_ref_n, run.tension_in_n),
         "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
         "keys": keys_of(*raw),
         "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
@@ -368,32 +378,3 @@ def _moved_meanwhile(run: Run, channel: int, sensor: Sensor) -> float:
     a = int(np.searchsorted(run.time_s, sensor.still_at_s))
     b = int(np.searchsorted(run.time_s, sensor.still_at_s + sensor.still_s))
     return float(np.ptp(other[a:b])) if b > a else 0.0
-
-
-def _span(values: Array | None) -> float:
-    if values is None:
-        return math.nan
-    finite = values[np.isfinite(values)]
-    return float(np.ptp(finite)) if len(finite) else math.nan
-
-
-def _follows(position: Array | None, x: Array) -> float:
-    """Return the correlation of position and input, NaN where either is not recorded or does not move."""
-    good = np.isfinite(position) if position is not None else np.zeros(len(x), np.bool_)
-    if position is None or np.count_nonzero(good) < MIN_SAMPLES or not float(np.std(position[good])) * float(np.std(x[good])) > 0.0:
-        return math.nan
-    return float(np.corrcoef(position[good], x[good])[0, 1])
-
-
-def _reference_gain(run: Run) -> float:
-    """Return the slope of input over reference, NaN where no reference is followed."""
-    reference = run.tension_ref_n
-    if reference is None:
-        return math.nan
-    good = np.isfinite(reference)
-    r, x = reference[good], run.tension_in_n[good]
-    if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0:
-        return math.nan
-    if float(np.corrcoef(r, x)[0, 1]) < 0.9:
-        return math.nan
-    return float(np.std(x) / np.std(r))
