@@ -46,12 +46,16 @@ def check(
         (e["level"], Path(e["file"]).name, e["run_id"] or "", e["column"] or "", f"{e['what']}: {e['detail']}", e["fix"])
         for e in sorted(entries, key=lambda e: e["level"])
     ]
+    # the headline counts what is said below it: a sentence on many runs is one
+    levels = [r.severity for r in judged.remarks] + [e["level"] for e in entries]
+    told = {level: levels.count(level) for level in ("failure", "remark")}
     entries += findings(judged)
     failures = [e for e in entries if e["level"] == "failure"]
     remarks = len(entries) - len(failures)
     which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"
     screen.say(
-        f"{which} {'not sound' if failures else 'sound'}. {many(len(logs), 'file')}: {many(len(failures), 'failure')}, {many(remarks, 'remark')}"
+        f"{which} {'not sound' if failures else 'sound'}. {many(len(logs), 'file')}: "
+        f"{many(told['failure'], 'failure')}, {many(told['remark'], 'remark')}"
     )
     _physics.show(screen, judged.remarks)
     if rows:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.identification import filtering
-from sstl_cli.identification.gate.sensors import noisy, quantisation
+from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
@@ -21,6 +21,8 @@ SPIKE_SPREADS = 6.0
 ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
+# a channel that begins or ends amid a movement may go this much faster than it does elsewhere
+TWICE = 2.0
 # readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
 PILED = 4
 # levels by which a channel that is cut off would have gone on, as it came and went
@@ -71,6 +73,9 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
     for name, values in usable.items():
         found += _signal(name, values, reach)
+    if any(f.what == "digits lost" for f in found):
+        # a channel that turns within one decade shows it less
+        found = [f for f in found if f.what not in ("spikes", "saturation")]
     if len(usable) == 2:
         found = _ordered(found, *usable.values())
         found += _frozen(*usable.values())
@@ -220,7 +225,10 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
             detail = f"longest {longest + 1} samples"
             found.append(Finding(FAILURE, "frozen stretches", name, count, detail, "cut these stretches out"))
     spikes = int(np.count_nonzero(_spikes(values)))
-    if spikes:
+    if spikes and (share := digits_lost(values)) > 0.0:
+        detail = f"{100 * share:.0f} % of the samples are a tenth or a hundredth of their neighbours"
+        found.append(Finding(FAILURE, "digits lost", name, spikes, detail, 'import with decimal = ","'))
+    elif spikes:
         many = spikes > MANY * n
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
@@ -302,12 +310,14 @@ def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
 def _spikes(values: Array) -> NDArray[np.bool_]:
     """Return the single samples that ``segment`` would bridge at a threshold that noise alone does not reach, and such ends.
 
-    A corner is no spike: the lines through the samples on either side lead to it, or beyond it.
+    A spike returns: a sample to which the line through those on one side leads, or beyond it, is a corner or the last before a step.
     """
     found = np.zeros(len(values), np.bool_)
     second = np.abs(np.diff(values, 2))
+    # a sensor that stands still says nothing of its noise
+    lively = ~_within(second == 0.0, STUCK_SAMPLES)
     # where noise crosses the edge between two levels a reading steps to and fro
-    threshold = max(SPIKE_SPREADS * 1.4826 * float(np.median(second)), ROUNDED * _grain(values)[1])
+    threshold = max(SPIKE_SPREADS * 1.4826 * float(np.median(second[lively] if lively.any() else second)), ROUNDED * _grain(values)[1])
     # without noise half of the differences vanish and give no measure
     if threshold == 0.0:
         return found
@@ -315,15 +325,17 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     v = values[2:-2]
     left, right = 2.0 * values[1:-3] - values[:-4], 2.0 * values[3:-1] - values[4:]
     up = v > values[1:-3]
-    corner = np.where(up, v < np.minimum(left, right) + threshold, v > np.maximum(left, right) - threshold)
+    corner = np.where(up, v < np.maximum(left, right) + threshold, v > np.minimum(left, right) - threshold)
     found[2:-2] &= ~corner
     if float(np.median(second)) == 0.0:
         # of a channel that is renewed now and then the first and the last sample may be new
         return found
-    # the first and the last have one neighbour, and the line that leads to them
+    # the first and the last have one neighbour, the line that leads to them, and the fastest movement elsewhere
+    moves = float(np.quantile(np.abs(np.diff(values)), 1.0 - MANY))
     for at, w in ((0, values), (-1, values[::-1])):
         near = (w[1], 2.0 * w[1] - w[2])
-        found[at] = bool(w[0] > max(near) + threshold or w[0] < min(near) - threshold)
+        away = max(threshold, TWICE * moves)
+        found[at] = bool(w[0] > max(near) + away or w[0] < min(near) - away)
     return found
 
 

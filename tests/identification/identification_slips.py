@@ -73,6 +73,26 @@ def backwards(r: Run) -> Run:
     return replace(r, tension_in_n=r.tension_in_n[::-1].copy(), tension_out_n=r.tension_out_n[::-1].copy())
 
 
+def smoothed(r: Run) -> Run:
+    """Return a run whose output comes behind a low-pass of 0.5 s."""
+    period = float(r.time_s[1] - r.time_s[0])
+    state, out = r.tension_out_n[0], []
+    for v in r.tension_out_n.tolist():
+        state += (1.0 - np.exp(-period / 0.5)) * (v - state)
+        out.append(state)
+    return replace(r, tension_out_n=np.array(out) + 0.01 * np.random.default_rng(4).standard_normal(len(r)))
+
+
+def interpolated(r: Run) -> Run:
+    keep = (r.time_s < 9.0) | (r.time_s > 11.5)
+    x, y = (np.interp(r.time_s, r.time_s[keep], v[keep]) for v in (r.tension_in_n, r.tension_out_n))
+    return replace(r, tension_in_n=x, tension_out_n=y)
+
+
+def renewed_slowly(r: Run) -> Run:
+    return replace(r, tension_out_n=r.tension_out_n[np.arange(len(r)) // 15 * 15])
+
+
 def exchanged() -> list[Run]:
     other = {"sstl-b020": "b080", "sstl-b080": "b020"}
     return [replace(r, config_id=other.get(r.run_id, r.config_id)) for r in rig()]
@@ -91,6 +111,9 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "hum": lambda: changed(humming),
     "order": lambda: changed(shuffled, "act-b050"),
     "zero_change": lambda: changed(zeroed_midway, "act-b050"),
+    "filled": lambda: changed(interpolated, "act-b050"),
+    "refresh": lambda: changed(renewed_slowly, "act"),
+    "slow": lambda: changed(smoothed, "act"),
     "reversed_time": lambda: changed(backwards, "act-b050"),
     "exchanged": exchanged,
     "two_rigs": two,

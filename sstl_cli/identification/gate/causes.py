@@ -17,9 +17,10 @@ from sstl_cli.identification.gate.playfit import PlayFit
 
 Array = NDArray[np.float64]
 # parameters: n theta, logarithm of the gain, constant friction (N), zero of the input (N), zero of the output (N), part of n theta that speed adds;
-# from one sample on: logarithms of another gain of output and input, other zeros of output and input (N)
-FRICTION, GAIN, SPEED = (0, 2), (0, 1, 2), (0, 1, 2, 5)
-STEADY, PARAMETERS = 6, 10
+# from one sample on: logarithms of another gain of output and input, other zeros of output and input (N); logarithm of the time constant (samples)
+# of a low-pass behind the output
+FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 1, 2), (0, 1, 2, 5), (0, 1, 2, 10)
+STEADY, LAG, PARAMETERS = 6, 10, 11
 ZERO_IN, ZERO_OUT = (0, 3), (0, 4)
 GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 6), (0, 2, 7), (0, 2, 8), (0, 2, 9)
 # first guesses of n theta: a nearly straight tube, and bends of one and of two passes
@@ -29,6 +30,8 @@ STEPS, HUBER, TRIED = 25, 2.0, 2
 LEAST_OVERLAP = 0.5
 # points over which a speed is measured, and parts of the samples that are slower than the speed at which friction has changed
 SPEED_OVER, SLOWER = 5, (0.3, 0.8)
+# first guesses of the time constant of a slow output (s), and the range of its logarithm in samples: a tenth, and more than any recording has
+SLOW_S, FASTEST, SLOWEST = (0.2, 0.5, 1.2, 3.0), -2.3, 12.0
 # a slip must take away most of what friction leaves beyond noise, and friction must leave more than noise
 TAKES, MORE = 0.5, 2.0
 # standard errors from which on a clock drifts
@@ -45,8 +48,22 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class Behind:
+    """What stands between friction and its reading: another gain or zero from sample ``since`` on, a level (N) that the sensor does not pass,
+    or a low-pass, of which these are guesses (logarithm of the time constant in samples).
+    """
+
+    since: int | None = None
+    most_n: float = math.inf
+    lags: tuple[float, ...] = ()
+
+
+NOTHING_BEHIND = Behind()
+
+
+@dataclass(frozen=True)
 class Causes:
-    """What friction alone leaves of a run, and what it leaves with one slip: a gain, a zero, a delay, or time reversed.
+    """What friction alone leaves of a run, and what it leaves with one slip: a gain, a zero, a delay, a low-pass of the output, or time reversed.
 
     ``speed`` is no slip but friction that falls or rises with speed, which moves the loop in time as well; it is asked for where a slip takes much away.
 
@@ -61,6 +78,7 @@ class Causes:
     zero_out: Cause
     moved: Cause
     reversed: Cause
+    slow: Cause
     speed: Cause
 
     @property
@@ -71,7 +89,7 @@ class Causes:
     @property
     def slips(self) -> tuple[Cause, ...]:
         """Return friction alone, that by speed, and with each slip that leaves the order of the samples as it is."""
-        return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.speed
+        return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.slow, self.speed
 
     def left(self, rms_n: float) -> float:
         """Return a residual (N) without the noise."""
@@ -83,7 +101,7 @@ class Causes:
 
 
 UNKNOWN = Cause(math.nan, math.nan, math.nan)
-NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 7)
+NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 8)
 
 
 # long: one pass over the samples, whose state is what the next sample starts from
@@ -91,10 +109,10 @@ NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 7)
 def _residual(x: Array, y: Array, fast: Array, p: Array, given: Array, left: Array, jacobian: Array) -> None:
     """Write output minus play operator, and the operator's derivatives with respect to all parameters.
 
-    ``fast`` (0 to 1) is the speed; ``given`` are the output (N) at the beginning, the sample from which another gain or zero counts, and the
-    level (N) that the sensor does not pass.
+    ``fast`` (0 to 1) is the speed; ``given`` are the output (N) at the beginning, the sample from which another gain or zero counts, the
+    level (N) that the sensor does not pass, and whether it is slow.
     """
-    since, most = given[1], given[2]
+    since, most, slow = given[1], given[2], given[3] > 0.0
     gp, gr = math.exp(p[1] - p[0]), math.exp(p[1] + p[0])
     v = given[0]
     s = np.zeros(PARAMETERS)
@@ -132,6 +150,25 @@ def _residual(x: Array, y: Array, fast: Array, p: Array, given: Array, left: Arr
         if many > STEADY:
             jacobian[k, 6] = gain_out * v if k >= since and not held else 0.0
             jacobian[k, 8] = 1.0 if k >= since and not held else 0.0
+    if slow:
+        _low_passed(y, p[LAG], given[0], left, jacobian)
+
+
+@njit(cache=True, nogil=True)
+def _low_passed(y: Array, lag: float, start: float, left: Array, jacobian: Array) -> None:
+    """Put a low-pass of first order, ``lag`` the logarithm of its time constant (samples), behind a model that was taken from the output."""
+    tau = math.exp(lag)
+    keep = math.exp(-1.0 / tau)
+    state, by_lag = start, 0.0
+    for k in range(y.size):
+        v = y[k] - left[k]
+        by_lag = keep * by_lag + keep / tau * (state - v)
+        state = keep * state + (1.0 - keep) * v
+        left[k] = y[k] - state
+        for j in range(STEADY):
+            before = jacobian[k - 1, j] if k > 0 else 0.0
+            jacobian[k, j] = keep * before + (1.0 - keep) * jacobian[k, j]
+        jacobian[k, LAG] = by_lag
 
 
 @njit(cache=True, nogil=True)
@@ -192,6 +229,7 @@ def _descend(
             trial[5] = min(max(trial[5], -1.0), 3.0)
             trial[6] = min(max(trial[6], -5.0), 5.0)
             trial[7] = min(max(trial[7], -5.0), 5.0)
+            trial[LAG] = min(max(trial[LAG], FASTEST), SLOWEST)
             _residual(x, y, fast, trial, given, trial_left, trial_jacobian)
             tried = _cost(trial_left, limit)
             if tried < cost:
@@ -223,7 +261,7 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     """
     floor = max(noise[1], 1e-4 * float(np.ptp(y)))
     friction = best_fit(x, y, FRICTION, floor, play)
-    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 6)
+    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 7)
     if found.enough:
         return found
     found = replace(
@@ -232,9 +270,10 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         zero_in=best_fit(x, y, ZERO_IN, floor, play),
         zero_out=best_fit(x, y, ZERO_OUT, floor, play),
         moved=_moved(time_s, x, y, floor, play),
+        slow=_slow(time_s, x, y, floor),
         reversed=best_fit(np.ascontiguousarray(x[::-1]), np.ascontiguousarray(y[::-1]), GAIN, floor),
     )
-    taken = (found.zero_in, found.zero_out, found.moved, found.reversed)
+    taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.reversed)
     return replace(found, speed=_by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
 
 
@@ -262,6 +301,13 @@ def _moved(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Ca
     return replace(found, size=play.delay_s)
 
 
+def _slow(time_s: Array, x: Array, y: Array, floor: float) -> Cause:
+    """Return what is left of an output behind a low-pass of its own, whose time constant (s) is the ``size``."""
+    period = float(np.median(np.diff(time_s)))
+    found = best_fit(x, y, SLOW, floor, behind=Behind(lags=tuple(math.log(s / period) for s in SLOW_S)))
+    return replace(found, size=period * math.exp(found.size))
+
+
 def best_fit(
     x: Array,
     y: Array,
@@ -269,19 +315,17 @@ def best_fit(
     floor: float,
     play: PlayFit | None = None,
     speed: Array | None = None,
-    since: int | None = None,
-    most: float = math.inf,
+    behind: Behind = NOTHING_BEHIND,
 ) -> Cause:
-    """Return the best descent from the likeliest first guesses; ``size`` is that of the slip among the free parameters.
-
-    From sample ``since`` on another gain or zero counts, ``most`` is the level (N) that the output's sensor does not pass.
-    """
+    """Return the best descent from the likeliest first guesses; ``size`` is that of the slip among the free parameters."""
     fast = np.zeros(len(x)) if speed is None else speed
-    which, begins = np.array(free, np.int64), len(x) if since is None else since
+    which, begins = np.array(free, np.int64), len(x) if behind.since is None else behind.since
     slip = 1 if free == GAIN else free[-1]
-    given = np.array([float(np.median(y[:3])), begins, most])
+    given = np.array([float(np.median(y[:3])), begins, behind.most_n, float(bool(behind.lags))])
     guesses = [np.array([wrap, *[0.0] * (PARAMETERS - 1)]) for wrap in STARTS]
-    if slip != FRICTION[-1]:
+    if behind.lags:
+        guesses = [np.append(p[:LAG], lag) for p in guesses for lag in behind.lags]
+    elif slip != FRICTION[-1]:
         level = _level(x, y, slip, begins)
         for p in guesses.copy():
             guesses.append(p.copy())

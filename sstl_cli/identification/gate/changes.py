@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Cause, best_fit
+from sstl_cli.identification.gate.causes import FRICTION, GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Behind, Cause, best_fit
 
 Array = NDArray[np.float64]
 # what is changed (channel: 0 input, 1 output; whether it is a gain), and the parameters that are free then
@@ -22,12 +22,14 @@ CUTS, STEEPEST, COARSE_POINTS, LEAST_POINTS = 7, 2, 384, 16
 SHOWN, UNSEEN, LITTLE = 0.5, 0.2, 0.08
 # what the first search must leave of it for a second
 HOPEFUL = 0.8
-# logarithms of a gain: least, and that of a sensor that goes dead; zero (share of the channel's span, N) that is no drift of a sensor
-LEAST_GAIN, MOST_GAIN, LEAST_ZERO, LEAST_ZERO_N = 0.2, 2.5, 0.08, 1.0
+# logarithms of a gain: least, and that of a sensor that goes dead; least zero (share of the channel's span)
+LEAST_GAIN, MOST_GAIN, LEAST_ZERO = 0.2, 2.5, 0.05
 # part by which a jump may differ from the one that the change makes, samples on either side of it, and part that the other channel may jump by
 ALIKE, BESIDE, OTHER = 0.35, 3, 0.5
-# steps of the usual movement, and noises, below which a jump is not seen
-USUAL, NOISES = 3.0, 5.0
+# noises below which a jump between two lines is not seen: either is led on by two samples, where it is known to one and a half
+NOISES = 8.0
+# what a change may leave of what friction leaves that is another one on either side
+FRICTION_TOO = 0.5
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,9 @@ def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: f
     floor = max(noise[1], 1e-4 * span)
     m = max(1, n // COARSE_POINTS)
     rough = np.ascontiguousarray(x[::m]), np.ascontiguousarray(y[::m])
-    tried = {(kind, k): best_fit(*rough, free, floor, since=-(-k // m)).rms_n for kind, free in KINDS.items() for k in _places(x, y)}
+    tried = {
+        (kind, k): best_fit(*rough, free, floor, behind=Behind(-(-k // m))).rms_n for kind, free in KINDS.items() for k in _places(x, y)
+    }
     kind, k = min(tried, key=lambda a: tried[a])
     if tried[kind, k] > HOPEFUL * whole:
         return None
@@ -61,13 +65,20 @@ def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: f
         if found.rms_n < best.rms_n or (found.rms_n < 1.0 / (1.0 - ALIKE) * best.rms_n and shows):
             channel, is_gain, best, at = c, gain, found, when
     shown = _shown(x, y, noise, at, channel, is_gain, best)
+    if not shown:
+        # while the output rests the fit does not tell the sample, the channel does
+        steep = [(best_fit(x, y, KINDS[channel, is_gain], floor, behind=Behind(k)), k) for k in _steepest((x, y)[channel])]
+        seen = [(c, k) for c, k in steep if c.rms_n < (1.0 + ALIKE) * best.rms_n and _shown(x, y, noise, k, channel, is_gain, c)]
+        best, at, shown = (*seen[0], True) if seen else (best, at, shown)
     # friction that changes at a turn passes for another zero: the sample must show that one
     if shown is False or (shown is None and not is_gain) or not best.rms_n < min((SHOWN if shown else UNSEEN) * whole, LITTLE * span):
+        return None
+    if best.rms_n > FRICTION_TOO * _apart(x, y, at, floor):
         return None
     v = (x, y)[channel]
     # an output that does little but jump once shows no friction on either side
     moves = 2.0 * float(np.ptp(v - np.where(np.arange(n) < at, 0.0, best.size)))
-    least, most = (LEAST_GAIN, MOST_GAIN) if is_gain else (max(LEAST_ZERO_N, LEAST_ZERO * float(np.ptp(v))), moves)
+    least, most = (LEAST_GAIN, MOST_GAIN) if is_gain else (LEAST_ZERO * float(np.ptp(v)), moves)
     large = least < abs(best.size) < most
     return Change(channel, is_gain, math.exp(best.size) if is_gain else best.size, float(t[at])) if large else None
 
@@ -76,22 +87,32 @@ def _places(x: Array, y: Array) -> list[int]:
     """Return the samples at which a change is tried first: parts of the run, and the steepest steps of both channels."""
     n = len(x)
     found = {part * n // (CUTS + 1) for part in range(1, CUTS + 1)}
-    for v in (x, y):
-        steepest = np.argsort(np.abs(np.diff(v)))[-STEEPEST:] + 1
-        found |= {int(k) for k in steepest if LEAST_POINTS < k < n - LEAST_POINTS}
-    return sorted(found)
+    return sorted(found.union(_steepest(x), _steepest(y)))
+
+
+def _steepest(v: Array) -> list[int]:
+    steepest = np.argsort(np.abs(np.diff(v)))[-STEEPEST:] + 1
+    return [int(k) for k in steepest if LEAST_POINTS < k < len(v) - LEAST_POINTS]
 
 
 def _finest(x: Array, y: Array, kind: tuple[int, bool], k: int, floor: float, step: int) -> tuple[Cause, int]:
     """Return the best fit of one change near a sample, and that sample, by halving steps."""
     free = KINDS[kind]
-    tried = {k: best_fit(x, y, free, floor, since=k)}
+    tried = {k: best_fit(x, y, free, floor, behind=Behind(k))}
     while step > 1:
         step //= 2
         near = [j for j in (k - step, k + step) if j not in tried and LEAST_POINTS < j < len(x) - LEAST_POINTS]
-        tried.update({j: best_fit(x, y, free, floor, since=j) for j in near})
+        tried.update({j: best_fit(x, y, free, floor, behind=Behind(j)) for j in near})
         k = min(tried, key=lambda j: tried[j].rms_n)
     return tried[k], k
+
+
+def _apart(x: Array, y: Array, k: int, floor: float) -> float:
+    """Return what friction leaves (N) that has a size of its own on either side of a sample."""
+    # the fit finds the sample to a few
+    sides = [slice(None, max(1, k - BESIDE)), slice(k + BESIDE, None)]
+    left = [best_fit(np.ascontiguousarray(x[s]), np.ascontiguousarray(y[s]), FRICTION, floor).rms_n for s in sides]
+    return math.sqrt((k * left[0] ** 2 + (len(x) - k) * left[1] ** 2) / len(x))
 
 
 def _shown(x: Array, y: Array, noise: tuple[float, float], k: int, channel: int, is_gain: bool, found: Cause) -> bool | None:
@@ -100,17 +121,26 @@ def _shown(x: Array, y: Array, noise: tuple[float, float], k: int, channel: int,
     # the fit finds the sample to a few
     near = range(max(1, k - BESIDE), min(len(own), k + BESIDE + 1))
     k = max(near, key=lambda j: abs(float(own[j] - own[j - 1])))
-    jumps, steps = [], []
+    jumps, bends = [], []
     for v in (x, y):
-        before, after = v[max(0, k - BESIDE) : k], v[k + 1 : k + 1 + BESIDE]
-        around = np.concatenate((np.diff(v[max(0, k - 8 * BESIDE) : max(1, k - 1)]), np.diff(v[k + 2 : k + 8 * BESIDE])))
-        jumps.append(float(np.median(after) - np.median(before)))
-        steps.append(float(np.median(np.abs(around))) if len(around) else 0.0)
+        (before, rise), (after, fall) = _line(v[max(0, k - BESIDE) : k]), _line(v[k + 1 : k + 1 + BESIDE][::-1])
+        jumps.append(after - before)
+        # where a corner lies between two samples the lines miss each other by what their slopes differ
+        bends.append(abs(rise + fall))
     level = float(np.median(own[max(0, k - BESIDE) : k]))
     made = level * math.expm1(found.size) if is_gain else found.size
-    usual = (BESIDE + 1) * steps[channel] * USUAL + NOISES * noise[channel]
+    usual = bends[channel] + NOISES * noise[channel]
     if abs(made) < 2.0 * usual:
         return None
     spans = float(np.ptp(x)), float(np.ptp(y))
     other = abs(jumps[1 - channel]) / max(spans[1 - channel], 1e-300) > OTHER * abs(made) / max(spans[channel], 1e-300)
     return abs(jumps[channel] - made) < ALIKE * abs(made) + usual and not other
+
+
+def _line(v: Array) -> tuple[float, float]:
+    """Return where the line through some samples comes one sample later, and its slope by sample."""
+    n = len(v)
+    if n < 2:
+        return float(v[-1]) if n else 0.0, 0.0
+    slope = float(v[-1] - v[0]) / (n - 1)
+    return float(np.mean(v)) + 0.5 * (n + 1) * slope, slope

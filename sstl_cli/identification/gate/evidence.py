@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import unsound
+from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import noise_sd
+from sstl_cli.identification.gate.beside import follows_of, reference_gain, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, keys_of, sketch_of
+from sstl_cli.identification.gate.filled import NOT_FILLED, Filled, filled_of, held_while
+from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
-from sstl_cli.identification.gate.seam import seam_of
-from sstl_cli.identification.gate.sensors import Sensor, noisy, sensors_of
+from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
+from sstl_cli.identification.gate.sensors import Sensor, digits_lost, noisy, sensors_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, Shapes, shapes_of
 from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, NO_SLOPES, Slopes, agreed
 from sstl_cli.identification.segment import segment_run
@@ -36,6 +38,8 @@ PULLED_FROM = 0.12
 MOST_WRAP = 2.3
 # logarithm of highest over lowest input: twice n theta of a usual bend of one pass
 BACKLASH = 1.0
+# rows of another place from which on a jump is no seam
+MISPLACED = 8
 # slope over that of the pull of an output at rest
 RESTS = 0.1
 
@@ -64,11 +68,13 @@ class Evidence:
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
     ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
-    numbers, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
+    numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
+    ``position_follows`` is the correlation of position and input, ``copies`` are the pairs of columns that hold the same numbers.
+    ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency. ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
@@ -94,6 +100,7 @@ class Evidence:
     sensors: tuple[Sensor, Sensor]
     ranges: tuple[Range, Range]
     whole_share: tuple[float, float]
+    digits_lost: tuple[float, float]
     two_values: tuple[bool, bool]
     line_share: tuple[float, float]
     correlation: float
@@ -113,8 +120,12 @@ class Evidence:
     seam: tuple[float, float]
     seam_at_s: float
     noise_ratio: tuple[float, float]
+    filled: Filled
+    held_while: tuple[float, float]
     position_span_mm: float
+    position_follows: float
     reference_gain: float
+    copies: tuple[tuple[str, str], ...]
     keys: Keys
     sketch: Sketch
 
@@ -188,11 +199,11 @@ def evidence_of(run: Run) -> Evidence:
         channels = (run.tension_in_n, run.tension_out_n)
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
-            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
+            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
             correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
-            seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan),
-            position_span_mm=math.nan, reference_gain=math.nan, keys=NO_KEYS, sketch=NO_SKETCH,
+            seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
+            position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
 
@@ -234,18 +245,23 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     strides = (sensors[0].stride, sensors[1].stride)
     dt, stride = float(np.median(np.diff(run.time_s))), max(strides)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
-    half = len(run) // 2
+    if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
+        seam = (0.0, 0.0)
+    half, filled = len(run) // 2, filled_of(run.time_s, raw, sensors)
     return {
         "loops": found.loops,
         "ranges": ranges,
         "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
+        "digits_lost": tuple(digits_lost(v) for v in raw),
         "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
         "line_share": tuple(_line_share(t, v) for v in (x, y)),
         "correlation": correlation,
         "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
         "noise_correlation": _noise_correlation(*raw),
-        "roughness": tuple(float(np.var(np.diff(v[::stride]))) / (2.0 * max(float(np.var(v[::stride])), 1e-300)) for v in raw),
-        "hums": (hum_of(dt, raw[0], raw[1], stride), hum_of(dt, raw[1], raw[0], stride)),
+        "roughness": tuple(
+            float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
+        ),
+        "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
         "play": play,
@@ -257,12 +273,25 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         "seam": seam,
         "seam_at_s": seam_at,
-        "noise_ratio": tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
-        "position_span_mm": _span(run.position_in_mm),
-        "reference_gain": _reference_gain(run),
+        # what was filled in has no noise
+        "noise_ratio": (math.nan, math.nan)
+        if filled.length_s
+        else tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
+        "filled": filled,
+        "held_while": (held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
+        "position_span_mm": span_of(run.position_in_mm),
+        "position_follows": follows_of(run.position_in_mm, run.tension_in_n),
+        "reference_gain": reference_gain(run.tension_ref_n, run.tension_in_n),
+        "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
         "keys": keys_of(*raw),
         "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
     }
+
+
+def _misplaced(raw: tuple[Array, Array], clean: tuple[Array, Array], ranges: tuple[Range, Range]) -> int:
+    """Return how many samples stand off both neighbours in both channels at once, as rows of another place do."""
+    off = [np.abs(v - c) > LEAST_JUMP * r.span for v, c, r in zip(raw, clean, ranges, strict=True)]
+    return int(np.count_nonzero(off[0] & off[1]))
 
 
 def _thinned(run: Run, most: int) -> Run:
@@ -349,24 +378,3 @@ def _moved_meanwhile(run: Run, channel: int, sensor: Sensor) -> float:
     a = int(np.searchsorted(run.time_s, sensor.still_at_s))
     b = int(np.searchsorted(run.time_s, sensor.still_at_s + sensor.still_s))
     return float(np.ptp(other[a:b])) if b > a else 0.0
-
-
-def _span(values: Array | None) -> float:
-    if values is None:
-        return math.nan
-    finite = values[np.isfinite(values)]
-    return float(np.ptp(finite)) if len(finite) else math.nan
-
-
-def _reference_gain(run: Run) -> float:
-    """Return the slope of input over reference, NaN where no reference is followed."""
-    reference = run.tension_ref_n
-    if reference is None:
-        return math.nan
-    good = np.isfinite(reference)
-    r, x = reference[good], run.tension_in_n[good]
-    if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0:
-        return math.nan
-    if float(np.corrcoef(r, x)[0, 1]) < 0.9:
-        return math.nan
-    return float(np.std(x) / np.std(r))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,12 @@ NO_KEYS = np.empty(0, np.uint64)
 FINGERPRINTS, WINDOW, LONG, FEW = 32_768, 16, 256, 64
 # second differences kept, the fewest that count, medians at which they are cut off, and correlation of neighbours in noise
 DRAWN, LEAST_DRAWN, CLIP, TURNS = 1024, 64, 6.0, -0.5
+
+
+def copies_of(columns: Mapping[str, Array]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of columns that hold the same numbers, sample by sample; what never changes is like anything."""
+    moving = [name for name, v in columns.items() if bool(np.any(v[1:] != v[:-1])) and bool(np.isfinite(v).all())]
+    return tuple((a, b) for a, b in combinations(moving, 2) if np.array_equal(columns[a], columns[b]))
 
 
 def keys_of(x: Array, y: Array) -> Keys:

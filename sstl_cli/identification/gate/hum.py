@@ -16,6 +16,8 @@ STANDS_OUT, WIDE, AROUND = 100.0, 3, 40
 LEAST_SPAN, LEAST_LEVEL = 0.025, 0.01
 # least frequency as a multiple of the movement's strongest: friction makes harmonics of it, smaller and smaller ones
 ABOVE = 9.0
+# a harmonic of a movement with corners or jumps is smaller than the movement's strongest over its order, but for what a window shows less of it
+ORDER = 1.5
 # amplitude in the other channel (in N, or shares of both spans) from which on it is a movement, and how alike it must be in all quarters of the run
 SHARED, STEADY = 0.4, 0.5
 
@@ -28,19 +30,19 @@ class Hum:
     frequency_hz: float
 
 
-def hum_of(dt_s: float, v: Array, other: Array, stride: int = 1) -> Hum | None:
+def hum_of(dt_s: float, v: Array, other: Array, drive: Array, stride: int = 1) -> Hum | None:
     """Return the line that stands in a channel and not in the other one, None where there is none.
 
-    ``stride`` is the number of samples from one renewal of the slower channel to the next.
+    ``drive`` is the input, whose movement is that of both: an output within its backlash shows none of it. ``stride`` is the number of samples from one renewal of the slower channel to the next.
     """
-    v, other = v[::stride][:MOST], other[::stride][:MOST]
+    v, other, drive = v[::stride][:MOST], other[::stride][:MOST], drive[::stride][:MOST]
     n = len(v)
     span, reach = float(np.ptp(v)), float(np.ptp(other))
     if n < FEWEST or span <= 0.0:
         return None
     level, window = max(float(np.max(np.abs(c))) for c in (v, other)), np.hanning(n)
-    mine, theirs = (np.abs(np.fft.rfft(window * (c - np.mean(c)))) * 2.0 / float(window.sum()) for c in (v, other))
-    moves = 1 + int(np.argmax(theirs[1:])) if reach > 0.0 else 1
+    mine, theirs, driven = (np.abs(np.fft.rfft(window * (c - np.mean(c)))) * 2.0 / float(window.sum()) for c in (v, other, drive))
+    moves = 1 + int(np.argmax(driven[1:]))
     first = max(int(ABOVE * moves), AROUND)
     if first + AROUND >= len(mine):
         return None
@@ -49,6 +51,9 @@ def hum_of(dt_s: float, v: Array, other: Array, stride: int = 1) -> Hum | None:
     if mine[k] ** 2 < STANDS_OUT * float(np.mean(around**2)) or mine[k] < max(LEAST_SPAN * span, LEAST_LEVEL * level):
         return None
     if reach > 0.0 and theirs[k - 1 : k + 2].max() > SHARED * mine[k] * min(1.0, reach / span):
+        return None
+    order = k / moves
+    if abs(order - round(order)) * moves < WIDE and mine[k] < ORDER * driven[moves] / order:
         return None
     # of a line between two bins a window shows a little less
     quarters = [_amplitude(part, k / n, start) for start, part in _quarters(v)]

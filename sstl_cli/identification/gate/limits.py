@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import FRICTION, Causes, best_fit
+from sstl_cli.identification.gate.causes import FRICTION, Behind, Causes, best_fit
 
 Array = NDArray[np.float64]
 # spreads of the noise within which a channel rests at its extreme, part of the run and stretches that it must rest in, their least length (s and points)
@@ -46,7 +46,7 @@ def _cut_off(x: Array, y: Array, noise_n: float, level: float, causes: Causes) -
     """Whether friction behind a sensor that stops at ``level`` (N) explains an output much better than friction, alone or with any other slip."""
     span = float(np.ptp(y))
     rest = min(causes.left(c.rms_n) for c in (*causes.slips, causes.reversed))
-    found = best_fit(x, y, FRICTION, max(noise_n, 1e-4 * span), most=level)
+    found = best_fit(x, y, FRICTION, max(noise_n, 1e-4 * span), behind=Behind(most_n=level))
     return causes.left(found.rms_n) < BETTER * rest
 
 

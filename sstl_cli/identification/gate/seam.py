@@ -10,6 +10,8 @@ Array = NDArray[np.float64]
 LEAST_JUMP, AROUND = 0.05, 40
 # part of a jump that a channel must make at one renewal of its own, and of the largest jump that makes another one; more jumps than that are a movement
 AT_ONCE, ANOTHER, MOST = 0.7, 0.5, 2
+# part of the input's jump from which on others of the input make it a movement in steps
+STEPS = 0.25
 # sampling periods from which on rows are missing
 LONG = 2.5
 
@@ -33,7 +35,9 @@ def seam_of(
     both = np.where(step > LONG * float(np.median(step)), 0.0, both)
     k = int(np.argmax(both))
     again = np.flatnonzero(both > ANOTHER * both[k])
-    many = both[k] > 0.0 and 1 + np.count_nonzero(np.diff(again) > 2) > MOST
+    # or of the input alone, where the output rests
+    steps = np.flatnonzero(jumps[0] > STEPS * jumps[0][k])
+    many = both[k] > 0.0 and max(1 + np.count_nonzero(np.diff(a) > 2) for a in (again, steps)) > MOST
     # a ramp between two renewals of the slower channel is no jump of the other one
     gradual = any(
         not _at_once(c, k * stride, stride, s, AT_ONCE * float(j[k]) * span)

@@ -26,6 +26,9 @@ COARSE = 0.7
 LONG_SHARE = 0.15
 # part of the span by which a sensor must jump that comes back
 COMES_BACK = 0.25
+# share of whole tens in whole numbers (a tenth by chance) and of samples that lost a digit (a tenth), with room for few samples; decades within which
+# these join their neighbours, and beyond which others stand off them
+TENS, LOST, JOINS, OFF = 0.03, 0.04, 0.06, 0.3
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,27 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     found = _still(v, changed, hold, step, noise)
     at = float(time[found.at]) if found.length else 0.0
     return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left)
+
+
+def digits_lost(values: Array) -> float:
+    """Return the share of samples that are a tenth, hundredth or thousandth of their neighbours and join them once multiplied.
+
+    0 where other samples stand off their neighbours as well, where values are no whole numbers, or where whole tens are as many as they come by
+    chance: a decimal comma that is lost with its trailing zeros ('12,34' as 1234, '12,3' as 123) leaves none.
+    """
+    v = values[:MOST_SAMPLES]
+    whole = v[v == np.round(v)]
+    if len(v) < 64 or len(whole) < 0.999 * len(v) or float(np.mean(np.mod(v, 10.0) == 0.0)) > TENS:
+        return 0.0
+    beside = np.median(np.stack([v[:-4], v[1:-3], v[3:-1], v[4:]]), axis=0)
+    here = v[2:-2]
+    known = (np.abs(here) > 0.0) & (beside * here > 0.0)
+    decades = np.log10(beside[known] / here[known])
+    near = np.abs(decades - np.round(decades)) < JOINS
+    joined = near & (np.round(decades) >= 1.0)
+    off = ~near & (np.abs(decades) > OFF)
+    share = float(np.mean(joined)) if len(joined) else 0.0
+    return share if share > LOST and float(np.mean(off)) < 0.5 * share else 0.0
 
 
 def quantisation(values: Array) -> float:

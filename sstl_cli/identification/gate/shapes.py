@@ -25,7 +25,9 @@ BEYOND = 10.0
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
 # what friction must leave (part of the span) for a change of gain or zero to be sought
-ODD = 0.04
+ODD = 0.025
+# part of a run that an output may be moved by for what is left to count: what lies beyond its ends is not compared
+MOVED = 0.2
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,9 @@ def shapes_of(
     against = against_of(x, y, noise)
     limits = limits_of(points, noise, steps, causes)
     wraps = (wrap_of(*raw), wrap_of(*raw[::-1]))
-    left = min((c.rms_n for c in (*causes.slips, causes.reversed) if math.isfinite(c.rms_n)), default=0.0)
+    far = abs(causes.moved.size) > MOVED * float(t[-1] - t[0])
+    known = [c for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
+    left = min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)
     fold = _folded(x, y, noise[1])
     if causes.enough or left < ODD * float(np.ptp(y)):
         return Shapes(limits, wraps, fold_n=fold, against=against)

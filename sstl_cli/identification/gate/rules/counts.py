@@ -15,7 +15,19 @@ FEW_N, MANY_N = 100.0, 500.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs whose tensions are whole numbers beyond what a tendon bears."""
+    """Yield runs whose tensions are whole numbers beyond what a tendon bears, or lack a digit here and there."""
+    lost = [e for e in log if e.usable and max(e.digits_lost) > 0.0]
+    if lost:
+        share = max(max(e.digits_lost) for e in lost)
+        short = [i for i in (0, 1) if any(e.digits_lost[i] > 0.0 for e in lost)]
+        yield Remark(
+            tuple(e.run_id for e in lost), RULE, "failure", 100.0 * share, "%",
+            f"{names([e.run_id for e in lost])}: {' and '.join(WORDS[i] for i in short)} are whole numbers, of which {100 * share:.0f} % are a tenth "
+            "or a hundredth of their neighbours and join them once multiplied; a decimal comma was probably lost, with the zeros behind it "
+            "(12,34 read as 1234 and 12,3 as 123)",
+            '[files] decimal = ","',
+        )  # fmt: skip
+        log = [e for e in log if e not in lost]
     for severity in ("failure", "remark"):
         for which in ((0, 1), (0,), (1,)):
             hit = [e for e in log if tuple(i for i in (0, 1) if _counts(e, i) == severity) == which]

@@ -26,6 +26,8 @@ LEVELS = 0.4
 MEETS = 0.35
 # of the logarithm: noise (or range) of a channel beside that of the other runs
 CHANGED = 0.4
+# of the logarithm: error of a gain, at the least and at the most, within which a unit must fit to be named; largest reading of volts
+FITS, FITS_MOST, VOLTS = 0.03, 0.12, 10.0
 # what friction with a gain may leave of what friction alone and each zero leave, and of the output's span
 TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 
@@ -50,10 +52,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             groups.setdefault((severity, round(math.log(most) / math.log(ALIKE) / 2.0)), []).append((g, e))
     for (severity, _), hit in groups.items():
         g = sorted(v for v, _ in hit)[len(hit) // 2]
-        what, mend = _guess(g, hit[0][1])
+        error = 2.0 * _error([v for v, _ in hit], hit[0][1])
+        what, mend = _guess(g, hit[0][1], error)
         rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE]
         if rest:
-            what, mend = _between(g, hit[0][1], rest, (what, mend))
+            what, mend = _between(g, hit[0][1], rest, error)
         ids = tuple(e.run_id for _, e in hit)
         yield Remark(
             ids, RULE, severity, g * g, "1",
@@ -120,31 +123,38 @@ def _central(e: Evidence, g: float) -> bool:
     return min(a, b) > 0.0 and abs(math.log(b / (g * a))) < e.slopes.friction + LEVELS
 
 
-def _guess(g: float, e: Evidence) -> tuple[str, str]:
-    """Return what probably happened and the line that mends it."""
+def _error(gains: list[float], e: Evidence) -> float:
+    """Return the error of the logarithm of a gain: its spread over the runs, of one run alone what its slopes are known to."""
+    if len(gains) > 1:
+        logs = np.log(gains)
+        return float(np.std(logs)) / math.sqrt(len(logs))
+    return e.slopes.friction_se if e.slopes.known else FITS
+
+
+def _guess(g: float, e: Evidence, error: float) -> tuple[str, str]:
+    """Return what probably happened and the line that mends it; a unit is named where it fits the factor within its error."""
+    within = min(max(FITS, error), FITS_MOST)
     options = []
     for channel, factor in ((0, g), (1, 1.0 / g)):
-        unit = force_unit(factor)
+        unit = force_unit(factor, within)
         if unit is not None:
             # the unit must leave a tension that tendons bear
             size = abs(math.log(max(e.ranges[channel].largest * FORCES[unit], 1e-9) / 30.0))
             options.append((size, f"the {WORDS[channel]} is in {unit}, not N", stated(channel, unit)))
     if options:
         return min(options)[1:]
-    if any(abs(math.log(g / ratio)) < 0.12 for ratio in (2.0, 0.5)):
-        small = 0 if g > 1.0 else 1
-        # which of the two is off, the slopes cannot tell
-        mends = [stated(i, "counts", f", gain = {f:.3g}") for i, f in ((small, 2.0), (1 - small, 0.5))]
+    small = 0 if g > 1.0 else 1
+    # which of the two is off, the slopes cannot tell
+    lines = {i: stated(i, "counts", f", gain = {f:.4g}") for i, f in ((0, g), (1, 1.0 / g))}
+    if any(abs(math.log(g / ratio)) < within for ratio in (2.0, 0.5)):
         why = f"the {WORDS[1 - small]} is in percent of its range or doubled, or the {WORDS[small]} sensor reads half (2:1 pulley, one of a pair)"
-        return why, f"{mends[1]} or {mends[0]}"
-    large = 1 if g > 1.0 else 0
-    return (
-        f"the {WORDS[large]} is in counts or volts, or has a wrong calibration",
-        stated(large, "counts", f", gain = {1.0 / max(g, 1.0 / g):.4g}"),
-    )
+        return why, f"{lines[1 - small]} or {lines[small]}"
+    volts = "volts, or has another gain" if e.ranges[small].largest < VOLTS else "another unit, or has another gain"
+    why = f"the {WORDS[small]} is in {volts} (no unit of force fits {g:.3g}), or the {WORDS[1 - small]} is in counts or has a wrong calibration"
+    return why, f"{lines[small]} or {lines[1 - small]}"
 
 
-def _between(g: float, e: Evidence, rest: list[Evidence], guess: tuple[str, str]) -> tuple[str, str]:
+def _between(g: float, e: Evidence, rest: list[Evidence], error: float) -> tuple[str, str]:
     """Return what probably happened to one run of many, whose other runs have no gain: one of its channels has changed.
 
     Its own noise, or its range in the same movement, tells which one; else both are named.
@@ -156,9 +166,9 @@ def _between(g: float, e: Evidence, rest: list[Evidence], guess: tuple[str, str]
         same = [o for o in alike if o.trajectory == e.trajectory]
         away = [math.log(e.ranges[0].span / float(np.median([o.ranges[0].span for o in same]))), math.nan] if same else away
     inner, outer = away
-    units = {i: force_unit(f) for i, f in ((0, g), (1, 1.0 / g))}
+    units = {i: force_unit(f, min(max(FITS, error), FITS_MOST)) for i, f in ((0, g), (1, 1.0 / g))}
     said = [f"the {WORDS[i]} is in {units[i]}, not N" if units[i] else f"the {WORDS[i]} has another gain" for i in (0, 1)]
-    mends = [stated(i, units[i] or "counts", "" if units[i] else f", gain = {f:.4g}") for i, f in ((0, 1.0 / g), (1, g))]
+    mends = [stated(i, units[i] or "counts", "" if units[i] else f", gain = {f:.4g}") for i, f in ((0, g), (1, 1.0 / g))]
     if abs(inner + size) < CHANGED and not abs(outer) > CHANGED:
         return said[0], mends[0]
     if abs(inner) < CHANGED and not abs(outer - size) > CHANGED:

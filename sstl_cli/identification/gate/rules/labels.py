@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
@@ -18,6 +19,8 @@ Column = tuple[str, str | None, str | None]
 TURNED, CERTAIN = 0.04, 0.15
 ERRORS = 4.0
 CELL = 0.12
+# runs beyond which leaving one out leaves enough to be compared
+FEW = 4
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -25,6 +28,55 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     known = [e for e in log if e.slopes.known and e.config_id is not None and e.slopes.friction > 0.05]
     if second_rig(log)[0]:
         return
+    said = list(_contradictions(known))
+    alone = [e for e in known if not any(_contradictions([o for o in known if o is not e]))] if said and len(known) > FEW else []
+    if len(alone) > 1:
+        # the order of bends may hold without either of two runs: the one that leaves its own configuration is it
+        away = [e for e in alone if _away(e, known) > CELL]
+        alone = away if len(away) == 1 else alone
+    if len(alone) == 1:
+        # one label explains all of it
+        yield _single(alone[0], [e for e in known if e is not alone[0]])
+    else:
+        yield from said
+
+
+def _own(e: Evidence, runs: list[Evidence]) -> list[float]:
+    """Return the friction that the other runs of a run's configuration and system show, in whatever movement."""
+    return [
+        o.slopes.friction
+        for o in runs
+        if o is not e and (o.config_id, o.system, o.tendon, o.location) == (e.config_id, e.system, e.tendon, e.location)
+    ]
+
+
+def _away(e: Evidence, runs: list[Evidence]) -> float:
+    """Return how far (logarithm) a run's friction is from that of the others of its configuration, 0 where there are none."""
+    own = _own(e, runs)
+    return abs(math.log(e.slopes.friction / float(np.median(own)))) if own else 0.0
+
+
+def _single(e: Evidence, rest: list[Evidence]) -> Remark:
+    """Return what is said of the one run without whose label all others agree."""
+    own = _own(e, rest)
+    bends: dict[str, list[float]] = {}
+    for o in rest:
+        if (o.system, o.tendon, o.location) == (e.system, e.tendon, e.location) and o.config_id != e.config_id:
+            bends.setdefault(str(o.config_id), []).append(o.slopes.friction)
+    near = [k for k, v in bends.items() if abs(math.log(e.slopes.friction / float(np.median(v)))) < CELL]
+    away = _away(e, rest) if own else CERTAIN
+    others = f" where the other runs of {e.config_id} show {float(np.median(own)):.2f}" if own else ""
+    fits = f", and that of {near[0]} fits" if len(near) == 1 else ""
+    return Remark(
+        (e.run_id,), RULE, "failure" if away > CERTAIN else "remark", 100.0 * math.expm1(away), "%",
+        f"{names([e.run_id])}: labelled configuration {e.config_id}, but it rubs n theta = {e.slopes.friction:.2f}{others}; without this run all "
+        f"others agree, so that its configuration label is probably wrong{fits}",
+        "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
+    )  # fmt: skip
+
+
+def _contradictions(known: list[Evidence]) -> Iterator[Remark]:
+    """Yield what labels contradict in the friction of these runs."""
     yield from _cells(known)
     places: dict[object, list[Evidence]] = {}
     for e in known:

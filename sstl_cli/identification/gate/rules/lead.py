@@ -15,8 +15,8 @@ RULE, RANK = "lead", 35
 REMAINS, LITTLE = 0.5, 0.3
 # a misfit of the shape passes for a small part of a loop
 PART_OF_LOOP = 0.008
-# the slowest channel of the catalogue is 0.2 s late
-LATE_S = 0.4
+# the slowest channel of the catalogue is that late
+LATE_S = 0.2
 # what lines and delay must explain of an output that is only late
 SHAPE = 0.97
 # part of the input's span over which pull and release must be seen for a run to be known as in time
@@ -88,6 +88,9 @@ def _moved(e: Evidence, early: bool) -> bool:
         return False
     # free lines follow presliding and a delay alike: the lines of friction must do so, and not without the delay
     if not e.causes.holds(e.causes.moved.rms_n, HELD):
+        return False
+    # a low-pass is late as well, but by more in fast parts than in slow ones
+    if e.causes.left(e.causes.slow.rms_n) < e.causes.left(e.causes.moved.rms_n):
         return False
     # friction that falls with speed turns the output before the input turns
     if not e.causes.speed.rms_n > BY_SPEED * max(e.causes.moved.rms_n, e.causes.noise_n):

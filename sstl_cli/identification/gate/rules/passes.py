@@ -9,7 +9,8 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
-from sstl_cli.identification.gate.rules.two_rigs import second_rig
+from sstl_cli.identification.gate.rules.two_rigs import second_pass, second_rig
+from sstl_cli.identification.gate.slopes import AGREED_APART
 
 RULE, RANK = "passes", 50
 # friction per pass of a run over that of the other runs of its bend: 2 or 1/2 where the label is wrong, up to 1.3 in a
@@ -43,11 +44,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     wrong = [] if second_rig(log)[0] else [e for bend in pairs for e in _wrong(bend, known)]
     wrong = _everywhere(wrong, log)
     yield from _told(wrong, "failure", "beside the other runs of the same bend")
-    if not pairs and known:
-        mixed = [hit for bend in bends.values() if bend[0].config_id is not None and (hit := _two_kinds(bend, log))]
+    if not pairs and known and not second_rig(log)[0]:
+        found = [kinds for bend in bends.values() if bend[0].config_id is not None and (kinds := _two_kinds(bend, log)) is not None]
+        mixed = [double if double[0].system == "act" else single for single, double in found] if _doubled(found) else []
         one_bend = "beside other runs of the same bend and label"
         yield from _told([e for hit in mixed for e in hit], "failure" if len(mixed) > 1 else "remark", one_bend)
-        if not mixed:
+        if not found:
             yield from _alone(sloped, log)
 
 
@@ -116,18 +118,37 @@ def _middle(runs: list[Evidence], system: str) -> float:
     return float(np.median(found)) if found else float("nan")
 
 
-def _two_kinds(bend: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
-    """Return the runs of a bend with one label that are of the other kind: half of them rub as two passes, half as one."""
+Kinds = tuple[list[Evidence], list[Evidence]]
+
+
+def _doubled(found: list[Kinds]) -> bool:
+    """Whether the two kinds of every bend differ by a second pass: twice the friction, and that of a pulley, which is the same in all bends.
+
+    Of two rigs the one rubs more by a factor of its own, or by more the more the bend rubs.
+    """
+    if not found:
+        return False
+    low, high = (np.array([float(np.median([e.wrap for e in kinds[i]])) for kinds in found]) for i in (0, 1))
+    return second_pass(low, high, np.array([2.0 * max(_error(e) for kind in kinds for e in kind) for kinds in found]))
+
+
+def _error(e: Evidence) -> float:
+    """Return the relative error of a run's friction; that of a pull alone is as large as what a pull and a release may differ by."""
+    return e.slopes.friction_se / e.slopes.friction if e.slopes.known else 0.5 * AGREED_APART
+
+
+def _two_kinds(bend: list[Evidence], log: Sequence[Evidence]) -> Kinds | None:
+    """Return the runs of a bend with one label that rub as one pass and as two, None where they are of one kind."""
     wide = sorted(_wide(bend, log), key=lambda e: e.wrap)
     logs = np.log([e.wrap for e in wide])
     if len(wide) < 2 or len({(e.system, e.tendon) for e in wide}) > 1 or wide[-1].wrap < LEAST:
-        return []
+        return None
     at = 1 + int(np.argmax(np.diff(logs)))
     spread = max(float(np.ptp(logs[:at])), float(np.ptp(logs[at:])))
     apart = float(np.mean(logs[at:]) - np.mean(logs[:at]))
     if not math.log(TWICE) < apart < math.log(2.0 * TWICE) or logs[at] - logs[at - 1] < 2.0 * spread:
-        return []
-    return wide[at:] if wide[0].system == "act" else wide[:at]
+        return None
+    return wide[:at], wide[at:]
 
 
 def _wide(runs: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:

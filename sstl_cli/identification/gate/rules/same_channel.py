@@ -1,4 +1,4 @@
-"""Input and output from one sensor: the output is a straight line of the input, noise and all."""
+"""One column taken twice: the output is a straight line of the input, noise and all, or two columns hold the same numbers."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.units import column_line
+from sstl_cli.identification.gate.units import CHANNELS, column_line
 
 RULE, RANK = "same_channel", 15
 EXACT = 1e-6
+SAID = dict(
+    time_s="the clock", tension_in_n="the input", tension_out_n="the output", position_in_mm="the position", tension_ref_n="the reference"
+)
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -22,6 +25,20 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id for e in hit])}: the output is the input on a straight line to {100 * share:.2g} % of its "
             "span, noise included; one column was probably taken twice",
             column_line(1),
+        )  # fmt: skip
+    yield from _told(log)
+
+
+def _told(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield columns that hold the same numbers as another one, input and output (a failure of its own) left out."""
+    pairs = {p for e in log for p in e.copies if p != CHANNELS}
+    for a, b in sorted(pairs):
+        hit = tuple(e.run_id for e in log if (a, b) in e.copies)
+        command = "; if that is the command, the input is not what was measured" if {a, b} == {CHANNELS[0], "tension_ref_n"} else ""
+        yield Remark(
+            hit, RULE, "remark", 100.0, "%",
+            f"{names(hit)}: {SAID[a]} and {SAID[b]} hold the same numbers, sample by sample, so that one column was probably taken twice{command}",
+            f"{a} = {{ column = (the column of {SAID[a]}) }} or {b} = {{ column = (the column of {SAID[b]}) }}",
         )  # fmt: skip
 
 

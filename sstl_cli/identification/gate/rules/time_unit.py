@@ -15,6 +15,8 @@ FAST_LOOP_S, FASTEST_LOOP_S = 0.05, 0.02
 # nobody traces a loop with one sample a second, and load cells follow no faster than 100 kHz
 SLOW_DT_S, SLOWEST_DT_S = 0.3, 0.9
 FAST_DT_S, FASTEST_DT_S = 3e-5, 5e-6
+# sampling periods over the duration of a recording, beyond which its rows are not in order
+ADDS_UP = 3.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -38,7 +40,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def _kind(e: Evidence) -> tuple[Severity, str] | None:
-    if e.samples < 32 or not e.duration_s > 0.0:
+    # rows out of order have no period: their steps do not add up
+    if e.samples < 32 or not e.duration_s > 0.0 or not 0.0 < e.samples * e.dt_s < ADDS_UP * e.duration_s:
         return None
     if e.dt_s > SLOWEST_DT_S or (e.loop_s > SLOWEST_LOOP_S and e.dt_s > 0.02):
         return "failure", "slow"

@@ -1,0 +1,40 @@
+"""What the columns beside the tensions tell: how far the position goes and whether it follows the input, and the scale of the reference."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+MIN_SAMPLES = 32
+
+
+def span_of(values: Array | None) -> float:
+    """Return how far a column goes, NaN where it is not recorded."""
+    if values is None:
+        return math.nan
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if len(finite) else math.nan
+
+
+def follows_of(position: Array | None, x: Array) -> float:
+    """Return the correlation of position and input, NaN where either is not recorded or does not move."""
+    good = np.isfinite(position) if position is not None else np.zeros(len(x), np.bool_)
+    if position is None or np.count_nonzero(good) < MIN_SAMPLES or not float(np.std(position[good])) * float(np.std(x[good])) > 0.0:
+        return math.nan
+    return float(np.corrcoef(position[good], x[good])[0, 1])
+
+
+def reference_gain(reference: Array | None, x: Array) -> float:
+    """Return the slope of input over reference, NaN where no reference is followed."""
+    if reference is None:
+        return math.nan
+    good = np.isfinite(reference)
+    r, x = reference[good], x[good]
+    if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0:
+        return math.nan
+    if float(np.corrcoef(r, x)[0, 1]) < 0.9:
+        return math.nan
+    return float(np.std(x) / np.std(r))
