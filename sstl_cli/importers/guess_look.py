@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,11 +14,13 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles
-from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
+from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward, stamp_step
 
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
 MAX_COLUMNS = 64
+# stamps that tell the usual step
+STAMPS = 512
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     names = [_clock_if_forward(s, data.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
-    time = guess_time(names, data, texts)
+    time = guess_time(names, data, texts, _stamps(chosen, path, texts))
     moving = [s for s in names if s.name in data and s.name != time.channel and _moves(data[s.name])]
     roles = guess_roles(moving, data)
     clock = own.get(roles.first[0].name) if roles.first else None
@@ -92,6 +95,16 @@ def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> dict[s
         if len(values) > 2:
             out[name] = values
     return out
+
+
+def _stamps(chosen: Format, path: Path, texts: list[str]) -> float:
+    """Return the usual step (s) of a channel of dates in text, NaN where there is none."""
+    if not texts:
+        return math.nan
+    with guarded(path, chosen.TITLE):
+        for block in chosen.read(path, [], texts[:1], Layout(), Notes()):
+            return stamp_step([str(v) for v in block.columns[texts[0]][:STAMPS]])
+    return math.nan
 
 
 def _read(chosen: Format, path: Path, names: list[str]) -> dict[str, Array]:

@@ -15,6 +15,7 @@ _NUMBER = r"[x*×]?\s*\d+(?:[.,]\d+)?(?:[eE]-?\d+)?\s*[x*×]?"
 # "0.1 N", "x10 N", "N*100": a unit of the file's own
 _SCALED = re.compile(rf"{_NUMBER}\s*([^\W\d_]+)|([^\W\d_]+)\s*{_NUMBER}")
 _SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
+_FORCE_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf)$")
 _ORDER = tuple(QUANTITY)
 _SAFE_TAIL = {
     "force": ("N", "mN", "kN", "uN", "kgf", "gf", "lbf", "ozf", "kg", "g", "lb", "lbs", "V", "mV", "n", "kn", "mn"),
@@ -83,8 +84,14 @@ def said(name: str, stated: str = "") -> Said:
     if spoken and not (unit or strange) and any(_unit(spoken[2])):
         # "Ausgangskraft in N": this "in" belongs to the unit; "Force in N" may be either, and says no side
         plain, (unit, strange) = spoken[1], _unit(spoken[2])
+    ending = _FORCE_TAIL.search(plain)
+    if ending and not (unit or strange):
+        # the letters of a unit are no words: "n" would count samples
+        plain, unit = plain[: ending.start()], ending[1]
     words = _words(plain)
     quantity, side, reference = _meaning(words)
+    if quantity == "other" and unit and unit_of(unit)[0] == "force" and _strained(words):
+        quantity = "force"
     if not unit and not strange:
         unit, strange = _tail(plain, words, quantity)
         if unit in ("counts", "V", "mV") or not quantity:
@@ -92,6 +99,12 @@ def said(name: str, stated: str = "") -> Said:
     if not quantity and unit:
         quantity = {"force": "force", "time": "time", "length": "position", "angle": "angle"}.get(unit_of(unit)[0], "")
     return Said(name, words, quantity, side, reference, unit, strange)
+
+
+def _strained(words: tuple[str, ...]) -> bool:
+    """Whether a load cell is called by its strain, and by nothing else that is no force."""
+    others = {w for w in words if QUANTITY_OF.get(w) == "other"}
+    return others <= {"strain", "dehnung"} and any(QUANTITY_OF.get(w) == "force" for w in words)
 
 
 def _unit(text: str) -> tuple[str, str]:

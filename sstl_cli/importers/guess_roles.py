@@ -89,7 +89,8 @@ def _only(found: list[Said], side: str, sure: bool = True) -> Roles:
     ask = f"or {', '.join(repr(s.name) for s in found[1:5])}?" if found[1:] else ""
     ask = ask or ("" if sure else "is this the output, or the input?")
     what, other = ("output", "input") if side == "out" else ("input", "output")
-    reasons: tuple[str, ...] = (f"'{found[0].name}' is the {what}; the {other} tension is not in this file",)
+    said = f"is the {what}; no other channel is named as a tension" if sure else "is the only channel named as a tension, of whichever side"
+    reasons: tuple[str, ...] = (f"'{found[0].name}' {said}",)
     missing = f"only one tension here: where is the {other}?"
     return Roles(one, (), ask, missing, reasons) if side == "in" else Roles((), one, missing, ask, reasons)
 
@@ -161,7 +162,12 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
     if pair is not None:
         return pair
     if len(common) < 2:
-        return Roles(ask_first="which channel?", ask_second="which channel?", reasons=("fewer than two channels move",))
+        few = (
+            "fewer than two channels move"
+            if len(names) < 2
+            else f"of {len(names)} channels that move none is named as a tension, nor two as anything that may be"
+        )
+        return Roles(ask_first="which channel?", ask_second="which channel?", reasons=(few,))
     table = np.vstack([np.nan_to_num(data[s.name]) for s in common])
     with np.errstate(invalid="ignore", divide="ignore"):
         together = np.abs(np.nan_to_num(np.corrcoef(table)))

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +34,24 @@ class TimeGuess:
     reasons: tuple[str, ...]
 
 
-def guess_time(names: list[Said], data: dict[str, Array], texts: list[str]) -> TimeGuess:
+def stamp_step(texts: Sequence[str]) -> float:
+    """Return the usual step (s) of stamps written as dates with a time of day, NaN where they are none.
+
+    Examples
+    --------
+    >>> stamp_step(["2024-03-05T14:02:11.000Z", "2024-03-05T14:02:11.020Z", "2024-03-05T14:02:11.040Z"])
+    0.02
+    """
+    try:
+        stamps = [datetime.fromisoformat(t.strip()) for t in texts]
+        steps = [(b - a).total_seconds() for a, b in pairwise(stamps)]
+    except (ValueError, TypeError):
+        # TypeError: with a zone of time beside one without
+        return math.nan
+    return float(np.median(steps)) if steps and min(steps) >= 0.0 and float(np.median(steps)) > 0.0 else math.nan
+
+
+def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], step_s: float = math.nan) -> TimeGuess:
     """Return the clock: by name and by running forward; a channel that counts samples is no clock.
 
     Parameters
@@ -41,6 +62,8 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str]) -> T
         First samples of each channel, shape (n,).
     texts : list of str
         Names of the channels that hold text.
+    step_s : float
+        Usual step (s) of the first of these, NaN where it holds no dates.
     """
     forward = [s for s in names if s.name in data and runs_forward(data[s.name])]
     counters = [s for s in forward if s.quantity == "index" or (s.quantity != "time" and _counts(data[s.name]))]
@@ -67,6 +90,11 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str]) -> T
         if even:
             return _of(even[0], data[even[0].name], reasons, sure=False)
     hint = f" ('{texts[0]}' holds text)" if texts else ""
+    if math.isfinite(step_s):
+        name = json.dumps(texts[0], ensure_ascii=False)
+        reasons.append(f"{name} holds dates as text, a sample every {step_s:g} s; an import takes numbers, or the rate")
+        ask = f"{texts[0]} holds dates as text: does a sample come every {step_s:g} s throughout?"
+        return TimeGuess(f"time_s = {{ rate_hz = {1.0 / step_s:g} }}  # (?) {ask}", None, tuple(reasons))
     reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
     return TimeGuess(f"time_s = {{ rate_hz = 1000 }}  # (?) no clock found{hint}: which rate?", None, tuple(reasons))
 

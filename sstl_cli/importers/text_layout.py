@@ -12,6 +12,7 @@ from pathlib import Path
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
+from sstl_cli.importers.guess_words import STRANGE, UNIT_WORDS
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -23,6 +24,8 @@ _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
 _COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
 MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null", "NULL", "None", "1.#QNAN", "-1.#IND", "nan(ind)")
 _MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
+# what a row of units holds beside units that are known
+NO_FORCE = STRANGE | {"", "-", "1", "ohm", "w", "t", "date", "k"}
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 
 
@@ -121,18 +124,25 @@ def _preamble(sample: list[str], data: list[str], delimiter: str) -> int:
 
     Such lines have another width than the data, and a line of names as wide as the data follows them.
     """
-    widths = [len(cut(line, delimiter)) for line in data]
+    rows = [cut(line, delimiter) for line in data]
+    widths = [len(row) for row in rows]
     width = max(set(widths), key=lambda w: (widths.count(w), w))
+    # a line of settings as wide as the data holds fewer numbers
+    usual = sorted(sum(map(_is_number, row)) for row in rows if len(row) == width)[widths.count(width) // 2]
     settings = False
     for i, line in enumerate(sample):
         cells = cut(line, delimiter)
-        numbers = any(_is_number(c) for c in cells)
-        if numbers and len(cells) == width:
+        count = sum(map(_is_number, cells))
+        numbers = count > 0
+        if 2 * count >= max(usual, 1) and len(cells) == width:
             return 0
         settings = settings or numbers
         if settings and not numbers and len(cells) == width and all(cells):
-            following = next((x for x in sample[i + 1 :] if x.strip()), "")
-            if len(cut(following, delimiter)) == width and any(_is_number(c) for c in cut(following, delimiter)):
+            following = [cut(x, delimiter) for x in sample[i + 1 :] if x.strip()][:2]
+            if following and all(_stated(c) is not None for c in following[0]):
+                # a row of units stands between names and data
+                following = following[1:]
+            if following and len(following[0]) == width and any(_is_number(c) for c in following[0]):
                 return i
     return 0
 
@@ -242,6 +252,15 @@ def _row_of_units(names: list[str], units: list[str]) -> bool:
     return len(names) == len(units) and pairs.get("time_s") == "s" and not pairs.get("run_id", "-") and "tension_out_n" in pairs
 
 
+def _stated(cell: str) -> str | None:
+    """Return the unit that a cell of a row of units states, '' for one of something else or none, None where it is a name."""
+    unit = cell.strip().strip("[]()").strip()
+    if is_unit(unit):
+        return unit
+    known = UNIT_WORDS.get(unit.lower(), "")
+    return known if known else "" if unit.replace("°", "deg").lower() in NO_FORCE else None
+
+
 def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
     """Return column names and units from the lines above the data; names that stand there twice are numbered."""
     plain = tuple(f"col{i + 1}" for i in range(width))
@@ -262,8 +281,9 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
     if len(fitting) > 1 and _row_of_units(fitting[-2], names):
         # a log as export writes it, whose output may be in any unit
         return tuple(fitting[-2]), tuple(names), True
-    if len(fitting) > 1 and all(is_unit(c.strip("[]()")) or c in ("", "-", "1") for c in names) and any(names):
-        units = [c.strip("[]()") if is_unit(c.strip("[]()")) else "" for c in names] + [""] * (width - len(names))
+    stated = [_stated(c) for c in names]
+    if len(fitting) > 1 and any(stated) and all(u is not None for u in stated):
+        units = [u or "" for u in stated] + [""] * (width - len(names))
         names = fitting[-2]
     full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
     counts = Counter(full)

@@ -80,3 +80,14 @@ def test_remarks_stand_on_top_and_stop_nothing(tmp_path):
     done = sstl("segment", tmp_path / "log.parquet", "--out", tmp_path / "t.parquet")
     assert done.returncode == 0 and done.stdout.startswith("Remark (passes): run r: labelled act")
     assert (tmp_path / "t.parquet").exists()
+
+
+def test_the_headline_counts_the_sentences_below_it(tmp_path):
+    runs = [replace(r, run_id=f"late-{i}", tension_out_n=-r.tension_out_n) for i, r in enumerate((SOUND[0], SOUND[1]))]
+    write_runs(tmp_path / "log.parquet", runs, ORIGIN)
+    said = sstl("check", tmp_path / "log.parquet").stdout
+    sentences = sum(line.startswith("Physics (") for line in said.splitlines())
+    rows = sum(line.startswith("failure") for line in said.splitlines())
+    assert f"{sentences + rows} failure" in said and json.loads(sstl("check", tmp_path / "log.parquet", "--json").stdout)[
+        "failures"
+    ] >= len(runs)
