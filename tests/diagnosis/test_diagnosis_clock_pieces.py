@@ -107,12 +107,17 @@ def test_a_corner_is_where_the_lines_meet_by_hand():
     # 2 N a sample up to 3.4 samples, then 1 N a sample down: the lines meet at 6.8 N
     k = np.arange(9.0)
     u = np.where(k <= 3.4, 2.0 * k, 6.8 - (k - 3.4))
-    assert cornered(u, 0.5) == pytest.approx([0.0] * 4 + [0.6] + [0.0] * 4)
-    assert cornered(-u, 0.5) == pytest.approx([0.0] * 4 + [-0.6] + [0.0] * 4)
+    assert cornered(u, 0.5).beyond == pytest.approx([0.0] * 4 + [0.6] + [0.0] * 4) and not cornered(u, 0.5).back.any()
+    assert cornered(-u, 0.5).beyond == pytest.approx([0.0] * 4 + [-0.6] + [0.0] * 4)
+    # slopes of 4 N/s before and 2 N/s behind it
+    assert cornered(u, 0.5).short[4] == pytest.approx(2.0 * np.log(3.0))
+    # the same the other way round: the highest sample is the last before the corner, the first one after it 0.2 N below
+    late = cornered(u[::-1], 0.5)
+    assert late.beyond == pytest.approx([0.0] * 5 + [0.6] + [0.0] * 3) and late.back[5] == pytest.approx(0.2)
     # three samples on either side are needed
-    assert [bool(cornered(x, 0.5).any()) for x in (u[1:], u[2:], u[:8], u[:7])] == [True, False, True, False]
+    assert [cornered(x, 0.5) is not None for x in (u[1:], u[2:], u[:8], u[:7])] == [True, False, True, False]
     # a corner at a sample is beyond nothing, and a step within a ramp is no turn
-    assert not cornered(np.minimum(k, 8.0 - k), 0.5).any() and not cornered(k - 1.5 * (k > 4), 0.5).any()
+    assert cornered(np.minimum(k, 8.0 - k), 0.5) is None and cornered(k - 1.5 * (k > 4), 0.5) is None
 
 
 @pytest.mark.parametrize(("after", "hidden"), [(6.0, False), (6.9, False), (9.0, True), (4.0, True)])
