@@ -243,25 +243,15 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     causes = causes_of(t, x, y, noises, play) if moves else NO_CAUSES
     shapes = shapes_of((t, x, y), raw, noises, steps, causes) if moves else NO_SHAPES
     strides = (sensors[0].stride, sensors[1].stride)
-    dt, stride = float(np.median(np.diff(run.time_s))), max(strides)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
         seam = (0.0, 0.0)
-    half, filled = len(run) // 2, filled_of(run.time_s, raw, sensors)
     return {
+        **_of_readings(run, raw, sensors),
         "loops": found.loops,
         "ranges": ranges,
-        "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
-        "digits_lost": tuple(digits_lost(v) for v in raw),
-        "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
         "line_share": tuple(_line_share(t, v) for v in (x, y)),
         "correlation": correlation,
-        "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
-        "noise_correlation": _noise_correlation(*raw),
-        "roughness": tuple(
-            float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
-        ),
-        "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
         "play": play,
@@ -270,19 +260,37 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "forward_rms": residuals[0],
         "swapped_rms": residuals[1],
         "flipped_rms": residuals[2],
-        "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         "seam": seam,
         "seam_at_s": seam_at,
+        "position_span_mm": span_of(run.position_in_mm),
+        "position_follows": follows_of(run.position_in_mm, run.tension_in_n),
+        "reference_gain": reference_gain(run.tension_ref_n, run.tension_in_n),
+        "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
+    }
+
+
+def _of_readings(run: Run, raw: tuple[Array, Array], sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
+    """Return what the readings show as they are, whatever friction makes of them."""
+    strides = (sensors[0].stride, sensors[1].stride)
+    dt, stride = float(np.median(np.diff(run.time_s))), max(strides)
+    half, filled = len(run) // 2, filled_of(run.time_s, raw, sensors)
+    return {
+        "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
+        "digits_lost": tuple(digits_lost(v) for v in raw),
+        "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
+        "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
+        "noise_correlation": _noise_correlation(*raw),
+        "roughness": tuple(
+            float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
+        ),
+        "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
+        "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         # what was filled in has no noise
         "noise_ratio": (math.nan, math.nan)
         if filled.length_s
         else tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
         "filled": filled,
         "held_while": (held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
-        "position_span_mm": span_of(run.position_in_mm),
-        "position_follows": follows_of(run.position_in_mm, run.tension_in_n),
-        "reference_gain": reference_gain(run.tension_ref_n, run.tension_in_n),
-        "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
         "keys": keys_of(*raw),
         "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
     }
