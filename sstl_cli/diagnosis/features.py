@@ -12,7 +12,7 @@ from sstl_cli.diagnosis.constants import EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.heldout import blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.noise import floor_n
 from sstl_cli.diagnosis.residuals import Leftover, leftover
 from sstl_cli.diagnosis.simulator import Simulator
@@ -144,19 +144,19 @@ def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[
 
     A ratio over blocks of a few seconds, and two of its standard errors: where the gap is small beside the noise, squares say little.
     """
-    sim, folds = found.sim, make_folds(found.sim)
-    if not folds.honest:
+    sim, held = found.sim, found.held_out
+    if not held.folds.honest:
         return {}
-    left = held_out_residual(sim, found.base, folds)
+    left = held.residual(found.base)
     if any(r.misfit_n is not None for r in sim.problem.records):
         # beside what an accepted rig is known to scatter by an error says little: the share of its gain that a model keeps
         nats = found.base.nats(left)
-        return {w.ids: (nats - w.fit.nats(held_out_residual(sim, w.fit, folds))) / max(w.gain, 1.0) for w in examined}
+        return {w.ids: (nats - w.fit.nats(held.residual(w.fit))) / max(w.gain, 1.0) for w in examined}
     block = blocks(sim)
     floor = max(_power(sim, found.base) - reducible, 0.0)
     base = np.bincount(block, sim.weight * left**2)
     gap = base - floor * np.bincount(block, sim.weight)
-    errors = {w.ids: np.bincount(block, sim.weight * held_out_residual(sim, w.fit, folds) ** 2) for w in examined}
+    errors = {w.ids: np.bincount(block, sim.weight * held.residual(w.fit) ** 2) for w in examined}
     return {ids: _at_most(np.asarray(base - left, np.float64), gap) for ids, left in errors.items()}
 
 

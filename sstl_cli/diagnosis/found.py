@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.heldout import HeldOut
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise
@@ -28,6 +30,11 @@ class Search:
     base: Fit
     singles: dict[str, tuple[Weighed, ...]]
     combined: dict[tuple[str, ...], Weighed]
+
+    @cached_property
+    def held_out(self) -> HeldOut:
+        """What its models leave of data that they were not fitted to."""
+        return HeldOut(self.sim)
 
     def best(self, ids: tuple[str, ...]) -> Weighed:
         """Return the best fit of one effect or of a combination."""

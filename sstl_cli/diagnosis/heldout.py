@@ -73,6 +73,22 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
     return raw
 
 
+class HeldOut:
+    """Held-out residuals of the models of one search: what the verdict asks for and what the document shows is worked out once."""
+
+    def __init__(self, sim: Simulator) -> None:
+        self._sim = sim
+        self.folds = make_folds(sim)
+        # with the fit itself, so that no other one can take its place in memory
+        self._known: dict[int, tuple[Fit, Array]] = {}
+
+    def residual(self, f: Fit) -> Array:
+        """Return the residual (N, shape (samples,)) of a fit with each fold predicted from the others."""
+        if id(f) not in self._known:
+            self._known[id(f)] = (f, held_out_residual(self._sim, f, self.folds))
+        return self._known[id(f)][1]
+
+
 def _training(f: Fit, residual: Array, out: Mask) -> float:
     """Return the squared whitened residual of what is not held out."""
     return float(np.sum(f.whiten(residual)[~out] ** 2))

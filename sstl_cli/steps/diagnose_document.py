@@ -30,13 +30,12 @@ def document(g: Given) -> dict[str, Any]:
     """Return the diagnosis as laid down in the contract, tensions in the units of the recording."""
     g = replace(g, recorder=[_above_noise(g, r) for r in g.recorder])
     sim = g.search.sim
-    folds = heldout.make_folds(sim)
     # the error is that of the simulator alone: what it is known to leave counts as well
     known = misfit.known(g.problem)
+    held = g.search.held_out
     errors = Errors(
-        folds,
-        known + heldout.held_out_residual(sim, g.search.base, folds),
-        known + heldout.held_out_residual(sim, g.accepted, folds),
+        known + held.residual(g.search.base),
+        known + held.residual(g.accepted),
         _fine(g, g.search.noise),
         sim.weight,
         known,
@@ -63,7 +62,7 @@ def document(g: Given) -> dict[str, Any]:
             "noise": _noise(g),
         },
         "baselines": _baselines(g, errors),
-        "notes": _notes(g, folds),
+        "notes": _notes(g, held.folds),
         "isolability": {"ids": ids, "cosine": cosine},
         "loops": drawn.loops(g),
         "residuals": drawn.residuals(g),
@@ -164,8 +163,8 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         "explained_of_reducible_pct": None if explained is None else float(np.clip(explained, -100.0, 100.0)),
         "explained_scale": "error (RMSE) above the noise floor",
         "samples": samples,
-        "held_out": errors.folds.honest and fault is None,
-        "held_out_kind": errors.folds.kind,
+        "held_out": g.search.held_out.folds.honest and fault is None,
+        "held_out_kind": g.search.held_out.folds.kind,
         "worse_regions": shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     }
 

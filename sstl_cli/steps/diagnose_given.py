@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import features, following, heldout
+from sstl_cli.diagnosis import features, following
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.fit import Fit
@@ -59,7 +59,6 @@ class Given:
 class Errors:
     """Held-out residuals of base and accepted model (N), and the white noise above the analysis rate (N)."""
 
-    folds: heldout.Folds
     base: Array
     accepted: Array
     fine_n: float

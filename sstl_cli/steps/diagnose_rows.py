@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sstl_cli.diagnosis import heldout, limit, scaling, shrink
+from sstl_cli.diagnosis import limit, scaling, shrink
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.fit import Fit
@@ -36,7 +36,7 @@ def candidates(g: Given, errors: Errors) -> list[dict[str, Any]]:
 
 def _row(g: Given, errors: Errors, w: Weighed, lead: Weighed | None) -> dict[str, Any]:
     sim, f = g.search.sim, w.fit
-    held = errors.accepted if f is g.accepted else errors.known + heldout.held_out_residual(sim, f, errors.folds)
+    held = errors.accepted if f is g.accepted else errors.known + g.search.held_out.residual(f)
     intervals = shrink.parameter_intervals(sim, f)
     labels = [shrink.identifiability(f, i, x) for i, x in enumerate(intervals)]
     strengths = [s for s, x in zip(labels, f.free, strict=True) if not x.parameter.shape]
