@@ -215,8 +215,8 @@ NEAR = (1.0, 0.5, 2.0)
 WIDE = (*NEAR, 0.1, 10.0)
 WIDE_ROUNDS = 4
 LATENT_ENOUGH_NATS = 0.5
-# variance of the steps beside a corner that is rounded, over its own: behind a drive that lags by a sample 0.05 to 0.15
-ROUNDED = 0.1
+# samples over which a drive may round the corners of its input, and so many times further what it does counts
+ROUNDINGS, REACH = (1.0, 2.0, 4.0, 8.0), 4.0
 # least start of a scale, in the variance of a reading and the share taken of the typical step
 LEAST_SCALE = 1e-6
 # of the noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none, tries, curvature

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, HELD, THETA_STEP
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, HELD, ROUNDINGS, THETA_STEP
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.recorder import stretches
@@ -35,6 +35,11 @@ def likelier(sim: Simulator, nominal: Array) -> tuple[Simulator, Array]:
         Its input keeps to its samples.
     nominal : ndarray, shape (configurations,)
     """
+    liked = np.sum([r.rounds for r in sim.problem.records], axis=0)
+    if liked.max() > DECIDES_NATS:
+        # the readings themselves say that corners are rounded, and how far
+        sim = replace(sim, problem=rounded(sim.problem, ROUNDINGS[int(np.argmax(liked))]))
+        return sim, _base(sim, nominal).theta
     first = _base(sim, nominal)
     if all(r.corner is None for r in sim.problem.records):
         return sim, first.theta
@@ -46,7 +51,7 @@ def likelier(sim: Simulator, nominal: Array) -> tuple[Simulator, Array]:
     if found is not None:
         new = passing(sim.problem, Passes(lags[found[0]], found[1]))
     else:
-        new = rounded(sim.problem)
+        new = rounded(sim.problem, ROUNDINGS[0])
         if passes(*_offered(sim, first, [new], slopes)) is None:
             return sim, first.theta
     sim = replace(sim, problem=new)

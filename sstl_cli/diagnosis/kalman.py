@@ -18,8 +18,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 # error of the input, what the line holds of it, coloured noise of the output's sensor
 STATES, HELD_AT, OWN_AT = ERRORS + 2, ERRORS, ERRORS + 1
-# columns of the law of the error: the last state kept, its weight in the mean, what is new in it, in both, in the mean
-STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW = 15, 19, 29, 30, 33, LAW - 1
+# columns of the law of the error: the last state kept, its weight in the mean, what is new in it, in both, in the mean, and by how much
+# the end of a step differs from its mean
+STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW, TURN = 15, 19, 29, 30, 33, LAW - 2, LAW - 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -73,6 +74,9 @@ def gains(
         # what a slip that may or may not have happened leaves behind stays until the next slide
         before = 0.0 if first[t] else hold * doubt_n[t - 1]
         slip = max(doubt_n[t] ** 2 - before**2, 0.0)
+        if not first[t] and slide[t] < slide[t - 1]:
+            # a line holds the error with which its slide has ended, not that of the mean over the step
+            slip += (1.0 - slide[t] / slide[t - 1]) * gain[t - 1] ** 2 * law[t - 1, TURN]
         q[HELD_AT, HELD_AT] = f * f * entering + 2.0 * f * hold * e[HELD_AT] + hold * hold * p[HELD_AT, HELD_AT] + slip
         with_held = f * e[OWN_AT] + hold * p[HELD_AT, OWN_AT]
         q[HELD_AT, OWN_AT] = d * with_held

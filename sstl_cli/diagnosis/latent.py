@@ -22,7 +22,8 @@ from sstl_cli.diagnosis.constants import (
     LATENT_ROUNDS,
     LEAST_SCALE,
     NEAR,
-    ROUNDED,
+    REACH,
+    ROUNDINGS,
     SHORTEST_SMOOTHED,
     STEP_SHARES,
     WIDE,
@@ -39,7 +40,8 @@ class Latent:
 
     ``variance`` is the posterior variance of ``value``; ``chain``, shape (n, 26), the law by which the error moves on (see
     ``smoother``); ``nats`` is minus the log likelihood of the readings (up to a constant); ``doubt`` the standard deviation, beside
-    all that, of what depends on whether corners are sharp.
+    all that, of what depends on whether corners are sharp; ``rounds`` by how many nats the readings like corners better that are
+    rounded over each of ``ROUNDINGS`` samples.
     """
 
     value: Array
@@ -48,6 +50,7 @@ class Latent:
     chain: Array
     nats: float
     doubt: Array
+    rounds: Array
 
 
 @dataclass(frozen=True)
@@ -67,10 +70,10 @@ WHITE_ONLY = Slow(0.0, 1.0)
 
 @dataclass(frozen=True)
 class Told:
-    """What the smoother is told: slow noise of the sensor, and whether what drives the signal rounds its corners within a few samples."""
+    """What the smoother is told: slow noise of the sensor, and over how many samples what drives the signal rounds its corners (0: none)."""
 
     slow: Slow = WHITE_ONLY
-    rounded: bool = False
+    rounded: float = 0.0
 
 
 NOTHING = Told()
@@ -91,7 +94,9 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     n = len(signal)
     if n < SHORTEST_SMOOTHED or white <= FINEST * float(np.ptp(signal)):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
-        return Latent(np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)), 0.0, np.zeros(n))
+        return Latent(
+            np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)), 0.0, np.zeros(n), np.zeros(len(ROUNDINGS))
+        )
     use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)
     y = np.ascontiguousarray(signal - signal[0], np.float64)
     r = white * white
@@ -113,9 +118,12 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         value = split + sharp * (found.mean[:, 0] - split)
         doubt = np.sqrt(sharp * (1.0 - sharp)) * np.abs(found.mean[:, 0] - split)
     if told.rounded:
-        found, doubt = _rounded(y, use, noise, found), np.zeros(n)
-        value = found.mean[:, 0]
-    return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt)
+        found, doubt = _rounded(y, use, noise, found, told.rounded), np.zeros(n)
+        value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
+    else:
+        sharp_nats = cost(y, use, noise, *found.steps)
+        rounds = np.array([sharp_nats - cost(y, use, noise, _spread(found.steps[0], w), found.steps[1]) for w in ROUNDINGS])
+    return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt, rounds)
 
 
 @dataclass(frozen=True)
@@ -168,14 +176,22 @@ def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) 
     return found
 
 
-def _rounded(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
+def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
     """Return the path whose corners may go on in the steps beside them."""
-    corners, bends = path.steps
-    beside = np.maximum(np.append(corners[1:], 0.0), np.insert(corners[:-1], 0, 0.0))
-    steps = (np.maximum(corners, ROUNDED * beside), bends)
+    steps = (_spread(path.steps[0], width), path.steps[1])
     law, drive = chain(y, use, noise, *steps)
     mean, variance, squares = follow(law, drive)
     return replace(path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=cost(y, use, noise, *steps))
+
+
+def _spread(corners: Array, width: float) -> Array:
+    """Return variances of steps of which each goes on beside it, as behind a drive that lags by so many samples.
+
+    Such a drive turns what was one step into steps that fall off exponentially; where it began is not known.
+    """
+    reach = min(int(np.ceil(REACH * width)), (len(corners) - 1) // 2)
+    share = np.exp(-2.0 * np.abs(np.arange(-reach, reach + 1)) / width)
+    return np.convolve(corners, share / share.sum(), mode="same")
 
 
 def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> _Corners | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.clock import Corners, blurred, cornered, hiding, on_grid, tops
-from sstl_cli.diagnosis.constants import ANALYSIS_HZ, HALF, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, SIMULATION_HZ
+from sstl_cli.diagnosis.constants import ANALYSIS_HZ, HALF, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
+from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import NOTHING, Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
@@ -50,11 +51,11 @@ class Record:
     Simulation runs at the rate of ``u`` (latent input), ``y_smooth`` and ``rate``, shape
     (n * factor,), and so does ``slip`` where a motion drives the run; residuals live at the analysis rate of ``y`` (measured
     output) and ``weight`` (0 where the record says nothing), shape (n,), like ``error_n``, the standard deviation of what is not known of the
-    input, ``error_law``, shape (n, 35), by which that error moves on (see ``smoother``; ``told_n`` and ``told_s`` are the slow noise of the sensor that this one was told of, 0 if none), and ``readings``, of how many
+    input, ``error_law``, shape (n, 36), by which that error moves on (see ``smoother``; ``told_n`` and ``told_s`` are the slow noise of the sensor that this one was told of, 0 if none), and ``readings``, of how many
     readings of its sensor ``y`` is the mean, and ``share``, shape (n * factor,), of how much each step of the simulation counts in it;
     ``start_n`` is the output before the first sample, with its standard deviation; ``again`` is where a model has to begin
     anew, because the input may have turned unseen; ``corner`` is where the input may have passed
-    ``u`` between samples, None where it has nowhere (``passes``: ``u`` goes there; ``rounded``: ``u`` was smoothed as something that has no sharp corners). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
+    ``u`` between samples, None where it has nowhere (``passes``: ``u`` goes there; ``rounded``: over how many samples ``u`` was smoothed as rounded at corners, ``rounds`` by how many nats the readings like each of ``ROUNDINGS`` better than sharp ones). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
     is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time, ``tail`` the degrees of freedom of its jerks (see misfit); ``wander`` is how the rig is
     known to vary (see wander); None where nothing is known.
     """
@@ -94,7 +95,8 @@ class Record:
     corner: Corners | None = None
     told_n: float = 0.0
     told_s: float = 1.0
-    rounded: bool = False
+    rounded: float = 0.0
+    rounds: Array = field(default_factory=lambda: np.zeros(len(ROUNDINGS)))
     passes: Passes | None = None
 
     def __len__(self) -> int:
@@ -253,6 +255,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         slip,
         again=tuple(dict.fromkeys(start for _, start in again if start.at < n)),
         corner=into.corner,
+        rounds=into.rounds,
     )
 
 
@@ -265,6 +268,7 @@ class _Input:
     error_n: Array
     error_law: Array
     corner: Corners | None
+    rounds: Array
 
 
 def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
@@ -295,9 +299,19 @@ def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, 
     top, most = tops(into.value) if told.rounded else (0.0, 0.0)
     error_law, error_n = error_of_means(into.chain, factor)
     open_ = np.hypot(HALF * most, into.doubt) if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
-    blur = np.hypot(blurred(run, into.rate, thin), open_).reshape(-1, factor).max(axis=1)
-    error_law[:, -1] += blur**2
-    return _Input(into.value + top, into.rate, np.hypot(error_n, blur), error_law, corner)
+    blur, shown = _at_corners(np.hypot(blurred(run, into.rate, thin), open_), factor)
+    error_law[:, MEAN_NEW] += (shown * blur) ** 2
+    error_law[:, TURN] += (1.0 - shown**2) * blur**2
+    return _Input(into.value + top, into.rate, np.hypot(error_n, blur), error_law, corner, into.rounds)
+
+
+def _at_corners(open_n: Array, factor: int) -> tuple[Array, Array]:
+    """Return what steps leave open of a corner (N), and the share of the step behind it, shape (n,) each.
+
+    The mean over a step shows a corner from there on; what is held shows all of it.
+    """
+    steps = open_n.reshape(-1, factor)
+    return steps.max(axis=1), 1.0 - np.argmax(steps, axis=1) / factor
 
 
 def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:
@@ -309,9 +323,9 @@ def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:
     return replace(problem, records=tuple(again(r) for r in problem.records))
 
 
-def rounded(problem: Problem) -> Problem:
-    """Return a problem whose inputs are smoothed again, as driven by something that rounds corners within a few samples."""
-    return replace(problem, records=tuple(_smoothed(r, Told(rounded=True)) for r in problem.records))
+def rounded(problem: Problem, width: float) -> Problem:
+    """Return a problem whose inputs are smoothed again, as driven by something that rounds corners over so many samples."""
+    return replace(problem, records=tuple(_smoothed(r, Told(rounded=width)) for r in problem.records))
 
 
 def _smoothed(r: Record, how: Told) -> Record:
@@ -357,9 +371,11 @@ def _passing(r: Record, how: Passes) -> Record:
     """Return a record whose input goes on to its corners; anywhere between sample and corner leaves a third of the square open."""
     if r.corner is None:
         return replace(r, passes=how)
-    law, blur = r.error_law.copy(), np.abs(r.corner.beyond).reshape(-1, r.factor).max(axis=1) ** 2
-    law[:, -1] -= (WITHIN - how.doubt) * blur
-    error_n = np.sqrt(np.maximum(r.error_n**2 - (WITHIN - how.doubt) * blur, 0.0))
+    law, (blur, shown) = r.error_law.copy(), _at_corners(np.abs(r.corner.beyond), r.factor)
+    less = (WITHIN - how.doubt) * blur**2
+    law[:, MEAN_NEW] -= shown**2 * less
+    law[:, TURN] -= (1.0 - shown**2) * less
+    error_n = np.sqrt(np.maximum(r.error_n**2 - less, 0.0))
     return replace(r, u=r.u + r.corner.moved(how.lag_s), error_law=law, error_n=error_n, passes=how)
 
 

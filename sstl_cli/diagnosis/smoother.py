@@ -31,9 +31,10 @@ PAIRS = STATES * (STATES + 1) // 2
 # columns of a chain: transition row by row, covariance of what is new
 CHAIN = STATES * STATES + PAIRS
 # columns of the law of a mean: transition row by row and weights of the state before in the mean, which move what is known;
-# covariance of what is new in the state, of that with what is new in the mean, and variance of the latter
+# covariance of what is new in the state, of that with what is new in the mean, and variance of the latter; last by how much (mean square)
+# the end of a step differs from its mean
 MOVES = STATES * STATES + STATES
-LAW = MOVES + PAIRS + STATES + 1
+LAW = MOVES + PAIRS + STATES + 2
 
 
 class Reading(NamedTuple):
@@ -249,7 +250,7 @@ def follow(law: Array, drive: Array) -> tuple[Array, Array, Array]:
 
 @njit(cache=True, nogil=True)
 def error_of_means(law: Array, factor: int) -> tuple[Array, Array]:
-    """Return the law of the error of means over ``factor`` samples, (n, 35), and its standard deviation (n,)."""
+    """Return the law of the error of means over ``factor`` samples, (n, 36), and its standard deviation (n,)."""
     n = len(law) // factor
     out, sd = np.zeros((n, LAW)), np.zeros(n)
     squares = np.zeros((7, STATES, STATES))
@@ -276,11 +277,13 @@ def error_of_means(law: Array, factor: int) -> tuple[Array, Array]:
             out[block, i] = move[i // STATES, i % STATES]
         out[block, STATES * STATES : MOVES] = c
         _pairs(new, out[block, MOVES : MOVES + PAIRS])
-        out[block, MOVES + PAIRS : LAW - 1], out[block, LAW - 1] = b, bb
-        known = 0.0
+        out[block, MOVES + PAIRS : LAW - 2], out[block, LAW - 2] = b, bb
+        known, apart = 0.0, bb + new[0, 0] - 2.0 * b[0]
         for i in range(STATES):
             for j in range(STATES):
                 known += c[i] * now[i, j] * c[j]
+                apart += (move[0, i] - c[i]) * now[i, j] * (move[0, j] - c[j])
+        out[block, LAW - 1] = max(apart, 0.0)
         sd[block] = np.sqrt(max(known + bb, 0.0))
         _moved(move, now, new, g, t)
         now[:, :] = t

@@ -5,14 +5,15 @@ error is the gain times e; while it holds, the error is the one of the extreme t
 slide. The output sensor adds white and first-order coloured noise. Given the phases all of this is linear and Gaussian::
 
     e'   = error of the smoothed input, by the law that the smoother states (four numbers), averaged over the step
-    h'   = (1 - slide) h + slide gain e' + slip
+    h'   = (1 - slide) h + slide gain e' + slip + turn
     c'   = first-order coloured noise of the output sensor
     residual = h + mean of c over the step + white noise
 
 where the smoother has not been told of the slow noise of the input's sensor, that noise is the last number of the error, and
 on its own. Sensors are read many times a step: of slow noise a step has the mean, which is smoother than a sample (a
 first-order noise of 0.05 s keeps 77 % from one mean over 0.02 s to the next, not 67). ``slip`` stands for a hold that nearly
-slid: whether the true input slipped there is not known, and what it left stays.
+slid: whether the true input slipped there is not known, and what it left stays. ``turn`` comes where a slide ends: a line holds the
+error of the extreme, which is that of one moment and not of the mean over a step.
 So the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
 is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise only: a residual and all columns
 of a Jacobian pass through it in one go.
@@ -27,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import tails
-from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, STATES, filtered, gains
+from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, STATES, TURN, filtered, gains
 from sstl_cli.diagnosis.records import Record, starts_of
 from sstl_cli.diagnosis.smoother import MOVES
 from sstl_cli.diagnosis.wander import Levels, Turned, levels, turned
@@ -184,7 +185,7 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
 @dataclass(frozen=True)
 class Constants:
     """What the noise is whatever the model does, per sample: coloured noise of the output, white noise (N), law of the input's
-    error (n, 35), variance of the output before a record, whether the sample counts, whether a record begins, and how a known rig varies.
+    error (n, 36), variance of the output before a record, whether the sample counts, whether a record begins, and how a known rig varies.
     """
 
     own: Own
@@ -265,6 +266,8 @@ def _entering(r: Record, into: Sensor, smoother: float) -> Array:
         decay, fresh, shown, both, mean = _coloured(r, into, np.full(len(r), float(r.factor)))
         law[:, STATE_KEPT], law[:, STATE_NEW], law[:, MEAN_KEPT], law[:, BOTH_NEW] = decay, fresh, shown, both
         law[:, MEAN_NEW] += mean
+        # what was kept of it and what is new: at the end of a step less its mean
+        law[:, TURN] += into.coloured_n**2 * (decay - shown) ** 2 + np.maximum(fresh + mean - 2.0 * both, 0.0)
     return law
 
 

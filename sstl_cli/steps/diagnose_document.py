@@ -33,13 +33,7 @@ def document(g: Given) -> dict[str, Any]:
     # the error is that of the simulator alone: what it is known to leave counts as well
     known = misfit.known(g.problem)
     held = g.search.held_out
-    errors = Errors(
-        known + held.residual(g.search.base),
-        known + held.residual(g.accepted),
-        _fine(g, g.search.noise),
-        sim.weight,
-        known,
-    )
+    errors = Errors(known + held.residual(g.search.base), known + held.residual(g.accepted), _fine(g, g.search.noise), sim.weight, known)
     code = where.phases(sim, g.accepted.prediction)
     ids, cosine = following.isolability(g.search)
     body: dict[str, Any] = {
