@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.kalman import TURN
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener, constants
@@ -255,10 +256,11 @@ def _phases(
 
 
 def _error_n(r: Record, noise: Noise | None) -> Array:
-    """Return the standard deviation (N) of what is not known of the input, at the analysis rate."""
+    """Return the standard deviation (N) of what is not known of the input, at the analysis rate: at the end of a step as of its mean."""
+    error = np.sqrt(r.error_n**2 + r.error_law[:, TURN])
     if noise is None:
-        return r.error_n
-    return np.asarray(np.hypot(noise.smoother[r.system] * r.error_n, 0.0 if r.told_n else noise.input[r.system].coloured_n))
+        return error
+    return np.asarray(np.hypot(noise.smoother[r.system] * error, 0.0 if r.told_n else noise.input[r.system].coloured_n))
 
 
 def _read_late(r: Record, late_s: float) -> Record:

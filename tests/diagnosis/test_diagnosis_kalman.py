@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, filtered, gains
+from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, TURN, filtered, gains
 from sstl_cli.diagnosis.smoother import LAW, MOVES
 
 N, SIGMA = 6, 0.3
@@ -71,6 +71,17 @@ def test_an_error_of_the_input_enters_while_the_line_slides_and_stays_while_it_h
     agrees(a, c)
 
 
+def test_a_hold_keeps_the_error_of_the_end_of_its_slide_not_of_its_mean() -> None:
+    a, apart, gain = plain(N), 0.4, 1.5
+    a["law"][:, TURN], a["gain"][:] = apart, gain
+    a["slide"][:] = [1.0, 1.0, 1.0, 0.25, 0.0, 0.0]
+    c = SIGMA**2 * np.eye(N)
+    # three quarters of the slide end with the third sample, all that is left of it with the fourth
+    c[3:, 3:] += 0.75 * gain**2 * apart * np.ones((3, 3))
+    c[4:, 4:] += gain**2 * apart * np.ones((2, 2))
+    agrees(a, c)
+
+
 def test_a_masked_sample_says_nothing_and_moves_the_state_on() -> None:
     a = plain(N)
     a["start"][0], a["keep"][2] = 0.5, False
@@ -84,4 +95,4 @@ def test_a_masked_sample_says_nothing_and_moves_the_state_on() -> None:
 
 
 def test_states_and_columns_stand_where_the_law_has_them() -> None:
-    assert (STATES, ERRORS, LAW - 1, BOTH_FROM + ERRORS) == (6, 4, MEAN_NEW, MEAN_NEW)
+    assert (STATES, ERRORS, LAW - 1, BOTH_FROM + ERRORS) == (6, 4, TURN, MEAN_NEW)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from sstl_cli.diagnosis import latent as of
 from sstl_cli.diagnosis.constants import FINEST, SHORTEST_SMOOTHED
@@ -124,3 +125,36 @@ def test_readings_with_slow_noise_are_followed_less_when_that_is_known():
     off = [np.sqrt(np.mean((f.value - SIGNALS["triangle"]) ** 2)) for f in (plain, told)]
     assert off[1] < 0.7 * off[0] and told.nats < plain.nats - 50.0
     assert 0.4 < np.mean((told.value - SIGNALS["triangle"]) ** 2 / told.variance) < 2.0
+
+
+@pytest.mark.parametrize("sd", [0.02, 0.03])
+def test_readings_say_over_how_many_samples_a_drive_rounds_corners(sd):
+    corners = np.interp(TIME % 3.0, [0.0, 1.3, 1.7, 3.0], [0.0, 13.0, 13.0, 0.0])
+    for lag, least, most in ((0.0, -1, -1), (3.0, 0, 2)):
+        signal = corners if lag == 0.0 else of_first_order(corners, lag)
+        liked = latent(signal + sd * np.random.default_rng(4).standard_normal(len(TIME)), DT, sd).rounds
+        best = int(np.argmax(liked)) if liked.max() > 4.0 else -1
+        assert least <= best <= most, (lag, liked)
+
+
+def of_first_order(signal, lag):
+    """Return a signal behind a lag of so many samples, marched fifty times finer."""
+    fine = np.interp(np.arange(len(signal) * 50) / 50.0, np.arange(len(signal)), signal)
+    kept = np.exp(-1.0 / (50.0 * lag))
+    return lfilter([1.0 - kept], [1.0, -kept], fine - fine[0])[::50] + fine[0]
+
+
+def test_an_input_that_was_told_to_be_rounded_is_off_by_what_it_says_behind_a_drive_that_lags():
+    signal = of_first_order(np.interp(TIME % 3.0, [0.0, 1.3, 1.7, 3.0], [0.0, 13.0, 13.0, 0.0]), 3.0)
+    noisy = signal + 0.03 * np.random.default_rng(5).standard_normal(len(TIME))
+    sharp, round_ = latent(noisy, DT, 0.03), latent(noisy, DT, 0.03, told=Told(rounded=2.0))
+    nees = [float(np.mean((x.value - signal) ** 2 / x.variance)) for x in (sharp, round_)]
+    assert nees[1] < 1.3 < nees[0]
+
+
+def test_variances_that_are_spread_keep_their_sum_and_fall_off_on_both_sides():
+    w = np.full(40, 1e-3)
+    w[20] = 1.0
+    out = of._spread(w, 2.0)
+    assert out[10:31].sum() == pytest.approx(w[10:31].sum(), rel=1e-3)
+    assert out[21] / out[20] == pytest.approx(np.exp(-1.0), rel=0.02) and out[19] == pytest.approx(out[21])

@@ -13,6 +13,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import records
 from sstl_cli.diagnosis.clock import Corners
 from sstl_cli.diagnosis.constants import MIN_SAMPLES
+from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import Latent, Slow
 from sstl_cli.diagnosis.records import Passes, Start, passing, prepare, representatives, sampled, starts_of, told
 
@@ -28,7 +29,7 @@ def run(name="r", n=1000, span=16.0, sd=0.01, **more):
 
 
 def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
-    out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0, np.zeros(8))
+    out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0, np.zeros(8), np.zeros(4))
     ready = np.array([1, 0, 0, 0, 0, 1, 1, 0], bool)
     assert records._starts([(1, 2), (5, 6), (6, 7)], ready, out) == [
         (2, Start(5, 5.0, 5.0)), (6, Start(6, 6.0, 6.0)), (7, Start(8, 7.0, 7.0)),
@@ -37,13 +38,29 @@ def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
     assert starts_of(r) == (Start(0, r.start_n, r.start_error_n), Start(7, 1.0, 2.0))
 
 
+def test_what_is_open_of_a_corner_is_shown_from_there_on_and_held_whole():
+    open_n = np.array([0.0, 0.0, 0.4, 0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    blur, shown = records._at_corners(open_n, 4)
+    assert blur.tolist() == [0.4, 0.2, 0.0] and shown.tolist() == [0.5, 1.0, 1.0]
+    r = PROBLEM.records[0]
+    law = np.zeros_like(r.error_law)
+    law[10, TURN], law[10, MEAN_NEW] = 0.1, 0.1
+    beyond = np.zeros(len(r.u))
+    beyond[10 * r.factor + r.factor // 2] = 0.3
+    share = 1.0 - (r.factor // 2) / r.factor
+    corner = Corners(np.zeros(len(r.u)), beyond, np.zeros(len(r.u)))
+    (moved,) = passing(replace(PROBLEM, records=(replace(r, corner=corner, error_law=law),)), Passes(0.0, 0.0)).records
+    less = (law - moved.error_law)[10]
+    assert less[MEAN_NEW] == pytest.approx(share**2 * 0.03) and less[TURN] == pytest.approx((1.0 - share**2) * 0.03, abs=1e-15)
+
+
 def test_an_input_that_passes_its_samples_goes_on_to_its_corners():
     r = PROBLEM.records[0]
     assert r.corner is None
     back, beyond, short = np.zeros((3, len(r.u)))
     back[100], beyond[100], short[100], beyond[200], short[200] = -0.1, -0.6, 2.0, 0.6, 8.0
     law = r.error_law.copy()
-    law[[100, 200], -1] += 0.36 / 3.0
+    law[[100, 200], MEAN_NEW] += 0.36 / 3.0
     blurred = replace(r, corner=Corners(back, beyond, short), error_law=law, error_n=np.full(len(r), 0.4))
     moved, other = passing(replace(PROBLEM, records=(blurred, r)), Passes(0.1, 0.01)).records
     assert np.array_equal(other.u, r.u) and other.passes == moved.passes
@@ -51,7 +68,8 @@ def test_an_input_that_passes_its_samples_goes_on_to_its_corners():
     assert moved.u[100] == pytest.approx(r.u[100] - 0.1 - 0.4) and moved.u[200] == r.u[200]
     assert np.array_equal(np.delete(moved.u, 100), np.delete(r.u, 100))
     # a third of the square is open beforehand
-    assert moved.error_law[100, -1] == pytest.approx(law[100, -1] - (1.0 / 3.0 - 0.01) * 0.36) and moved.error_law[99, -1] == law[99, -1]
+    less = law - moved.error_law
+    assert less[100, MEAN_NEW] == pytest.approx((1.0 / 3.0 - 0.01) * 0.36) and np.count_nonzero(less) == 2
     assert moved.error_n[100] == pytest.approx(np.sqrt(0.16 - (1.0 / 3.0 - 0.01) * 0.36)) and moved.error_n[99] == 0.4
     none = passing(replace(PROBLEM, records=(replace(blurred, error_n=np.zeros(len(r))),)), Passes(0.1, 0.01))
     assert none.records[0].error_n[100] == 0.0

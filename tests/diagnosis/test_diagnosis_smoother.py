@@ -65,6 +65,10 @@ def test_the_error_of_means_is_that_of_averaged_states(factor, noise):
     dense = means @ posterior(KNOWN, noise, CORNERS, BENDS)[1][: blocks * factor, : blocks * factor] @ means.T
     moves, sd = error_of_means(law, factor)
     assert sd**2 == pytest.approx(np.diag(dense), rel=1e-8)
+    # the end of a block less its mean
+    apart = np.kron(np.eye(blocks), np.eye(factor)[-1:]) - means
+    differ = apart @ posterior(KNOWN, noise, CORNERS, BENDS)[1][: blocks * factor, : blocks * factor] @ apart.T
+    assert moves[:, -1] == pytest.approx(np.diag(differ), rel=1e-6, abs=1e-12)
     # covariance of a mean with the next one: through the state between them
     m = STATES
     state, first = np.zeros((m, m)), None
@@ -72,7 +76,7 @@ def test_the_error_of_means_is_that_of_averaged_states(factor, noise):
         move, c, new = row[: m * m].reshape(m, m), row[m * m : MOVES], pairs(row[MOVES : MOVES + PAIRS])
         if k == 1:
             assert c @ first == pytest.approx(dense[0, 1], rel=1e-8)
-        first = move @ state @ c + row[MOVES + PAIRS : -1]
+        first = move @ state @ c + row[MOVES + PAIRS : -2]
         state = move @ state @ move.T + new
 
 

@@ -64,21 +64,29 @@ def dense(ph, told=False):
 
     def colour(sd, tau):
         lag = np.abs(np.subtract.outer(np.arange(N * FACTOR), np.arange(N * FACTOR))) * DT
-        return sd**2 * means @ np.exp(-lag / tau) @ means.T
+        return sd**2 * np.exp(-lag / tau)
 
-    into = means @ posterior(KNOWN, TOLD if told else PLAIN, CORNERS, BENDS)[1] @ means.T + (0.0 if told else colour(0.015, 0.3))
+    error = posterior(KNOWN, TOLD if told else PLAIN, CORNERS, BENDS)[1] + (0.0 if told else colour(0.015, 0.3))
+    into = means @ error @ means.T
+    # the end of a step less its mean
+    apart = np.kron(np.eye(N), np.eye(FACTOR)[-1:]) - means
+    turn = np.diag(apart @ error @ apart.T)
     held = ph.gain[0] ** 2 * into[0, 0]
-    mix, start = np.zeros((N, N)), np.zeros(N)
+    mix, start, turned = np.zeros((N, N)), np.zeros(N), np.zeros((N, N))
     for t in range(N):
         s, g = ph.slide[t], ph.gain[t]
         if t:
-            mix[t], start[t] = (1.0 - s) * mix[t - 1], (1.0 - s) * start[t - 1]
+            mix[t], start[t], turned[t] = (1.0 - s) * mix[t - 1], (1.0 - s) * start[t - 1], (1.0 - s) * turned[t - 1]
+            before = ph.slide[t - 1]
+            if s < before:
+                turned[t, t] += np.sqrt(1.0 - s / before) * ph.gain[t - 1]
         else:
             start[t] = 1.0 - s
         mix[t, t] += s * g
     white_n = 0.03 / np.sqrt(FACTOR)
     begin = np.outer(start, start) * (0.02**2 + 0.02**2 + held)
-    return mix @ into @ mix.T + begin + colour(0.02, 0.1) + white_n**2 * np.eye(N)
+    held_on = turned @ np.diag(np.roll(turn, 1)) @ turned.T
+    return mix @ into @ mix.T + held_on + begin + means @ colour(0.02, 0.1) @ means.T + white_n**2 * np.eye(N)
 
 
 def test_the_filter_is_the_inverse_root_of_the_dense_covariance():
