@@ -17,6 +17,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from sstl_cli.core.kept import at_start as _ensure
+from sstl_cli.core.kept import fonts_beside as _fonts
 
 if TYPE_CHECKING:
     from sstl_cli.api.catalogue import effects
@@ -53,6 +54,7 @@ def __getattr__(name: str) -> Any:
     """Load a public name when it is first asked for (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module 'sstl_cli' has no attribute '{name}'; public names: {', '.join(__all__)}")
+    _fonts()
     value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value

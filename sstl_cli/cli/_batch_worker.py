@@ -38,6 +38,7 @@ class Job:
     force: bool
     environment: dict[str, str]
     root: str
+    named: tuple[str, ...] = ()
 
 
 def run_one(job: Job) -> step.Outcome:
@@ -59,7 +60,7 @@ def _run(job: Job) -> step.Outcome:
     names = (job.item.output, *job.item.side)
     with _staging(folder) as work:
         local, digest = _staged(source, work)
-        inputs = {source.url: digest, **_option_files(job.item.options, job.root)}
+        inputs = {source.url: digest, **_option_files(job)}
         wanted = step.wanted_record(job.command, job.item, inputs, job.environment)
         record_at = folder.inside(places.WORK, job.item.output + ".json")
         record = places.read_record(record_at, step.RECORD)
@@ -187,12 +188,12 @@ def _staged(source: places.Place, work: Path) -> tuple[Path, str]:
     return path, _digest(path)
 
 
-def _option_files(options: tuple[str, ...], root: str) -> dict[str, str]:
-    """Return the SHA-256 of every file that an option names, such as a mapping."""
+def _option_files(job: Job) -> dict[str, str]:
+    """Return the SHA-256 of every file that an option names, such as a mapping, also by a variable or a ``--config`` file."""
     found = {}
-    for word in options:
-        value = word.partition("=")[2] if word.startswith("--") else word
-        path = _file_of(value, root)
+    words = [word.partition("=")[2] if word.startswith("--") else word for word in job.item.options if word not in job.item.side]
+    for value in [*words, *job.named]:
+        path = _file_of(value, job.root)
         if path:
             found[value] = _digest(Path(path))
     return found

@@ -70,15 +70,13 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
 
     root = folder.root
     require_followed(root)
+    old: list[Path] = []
     if root.exists() and (not root.is_dir() or any(root.iterdir())):
-        if not force or not (folder.hashes.exists() or not root.is_dir()):
-            raise SstlError("exists already and is not empty", where=str(root), fix="give a new folder, or --force", code="E956")
         if not root.is_dir():
             raise SstlError("is not a folder", where=str(root), fix="give a folder", code="E956")
-        for name in PARTS:
-            shutil.rmtree(root / name, ignore_errors=True)
-        for path in (folder.hashes, folder.plan, folder.truth, folder.limit, root / "score.json"):
-            path.unlink(missing_ok=True)
+        if not force:
+            raise SstlError("exists already and is not empty", where=str(root), fix="give a new folder, or --force", code="E956")
+        old = _old_set(folder)
     root.mkdir(parents=True, exist_ok=True)
     # the same words for every case: nothing of how it was made
     provenance = Provenance("sstl blind make", None, {})
@@ -99,6 +97,7 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
             sim = case.sim.model_dump(mode="json", by_alias=True, exclude_none=True)
             rows.append({"case": name, "sha256": sha256(path), "exclude": list(case.exclude), "sim": sim})
         published, closed = seal.seal(truths, "blind", [seed, seed + count - 1], quick)
+        _remove(folder, old)
         write_json(folder.hashes, published)
         for part in ("cases", "fresh"):
             (hidden / part).rename(root / part)
@@ -109,12 +108,59 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
     return {"cases": len(truths), "samples": samples, "seal": published["set"]}
 
 
+def _old_set(folder: Folder) -> list[Path]:
+    """Return the files of the set that a new one may replace.
+
+    Raises
+    ------
+    SstlError
+        E956 where the folder holds no set, or a file that is none of the set's where the set keeps its own.
+    """
+    from sstl_cli.blind import seal
+    from sstl_cli.core.errors import SstlError
+    from sstl_cli.core.files import read_json
+
+    try:
+        sealed = read_json(folder.hashes, seal.HASHES)["cases"]
+    except (SstlError, KeyError):
+        fix = "give a new folder: --force replaces sets only"
+        raise SstlError("exists already and holds no set", where=str(folder.root), fix=fix, code="E956") from None
+    own = [folder.hashes, folder.plan, folder.truth, folder.limit]
+    own += [place(case) for case in sealed if _plain(case) for place in (folder.log, folder.fresh, folder.result, folder.distance)]
+    found = [p for p in own if p.is_file()]
+    for part in PARTS:
+        # what a killed call left behind is the set's too
+        there = [p for p in (folder.root / part).glob("*") if not (p.name.startswith(".") and p.name.endswith(".tmp"))]
+        if foreign := next((p for p in there if p not in found), None):
+            raise SstlError("is no file of the set, and would be lost", where=str(foreign), fix="move it away", code="E956")
+        found += [p for p in (folder.root / part).glob(".*.tmp") if p.is_file()]
+    return found
+
+
+def _remove(folder: Folder, files: list[Path]) -> None:
+    """Remove the files of an old set, and the folders that are empty then."""
+    for path in files:
+        path.unlink(missing_ok=True)
+    for part in PARTS if files else ():
+        if (folder.root / part).is_dir():
+            (folder.root / part).rmdir()
+
+
 def read_plan(folder: Folder) -> dict[str, dict[str, Any]]:
     """Return what is asked of each case, by name."""
     from sstl_cli.blind import seal
+    from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
 
-    return {row["case"]: row for row in read_json(folder.plan, seal.PLAN)["cases"]}
+    plan = {row["case"]: row for row in read_json(folder.plan, seal.PLAN)["cases"]}
+    if strange := next((case for case in plan if not _plain(case)), None):
+        raise SstlError(f"{strange!r} is no name of a case", where=str(folder.plan), fix="make the set again", code="E952")
+    return plan
+
+
+def _plain(case: object) -> bool:
+    """Whether the name of a case is that of a file inside the set, whoever made it."""
+    return isinstance(case, str) and case not in ("", ".", "..") and not {"/", "\\", "\0"} & set(case)
 
 
 def open_truth(folder: Folder) -> dict[str, Any]:

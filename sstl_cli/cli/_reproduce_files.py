@@ -63,7 +63,11 @@ class Shown:
 def write(folder: Path, found: Reproduction, shown: Shown, provenance: Provenance, force: bool) -> list[str]:
     """Write Parquet, LaTeX, HTML and SVG; return the names."""
     from sstl_cli.core.files import atomic, write_text
+    from sstl_cli.core.kept import fonts_beside
     from sstl_cli.core.parquet import write_table
+
+    fonts_beside(folder / FIXED[0])
+
     from sstl_cli.paper import drawings, page
     from sstl_cli.paper.compare import COMPARISON, table_of
     from sstl_cli.paper.latex import document

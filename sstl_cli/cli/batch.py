@@ -84,7 +84,7 @@ def batch(asked: Asked) -> None:
     step.form_of(command, rest)
     sources = places.expand(asked.files)
     items = step.plan(command, sources, rest)
-    _parse_once(context, command, items[0])
+    named = _parse_once(context, command, items[0])
     out, workers = places.place(asked.out_dir), asked.workers
     if out.own or any(places.place(s).own for s in sources):
         if asked.scheduler:
@@ -92,25 +92,24 @@ def batch(asked: Asked) -> None:
         workers = 1
     prefix = f"SSTL_{command.upper()}_"
     environment = {k: v for k, v in sorted(os.environ.items()) if k.startswith(prefix)}
-    _keep_inputs(out, items)
-    jobs = [Job(command, item, asked.out_dir, asked.force, environment, os.getcwd()) for item in items]
+    _keep_inputs(out, items, named)
+    jobs = [Job(command, item, asked.out_dir, asked.force, environment, os.getcwd(), named) for item in items]
     with _folder(out), screen.progress(f"batch {command}", len(jobs)) as advance:
         outcomes = run_all(jobs, min(workers or default_workers(), len(jobs)), asked.scheduler, lambda _: advance(1))
     _show(screen, command, outcomes)
     screen.finish(step.document(command, asked.out_dir, rest, outcomes), step.exit_code(outcomes))
 
 
-def _keep_inputs(out: Place, items: list[Any]) -> None:
-    """Refuse outputs that are inputs of the same batch, or no regular files."""
+def _keep_inputs(out: Place, items: list[Any], named: tuple[str, ...]) -> None:
+    """Refuse outputs that are inputs of the same batch, or read by its subcommand (``named``), or no regular files."""
     from sstl_cli.cli._batch_places import place
     from sstl_cli.core.files import keep_safe, require_writable
 
     if not out.local:
         return
     sources = [place(item.source) for item in items]
-    words = [word.partition("=")[2] if word.startswith("--") else word for item in items for word in item.options]
-    inputs = [*(s.path for s in sources if s.local), *words]
-    keep_safe([Path(name) for name in dict.fromkeys(inputs) if name and os.path.isfile(name)], "an input of the batch")
+    inputs = [*(s.path for s in sources if s.local and os.path.isfile(s.path)), *named]
+    keep_safe([Path(name) for name in dict.fromkeys(inputs)], "an input of the batch")
     for item in items:
         for name in (item.output, *item.side):
             target = Path(out.inside(name).path)
@@ -118,15 +117,18 @@ def _keep_inputs(out: Place, items: list[Any]) -> None:
                 require_writable(target, True)
 
 
-def _parse_once(context: typer.Context, command: str, item: Any) -> None:
-    """Let a wrong option after ``--`` be one usage error instead of one failure a file."""
+def _parse_once(context: typer.Context, command: str, item: Any) -> tuple[str, ...]:
+    """Let a wrong option after ``--`` be one usage error instead of one failure a file; return the files that the options name."""
+    from sstl_cli.cli._batch_named import named_files
     from sstl_cli.steps.batch import FORMS
 
     inner = context.find_root().command.get_command(context, command)  # type: ignore[attr-defined]
     form = FORMS[command]
     words = [*([form.option] if form.option else []), item.source]
     words += [] if form.printed else ["--out", item.output]
-    inner.make_context(command, [*words, *item.options], parent=context.find_root()).close()
+    parsed = inner.make_context(command, [*words, *item.options], parent=context.find_root())
+    parsed.close()
+    return named_files(parsed.params, item)
 
 
 @contextmanager

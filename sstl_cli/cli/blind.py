@@ -265,6 +265,11 @@ def real(asked: Real) -> None:
 
     screen = Screen(asked.as_json)
     require_outputs(asked.force, asked.out)
+    if asked.inject is not None and (asked.model or asked.plant):
+        from sstl_cli.core.errors import UsageError
+
+        option = "--model" if asked.model else "--plant"
+        raise UsageError(f"{option} has no meaning with --inject", fix="leave one out", code="E904")
     if asked.inject is not None:
         _inject(screen, asked, asked.inject)
     runs = read_logs(asked.logs)

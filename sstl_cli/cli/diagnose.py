@@ -167,6 +167,8 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     if asked.next_out is not None and document["next_experiment"]:
         write_text(asked.next_out, _movement(asked.next_out, document["next_experiment"]), asked.force)
     show.diagnosis(screen, document)
+    if asked.next_out is not None and not document["next_experiment"]:
+        screen.note(_not_proposed(asked.next_out, document["verdict"]["status"]))
     gates = Gates(asked.max_rmse, asked.max_gap_pct, asked.expect)
     missed = gates.missed(document)
     if asked.junit is not None:
@@ -187,6 +189,14 @@ def _movement(path: Path, proposed: dict[str, Any]) -> str:
     return table(movement, proposed["tension_factor"]) if path.suffix.lower() == ".csv" else dump(movement)
 
 
+def _not_proposed(path: Path, status: str) -> str:
+    """Return why there is no file of a proposed recording, and what one that is there already is."""
+    settled = {"none": "nothing is left to explain", "identified": "the effect is named already"}
+    why = settled.get(status, "no movement of the menu would tell the candidates apart better than this recording")
+    kept = ", and the file there is from before" if path.exists() else ""
+    return f"--next-out: no recording is proposed, {why}; {path} was not written{kept}"
+
+
 def _plan(screen: Screen, asked: Asked, plan: str) -> NoReturn:
     """Say what a movement could tell before it is recorded, and end."""
     from sstl_cli.cli import _diagnose_show as show
@@ -198,9 +208,7 @@ def _plan(screen: Screen, asked: Asked, plan: str) -> NoReturn:
 
     if asked.logs:
         raise UsageError("a plan takes no log", where="--plan", fix="leave out the logs, or --plan", code="E904")
-    others = [f"--{n.replace('_', '-')}" for n in OF_A_LOG if getattr(asked, n)]
-    if others:
-        raise UsageError(f"a plan has nothing for {', '.join(others)}", where="--plan", fix="leave them out, or give logs", code="E904")
+    _nothing_for(asked, OF_A_LOG, "a plan", "--plan")
     require_outputs(asked.force, asked.out)
     with screen.progress("planning", 1) as advance:
         document = step.run(load(plan), effect_ids(asked.effects, "--effects") or None, advance)
@@ -209,6 +217,15 @@ def _plan(screen: Screen, asked: Asked, plan: str) -> NoReturn:
         write_json(asked.out, document, asked.force)
     show.plan(screen, document)
     screen.finish(document)
+
+
+def _nothing_for(asked: Asked, names: Sequence[str], what: str, where: str) -> None:
+    """Refuse options that would be read and left without effect."""
+    from sstl_cli.core.errors import UsageError
+
+    others = [f"--{n.replace('_', '-')}" for n in names if getattr(asked, n)]
+    if others:
+        raise UsageError(f"{what} has nothing for {', '.join(others)}", where=where, fix="leave them out, or give logs", code="E904")
 
 
 def _stages(screen: Screen, asked: Asked, files: list[Path]) -> NoReturn:
@@ -221,6 +238,7 @@ def _stages(screen: Screen, asked: Asked, files: list[Path]) -> NoReturn:
     from sstl_cli.core.tables import COMMAND
     from sstl_cli.steps.diagnose_control import run
 
+    _nothing_for(asked, (*OF_A_LOG, "effects"), "a command stream", ", ".join(map(str, files)))
     document = run(pa.concat_tables([open_table(path, COMMAND).table() for path in files]))
     if asked.out is not None:
         write_json(asked.out, document, asked.force)

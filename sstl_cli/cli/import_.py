@@ -107,7 +107,7 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
     if "not_a_tension" in provenance.extra:
         document["not_a_tension"] = provenance.extra["not_a_tension"]
     _show(screen, document, [r.sentence() for r in result.clocks], len(files) - len({bad.path for bad in result.bad}))
-    screen.finish(document, aside=bool(result.counts.set_aside or result.bad))
+    screen.finish(document, aside=bool(result.counts.set_aside or result.counts.blanked or result.bad))
 
 
 def _mapping(screen: Screen, asked: Asked) -> Mapping:
@@ -131,6 +131,8 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str], files: in
         screen.say(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
     for reason, n in document["set_aside_by"].items():
         screen.note(f"set aside: {n} samples, {reason}")
+    for name, n in document["values_set_aside"].items():
+        screen.note(f"set aside: {many(n, 'value')} of {name}, infinite or beyond any sensor, taken as not measured")
     if document["set_aside"]:
         screen.note(f"set aside in all: {document['set_aside']} samples, {document['set_aside_pct']:.2f} % of those read")
     for bad in document["files_set_aside"]:

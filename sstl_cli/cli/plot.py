@@ -31,15 +31,19 @@ def plot(
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.errors import UsageError
     from sstl_cli.core.files import atomic, require_writable
-    from sstl_cli.reporting.drawing import save
-    from sstl_cli.reporting.load import load
-    from sstl_cli.steps.plot import run
+    from sstl_cli.core.kept import fonts_beside
 
     screen = Screen(as_json)
     form = out.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise UsageError(f"no picture format '{out.suffix}'", where=str(out), fix="end the name in .png, .svg or .pdf", code="E610")
     require_writable(out, force)
+    fonts_beside(out)
+
+    from sstl_cli.reporting.drawing import save
+    from sstl_cli.reporting.load import load
+    from sstl_cli.steps.plot import run
+
     choice = run(load(files), kind, run_id)
     with atomic(out, force) as temporary:
         save(choice.module, choice.data, temporary, form)

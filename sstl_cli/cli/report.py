@@ -28,11 +28,15 @@ def report(
     """Make one self-contained HTML page of logs, parameters, scores and diagnoses."""
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.files import require_writable, write_text
-    from sstl_cli.reporting.load import load
-    from sstl_cli.steps.report import DEFAULT_TITLE, run
+    from sstl_cli.core.kept import fonts_beside
 
     screen = Screen(as_json)
     require_writable(out, force)
+    fonts_beside(out)
+
+    from sstl_cli.reporting.load import load
+    from sstl_cli.steps.report import DEFAULT_TITLE, run
+
     inputs = load(files)
     page = run(inputs, DEFAULT_TITLE if title is None else title)
     write_text(out, page.html, force)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from sstl_cli.identification.gate import Remark
 
 EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
-# columns of a log that no line of Theta depends on
-UNUSED = ("position_in_mm", "tension_ref_n", "trajectory")
+# a column of a log that no line of Theta depends on; the others are read for what no recorder can have given
+UNUSED = ("trajectory",)
 SHOWN = 20
 
 

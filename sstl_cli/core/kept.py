@@ -5,7 +5,9 @@ Containers and service users often have no usable home; without a folder numba r
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
 import stat
 from dataclasses import dataclass
 from functools import cache
@@ -38,7 +40,7 @@ def ensure() -> Kept:
         return Kept(PACKAGE)
     home = Path(os.path.expanduser("~"))
     caches = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    if not os.environ.get("MPLCONFIGDIR") and not _can_make(Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")):
+    if not _keeps_fonts():
         fonts = private("fonts")
         if fonts is not None:
             os.environ["MPLCONFIGDIR"] = str(fonts)
@@ -58,6 +60,33 @@ def ensure() -> Kept:
         return Kept(None, f"{why}, nor a folder for temporary files: every start compiles anew", as_asked)
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     return Kept(folder, f"{why}: kept until the temporary files are cleared", as_asked)
+
+
+def fonts_beside(output: Path | None = None) -> None:
+    """Give matplotlib a folder for the time of this process where none lasts: beside the output, else where the call was made.
+
+    To be called before matplotlib is imported: without a folder it complains, or does not start.
+    """
+    import tempfile
+
+    if os.name != "posix" or _keeps_fonts():
+        return
+    for parent in filter(None, (output and Path(output).resolve().parent, Path.cwd())):
+        try:
+            folder = tempfile.mkdtemp(prefix=".sstl-fonts-", dir=parent)
+        except OSError:
+            continue
+        os.environ["MPLCONFIGDIR"] = folder
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        return
+
+
+def _keeps_fonts() -> bool:
+    """Whether matplotlib finds folders it can write: the one it is told of, else those of the user."""
+    home = Path(os.path.expanduser("~"))
+    told = os.environ.get("MPLCONFIGDIR")
+    usual = (os.environ.get("XDG_CONFIG_HOME") or home / ".config", os.environ.get("XDG_CACHE_HOME") or home / ".cache")
+    return all(_can_make(folder) for folder in ([Path(told).absolute()] if told else [Path(u, "matplotlib") for u in usual]))
 
 
 def private(name: str) -> Path | None:

@@ -257,6 +257,9 @@ def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
         raise SstlError("file not found", where=str(path), fix="give the path of a table that sstl wrote", code="E130")
     if path.is_dir():
         raise SstlError("is a folder, not a file", where=str(path), fix="name the files in it", code="E130")
+    if not path.is_file():
+        # reading one waits for whoever writes to it, in compiled code that no signal ends
+        raise SstlError("is no regular file (a device or a pipe)", where=str(path), fix="write it to a file first", code="E130")
     try:
         file = pq.ParquetFile(path)
         types = {f.name: f.type for f in file.schema_arrow}

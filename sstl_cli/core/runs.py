@@ -277,7 +277,8 @@ def _run(parts: list[_Part], source: str, seen: set[str], units: dict[str, str] 
     if str(run_id) in seen:
         raise SstlError("the run comes in two pieces", where=where, fix="sort the file by run_id", code="E122")
     seen.add(str(run_id))
-    lead = head.lead_mm if head.lead_mm is not None and math.isfinite(head.lead_mm) else None
+    # NaN says "not given"; what no screw can have is for ``sound`` to tell
+    lead = None if head.lead_mm is None or math.isnan(head.lead_mm) else head.lead_mm
     if head.labels["system"] not in PASSES:
         raise SstlError(f"system is {head.labels['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
     empty = frozenset.intersection(*(p.empty for p in parts))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -115,7 +116,7 @@ def sound(run: Run) -> tuple[list[Run], list[Aside]]:
     Samples without a finite time, input and output go; a run no sensor can have given keeps none. The rest is cut at
     pauses (see :func:`cuts`); the first piece keeps the name, others are called ``name~2`` and so on; pieces of fewer
     than 16 samples go. Where time does not increase nothing is cut: that is for the caller to judge. Values of other
-    channels that are not sound become NaN, which means "not measured".
+    channels that are not sound become NaN, which means "not measured"; a lead of the screw becomes None.
     """
     aside: list[Aside] = []
     total = len(run.time_s)
@@ -188,6 +189,10 @@ def _split(run: Run, at: NDArray[np.intp], total: int, aside: list[Aside]) -> li
 
 def _optional(run: Run, aside: list[Aside]) -> Run:
     changed: dict[str, Any] = {}
+    if run.lead_mm is not None and not abs(run.lead_mm) <= LARGEST:
+        if not math.isnan(run.lead_mm):
+            aside.append(Aside(run.run_id, 0, len(run.time_s), f"lead_mm is {run.lead_mm:.3g}, taken as not given"))
+        changed["lead_mm"] = None
     for name in OPTIONAL:
         values = getattr(run, name)
         if values is None:

@@ -13,6 +13,10 @@ Array = NDArray[np.float64]
 NOISE_TRIPLES = 4096
 # noise bandwidth of a second-order Butterworth run forwards and backwards, over its cut-off
 NOISE_BANDWIDTH = 0.83
+# a channel that begins or ends amid a movement may go this much faster there than it does elsewhere; the part of its steps left out
+TWICE, FASTEST = 2.0, 0.02
+# two samples behind each end that are not those of the other
+LEAST_ENDS = 6
 
 
 def noise_sd(signal: Array) -> float:
@@ -73,6 +77,33 @@ def despiked(signal: Array, threshold: float) -> Array:
         if v > high + threshold or v < low - threshold:
             out[k] = 0.5 * (a + c)
     return out
+
+
+def bridged(signal: Array, threshold: float) -> Array:
+    """Return :func:`despiked` with such ends of the record set to where their neighbours lead."""
+    out = despiked(signal, threshold)
+    for at, near, next_one in ((0, 1, 2), (-1, -2, -3)):
+        if ends_off(signal, threshold)[at]:
+            out[at] = 2.0 * out[near] - out[next_one]
+    return out
+
+
+def ends_off(signal: Array, threshold: float) -> tuple[bool, bool]:
+    """Return whether the first and the last sample are spikes: off their one neighbour, the line that leads to them, and any movement.
+
+    A channel that is renewed now and then may begin or end with a reading that is new.
+    """
+    found = [False, False]
+    if len(signal) < LEAST_ENDS:
+        return False, False
+    for at, w in ((0, signal[:3]), (1, signal[:-4:-1])):
+        near = (w[1], 2.0 * w[1] - w[2])
+        off = max(w[0] - max(near), min(near) - w[0])
+        if off <= threshold:
+            continue
+        second, first = np.diff(signal, 2), np.abs(np.diff(signal))
+        found[at] = bool(np.median(np.abs(second)) > 0.0 and off > TWICE * float(np.quantile(first, 1.0 - FASTEST)))
+    return found[0], found[1]
 
 
 def low_pass(first: Array, second: Array, cutoff_hz: float, dt_s: float) -> tuple[Array, Array]:

@@ -23,13 +23,19 @@ class Counts:
     spikes: int = 0
     step_s: float | None = None
     gap_s: float | None = None
+    blanked: dict[str, int] = field(default_factory=dict)
     notes: Notes = field(default_factory=Notes)
     remarks: list[str] = field(default_factory=list)
 
     def copy(self) -> Counts:
         """Return the counts as they are now."""
         notes = Notes(dict(self.notes.set_aside), self.notes.trimmed)
-        return replace(self, notes=notes, remarks=list(self.remarks))
+        return replace(self, blanked=dict(self.blanked), notes=notes, remarks=list(self.remarks))
+
+    def blank(self, name: str, values: int) -> None:
+        """Count values of a column that may be empty which no sensor can have given: the samples stay, these go."""
+        if values:
+            self.blanked[name] = self.blanked.get(name, 0) + values
 
     def back_to(self, before: Counts) -> None:
         """Forget what was counted since ``before``, a copy made earlier."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import GAP_PERIODS, unsound
+from sstl_cli.core.sound import GAP_PERIODS, LARGEST, unsound
 from sstl_cli.importers.chunk import Chunk, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
@@ -45,6 +46,7 @@ class Splitter:
         self.last: dict[str, float] = {}
         self.held: Chunk | None = None
         self.run_id = ""
+        self.lead: float | None = None
         self.key: tuple[str | None, ...] | None = None
         self.waiting: list[Chunk] = []
         self.waiting_rows = 0
@@ -71,6 +73,8 @@ class Splitter:
             if wrong.any():
                 values = np.where(wrong, np.nan, values)
                 chunk.signals[name] = values
+                if name not in REQUIRED:
+                    self.counts.blank(name, int(wrong.sum()))
             if name in REQUIRED:
                 lost |= np.isnan(values)
         n = int(lost.sum())
@@ -300,6 +304,19 @@ class Splitter:
                 raise SstlError(f"splits into more than {MAX_RUNS} runs", where=self.where, fix="raise gap_s", code="E354")
         self.used.add(self.run_id)
         self.counts.runs += 1
+        self.lead = self._lead(self.key[LABELS.index("lead_mm")])
+
+    def _lead(self, given: str | None) -> float | None:
+        """Return the lead of the screw (mm) of the run that begins; NaN says "not given", what no screw can have is counted."""
+        value = given if given is not None else self.constants.get("lead_mm")
+        try:
+            lead = math.nan if value is None else float(value)
+        except ValueError:
+            raise SstlError(f"lead_mm is {value!r}", where=self.where, fix="give a number in mm", code="E335") from None
+        if abs(lead) <= LARGEST:
+            return lead
+        self.counts.blank("lead_mm", int(not math.isnan(lead)))
+        return None
 
     def _spikes(self, piece: Chunk) -> Chunk:
         """Count spikes; handle them as told."""
@@ -329,13 +346,6 @@ class Splitter:
             raise SstlError(
                 f"system is {system!r}", where=f"{self.where}, run {self.run_id!r}", fix="it must be 'act' or 'sstl'", code="E334"
             )
-        lead: float | None = None
-        if labels["lead_mm"] is not None:
-            try:
-                lead = float(labels["lead_mm"])
-            except ValueError:
-                raise SstlError(f"lead_mm is {labels['lead_mm']!r}", where=self.where, fix="give a number in mm", code="E335") from None
-            lead = lead if np.isfinite(lead) else None
         text = {n: str(labels[n]) if labels[n] is not None else None for n in ("config_id", "location", "trajectory", "tendon")}
         signals = dict(piece.signals)
         if self.zero is not None:
@@ -347,7 +357,7 @@ class Splitter:
         return Run(
             run_id=self.run_id,
             system=str(system),
-            lead_mm=lead,
+            lead_mm=self.lead,
             unit_in=unit_in,
             unit_out=unit_out,
             **text,  # type: ignore[arg-type]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Generator
 from concurrent.futures import as_completed
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -90,7 +89,11 @@ def run(
         **how,
     }
     write_library(out, table, Provenance(COMMAND, seed, {}, facts), force)
-    shutil.rmtree(parts)
+    # what else somebody has put there stays
+    for own in (parts / "plan.json", *(_part(parts, j) for j in waiting), *parts.glob(".*.tmp")):
+        own.unlink(missing_ok=True)
+    with suppress(OSError):
+        parts.rmdir()
     return {**facts, "rows": table.num_rows}
 
 

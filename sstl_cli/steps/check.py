@@ -14,6 +14,7 @@ from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisatio
 Array = NDArray[np.float64]
 FAILURE, REMARK = "failure", "remark"
 MIN_SAMPLES = 16
+LEAD = "lead_mm"
 STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
@@ -21,8 +22,6 @@ SPIKE_SPREADS = 6.0
 ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
-# a channel that begins or ends amid a movement may go this much faster than it does elsewhere
-TWICE = 2.0
 # readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
 PILED = 4
 # levels by which a channel that is cut off would have gone on, as it came and went
@@ -65,6 +64,9 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     if n < MIN_SAMPLES:
         found.append(Finding(FAILURE, "too few samples", "", n, f"{n} samples", "record longer or drop the run"))
     for name, values in piece.columns.items():
+        if name == LEAD:
+            found += _lead(values)
+            continue
         found += _values(name, values, piece.nulls.get(name, 0), name in optional)
     if "time_s" in piece.columns:
         found += _time(piece.columns["time_s"])
@@ -105,6 +107,16 @@ def _labels(piece: Piece) -> list[Finding]:
     wrong = [v for v in piece.labels.get("system", []) if v not in ("act", "sstl")]
     if wrong:
         found.append(Finding(FAILURE, "unknown system", "system", len(wrong), f"{wrong[0]!r}", "use 'act' or 'sstl'"))
+    return found
+
+
+def _lead(values: Array) -> list[Finding]:
+    """Return what is wrong with the lead of the screw, which is a label in numbers: NaN says "not given"."""
+    given = values[~np.isnan(values)]
+    found = _values(LEAD, given, 0, optional=True) if len(given) else []
+    if not found and len(given) and (low := float(given.min())) != (high := float(given.max())):
+        detail = f"{low:.6g} to {high:.6g} mm; the first value, {given[0]:.6g} mm, stands for the run"
+        found.append(Finding(REMARK, "label changes within the run", LEAD, len(given), detail, "split the run, if the bend changed"))
     return found
 
 
@@ -327,15 +339,7 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     up = v > values[1:-3]
     corner = np.where(up, v < np.maximum(left, right) + threshold, v > np.minimum(left, right) - threshold)
     found[2:-2] &= ~corner
-    if float(np.median(second)) == 0.0:
-        # of a channel that is renewed now and then the first and the last sample may be new
-        return found
-    # the first and the last have one neighbour, the line that leads to them, and the fastest movement elsewhere
-    moves = float(np.quantile(np.abs(np.diff(values)), 1.0 - MANY))
-    for at, w in ((0, values), (-1, values[::-1])):
-        near = (w[1], 2.0 * w[1] - w[2])
-        away = max(threshold, TWICE * moves)
-        found[at] = bool(w[0] > max(near) + away or w[0] < min(near) - away)
+    found[0], found[-1] = filtering.ends_off(values, threshold)
     return found
 
 

@@ -200,7 +200,7 @@ def _pieces(blocks: Iterator[Any], numeric: list[str]) -> Iterator[Piece]:
 def _stretches_of(block: Any, numeric: list[str]) -> Iterator[Piece]:
     """Yield the stretches of one run_id in one block; its columns are decoded once, not stretch by stretch."""
     n, named = block.num_rows, "run_id" in block.column_names
-    signals = {s: _numbers(block.column(s)) for s in numeric if s != "lead_mm"}
+    signals = {s: _numbers(block.column(s)) for s in numeric}
     empty = {s: np.cumsum(np.concatenate(([0], block.column(s).is_null().to_numpy()))) for s in signals if block.column(s).null_count}
     # of a column of another type the schema's findings have told
     texts = [s for s in LABELS if s in block.column_names and _is_text(block.column(s).type)]

@@ -19,6 +19,7 @@ from sstl_cli.physics.effects import get
 from sstl_cli.steps import diagnose_drawn as drawn
 from sstl_cli.steps import diagnose_rows as rows
 from sstl_cli.steps.diagnose_given import Errors, Given, name
+from sstl_cli.steps.diagnose_numbers import RECORDED, below_floor, floor_interval, recorded_shares
 
 Array = NDArray[np.float64]
 SCHEMA = "sstl.diagnosis/1"
@@ -41,7 +42,8 @@ def document(g: Given) -> dict[str, Any]:
         "package_version": __version__,
         "verdict": _verdict(g),
         "gap": _gap(g, errors, code),
-        "where": where.shares(sim, errors.base, code),
+        "where": where.shares(sim, errors.base, code) if _fault(g) is None else recorded_shares(g, code),
+        "where_samples": "analysed" if _fault(g) is None else RECORDED,
         "where_bands": where.bands(sim, errors.base),
         "candidates": rows.candidates(g, errors),
         "next_experiment": _next(g),
@@ -70,6 +72,7 @@ def document(g: Given) -> dict[str, Any]:
         body["analysis"]["output_scale"] = {"unit": g.scale.unit, "per_n": g.scale.per_n, "origin": g.scale.origin}
     if g.problem.unit_n != 1.0:
         body["notes"].append(f"fitted in units of {g.problem.unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
+    body["notes"] += below_floor(body["gap"], g.verdict.effects, body["unit"])
     body["sentence"] = sentence.sentence(body)
     return body
 
@@ -129,17 +132,18 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     given = errors.rms(sim.y + errors.known - sim.predict(g.nominal, {}))
     base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
     named = g.accepted is not g.search.base
-    floor = float(np.hypot(min(_floor(g, noise) for noise in _sensors(g)), errors.fine_n))
+    noise = min(_sensors(g), key=lambda noise: _floor(g, noise))
+    floor = float(np.hypot(_floor(g, noise), errors.fine_n))
+    low, high = floor_interval(noise, lambda n: float(np.hypot(_floor(g, n), errors.fine_n)))
     interval: shrink.Interval | None = shrink.shrinkage(sim, errors.base, errors.accepted, errors.fine_n) if named else None
     percent = 100.0 * (1.0 - with_effect / base) if base > 0.0 else 0.0
-    fault = next((r for r in g.recorder if (r.id,) == g.verdict.effects), None)
-    samples = "analysed"
+    fault, samples = _fault(g), "analysed"
     if fault is not None:
         # the spoilt samples are in both errors: before as they were read, after as explained
         base, with_effect, given = _recorded(g, fault)
-        percent, interval, samples = 100.0 * (1.0 - with_effect / max(base, 1e-300)), None, "all as recorded"
+        percent, interval, samples = 100.0 * (1.0 - with_effect / max(base, 1e-300)), None, RECORDED
         if fault.id == "quantisation":
-            floor = _unrounded(g)
+            floor, low, high = _unrounded(g), None, None
     reducible = base - float(np.hypot(floor, misfit.rms_n(g.problem)))
     explained = 100.0 * (base - with_effect) / reducible if reducible > 1e-3 * base else None
     why = None
@@ -150,6 +154,8 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         "rmse_retuned_n": base,
         "rmse_with_effect_n": with_effect,
         "noise_floor_n": floor,
+        "noise_floor_low_n": low,
+        "noise_floor_high_n": high,
         "known_misfit_n": misfit.rms_n(g.problem) if any(r.misfit_n is not None for r in g.problem.records) else None,
         "shrink_pct": percent,
         "shrink_ci95_pct": None if interval is None else [interval.low, interval.high],
@@ -161,6 +167,11 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
         "held_out_kind": g.search.held_out.folds.kind,
         "worse_regions": shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     }
+
+
+def _fault(g: Given) -> RecorderEffect | None:
+    """Return the fault of the recorder that is named, if one is."""
+    return next((r for r in g.recorder if (r.id,) == g.verdict.effects), None)
 
 
 def _floor(g: Given, noise: Noise) -> float:

@@ -150,6 +150,7 @@ def add_beside(g: Given, body: dict[str, Any]) -> None:
             }
         )
         if (gap.effect,) == g.verdict.effects:
+            body["notes"].append(f"the error is that of channel {gap.channel}; where it lies is told of the output")
             body["gap"].update(
                 samples=f"channel {gap.channel} ({gap.unit})",
                 held_out=False,
@@ -157,6 +158,8 @@ def add_beside(g: Given, body: dict[str, Any]) -> None:
                 shrink_why="no interval is worked out for the channels beside",
                 shrink_pct=100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)),
                 explained_of_reducible_pct=None,
+                noise_floor_low_n=None,
+                noise_floor_high_n=None,
             )
             if gap.unit == "N":
                 body["gap"].update(

@@ -46,6 +46,7 @@ class Import:
             "set_aside": c.set_aside,
             "set_aside_pct": 100 * c.set_aside / max(c.samples_in, 1),
             "set_aside_by": dict(sorted(c.notes.set_aside.items())),
+            "values_set_aside": dict(sorted(c.blanked.items())),
             "found": {
                 "repeated_time": c.repeated,
                 "backward_time": c.backward,

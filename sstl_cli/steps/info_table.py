@@ -17,12 +17,14 @@ import pyarrow.compute as pc
 from sstl_cli.core.aside import Aside
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
-from sstl_cli.core.sound import too_small, unsound, why_unsound
+from sstl_cli.core.sound import LARGEST, OPTIONAL, too_small, unsound, why_unsound
 from sstl_cli.core.tables import LOG, Schema
 from sstl_cli.steps import info
 from sstl_cli.steps.info import RunSummary, draw_loop
 
 COLUMNS = ("run_id", "config_id", "system", "location", "time_s", "tension_in_n", "tension_out_n")
+# not shown, but read for values that nothing can have measured
+JUDGED = ("lead_mm", *OPTIONAL)
 LOOP_POINTS = 3000
 LABELS = ("status", "phase", "method", "variant", "window")
 
@@ -72,8 +74,8 @@ def ranges_of(table: Any) -> dict[str, dict[str, Any]]:
 
 def _tables(reader: Any) -> Iterator[Any]:
     # only what is shown is read; empty values are for sstl check to judge
-    wanted = Schema(LOG.id, LOG.version, tuple(_relaxed(c) for c in LOG.columns if c.name in COLUMNS))
-    present = [n for n in COLUMNS if n in reader.file.schema_arrow.names]
+    wanted = Schema(LOG.id, LOG.version, tuple(_relaxed(c) for c in LOG.columns if c.name in (*COLUMNS, *JUDGED)))
+    present = [n for n in (*COLUMNS, *JUDGED) if n in reader.file.schema_arrow.names]
     try:
         for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=present):
             yield conform(pa.Table.from_batches([batch]), wanted, str(reader.path))
@@ -105,21 +107,36 @@ class _Lost:
         """
         null = pc.is_null(column)
         empty = _numpy(pc.cast(null, "uint8")).astype(bool)
-        # any number does in the place of an empty value: a Python one would import pandas
-        values = _numpy(pc.coalesce(pc.cast(column, "double"), pc.cast(pc.cast(null, "uint8"), "double"))).astype(np.float64)
+        values = _filled(column)
         wrong = unsound(values)
         with_faults = np.logical_or.reduceat(wrong, starts)
         out = wrong | empty
         ends = [*starts.tolist()[1:], len(values)]
         for i in np.flatnonzero(with_faults).tolist():
             rows = slice(starts[i], ends[i])
-            counts = self.by_run.setdefault(run_ids[i], {})
-            for why, n in why_unsound(name, values[rows][~empty[rows]]).items():
-                counts[f"{why} in {name}"] = counts.get(f"{why} in {name}", 0) + n
+            self._add(run_ids[i], name, values[rows][~empty[rows]])
         low = np.minimum.reduceat(np.where(out, np.inf, values), starts)
         high = np.maximum.reduceat(np.where(out, -np.inf, values), starts)
         none = low > high
         return np.where(none, np.nan, low).tolist(), np.where(none, np.nan, high).tolist()
+
+    def look(self, name: str, column: Any, starts: Any, run_ids: list[str]) -> None:
+        """Count the unsound values of a column that may be empty; NaN is no fault there: it says "not measured"."""
+        held = column.drop_null()
+        if not len(held):
+            return
+        ends = pc.min_max(held)
+        if max(abs(ends["min"].as_py()), abs(ends["max"].as_py())) <= LARGEST:
+            return
+        values = _filled(column)
+        for run_id, a, b in zip(run_ids, starts.tolist(), [*starts.tolist()[1:], len(values)], strict=True):
+            rows = values[a:b]
+            self._add(run_id, name, rows[unsound(rows) & ~np.isnan(rows)])
+
+    def _add(self, run_id: str, name: str, values: Any) -> None:
+        for why, n in why_unsound(name, values).items():
+            counts = self.by_run.setdefault(run_id, {})
+            counts[f"{why} in {name}"] = counts.get(f"{why} in {name}", 0) + n
 
     def entries(self, runs: list[RunSummary]) -> Iterator[Any]:
         """Yield what was left out, one entry a run and reason, and runs that no sensor can have given."""
@@ -144,9 +161,17 @@ def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
     rows = np.diff([0, *ends]).tolist()
     labels = [[table.column(n)[i].as_py() for i in starts.tolist()] for n in ("run_id", "system", "config_id", "location")]
     run_ids = [str(v) for v in labels[0]]
+    for name in JUDGED:
+        lost.look(name, table.column(name), starts, run_ids)
     limits = [v for name in COLUMNS[-3:] for v in lost.ranges(name, table.column(name), starts, run_ids)]
     for run_id, system, config_id, location, n, *six in zip(run_ids, *labels[1:], rows, *limits, strict=True):
         yield RunSummary(run_id, system, config_id, location, n, *six)
+
+
+def _filled(column: Any) -> Any:
+    """Return an Arrow column as an array of floats, with a number in the place of empty values; a Python one would import pandas."""
+    any_number = pc.cast(pc.cast(pc.is_null(column), "uint8"), "double")
+    return _numpy(pc.coalesce(pc.cast(column, "double"), any_number)).astype(np.float64)
 
 
 def _numpy(column: Any) -> Any:

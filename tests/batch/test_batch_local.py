@@ -205,3 +205,48 @@ def test_decide() -> None:
         decide(None, {"a": "9"})
     with pytest.raises(SstlError, match="E024"):
         decide({**done, "options": ["--seed", "2"]}, {"a": "9"})
+
+
+@pytest.mark.parametrize("how", ["config", "config itself", "variable", "manifest", "option"])
+def test_what_the_subcommand_reads_is_not_overwritten(how: str, tmp_path: Path) -> None:
+    write_csv(tmp_path / "r.csv")
+    (tmp_path / "out").mkdir()
+    precious = tmp_path / "out" / "r.parquet"
+    precious.write_text(
+        "" if how == "config itself" else "file,config_id\nr.csv,A\n" if how == "manifest" else '[constants]\nconfig_id = "A"\n'
+    )
+    # under another name, as a link gives it
+    (tmp_path / "m.toml").symlink_to(precious)
+    if how == "manifest":
+        (tmp_path / "m.toml").unlink()
+        (tmp_path / "m.toml").write_text('manifest = "out/r.parquet"\n')
+    (tmp_path / "c.toml").write_text('mapping = "m.toml"\n')
+    rest = {"config": ["--config", "c.toml"], "config itself": ["--config", "m.toml"], "variable": []}.get(how, ["--mapping", "m.toml"])
+    before = precious.read_text()
+    variables = {"SSTL_IMPORT_MAPPING": "m.toml"} if how == "variable" else {}
+    done = sstl("batch", "import", "r.csv", "--out-dir", "out", "--force", *(["--", *rest] if rest else []), cwd=tmp_path, **variables)
+    assert done.returncode == 2 and "[E109]" in done.stderr and precious.read_text() == before
+
+
+@pytest.mark.parametrize("how", ["config", "variable", "manifest"])
+def test_a_file_that_options_name_elsewhere_is_an_input_too(how: str, tmp_path: Path) -> None:
+    write_csv(tmp_path / "r.csv")
+    (tmp_path / "c.toml").write_text('mapping = "m.toml"\n')
+    changes = tmp_path / ("labels.csv" if how == "manifest" else "m.toml")
+    form = "file,config_id\nr.csv,{}\n" if how == "manifest" else '[constants]\nconfig_id = "{}"\n'
+    if how == "manifest":
+        (tmp_path / "m.toml").write_text('manifest = "labels.csv"\n')
+    rest = [] if how == "variable" else ["--", "--config", "c.toml"]
+    variables = {"SSTL_IMPORT_MAPPING": "m.toml"} if how == "variable" else {}
+    states = []
+    for label in ("A", "A", "B"):
+        changes.write_text(form.format(label))
+        done = sstl("batch", "import", "r.csv", "--out-dir", "out", "--json", *rest, cwd=tmp_path, **variables)
+        states.append(document(done)["results"][0]["state"])
+    assert states == ["done", "skipped", "done"]
+
+
+def test_side_outputs_in_the_folder_of_the_call_are_resumed(logs: Path, tmp_path: Path) -> None:
+    words = ("batch", "segment", logs / "r0.parquet", "--out-dir", ".", "--json", "--", "--phases", "{name}-phases.parquet")
+    assert document(sstl(*words, cwd=tmp_path))["done"] == 1
+    assert document(sstl(*words, cwd=tmp_path))["skipped"] == 1

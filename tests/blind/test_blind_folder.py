@@ -18,7 +18,7 @@ from sstl_cli.physics.effects import catalogue
 from sstl_cli.reporting.figures import baselines, confusion, reliability, strength
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.sections import blind as section
-from sstl_cli.steps import blind_limit, blind_run
+from sstl_cli.steps import blind_limit, blind_make, blind_run
 from sstl_cli.steps.blind_run import SCHEMA
 
 CASES = 7
@@ -134,6 +134,55 @@ def test_a_foreign_folder_survives_force(tmp_path):
     with pytest.raises(SstlError, match="E956"):
         call("make", tmp_path, "--cases", 1, "--quick", "--force")
     assert (tmp_path / "keep.txt").exists()
+
+
+@pytest.mark.parametrize("named", ["{}", "[]", '{"schema": "sstl.blind.plan/1", "cases": []}', "no json"])
+def test_a_folder_whose_hashes_are_somebody_elses_survives_force(named, tmp_path):
+    (tmp_path / "hashes.json").write_text(named)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "thesis.csv").write_text("mine")
+    with pytest.raises(SstlError, match="E956"):
+        call("make", tmp_path, "--cases", 1, "--quick", "--force")
+    assert (tmp_path / "results" / "thesis.csv").read_text() == "mine" and (tmp_path / "hashes.json").read_text() == named
+
+
+def test_no_name_of_a_case_leads_out_of_the_set(tmp_path):
+    folder = files.Folder(tmp_path / "s")
+    folder.root.mkdir()
+    folder.plan.write_text(json.dumps({"schema": seal.PLAN, "cases": [{"case": "../../x", "sha256": "", "exclude": [], "sim": {}}]}))
+    with pytest.raises(SstlError, match="E952"):
+        files.read_plan(folder)
+
+
+def test_force_replaces_the_files_of_a_set_and_no_others(tmp_path, monkeypatch):
+    folder = files.Folder(tmp_path / "s")
+    for part in ("cases", "results"):
+        (folder.root / part).mkdir(parents=True)
+    folder.hashes.write_text(json.dumps({"schema": seal.HASHES, "cases": {"case-0001": "", "case-0002": ""}}))
+    for path in (folder.plan, folder.log("case-0002"), folder.result("case-0001")):
+        path.write_text("old")
+    (folder.root / "results" / ".case-0001.json.00aa.tmp").write_text("")
+    foreign = folder.root / "results" / "thesis.csv"
+    foreign.write_text("mine")
+    with pytest.raises(SstlError, match="would be lost") as refused:
+        call("make", folder.root, "--cases", 1, "--quick", "--force")
+    assert "thesis.csv" in refused.value.line() and folder.plan.read_text() == "old"
+    foreign.rename(folder.root / "thesis.csv")
+
+    def stopped(*_: object, **__: object):
+        raise SstlError("cannot be simulated", code="E950")
+        yield
+
+    with monkeypatch.context() as broken:
+        broken.setattr(blind_make, "run", stopped)
+        with pytest.raises(SstlError, match="E950"):
+            call("make", folder.root, "--cases", 1, "--quick", "--force")
+    # a set goes when the next one is there
+    assert folder.plan.read_text() == "old" and folder.log("case-0002").exists()
+    call("make", folder.root, "--cases", 1, "--quick", "--force", "--seed", 3, "--workers", 1)
+    names = {str(p.relative_to(folder.root)) for p in folder.root.rglob("*") if p.is_file()}
+    assert names >= {"thesis.csv", "hashes.json", "plan.json", "truth.json", "cases/case-0001.parquet"}
+    assert not any("0002" in n or "results" in n for n in names)
 
 
 def test_diagnosing_needs_one_recording_and_no_name(made, tmp_path):

@@ -18,6 +18,7 @@ from cli_calls import run_here, sstl
 
 from sstl_cli.cli import app as program
 from sstl_cli.cli.render import Screen
+from sstl_cli.core.tables import COMMAND
 
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
 
@@ -161,6 +162,31 @@ def test_a_plan_says_what_it_has_nothing_for(more, tmp_path, monkeypatch, capsys
     monkeypatch.chdir(tmp_path)
     assert run_here(monkeypatch, "diagnose", "--plan", "sample", *more) == 2
     assert f"a plan has nothing for {more[0]}" in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("more", [("--save-sim", "x.toml"), ("--sim", "sample"), ("--expect", "none"), ("--effects", "zero_offset")])
+def test_a_command_stream_says_what_it_has_nothing_for(more, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    row = {c.name: ["a"] if c.type == pa.string() else [1.0] for c in COMMAND.columns}
+    pq.write_table(pa.table(row).replace_schema_metadata({"sstl": '{"schema": "sstl.command", "schema_version": 1}'}), "c.parquet")
+    assert run_here(monkeypatch, "diagnose", "c.parquet", *more) == 2
+    assert f"a command stream has nothing for {more[0]}" in capsys.readouterr().err and len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("more", [("--model", "sample"), ("--plant", "zero_offset")])
+def test_what_is_put_into_recordings_goes_with_no_model(more, monkeypatch, capsys) -> None:
+    assert run_here(monkeypatch, "blind", "real", SAMPLE, "--inject", "all", *more) == 2
+    assert f"{more[0]} has no meaning with --inject" in capsys.readouterr().err
+
+
+def test_a_recording_that_is_not_proposed_is_told(tmp_path, monkeypatch, capsys) -> None:
+    """Nothing was written, and no word said; what another call had left looked like the answer."""
+    monkeypatch.chdir(tmp_path)
+    Path("next.toml").write_text("old")
+    few = ("--effects", "pulley_friction", "--max-effects", "1", "--next-out", "next.toml", "--force")
+    assert run_here(monkeypatch, "diagnose", SAMPLE, *few) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert "no recording is proposed" in said and "next.toml was not written, and the file there is from before" in said
 
 
 def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:

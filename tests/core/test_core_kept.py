@@ -74,6 +74,42 @@ def test_without_any_folder_nothing_is_kept_and_functions_still_compile(bare: Pa
     assert done.stdout.strip() == "42", done.stderr
 
 
+def test_pictures_keep_their_fonts_beside_the_output_where_nothing_else_can_be_written(bare: Path) -> None:
+    out = bare / "out"
+    out.mkdir()
+    code = (
+        "import os, sys\n"
+        "from pathlib import Path\n"
+        "from sstl_cli.core import kept\n"
+        "import tempfile\n"
+        "def nowhere(*a, **k):\n"
+        "    if k.get('dir') is None: raise FileNotFoundError(2, 'no usable temporary folder')\n"
+        "    return made(*a, **k)\n"
+        "made, tempfile.mkdtemp = tempfile.mkdtemp, nowhere\n"
+        "os.environ.pop('MPLCONFIGDIR', None)\n"
+        "kept.fonts_beside(Path(sys.argv[1]) / 'x.png')\n"
+        "import matplotlib.font_manager\n"
+        "print(len(list(Path(sys.argv[1]).glob('.sstl-fonts-*'))))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(out)], capture_output=True, text=True)
+    assert done.stdout.strip() == "1" and not done.stderr, done.stderr
+    # gone with the process
+    assert not list(out.iterdir())
+
+
+@pytest.mark.parametrize("given", ["file/none", "not/there"])
+def test_a_folder_for_fonts_that_was_given_is_looked_at(given: str, bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLCONFIGDIR", str(bare / given))
+    kept.ensure()
+    assert (os.environ["MPLCONFIGDIR"] == str(bare / given)) == (given == "not/there")
+
+
+def test_fonts_beside_does_nothing_where_a_folder_lasts(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLCONFIGDIR", str(bare / "lasts"))
+    kept.fonts_beside(bare / "x.png")
+    assert os.environ["MPLCONFIGDIR"] == str(bare / "lasts") and not list(bare.glob(".sstl-fonts-*"))
+
+
 def test_a_relative_home_is_none(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # a user without an entry in the list of users: "~" stays as it is
     assert not kept._can_make(Path("~/.cache/numba"))

@@ -170,3 +170,12 @@ def test_same_rows_same_bytes_in_any_folder(tmp_path: Path) -> None:
         files.append(tmp_path / name / "p.parquet")
         write_table(files[-1], phases(1000), PHASES, Provenance("sstl x", 3, inputs_of([source])))
     assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_pipe_is_no_table(tmp_path):
+    """Opening one waited for its writer, and no signal ended that."""
+    import os
+
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(SstlError, match="no regular file"):
+        open_table(tmp_path / "pipe", LOG)

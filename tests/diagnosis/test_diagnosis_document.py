@@ -41,6 +41,8 @@ def test_the_gap_shrinks_from_as_given_to_floor(diagnosis):
     low, high = gap["shrink_ci95_pct"]
     assert low <= gap["shrink_pct"] <= high
     assert gap["noise_floor_n"] == pytest.approx(0.02, rel=0.25)
+    assert gap["noise_floor_low_n"] < gap["noise_floor_n"] < gap["noise_floor_high_n"]
+    assert gap["noise_floor_low_n"] < 0.02 * 1.05 and gap["noise_floor_high_n"] > 0.02
     assert gap["held_out"] is True
 
 
@@ -148,6 +150,11 @@ def test_the_numbers_of_a_fault_of_the_recorder_are_of_the_same_readings(effect,
     # rounding hides the noise of the output, not that of the input, and never all of it
     assert floor > 0.005
     assert gap["shrink_pct"] == pytest.approx(100.0 * (1.0 - left / base))
+    # the places are those of the same readings: their errors add up to the one that is told
+    assert document["where_samples"] == gap["samples"]
+    assert sum(r["share_pct"] for r in document["where"]) == pytest.approx(100.0)
+    readings = sum(0.01 * r["share_pct"] / r["rmse_n"] ** 2 for r in document["where"])
+    assert readings**-0.5 == pytest.approx(base, rel=1e-6)
     row = next(c for c in document["candidates"] if c["id"] == effect)
     assert row["shrink_pct"] == pytest.approx(gap["shrink_pct"])
     assert gap["explained_of_reducible_pct"] == pytest.approx(min(100.0 * (base - left) / (base - floor), 100.0), abs=0.1)

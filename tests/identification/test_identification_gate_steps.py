@@ -10,7 +10,7 @@ from identification_loops import play
 from identification_slips import lines
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
+from sstl_cli.identification import filtering, gate
 from sstl_cli.steps import check
 
 
@@ -70,6 +70,14 @@ def test_a_step_a_wrap_a_corner_and_an_end_amid_a_movement_are_no_spikes(seed, s
     assert spikes(np.mod(ramp + noise + 5.07, 10.0)) == 0
     assert spikes(np.where(k > 1200, 3.0, 3.0 + noise)) == 0
     assert spikes((ramp + noise)[: 1000 + 50 * seed]) == 0
+
+
+def test_what_check_counts_at_the_ends_segment_bridges():
+    v = 5.0 + 4.0 * np.sin(np.arange(2000) / 150.0) + 0.008 * np.random.default_rng(3).standard_normal(2000)
+    v[0] += 3.0
+    v[-1] -= 3.0
+    assert spikes(v) == 2
+    assert (filtering.bridged(v, 0.1) != v)[[0, -1]].all()
 
 
 @pytest.mark.parametrize("seed", range(6))

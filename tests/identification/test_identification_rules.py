@@ -91,6 +91,24 @@ def test_despiked_bridges_what_leaves_both_neighbours_by_the_threshold():
     assert filtering.despiked(x, 1.2).tolist() == x.tolist()
 
 
+def test_ends_are_bridged_beyond_the_line_that_leads_to_them_and_any_movement():
+    k = np.arange(200)
+    line = 0.1 * k + 0.001 * (-1.0) ** k
+    spoilt = line.copy()
+    spoilt[0], spoilt[-1] = 3.0, 0.0
+    assert filtering.ends_off(spoilt, 0.5) == (True, True) and filtering.ends_off(line, 0.5) == (False, False)
+    assert filtering.bridged(spoilt, 0.5) == pytest.approx(line, abs=0.005)
+    assert filtering.bridged(line, 0.5).tolist() == line.tolist()
+    # a movement that begins with a step as fast as twice its usual one is a movement
+    early = line.copy()
+    early[0] = -0.15
+    assert filtering.ends_off(early, 0.01) == (False, False)
+    # a channel that is renewed every fifth sample may begin with a new reading
+    held = np.repeat(line, 5)
+    held[0] = 9.0
+    assert filtering.ends_off(held, 0.5) == (False, False)
+
+
 def test_default_thresholds():
     x = np.array([2.0, 12.0, 7.0])
     assert labels.default_prominence(x, 0.001) == pytest.approx(0.2)

@@ -186,6 +186,19 @@ def test_single_sample_spikes_do_not_matter():
     assert np.all(np.abs(values(found) - values(clean)) < errors(clean))
 
 
+@pytest.mark.parametrize("size", [9.0, -9.0, 40.0])
+@pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
+def test_spikes_at_both_ends_do_not_matter(channel, size):
+    run = record(*trapezoid(cycles=2), ACT, 5)
+    dirty = getattr(run, channel).copy()
+    dirty[0] += size
+    dirty[-1] -= size
+    found, clean = segment_run(replace(run, **{channel: dirty})), segment_run(run)
+    assert found.loops == clean.loops == 2
+    assert np.all(np.abs(values(found) - values(clean)) < errors(clean))
+    assert np.mean(found.phases == clean.phases) > 0.999
+
+
 BASE = record(*trapezoid(rate=200.0, cycles=3), ACT, 8)
 
 

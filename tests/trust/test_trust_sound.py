@@ -47,8 +47,16 @@ def log(path: Path, change: Callable[[Columns], None]) -> Path:
         if name == "bad":
             change(columns)
         pieces.append(pa.table({"run_id": [name] * 1200, "config_id": [name] * 1200, "system": ["act"] * 1200, **columns}))
-    pq.write_table(pa.concat_tables(pieces), path)
+    pq.write_table(pa.concat_tables(pieces, promote_options="default"), path)
     return path
+
+
+def labelled(column: str, value: float) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        columns[column] = np.full(1200, 4.0)
+        columns[column][slice(None) if column == "lead_mm" else slice(100, 103)] = value
+
+    return change
 
 
 BAD = {
@@ -58,6 +66,9 @@ BAD = {
     "1e308": (put("tension_out_n", 1e308), 3, "3 beyond any sensor (over 1e+15) in tension_out_n"),
     "x1e307": (scaled(1e307), 1200, "beyond any sensor"),
     "denormal": (scaled(1e-320), 1200, "less than any sensor shows"),
+    "position": (labelled("position_in_mm", np.inf), 3, "in position_in_mm, taken as not measured"),
+    "reference": (labelled("tension_ref_n", 1e308), 3, "in tension_ref_n, taken as not measured"),
+    "lead": (labelled("lead_mm", -np.inf), 0, "lead_mm is -inf, taken as not given"),
     "hour": (pause(3600.0), 0, "1 pause, the longest of 3600 s"),
     "epoch": (pause(1.7e9), 0, "1 pause, the longest of 1.7e+09 s"),
 }
@@ -83,7 +94,7 @@ def test_commands_set_the_same_samples_aside(name: str, tmp_path: Path, monkeypa
         assert sum(e["samples"] for e in document(done)["data_set_aside"]) == samples, words
         assert {e["run_id"] for e in document(done)["data_set_aside"]} == {"bad"} and why in " ".join(done.stderr.split())
     done = inside("info", path, "--json")
-    assert done.returncode == (3 if samples else 0)
+    assert done.returncode == (3 if samples or name == "lead" else 0)
     assert "1e+308" not in done.stdout and "Infinity" not in done.stdout
     done = inside("check", path, "--json")
     found = {f["what"] for f in document(done)["findings"] if f["level"] == "failure" and f["run_id"] == "bad"}
@@ -140,6 +151,37 @@ def test_pictures_of_theta_leave_out_what_no_loop_can_have(values: dict[str, flo
     assert done.returncode == 3 and out.is_file(), done.stderr
     assert [e["run_id"] for e in document(done)["data_set_aside"]] == ["0act", "0sstl"]
     assert f"{next(iter(values))} is" in done.stderr and "taken as null" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["import", "check"])
+@pytest.mark.parametrize("name", ["position_in_mm", "tension_ref_n", "lead_mm"])
+def test_import_and_check_tell_what_is_lost_of_a_column_that_may_be_empty(command: str, name: str, tmp_path: Path) -> None:
+    wild = range(1200) if name == "lead_mm" else (50, 51)
+    numbers = enumerate(zip(*loop(1200).values(), strict=True))
+    rows = [f"r,A,act,{t:.3f},{a},{b},{'inf' if k in wild else 4.0}" for k, (t, a, b) in numbers]
+    path = tmp_path / "l.csv"
+    path.write_text("\n".join([f"run_id,config_id,system,time_s,tension_in_n,tension_out_n,{name}", *rows]) + "\n")
+    words = [path, "--out", tmp_path / "l.parquet"] if command == "import" else [path]
+    done = inside(command, *words, "--json")
+    if command == "check":
+        assert done.returncode == 1
+        found = {(f["what"], f["column"]): f["count"] for f in document(done)["findings"]}
+        assert found["infinite values", name] == len(wild)
+        return
+    values = 1 if name == "lead_mm" else 2
+    assert done.returncode == 3 and document(done)["values_set_aside"] == {name: values}
+    assert f"of {name}, infinite or beyond any sensor" in " ".join(done.stderr.split())
+    assert inside("segment", tmp_path / "l.parquet", "--out", tmp_path / "t.parquet").returncode == 0
+
+
+def test_check_says_that_the_lead_changes_within_a_run(tmp_path: Path) -> None:
+    columns = loop(1200)
+    lead = np.where(np.arange(1200) < 700, 3.0, 9.0)
+    labels = {"run_id": ["r"] * 1200, "system": ["act"] * 1200, "lead_mm": lead}
+    pq.write_table(pa.table({**labels, **columns}), tmp_path / "l.parquet")
+    done = inside("check", tmp_path / "l.parquet", "--json")
+    found = [f for f in document(done)["findings"] if f["column"] == "lead_mm" and f["what"] == "label changes within the run"]
+    assert done.returncode == 0 and len(found) == 1 and "3 to 9 mm" in found[0]["detail"]
 
 
 def test_import_and_watch_count_absurd_values_too(tmp_path: Path) -> None:

@@ -46,6 +46,8 @@ class Gap(Part):
     rmse_retuned_n: float | None = Field(description="after re-tuning what the simulator has")
     rmse_with_effect_n: float | None = Field(description="with the named effects added")
     noise_floor_n: float | None
+    noise_floor_low_n: float | None = Field(default=None, description="ends of its 95 % interval; null where none is known")
+    noise_floor_high_n: float | None = None
     known_misfit_n: float | None = Field(
         default=None, description="with an accepted model as simulator: what it is known to leave of such a record, null otherwise"
     )
@@ -114,6 +116,7 @@ class DiagnosisDocument(Document):
     verdict: Verdict
     gap: Gap
     where: list[Place] = Field(description="shares sum to 100")
+    where_samples: str | None = Field(default=None, description="which samples these shares are of, as gap.samples")
     candidates: list[Candidate]
     next_experiment: NextExperiment | None
     remarks: list[Any] | None = Field(default=None, description="what the check of the physics said")

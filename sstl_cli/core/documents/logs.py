@@ -43,6 +43,7 @@ class ImportDocument(Document):
     set_aside: int
     set_aside_pct: float
     set_aside_by: dict[str, int] = Field(description="samples set aside, by reason")
+    values_set_aside: dict[str, int] = Field(default={}, description="values of columns that may be empty, taken as not measured")
     found: dict[str, int] = Field(description="repeated and backward times, gaps, dropouts, spikes, filled samples")
     step_s: float | None
     gap_s: float | None
