@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
@@ -17,6 +18,8 @@ POINTS = Path(__file__).resolve().parents[1] / "scaling.json"
 RATE_HZ = 500.0
 SAMPLES = 10_000
 COMMANDS = ("simulate", "segment")
+# times the start-up, from where on a job counts
+ENOUGH = 2.0
 
 
 @dataclass(frozen=True)
@@ -32,56 +35,71 @@ class Point:
 
 def run(quick: bool, folder: Path) -> list[Row]:
     """Fit the exponents of time over samples and runs, and compare the memory of few and many runs."""
-    counts = (1, 4) if quick else (1, 10, 100, 1000)
-    lengths = (10_000, 40_000) if quick else (10_000, 100_000, 1_000_000, 10_000_000)
+    counts = (4, 16) if quick else (10, 30, 100, 300, 1000)
+    lengths = (100_000, 400_000) if quick else (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000)
+    repeats = 1 if quick else 3
     # compiled code is in its cache after the first
     _measure(folder, 1, 1000)
-    tries = [p for _ in range(3) for p in _measure(folder, 1, 1000)]
-    start = {c: min((p for p in tries if p.command == c), key=lambda p: p.cpu_s) for c in COMMANDS}
-    by_runs = [p for n in counts for p in _measure(folder, n, SAMPLES)]
-    by_length = [p for n in lengths for p in _measure(folder, 1, n)]
+    start = [p for _ in range(2 * repeats + 1) for p in _measure(folder, 1, 1000)]
+    by_runs = [p for _ in range(repeats) for n in counts for p in _measure(folder, n, SAMPLES)]
+    by_length = [p for _ in range(repeats) for n in lengths for p in _measure(folder, 1, n)]
     rows = []
     for command in COMMANDS:
+        idle = [p.cpu_s for p in start if p.command == command]
         for what, points in (("samples", by_length), ("runs", by_runs)):
-            own = [p for p in points if p.command == command]
-            size = np.array([p.runs * p.samples for p in own], float)
-            spent = np.array([p.cpu_s for p in own]) - start[command].cpu_s
+            spent: dict[int, list[float]] = {}
+            for p in points:
+                if p.command == command:
+                    spent.setdefault(p.runs * p.samples, []).append(p.cpu_s)
+            low, middle, high, used = exponent(spent, idle)
             rows.append(
                 Row(
                     f"scaling/{command}-{what}",
                     f"{command}, time over {what}",
-                    "exponent of the fit",
+                    "exponent of the fit, 95 % interval",
                     1.05,
-                    (exponent(size, spent),),
+                    (low, middle, high),
                     at_least=False,
                     unit="(exponent)",
-                    seconds={str(int(n)): s for n, s in zip(size, spent.tolist(), strict=True)},
+                    seconds={"start": median(idle), **{str(n): median(s) for n, s in spent.items()}},
+                    note=f"from {used[0]} to {used[-1]} samples, {repeats} times each",
                 )
             )
-        few, many = (next(p for p in by_runs if p.command == command and p.runs == n) for n in (counts[1], counts[-1]))
+        few, many = (max(p.memory_mb for p in by_runs if p.command == command and p.runs == n) for n in (counts[0], counts[-1]))
         rows.append(
             Row(
                 f"scaling/{command}-memory",
                 f"{command}, memory at {counts[-1]} runs",
-                f"over that at {counts[1]} runs of the same length",
+                f"over that at {counts[0]} runs of the same length",
                 1.5,
-                (many.memory_mb / few.memory_mb,),
+                (many / few,),
                 at_least=False,
                 unit="(ratio)",
-                note=f"{few.memory_mb:.0f} MB and {many.memory_mb:.0f} MB",
+                note=f"{few:.0f} MB and {many:.0f} MB",
             )
         )
     if not quick:
-        _store([*by_runs, *by_length], start)
+        _store([*by_runs, *by_length], {c: median([p.cpu_s for p in start if p.command == c]) for c in COMMANDS})
     return rows
 
 
-def exponent(size: np.ndarray, spent: np.ndarray) -> float:
-    """Return the slope of log time over log size where the time stands clear of the start-up."""
-    clear = spent > 0.3
-    if clear.sum() < 2:
-        clear = spent >= np.sort(spent)[-2]
-    return float(np.polyfit(np.log(size[clear]), np.log(np.maximum(spent[clear], 1e-3)), 1)[0])
+def exponent(spent: dict[int, list[float]], start: list[float], draws: int = 2000) -> tuple[float, float, float, list[int]]:
+    """Return the slope of log time over log size, its 95 % interval around it, and the sizes it was fitted to.
+
+    ``spent`` are the repeated times (s) of every size, start-up included. A size counts where it takes at least twice
+    as long as the start-up: below, the difference of the two says more of their scatter than of the work. The
+    interval is that of fits to one repeat of every size and of the start-up, drawn at random.
+    """
+    sizes = sorted(n for n, s in spent.items() if median(s) >= ENOUGH * median(start))
+    sizes = sizes if len(sizes) > 1 else sorted(spent)[-2:]
+    rng = np.random.default_rng(0)
+    slopes = []
+    for _ in range(draws):
+        work = np.array([rng.choice(spent[n]) for n in sizes]) - rng.choice(start)
+        slopes.append(float(np.polyfit(np.log(sizes), np.log(np.maximum(work, 1e-3)), 1)[0]))
+    best = float(np.polyfit(np.log(sizes), np.log([max(median(spent[n]) - median(start), 1e-3) for n in sizes]), 1)[0])
+    low, high = np.quantile(slopes, (0.025, 0.975))
+    return min(float(low), best), best, max(float(high), best), sizes
 
 
 def _measure(folder: Path, runs: int, samples: int) -> list[Point]:
@@ -119,9 +137,10 @@ def _cost(words: list[str]) -> tuple[float, float]:
     return seconds, kilobytes / 1024.0
 
 
-def _store(points: list[Point], start: dict[str, Point]) -> None:
+def _store(points: list[Point], start: dict[str, float]) -> None:
     body = [{**p.__dict__, "cpu_s": rounded(p.cpu_s), "memory_mb": round(p.memory_mb)} for p in points]
-    POINTS.write_text(json.dumps({"schema": "sstl.bench-scaling/1", "points": body}, indent=1) + "\n", encoding="utf-8")
+    document = {"schema": "sstl.bench-scaling/1", "start_s": {c: rounded(s) for c, s in start.items()}, "points": body}
+    POINTS.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     import matplotlib
 
     matplotlib.use("svg")
@@ -132,11 +151,15 @@ def _store(points: list[Point], start: dict[str, Point]) -> None:
     for command, colour in zip(COMMANDS, ("tab:blue", "tab:orange"), strict=True):
         for many, mark in ((False, "o-"), (True, "s--")):
             own = [p for p in points if p.command == command and (p.runs > 1) == many]
-            size = [p.runs * p.samples for p in own]
+            size = sorted({p.runs * p.samples for p in own})
+            spent, memory = (
+                [median(getattr(p, of) for p in own if p.runs * p.samples == n) for n in size] for of in ("cpu_s", "memory_mb")
+            )
             label = f"{command}, {'runs of 10 000 samples' if many else 'one run'}"
-            axes[0].loglog(size, [max(p.cpu_s - start[command].cpu_s, 1e-3) for p in own], mark, color=colour, label=label)
-            axes[1].loglog(size, [p.memory_mb for p in own], mark, color=colour)
-    axes[0].set(xlabel="samples", ylabel="processor time less start-up (s)")
+            axes[0].loglog(size, spent, mark, color=colour, label=label)
+            axes[1].loglog(size, memory, mark, color=colour)
+        axes[0].axhline(start[command], color=colour, linewidth=0.7, linestyle=":")
+    axes[0].set(xlabel="samples", ylabel="processor time (s), dotted: start-up")
     axes[1].set(xlabel="samples", ylabel="largest memory (MB)")
     axes[0].legend(fontsize=8)
     figure.savefig(PLOT, metadata={"Date": None})

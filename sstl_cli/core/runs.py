@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -218,11 +219,10 @@ def _parts(block: pa.Table) -> Iterator[_Part]:
     starts, ends = edges[:-1][np.diff(edges) > 0], edges[1:][np.diff(edges) > 0]
     if not len(starts):
         return
-    first = pa.array(starts)
-    labels = {name: block.column(name).take(first).to_pylist() for name in changes}
-    leads = block.column("lead_mm").take(first).to_pylist()
+    labels = {name: _taken(block.column(name), starts) for name in changes}
+    leads = block.column("lead_mm").take(pa.array(starts)).to_pylist()
     signals = {n: block.column(n) for n in SIGNALS if n in block.column_names}
-    values = {n: c.cast(pa.float64()).to_numpy() for n, c in signals.items()}
+    values = {n: _floats(c) for n, c in signals.items()}
     nulls = {n: _null_counts(c, starts, ends) for n, c in signals.items() if n in MAY_BE_EMPTY}
     within = {n: np.searchsorted(at, starts, "right") != np.searchsorted(at, ends, "left") for n, at in changes.items()}
     for i, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
@@ -235,16 +235,50 @@ def _parts(block: pa.Table) -> Iterator[_Part]:
         )
 
 
+def _floats(column: pa.ChunkedArray) -> Array:
+    """Return a column as floats, NaN where it is null; one that is null throughout takes no memory."""
+    if len(column) and column.null_count == len(column):
+        return np.broadcast_to(np.nan, len(column))
+    return np.asarray(column.cast(pa.float64()).to_numpy())
+
+
+def _taken(column: pa.ChunkedArray, at: NDArray[np.int64]) -> list[object]:
+    """Return the values at these positions."""
+    if pa.types.is_run_end_encoded(column.type):
+        ends, texts = _stretches(column)
+        found: list[object] = texts.take(pa.array(np.searchsorted(ends, at, "right"))).to_pylist()
+        return found
+    return list(column.take(pa.array(at)).to_pylist())
+
+
+def _stretches(column: pa.ChunkedArray) -> tuple[NDArray[np.int64], pa.Array]:
+    """Return the ends and the texts of a run-end encoded column, one entry a stretch."""
+    ends, texts, before = [], [], 0
+    for chunk in column.chunks:
+        first, count = chunk.find_physical_offset(), chunk.find_physical_length()
+        stops = chunk.run_ends.to_numpy()[first : first + count].astype(np.int64) - chunk.offset
+        ends.append(before + np.minimum(stops, len(chunk)))
+        texts.append(chunk.values.slice(first, count))
+        before += len(chunk)
+    return np.concatenate(ends), pa.concat_arrays(texts)
+
+
 def _null_counts(column: pa.ChunkedArray, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return how many values of each stretch are null."""
     if not column.null_count:
         return np.zeros(len(starts), np.int64)
+    if column.null_count == len(column):
+        return ends - starts
     total = np.concatenate(([0], np.cumsum(column.is_null().to_numpy())))
     return np.asarray(total[ends] - total[starts], np.int64)
 
 
 def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
     """Return the positions whose value differs from the one before (codes are compared, not texts)."""
+    if pa.types.is_run_end_encoded(column.type):
+        ends, texts = _stretches(column)
+        words = texts.to_pylist()
+        return ends[:-1][np.array([a != b for a, b in itertools.pairwise(words)], bool)]
     values = column.combine_chunks() if column.num_chunks != 1 else column.chunk(0)
     if isinstance(values, pa.ChunkedArray):
         values = values.unify_dictionaries().combine_chunks()

@@ -121,12 +121,13 @@ def sound(run: Run) -> tuple[list[Run], list[Aside]]:
     aside: list[Aside] = []
     total = len(run.time_s)
     run = _optional(run, aside)
+    if total > 1 and _plain(run):
+        return [run], aside
     lost = np.zeros(total, bool)
     reasons = []
     for name in REQUIRED:
         values = getattr(run, name)
-        # two passes tell that all is well; NaN wins both
-        if total and not (np.min(values) >= -LARGEST and np.max(values) <= LARGEST):
+        if not _within(values):
             lost |= unsound(values)
             reasons += [f"{n} {why} in {name}" for why, n in why_unsound(name, values).items()]
     if reasons:
@@ -141,6 +142,28 @@ def sound(run: Run) -> tuple[list[Run], list[Aside]]:
             aside.append(Aside(piece.run_id, len(piece), total, wrong))
             pieces[i] = _rows(piece, slice(0, 0))
     return pieces, aside
+
+
+def _within(values: Array) -> bool:
+    # two passes tell that all is well; NaN wins both
+    return not len(values) or bool(np.min(values) >= -LARGEST and np.max(values) <= LARGEST)
+
+
+def _plain(run: Run) -> bool:
+    """Whether the extremes alone tell that nothing is to be set aside or cut: most runs need no closer look."""
+    time = run.time_s
+    step = np.diff(time)
+    least, most = float(np.min(step)), float(np.max(step))
+    # where the clock rises its ends bound it; NaN fails every comparison
+    steady = least >= FASTEST_S and most <= GAP_PERIODS * least and time[0] >= -LARGEST and time[-1] <= LARGEST
+    if not steady:
+        return False
+    for name in TENSIONS:
+        values = getattr(run, name)
+        low, high = float(np.min(values)), float(np.max(values))
+        if not (low >= -LARGEST and high <= LARGEST and max(-low, high) >= SMALLEST):
+            return False
+    return True
 
 
 def cuts(time_s: Array) -> NDArray[np.intp]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -22,8 +23,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 CORRELATION_S = np.array([0.03, 0.06, 0.12, 0.18, 0.25, 0.33, 0.45, 0.65, 1.0, 2.0])
 SLOW_SHARE = np.array([0.01, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 1.0])
-# shares that one march takes, a multiple of what a vector register holds, in rows a power of two apart
-LANES, ROW = 12, 16
+# correlation times and shares that march together, up to a multiple of what a vector register holds
+LANES = 96
 WHITE_BEFOREHAND = 0.8
 # a line whose slope the noise of the input flattens by more than this is not reported
 LARGEST_CORRECTION = 0.15
@@ -41,28 +42,28 @@ class Line:
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
-def _step(w: Array, x: float, y: float, rho: float) -> None:
-    """Take the filters of all shares over one more point."""
-    square = rho * rho
+def _step(w: Array, x: float, y: float) -> None:
+    """Take the filters of all correlation times and shares over one more point."""
     for j in range(LANES):
-        prior = square * w[j] + w[12 * ROW + j] * (1.0 - square)
-        s = prior + w[13 * ROW + j]
+        rho = w[12 * LANES + j]
+        prior = rho * rho * w[j] + w[13 * LANES + j]
+        s = prior + w[14 * LANES + j]
         inverse = 1.0 / s
         gain = prior * inverse
         w[j] = prior - gain * prior
-        b0, b1, b2 = rho * w[ROW + j], rho * w[2 * ROW + j], rho * w[3 * ROW + j]
+        b0, b1, b2 = rho * w[LANES + j], rho * w[2 * LANES + j], rho * w[3 * LANES + j]
         e0, e1, e2 = 1.0 - b0, x - b1, y - b2
-        w[ROW + j] = b0 + gain * e0
-        w[2 * ROW + j] = b1 + gain * e1
-        w[3 * ROW + j] = b2 + gain * e2
-        w[11 * ROW + j] *= s
+        w[LANES + j] = b0 + gain * e0
+        w[2 * LANES + j] = b1 + gain * e1
+        w[3 * LANES + j] = b2 + gain * e2
+        w[11 * LANES + j] *= s
         f0, f1 = e0 * inverse, e1 * inverse
-        w[4 * ROW + j] += e0 * f0
-        w[5 * ROW + j] += e1 * f0
-        w[6 * ROW + j] += e1 * f1
-        w[7 * ROW + j] += e2 * f0
-        w[8 * ROW + j] += e2 * f1
-        w[9 * ROW + j] += e2 * e2 * inverse
+        w[4 * LANES + j] += e0 * f0
+        w[5 * LANES + j] += e1 * f0
+        w[6 * LANES + j] += e1 * f1
+        w[7 * LANES + j] += e2 * f0
+        w[8 * LANES + j] += e2 * f1
+        w[9 * LANES + j] += e2 * e2 * inverse
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
@@ -70,8 +71,8 @@ def _grid(t: Array, x: Array, y: Array, taus: Array, slow: Array, white: Array) 
     """Return the log-determinant and the cross products of (1, x, y) after whitening by a Kalman filter.
 
     Row 0 is white noise, then come every correlation time and share. ``slow`` is the variance of the slow part,
-    ``white`` that of the rest. The filters of all shares march together: their state lies in one array with
-    fixed strides, so that the compiler takes four of them in one instruction.
+    ``white`` that of the rest. All filters march together: their state lies in one array with fixed strides, so that the
+    compiler takes several of them in one instruction, and none waits for its own last point.
     """
     times, shares = slow.shape
     out = np.zeros((1 + times * shares, 7))
@@ -82,35 +83,37 @@ def _grid(t: Array, x: Array, y: Array, taus: Array, slow: Array, white: Array) 
         out[0, 4] += y[k]
         out[0, 5] += x[k] * y[k]
         out[0, 6] += y[k] * y[k]
-    # variance, three states, six sums, the log-determinant and what of it is still a product, both variances
-    w = np.empty(14 * ROW)
-    for i in range(times):
-        w[:] = 0.0
-        w[11 * ROW : 12 * ROW] = 1.0
-        w[13 * ROW :] = 1.0
-        w[:shares] = slow[i]
-        w[12 * ROW : 12 * ROW + shares] = slow[i]
-        w[13 * ROW : 13 * ROW + shares] = white[i]
-        step, rho = -1.0, 0.0
-        for k in range(t.size):
-            if k > 0:
-                dt = t[k] - t[k - 1]
-                if abs(dt - step) > 1e-6 * dt:
-                    step = dt
-                    rho = math.exp(-dt / taus[i])
-            _step(w, x[k], y[k], rho)
-            if k % 16 == 15 or k == t.size - 1:
+    # variance, three states, six sums, the log-determinant and what of it is still a product; correlation over one
+    # step, what the step adds to the variance, the white variance
+    w = np.zeros(15 * LANES)
+    w[11 * LANES : 12 * LANES] = 1.0
+    w[14 * LANES :] = 1.0
+    w[: times * shares] = slow.ravel()
+    w[13 * LANES : 13 * LANES + times * shares] = slow.ravel()
+    w[14 * LANES : 14 * LANES + times * shares] = white.ravel()
+    step = -1.0
+    for k in range(t.size):
+        dt = t[k] - t[k - 1] if k > 0 else 0.0
+        if k > 0 and abs(dt - step) > 1e-6 * dt:
+            step = dt
+            for i in range(times):
+                rho = math.exp(-dt / taus[i])
                 for j in range(shares):
-                    w[10 * ROW + j] += math.log(w[11 * ROW + j])
-                    w[11 * ROW + j] = 1.0
-        for j in range(shares):
-            row = out[1 + i * shares + j]
-            row[0] = w[10 * ROW + j]
-            for c in range(6):
-                row[1 + c] = w[(4 + c) * ROW + j]
+                    w[12 * LANES + i * shares + j] = rho
+                    w[13 * LANES + i * shares + j] = slow[i, j] * (1.0 - rho * rho)
+        _step(w, x[k], y[k])
+        if k % 32 == 31 or k == t.size - 1:
+            for j in range(times * shares):
+                w[10 * LANES + j] += math.log(w[11 * LANES + j])
+                w[11 * LANES + j] = 1.0
+    for j in range(times * shares):
+        out[1 + j, 0] = w[10 * LANES + j]
+        for c in range(6):
+            out[1 + j, 1 + c] = w[(4 + c) * LANES + j]
     return out
 
 
+@lru_cache(64)
 def _parts(length: int, dt_s: float) -> tuple[Array, Array]:
     """Return slow and white variances of block means per correlation time and share.
 
@@ -173,6 +176,7 @@ def _correlated(t: Array, x: Array, taus: Array) -> Array:
     return out
 
 
+@lru_cache(1)
 def _prior() -> Array:
     """Return the weights before seeing residuals: white unless shown otherwise, then uniform in rate 1 / tau."""
     times = np.repeat(np.gradient(-1.0 / CORRELATION_S), len(SLOW_SHARE))

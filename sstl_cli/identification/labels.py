@@ -49,39 +49,53 @@ def label_phases(
     cutoff = cutoff_hz or filtering.default_cutoff(x, dt, sd_in)
     xf, yf = filtering.low_pass(x, y, cutoff, dt)
     left_in, left_out = filtering.filtered_sd(sd_in, cutoff, dt), filtering.filtered_sd(sd_out, cutoff, dt)
-    prominence = prominence_n or default_prominence(xf, left_in)
-    delta = delta_bl_n or default_delta(yf, left_out)
-    points, direction = turning_points(xf, prominence, default_tie(xf, left_in, prominence))
-    codes, _, _ = split(xf, yf, points, direction, Rules(delta, left_in, prominence, cutoff, dt, xf).array(), NO_LINES)
+    span_in, span_out = float(np.ptp(xf)), float(np.ptp(yf))
+    prominence = prominence_n or default_prominence(span_in, left_in)
+    delta = delta_bl_n or default_delta(span_out, left_out)
+    points, direction = turning_points(xf, prominence, default_tie(span_in, left_in, prominence))
+    codes, _, _ = split(xf, yf, points, direction, Rules(delta, left_in, prominence, Motion(xf, cutoff, dt)).array(), NO_LINES)
     return codes
 
 
-def default_prominence(xf: Array, sd: float, floor: float = FIRST_FLOOR) -> float:
-    """Return a prominence (N) that noise of standard deviation ``sd`` does not reach."""
-    return max(10.0 * sd, floor * float(np.ptp(xf)), 1e-12)
+def default_prominence(span: float, sd: float, floor: float = FIRST_FLOOR) -> float:
+    """Return a prominence (N) that noise of standard deviation ``sd`` does not reach, for an input of this span (N)."""
+    return max(10.0 * sd, floor * span, 1e-12)
 
 
-def default_tie(xf: Array, sd: float, prominence: float) -> float:
+def default_tie(span: float, sd: float, prominence: float) -> float:
     """Return how far (N) a sample may lie from the extreme and still belong to the turn (the filter overshoots)."""
-    return min(max(3.0 * sd, 0.0025 * float(np.ptp(xf))), 0.5 * prominence)
+    return min(max(3.0 * sd, 0.0025 * span), 0.5 * prominence)
 
 
-def default_delta(yf: Array, sd: float, floor: float = FIRST_FLOOR) -> float:
-    """Return a backlash threshold (N) that noise of standard deviation ``sd`` does not reach."""
-    return max(8.0 * sd, floor * float(np.ptp(yf)), 1e-12)
+def default_delta(span: float, sd: float, floor: float = FIRST_FLOOR) -> float:
+    """Return a backlash threshold (N) that noise of standard deviation ``sd`` does not reach, for an output of this span (N)."""
+    return max(8.0 * sd, floor * span, 1e-12)
+
+
+class Motion:
+    """What the thresholds need of a filtered input: its span (N), its usual fastest rate (N a sample), and its clock."""
+
+    def __init__(self, xf: Array, cutoff_hz: float, dt_s: float) -> None:
+        self.samples, self.cutoff_hz, self.dt_s = len(xf), cutoff_hz, dt_s
+        self.span = float(np.ptp(xf))
+        every = max(1, len(xf) // 2048)
+        steps = np.sort(np.abs(np.diff(xf[::every])))
+        # the quantile lies between two steps, as numpy takes it
+        place = 0.95 * (len(steps) - 1)
+        self.rate = float(np.interp(place, (int(place), int(place) + 1), (steps[int(place)], steps[min(int(place) + 1, len(steps) - 1)]))) / every
 
 
 class Rules:
     """Thresholds of the split in samples and N, packed for the compiled kernel."""
 
-    def __init__(self, delta: float, sd_in: float, prominence: float, cutoff_hz: float, dt_s: float, xf: Array) -> None:
+    def __init__(self, delta: float, sd_in: float, prominence: float, motion: Motion) -> None:
         self.delta = delta
+        cutoff_hz, dt_s = motion.cutoff_hz, motion.dt_s
         # the filter smears a corner over about a third of the cut-off's period
         self.guard = math.ceil(0.3 / (cutoff_hz * dt_s) - 1e-6) if cutoff_hz * dt_s < 0.45 else 0
         self.retreat = 0.5 * prominence
-        self.hold_band = max(4.0 * sd_in, 1e-4 * float(np.ptp(xf)))
-        rate = float(np.quantile(np.abs(np.diff(xf[:: max(1, len(xf) // 2048)])), 0.95)) / max(1, len(xf) // 2048)
-        crossing = 2.0 * self.hold_band / rate if rate > 0 else float(len(xf))
+        self.hold_band = max(4.0 * sd_in, 1e-4 * motion.span)
+        crossing = 2.0 * self.hold_band / motion.rate if motion.rate > 0 else float(motion.samples)
         self.hold = max(3.0, math.ceil(5.0 * crossing), math.ceil(0.2 / dt_s - 1e-6) if dt_s < 0.05 else 3.0)
         self.margin = (0.0, 0.0)
 

@@ -13,6 +13,8 @@ BLOCK_S = 0.01
 TRAVEL_PARTS = 64
 # of the span: two points nearer than this make no line
 FAR = 0.2
+# pairs drawn for one that is tried
+DRAWN = 4
 
 
 def block_length(n: int, dt_s: float) -> int:
@@ -27,28 +29,32 @@ def block_length(n: int, dt_s: float) -> int:
 def block_means(
     time_s: Array, x: Array, y: Array, use: NDArray[np.int8], sign: int, length: int
 ) -> tuple[Array, Array, Array, NDArray[np.int64]]:
-    """Return time, input, output of whole blocks of usable samples of one direction, and their stretch."""
+    """Return time (from the first sample on), input, output of whole blocks of usable samples of one direction, and their stretch."""
     out = np.empty((3, x.size // length + 1))
     stretch = np.empty(x.size // length + 1, np.int64)
-    count, have, number = 0, 0, 0
-    t0, sx, sy = 0.0, 0.0, 0.0
-    for k in range(x.size):
-        if use[k] != sign:
-            if have > 0 or (k > 0 and use[k - 1] == sign):
-                number += 1
-            have = 0
+    count, number = 0, 0
+    # a common offset of time must change nothing, not even the last digit
+    origin = time_s[0]
+    begin = 0
+    while begin < x.size:
+        if use[begin] != sign:
+            begin += 1
             continue
-        if have == 0:
+        end = begin
+        while end < x.size and use[end] == sign:
+            end += 1
+        while begin + length <= end:
             t0, sx, sy = 0.0, 0.0, 0.0
-        t0 += time_s[k]
-        sx += x[k]
-        sy += y[k]
-        have += 1
-        if have == length:
+            for k in range(begin, begin + length):
+                t0 += time_s[k] - origin
+                sx += x[k]
+                sy += y[k]
             out[0, count], out[1, count], out[2, count] = t0 / length, sx / length, sy / length
             stretch[count] = number
             count += 1
-            have = 0
+            begin += length
+        number += 1
+        begin = end
     return out[0, :count].copy(), out[1, :count].copy(), out[2, :count].copy(), stretch[:count].copy()
 
 
@@ -98,30 +104,105 @@ def travel(y: Array, stretch: NDArray[np.int64]) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _consensus(x: Array, y: Array, weight: Array, picks: NDArray[np.int64], threshold: float) -> tuple[float, float]:
+def _cost(x: Array, y: Array, weight: Array, slope: float, bias: float, cap: float, best: float) -> float:
+    """Return the weighted sum of squared distances, each capped; one that is above the best need not be whole."""
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    whole = x.size - x.size % 16
+    for begin in range(0, whole, 16):
+        # four sums do not wait for one another
+        for k in range(begin, begin + 16, 4):
+            a, b = y[k] - slope * x[k] - bias, y[k + 1] - slope * x[k + 1] - bias
+            c, d = y[k + 2] - slope * x[k + 2] - bias, y[k + 3] - slope * x[k + 3] - bias
+            s0 += weight[k] * min(a * a, cap)
+            s1 += weight[k + 1] * min(b * b, cap)
+            s2 += weight[k + 2] * min(c * c, cap)
+            s3 += weight[k + 3] * min(d * d, cap)
+        if s0 + s1 + s2 + s3 > best:
+            return np.inf
+    for k in range(whole, x.size):
+        a = y[k] - slope * x[k] - bias
+        s0 += weight[k] * min(a * a, cap)
+    return s0 + s1 + s2 + s3
+
+
+@njit(cache=True, nogil=True)
+def _consensus(x: Array, y: Array, weight: Array, draws: Array, threshold: float) -> tuple[float, float]:
     """Return the line through two points with the smallest weighted sum of squared distances capped at the threshold."""
+    total = np.cumsum(weight)
+    far = FAR * (np.max(x) - np.min(x))
     best, slope, bias = np.inf, np.nan, np.nan
-    cap = threshold * threshold
-    for i in range(picks.shape[0]):
-        a, b = picks[i, 0], picks[i, 1]
+    tried = 0
+    for i in range(draws.shape[0]):
+        a = min(np.searchsorted(total, draws[i, 0] * total[-1], "right"), x.size - 1)
+        b = min(np.searchsorted(total, draws[i, 1] * total[-1], "right"), x.size - 1)
         dx = x[b] - x[a]
-        if dx == 0.0:
+        if abs(dx) < far:
             continue
-        g = (y[b] - y[a]) / dx
-        c = y[a] - g * x[a]
-        cost = 0.0
-        for k in range(x.size):
-            r = y[k] - g * x[k] - c
-            cost += weight[k] * min(r * r, cap)
-            if cost > best:
-                break
-        if cost < best:
-            best, slope, bias = cost, g, c
+        if dx != 0.0:
+            g = (y[b] - y[a]) / dx
+            c = y[a] - g * x[a]
+            cost = _cost(x, y, weight, g, c, threshold * threshold, best)
+            if cost < best:
+                best, slope, bias = cost, g, c
+        tried += 1
+        if tried == draws.shape[0] // DRAWN:
+            break
     return slope, bias
 
 
+@njit(cache=True, nogil=True)
+def _weighted_median(values: Array, weight: Array) -> float:
+    """Return the smallest value up to which half of the weight lies; both arrays are reordered."""
+    half = 0.5 * np.sum(weight)
+    below = 0.0
+    first, last = 0, values.size
+    while True:
+        a, b, c = values[first], values[(first + last) // 2], values[last - 1]
+        pivot = max(min(a, b), min(max(a, b), c))
+        # smaller ones to the front, larger ones to the back
+        left, right, k = first, last, first
+        less, equal = 0.0, 0.0
+        while k < right:
+            v, w = values[k], weight[k]
+            if v < pivot:
+                values[k], weight[k] = values[left], weight[left]
+                values[left], weight[left] = v, w
+                less += w
+                left += 1
+                k += 1
+            elif v > pivot:
+                right -= 1
+                values[k], weight[k] = values[right], weight[right]
+                values[right], weight[right] = v, w
+            else:
+                equal += w
+                k += 1
+        if below + less >= half and left > first:
+            last = left
+        elif below + less + equal >= half or right == last:
+            return float(pivot)
+        else:
+            below += less + equal
+            first = right
+
+
+@njit(cache=True, nogil=True)
+def _robust(
+    x: Array, y: Array, weight: Array, draws: Array, threshold: float, floor: float, fixed: bool
+) -> tuple[float, float, float]:
+    slope, bias = _consensus(x, y, weight, draws, threshold)
+    if not np.isfinite(slope):
+        return np.nan, np.nan, threshold
+    for _ in range(3):
+        slope, bias = _least_squares(x, y, slope, bias, threshold)
+        if not fixed:
+            middle = _weighted_median(np.abs(y - slope * x - bias), weight.copy())
+            threshold = max(4.0 * 1.4826 * middle, floor)
+    return slope, bias, threshold
+
+
 def ransac(
-    x: Array, y: Array, threshold: float, floor: float, fixed: bool, trials: int, rng: np.random.Generator, weight: Array | None = None
+    x: Array, y: Array, threshold: float, floor: float, fixed: bool, draws: Array, weight: Array | None = None
 ) -> tuple[float, float, float]:
     """Return slope, bias and the inlier threshold of a robust line (NaN where no pair is far enough apart).
 
@@ -131,25 +212,11 @@ def ransac(
         Points (N).
     threshold : float
         First inlier distance (N); unless ``fixed`` it then follows the spread of the residuals, not below ``floor``.
+    draws : ndarray, shape (4 * trials, 2)
+        Random numbers of 0 to 1, one pair a try; of the pairs that are far enough apart so many as ``trials`` are tried.
     weight : ndarray, shape (n,), optional
         How much each point counts in the search and in the spread, such as :func:`travel`; by default all alike.
     """
     w = np.ones(len(x)) if weight is None or not weight.any() else weight
-    span = float(np.ptp(x))
-    total = np.cumsum(w)
-    picks = np.searchsorted(total, rng.random((4 * trials, 2)) * total[-1], side="right").clip(max=len(x) - 1)
-    far = np.flatnonzero(np.abs(x[picks[:, 0]] - x[picks[:, 1]]) >= FAR * span)[:trials]
-    slope, bias = _consensus(x, y, w, picks[far], threshold)
-    if not np.isfinite(slope):
-        return np.nan, np.nan, threshold
-    for _ in range(3):
-        slope, bias = _least_squares(x, y, slope, bias, threshold)
-        if not fixed:
-            threshold = max(4.0 * 1.4826 * _weighted_median(np.abs(y - slope * x - bias), w), floor)
-    return slope, bias, threshold
-
-
-def _weighted_median(values: Array, weight: Array) -> float:
-    order = np.argsort(values)
-    total = np.cumsum(weight[order])
-    return float(values[order[np.searchsorted(total, 0.5 * total[-1])]])
+    found = _robust(x, y, w, draws, threshold, floor, fixed)
+    return float(found[0]), float(found[1]), float(found[2])

@@ -25,6 +25,8 @@ MIN_INLIERS = 0.5
 MAX_RELATIVE_SE = 0.5
 # residuals beyond this share of the range are misfit, not noise, and must not raise the thresholds
 SLOWEST = 0.005
+# the sum of values up to here is a finite number whatever their count
+LARGEST = 1e150
 DIRECTIONS = ("pull", "release")
 
 
@@ -92,28 +94,37 @@ def segment_run(run: Run, options: SegmentOptions | None = None) -> Segmentation
         If a cut-off lies above half the sampling rate.
     """
     options = options or SegmentOptions()
-    refusal = _refusal(run)
+    if len(run) < MIN_SAMPLES:
+        return _nothing(run, f"too few samples ({len(run)})")
+    ends_in, ends_out = _ends(run.tension_in_n), _ends(run.tension_out_n)
+    refusal = _refusal(run, ends_in, ends_out)
     if refusal:
         return _nothing(run, refusal)
-    return _Session(run, options).result()
+    return _Session(run, options, ends_in[1] - ends_in[0], ends_out[1] - ends_out[0]).result()
 
 
-def _refusal(run: Run) -> str:
-    n = len(run)
-    if n < MIN_SAMPLES:
-        return f"too few samples ({n})"
-    for name in ("time_s", "tension_in_n", "tension_out_n"):
-        values = getattr(run, name)
-        # one sum finds any NaN or infinity faster than a mask does
-        if not math.isfinite(float(np.sum(values))):
+def _ends(values: Array) -> tuple[float, float]:
+    """Return the smallest and the largest value of a channel, NaN where one is none."""
+    return float(np.min(values)), float(np.max(values))
+
+
+def _refusal(run: Run, ends_in: tuple[float, float], ends_out: tuple[float, float]) -> str:
+    time = run.time_s
+    rises = bool(np.all(time[1:] > time[:-1]))
+    ends = (*ends_in, *ends_out, float(time[0]), float(time[-1]))
+    if not (rises and all(-LARGEST <= v <= LARGEST for v in ends)):
+        # rarely so: only now every value is looked at
+        for name in ("time_s", "tension_in_n", "tension_out_n"):
+            values = getattr(run, name)
             bad = int(np.count_nonzero(~np.isfinite(values)))
             if bad:
                 return f"{bad} not-a-number values in {name}"
-            return f"{name} is too large"
-    if not np.all(run.time_s[1:] > run.time_s[:-1]):
+            if not math.isfinite(float(np.sum(values))):
+                return f"{name} is too large"
+    if not rises:
         return "time repeats or runs backwards"
-    for name in ("tension_in_n", "tension_out_n"):
-        if float(np.ptp(getattr(run, name))) == 0.0:
+    for name, (low, high) in (("tension_in_n", ends_in), ("tension_out_n", ends_out)):
+        if low == high:
             return f"{name} is constant"
     return ""
 
@@ -127,15 +138,14 @@ def _nothing(run: Run, status: str, phases: Codes | None = None, loops: int = 0)
 class _Session:
     """Intermediate values of one run."""
 
-    def __init__(self, run: Run, options: SegmentOptions) -> None:
+    def __init__(self, run: Run, options: SegmentOptions, span_in: float, span_out: float) -> None:
         self.run, self.options = run, options
-        # a common offset of time must change nothing, not even the last digit
-        self.time = run.time_s - run.time_s[0]
+        self.time = np.ascontiguousarray(run.time_s)
         self.dt = filtering.sampling(self.time)
         x, y = np.ascontiguousarray(run.tension_in_n), np.ascontiguousarray(run.tension_out_n)
         self.sd_in, self.sd_out = filtering.noise_sd(x), filtering.noise_sd(y)
-        self.x = filtering.bridged(x, 10.0 * self.sd_in + 1e-9 * float(np.ptp(x)))
-        self.y = filtering.bridged(y, 10.0 * self.sd_out + 1e-9 * float(np.ptp(y)))
+        self.x = filtering.bridged(x, 10.0 * self.sd_in + 1e-9 * span_in)
+        self.y = filtering.bridged(y, 10.0 * self.sd_out + 1e-9 * span_out)
         self.cutoff = options.cutoff_hz or filtering.default_cutoff(self.x, self.dt, self.sd_in)
         if self.cutoff * self.dt >= 0.5:
             raise UsageError(
@@ -145,19 +155,24 @@ class _Session:
                 code="E212",
             )
         self.xf, self.yf = filtering.low_pass(self.x, self.y, self.cutoff, self.dt)
+        self.motion = labels.Motion(self.xf, self.cutoff, self.dt)
+        self.span_out = float(np.ptp(self.yf))
         self.left_in = filtering.filtered_sd(self.sd_in, self.cutoff, self.dt)
         self.white_in = self.left_in
         self.left_out = filtering.filtered_sd(self.sd_out, self.cutoff, self.dt)
         self.block = lines.block_length(len(run), self.dt)
+        # both rounds and every block length draw the same numbers
+        self.draws = [stream(options.seed, "ransac", run.run_id, d).random((lines.DRAWN * options.ransac_trials, 2)) for d in (0, 1)]
 
     def _split(self, known: Array, margin: tuple[float, float], floor: float) -> None:
         o = self.options
-        self.prominence = o.prominence_n or labels.default_prominence(self.xf, self.left_in, floor)
-        self.delta = o.delta_bl_n or labels.default_delta(self.yf, self.left_out, floor)
-        tie = labels.default_tie(self.xf, self.left_in, self.prominence)
+        span = self.motion.span
+        self.prominence = o.prominence_n or labels.default_prominence(span, self.left_in, floor)
+        self.delta = o.delta_bl_n or labels.default_delta(self.span_out, self.left_out, floor)
+        tie = labels.default_tie(span, self.left_in, self.prominence)
         self.turns, first = labels.turning_points(self.xf, self.prominence, tie)
         self.moves = first != 0
-        rules = labels.Rules(self.delta, self.left_in, self.prominence, self.cutoff, self.dt, self.xf)
+        rules = labels.Rules(self.delta, self.left_in, self.prominence, self.motion)
         rules.margin = margin
         self.codes, self.use, self.reached = labels.split(self.xf, self.yf, self.turns, first, rules.array(), known)
 
@@ -173,11 +188,11 @@ class _Session:
         if float(np.ptp(x)) < 8.0 * max(self.white_in, 1e-12):
             return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: propagation too short for a line")
         given = self.options.ransac_threshold_n
-        floor = max(3.0 * math.hypot(self.sd_out, self.sd_in) / math.sqrt(length), 1e-4 * float(np.ptp(y)), 1e-12)
-        first = given or max(0.05 * float(np.ptp(y)), 2.0 * floor)
-        rng = stream(self.options.seed, "ransac", self.run.run_id, direction)
+        span = float(np.ptp(y))
+        floor = max(3.0 * math.hypot(self.sd_out, self.sd_in) / math.sqrt(length), 1e-4 * span, 1e-12)
+        first = given or max(0.05 * span, 2.0 * floor)
         weight = lines.travel(y, stretch)
-        slope, bias, threshold = lines.ransac(x, y, first, floor, given is not None, self.options.ransac_trials, rng, weight)
+        slope, bias, threshold = lines.ransac(x, y, first, floor, given is not None, self.draws[direction], weight)
         if not math.isfinite(slope):
             return _Fit(math.nan, math.nan, math.nan, EMPTY, 1, f"{name}: propagation too short for a line")
         inlier = np.abs(y - slope * x - bias) <= threshold
@@ -194,8 +209,8 @@ class _Session:
         slow = [f.spread / math.sqrt(1.0 + f.slope**2) for f in fits if math.isfinite(f.slope)]
         if slow:
             # noise slower than the filter shows only as residual; thresholds must exceed it as well
-            self.left_in = max(self.left_in, min(min(slow), SLOWEST * float(np.ptp(self.xf))))
-            self.left_out = max(self.left_out, min(min(slow), SLOWEST * float(np.ptp(self.yf))))
+            self.left_in = max(self.left_in, min(min(slow), SLOWEST * self.motion.span))
+            self.left_out = max(self.left_out, min(min(slow), SLOWEST * self.span_out))
             known = np.array([v for f in fits for v in (f.slope, f.bias)])
             margin = [4.0 * (self.left_out + abs(f.slope) * self.left_in) if math.isfinite(f.slope) else 0.0 for f in fits]
             self._split(known, (margin[0], margin[1]), labels.FLOOR)

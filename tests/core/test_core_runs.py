@@ -69,11 +69,18 @@ def test_nan_of_an_optional_channel_is_null_in_the_file(tmp_path: Path) -> None:
 
 @settings(max_examples=25, deadline=None)
 @given(
-    st.lists(st.tuples(st.integers(1, 7), st.sampled_from(["act", "sstl"]), st.none() | st.text(max_size=4)), min_size=1, max_size=9),
+    st.lists(
+        st.tuples(st.integers(1, 7), st.sampled_from(["act", "sstl"]), st.none() | st.text(max_size=4), st.integers(0, 8)),
+        min_size=1,
+        max_size=9,
+    ),
     st.integers(1, 9),
 )
 def test_blocks_of_any_size_give_the_same_runs(tmp_path_factory: pytest.TempPathFactory, shape: list, rows: int) -> None:
-    runs = [make(f"r{i}", n, system=s, config_id=c, trajectory=c) for i, (n, s, c) in enumerate(shape)]
+    # the position is there from some sample on: in every, in some and in no block of its run
+    positions = [np.where(np.arange(n) < missing, np.nan, 1.0) if missing < n else None for n, _, _, missing in shape]
+    labels = [{"system": s, "config_id": c, "trajectory": c} for _, s, c, _ in shape]
+    runs = [make(f"r{i}", shape[i][0], position_in_mm=p, **labels[i]) for i, p in enumerate(positions)]
     path = tmp_path_factory.mktemp("runs") / "log.parquet"
     write_runs(path, runs, MADE)
     with pytest.MonkeyPatch.context() as patch:
@@ -166,6 +173,22 @@ def test_columns_not_needed_are_not_read(tmp_path):
         assert whole.position_in_mm is not None and whole.trajectory == "x"
         assert (one.run_id, one.config_id, one.system) == (whole.run_id, whole.config_id, whole.system)
         np.testing.assert_array_equal(one.tension_out_n, whole.tension_out_n)
+
+
+def test_channels_that_hold_nothing_are_not_decoded(tmp_path, monkeypatch):
+    write_runs(tmp_path / "x.parquet", [make("a", 50), make("b", 50)], MADE)
+    asked = []
+    whole = pq.ParquetFile.iter_batches
+
+    def counted(self, *args, columns, **more):
+        asked.extend(columns)
+        return whole(self, *args, columns=columns, **more)
+
+    monkeypatch.setattr(pq.ParquetFile, "iter_batches", counted)
+    runs = list(read_runs(tmp_path / "x.parquet"))
+    # the labels are known from the statistics too
+    assert asked == ["time_s", "tension_in_n", "tension_out_n"]
+    assert [(r.run_id, r.system, r.position_in_mm, r.lead_mm) for r in runs] == [("a", "act", None, None), ("b", "act", None, None)]
 
 
 def test_memory_of_reading_does_not_grow_with_the_number_of_runs(tmp_path):

@@ -37,12 +37,12 @@ def test_ransac_leaves_outliers_out() -> None:
     x = np.linspace(5.0, 30.0, 400)
     y = 0.6 * x + 0.3 + rng.normal(0, 0.01, 400)
     y[::5] += 4.0
-    slope, bias, threshold = ransac(x, y, 1.0, 0.001, False, 64, rng)
+    slope, bias, threshold = ransac(x, y, 1.0, 0.001, False, rng.random((256, 2)))
     assert slope == pytest.approx(0.6, abs=2e-3) and bias == pytest.approx(0.3, abs=0.05)
     # four robust standard deviations; the outliers make the median a little larger
     assert 0.03 < threshold < 0.07
-    assert ransac(x, y, 1.0, 0.001, True, 64, rng)[2] == 1.0
-    assert ransac(x, y, 1.0, 0.5, False, 64, rng)[2] == 0.5
+    assert ransac(x, y, 1.0, 0.001, True, rng.random((256, 2)))[2] == 1.0
+    assert ransac(x, y, 1.0, 0.5, False, rng.random((256, 2)))[2] == 0.5
 
 
 def recorded(theta: float, system: str, presliding: bool) -> Run:
@@ -75,5 +75,5 @@ def test_a_weighted_search_follows_the_weight() -> None:
     y = np.concatenate([0.1 * x[:80], 3.0 * x[80:]])
     few = np.concatenate([np.full(80, 0.1), np.full(20, 3.0)])
     for weight, slope in ((None, 0.1), (few, 3.0)):
-        found = ransac(x, y, 0.05, 0.01, False, 64, np.random.default_rng(0), weight)
+        found = ransac(x, y, 0.05, 0.01, False, np.random.default_rng(0).random((256, 2)), weight)
         assert found[0] == pytest.approx(slope, abs=1e-9)

@@ -110,7 +110,7 @@ def test_ends_are_bridged_beyond_the_line_that_leads_to_them_and_any_movement():
 
 
 def test_default_thresholds():
-    x = np.array([2.0, 12.0, 7.0])
+    x = 10.0
     assert labels.default_prominence(x, 0.001) == pytest.approx(0.2)
     assert labels.default_prominence(x, 0.001, 0.005) == pytest.approx(0.05)
     assert labels.default_prominence(x, 0.1) == pytest.approx(1.0)
@@ -138,7 +138,7 @@ def test_default_thresholds():
 )
 def test_rules_of_the_split(sd, cutoff, dt, step, expected):
     xf = np.arange(1001) * step
-    rules = labels.Rules(0.4, sd, 1.5, cutoff, dt, xf)
+    rules = labels.Rules(0.4, sd, 1.5, labels.Motion(xf, cutoff, dt))
     assert rules.array().tolist() == pytest.approx([*expected, 0.0, 0.0])
 
 
@@ -147,8 +147,8 @@ def test_hold_counts_the_fast_part_of_a_thinned_motion():
     steps = np.full(4095, 0.01)
     steps[:200] = 0.0
     xf = np.concatenate(([0.0], np.cumsum(steps)))
-    assert labels.Rules(0.4, 0.5, 1.5, 10.0, 0.1, xf).hold == 2000.0
-    assert labels.Rules(0.4, 0.5, 1.5, 10.0, 0.1, np.ones(50)).hold == 250.0
+    assert labels.Rules(0.4, 0.5, 1.5, labels.Motion(xf, 10.0, 0.1)).hold == 2000.0
+    assert labels.Rules(0.4, 0.5, 1.5, labels.Motion(np.ones(50), 10.0, 0.1)).hold == 250.0
 
 
 X = np.array([5.0, 5.1, 4.9, 7.0, 9.0, 8.95, 9.0, 8.96, 6.0, 3.0, 3.02, 3.04, 3.2, 5.0, 8.0])
@@ -252,7 +252,7 @@ def test_block_means_never_join_stretches():
 
 
 def test_ransac_refuses_points_at_one_place():
-    slope, bias, threshold = lines.ransac(np.full(9, 2.0), np.arange(9.0), 1.0, 0.1, False, 8, np.random.default_rng(0))
+    slope, bias, threshold = lines.ransac(np.full(9, 2.0), np.arange(9.0), 1.0, 0.1, False, np.random.default_rng(0).random((32, 2)))
     assert math.isnan(slope) and math.isnan(bias) and threshold == 1.0
 
 
@@ -260,7 +260,7 @@ def test_ransac_takes_pairs_at_least_a_fifth_of_the_range_apart():
     # a fifth of the range on either side: pairs within a cluster would all lie on slope -1
     x = np.concatenate((np.linspace(0.0, 0.9, 40), np.linspace(9.1, 10.0, 40)))
     y = x - 2.0 * (x - np.where(x < 5, 0.45, 9.55)) * 0.3
-    slope, bias, _ = lines.ransac(x, y, 5.0, 0.1, True, 64, np.random.default_rng(1))
+    slope, bias, _ = lines.ransac(x, y, 5.0, 0.1, True, np.random.default_rng(1).random((256, 2)))
     assert (slope, bias) == pytest.approx(tuple(np.polyfit(x, y, 1)), abs=1e-9)
 
 
@@ -268,7 +268,7 @@ def test_ransac_finds_the_line_of_the_majority():
     # a third of the points on another line, which least squares would mix in
     x = np.linspace(0.0, 10.0, 90)
     y = np.where(np.arange(90) % 3 == 0, 9.0 - 0.5 * x, 0.5 * x + 1.0)
-    slope, bias, threshold = lines.ransac(x, y, 0.2, 0.01, True, 64, np.random.default_rng(2))
+    slope, bias, threshold = lines.ransac(x, y, 0.2, 0.01, True, np.random.default_rng(2).random((256, 2)))
     at = np.abs(y - 0.5 * x - 1.0) <= 0.2
     assert (slope, bias) == pytest.approx(tuple(np.polyfit(x[at], y[at], 1)), abs=1e-9)
     assert threshold == 0.2
@@ -278,9 +278,9 @@ def test_ransac_threshold_is_four_robust_deviations():
     rng = np.random.default_rng(3)
     x = np.linspace(0.0, 10.0, 4001)
     y = x + 0.1 * rng.standard_normal(4001)
-    _, _, threshold = lines.ransac(x, y, 2.0, 0.01, False, 64, rng)
+    _, _, threshold = lines.ransac(x, y, 2.0, 0.01, False, rng.random((256, 2)))
     assert threshold == pytest.approx(0.4, rel=0.04)
-    assert lines.ransac(x, y, 2.0, 0.6, False, 64, rng)[2] == 0.6
+    assert lines.ransac(x, y, 2.0, 0.6, False, rng.random((256, 2)))[2] == 0.6
 
 
 def test_least_squares_needs_three_points_within_the_threshold():
@@ -312,3 +312,23 @@ def test_labels_bridge_what_is_no_number():
     holed[100:103] = np.nan
     assert np.array_equal(labels.label_phases(t, holed, y), labels.label_phases(t, x, y))
     assert labels.label_phases(t[:3], x[:3], y[:3]).tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_weighted_median_is_where_half_of_the_weight_lies(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 60))
+    # ties, and weights of zero
+    values, weight = np.round(rng.normal(0.0, 1.0, n), seed % 3), np.round(rng.random(n), 1) + (np.arange(n) == 0)
+    order = np.argsort(values)
+    expected = values[order][np.searchsorted(np.cumsum(weight[order]), 0.5 * np.sum(weight) - 1e-12)]
+    assert lines._weighted_median(values.copy(), weight.copy()) == expected
+    assert lines._weighted_median(values.copy(), np.ones(n)) == np.sort(values)[(n - 1) // 2]
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 100])
+def test_median_is_numpys(n):
+    values = np.round(np.random.default_rng(n).normal(0.0, 1.0, n), 1)
+    assert filtering.median(values) == np.median(values)
+    values[n // 2] = np.nan
+    assert math.isnan(filtering.median(values))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.optimize import isotonic_regression
-from scipy.stats import kendalltau
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
@@ -41,6 +39,10 @@ def _ordered(group: list[Evidence]) -> Iterator[Remark]:
     spread = float(np.std(f))
     if spread < max(VARIES * float(np.mean(f)), 4.0 * error):
         return
+    # a third of the start-up of a command, for a rule that few logs come to
+    from scipy.optimize import isotonic_regression
+    from scipy.stats import kendalltau
+
     tau = float(kendalltau(x, f).statistic)
     where = f"{group[0].location or 'all'}, {group[0].system}"
     curves = [isotonic_regression(f, increasing=rising).x for rising in (True, False)]

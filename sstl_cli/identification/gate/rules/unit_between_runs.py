@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
@@ -127,6 +126,8 @@ def _below_noise(e: Evidence, log: Sequence[Evidence], size: float) -> bool:
 
 def _usual(sizes: np.ndarray) -> int:
     """Return the run whose noise most others share; of two kinds as many, that with tensions a tendon has."""
+    from scipy.spatial import cKDTree
+
     # all pairs at once would take the memory of the machine for a log of many runs
     tree = cKDTree(sizes[:, :2])
     near = tree.query_ball_point(sizes[:, :2], np.nextafter(NOISE, 0.0), p=np.inf, return_length=True)
