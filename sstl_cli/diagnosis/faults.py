@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import gamma
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, FINE_STEP, LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.constants import DECIDES_NATS, FINE_STEP, LEAST_GAP, LEAST_SHARE, MIN_FAULTY
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
@@ -148,9 +148,10 @@ def recorder_effects(
         found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n, total_n2=c.total))
     rest = max(c.total - faulty - clipped, 1e-12)
     stepped = max(c.stepped - before.get("quantisation", 0.0), 0.0)
-    if min(stepped, rest) > 2.0 * noise_n**2:
-        # the noise was measured on rounded samples: what rounding adds to it is no noise
-        noise2 = max(noise_n**2 - c.step_out**2 / 12.0, 0.0)
+    # the noise was measured on rounded samples: what rounding adds to it is no noise
+    noise2 = max(noise_n**2 - c.step_out**2 / 12.0, 0.0)
+    # beside a larger noise, known to a few percent only, nobody can say what a fine converter carries
+    if min(stepped, rest) > max(2.0 * noise_n**2, LEAST_GAP * c.readings * noise2):
         unexplained = max(rest - c.readings * noise2, stepped)
         values = {"q_in_n": c.step_in, "q_out_n": c.step_out}
         found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n, total_n2=c.total))

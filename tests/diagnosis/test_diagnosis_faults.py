@@ -118,6 +118,12 @@ def test_the_noise_was_measured_on_rounded_samples():
     assert found(record(1.0, out=faults(step=1.2)), noise=0.3)["quantisation"].share == pytest.approx(12.0 / 100.0)
 
 
+def test_rounding_that_is_a_small_part_of_the_noise_is_nobodys_fault():
+    # 0.12 N^2 of rounding beside 1 N^2 of noise count, 0.0075 N^2 do not, however little else is left
+    assert "quantisation" in found(record(1.02, into=faults(step=1.2 * 2.0 / np.exp(0.25))), noise=1.0)
+    assert "quantisation" not in found(record(1.002, into=faults(step=0.3 * 2.0 / np.exp(0.25))), noise=1.0)
+
+
 def test_a_rounded_input_counts_by_half_and_as_steeply_as_the_line_can_be():
     effect = found(record(0.5, into=faults(step=1.2)), noise=0.01)["quantisation"]
     assert effect.removed_n2 == pytest.approx(N * 0.12 / 4.0 * np.exp(0.5) ** 2)
