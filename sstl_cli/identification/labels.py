@@ -82,7 +82,9 @@ class Motion:
         steps = np.sort(np.abs(np.diff(xf[::every])))
         # the quantile lies between two steps, as numpy takes it
         place = 0.95 * (len(steps) - 1)
-        self.rate = float(np.interp(place, (int(place), int(place) + 1), (steps[int(place)], steps[min(int(place) + 1, len(steps) - 1)]))) / every
+        self.rate = (
+            float(np.interp(place, (int(place), int(place) + 1), (steps[int(place)], steps[min(int(place) + 1, len(steps) - 1)]))) / every
+        )
 
 
 class Rules:

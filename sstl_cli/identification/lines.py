@@ -187,9 +187,7 @@ def _weighted_median(values: Array, weight: Array) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _robust(
-    x: Array, y: Array, weight: Array, draws: Array, threshold: float, floor: float, fixed: bool
-) -> tuple[float, float, float]:
+def _robust(x: Array, y: Array, weight: Array, draws: Array, threshold: float, floor: float, fixed: bool) -> tuple[float, float, float]:
     slope, bias = _consensus(x, y, weight, draws, threshold)
     if not np.isfinite(slope):
         return np.nan, np.nan, threshold
