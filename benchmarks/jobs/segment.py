@@ -11,6 +11,7 @@ from scipy.signal import butter, filtfilt
 from benchmarks import logs
 from benchmarks.harness import Row, faster, seconds
 from benchmarks.peers import segment_plain
+from sstl_cli.cli.segment import UNUSED
 from sstl_cli.core.runs import read_runs
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.steps import segment as step
@@ -23,7 +24,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     few = logs.write(folder / "few.parquet", part, samples)
 
     def ours() -> list[dict[str, object]]:
-        return [found.row() for found in step.run(read_runs(whole), SegmentOptions())]
+        return [found.row() for found in step.run(read_runs(whole, UNUSED), SegmentOptions())]
 
     def plain() -> object:
         return segment_plain.theta(few)

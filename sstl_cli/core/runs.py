@@ -278,7 +278,7 @@ def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
     if pa.types.is_run_end_encoded(column.type):
         ends, texts = _stretches(column)
         words = texts.to_pylist()
-        return ends[:-1][np.array([a != b for a, b in itertools.pairwise(words)], bool)]
+        return np.asarray(ends[:-1][np.array([a != b for a, b in itertools.pairwise(words)], bool)], np.int64)
     values = column.combine_chunks() if column.num_chunks != 1 else column.chunk(0)
     if isinstance(values, pa.ChunkedArray):
         values = values.unify_dictionaries().combine_chunks()
