@@ -225,7 +225,6 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         # while the motion turns, friction can have any value between its two lines
         weight[np.abs(block_mean(slip, factor)) < 1.0] = 0.0
     y, readings, share = of_readings(run.tension_out_n, fine_out, good, fresh_out, thin, factor)
-    time = run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor
     return Record(
         run.run_id,
         run.system,
@@ -234,7 +233,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         run.trajectory or "",
         dt,
         factor,
-        time,
+        run.time_s[0] + (np.arange(len(y)) + 0.5) * dt * factor,
         into.u,
         y,
         out.value,
@@ -331,18 +330,7 @@ def rounded(problem: Problem, width: float) -> Problem:
 def _smoothed(r: Record, how: Told) -> Record:
     """Return a record whose input is smoothed again."""
     into = _input(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, how)
-    new = replace(
-        r,
-        u=into.u,
-        rate=into.rate,
-        error_n=into.error_n,
-        error_law=into.error_law,
-        corner=into.corner,
-        rounded=how.rounded,
-        passes=None,
-        told_n=how.slow.sd_n,
-        told_s=how.slow.correlation_s,
-    )
+    new = replace(r, **vars(into), rounded=how.rounded, passes=None, told_n=how.slow.sd_n, told_s=how.slow.correlation_s)
     return new if r.passes is None else _passing(new, r.passes)
 
 
