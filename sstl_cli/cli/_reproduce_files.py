@@ -203,6 +203,11 @@ def extras(found: Reproduction) -> dict[str, Any]:
         document["gap"] = {**asdict(found.gap), "shrink_pct": found.gap.shrink_pct}
     if found.better:
         document["better"] = [asdict(r) for r in found.better]
-    if found.probes:
-        document["probe"] = [asdict(p) for p in found.probes]
+    if found.calibration is not None:
+        c = found.calibration
+        fitted = {f"{effect}.{p}": v for (effect, p), v in c.presliding.values.items()}
+        document["identified"] = {"loop_lag": asdict(c.lag), "presliding": {**fitted, "rms_n": c.presliding.rms_n}}
+    for name, rows in (("probe", found.probes), ("tendons", found.tendons), ("distal", found.distal)):
+        if rows:
+            document[name] = [asdict(row) for row in rows]
     return document

@@ -34,7 +34,7 @@ class Asked:
     table: Annotated[
         str,
         typer.Option(
-            help="I, II, III, IV, R (block R: the rig), diagnosis, figures, withheld, better, probe (several with commas), or all: the first seven."
+            help="I, II, III, IV, R (block R: the rig), diagnosis, figures, withheld, better (with identified lag and presliding, and reversal regions), probe, tendons, distal (several with commas), or all: the first seven."
         ),
     ] = "all"
     out: Annotated[

@@ -5,6 +5,7 @@ The same experiment runs on either, so that what a simulator promises can be set
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -14,6 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from sstl_cli.control.controller import Theta
 from sstl_cli.control.plant import Tendon
+from sstl_cli.control.presliding import fit_widths
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import segment_run
@@ -25,8 +27,10 @@ from sstl_cli.physics.transmission.model import Active, drive_of
 Array = NDArray[np.float64]
 NOISE_N = 0.02
 THETA_BOUNDS = (0.2, 1.2)
-#: samples that one of a fit stands for
-EVERY = 10
+#: samples that one of a fit stands for: no more than ten, and fewer where less than so many would be left
+EVERY, LEAST_LEFT = 10, 600
+#: plays know no speed: a thousand samples of a loop are enough for their widths
+WIDTHS_DT_S = 0.1
 
 
 class Bench(Protocol):
@@ -93,6 +97,10 @@ class ModelBench:
         """Effects that are not neutral; the tension loop is the bench's own."""
         return activate({k: v for k, v in self.scenario.effects.items() if k != "tension_loop_lag"})
 
+    def with_effect(self, effect: str, values: Mapping[str, float]) -> ModelBench:
+        """Return the model with the given values of one effect."""
+        return ModelBench(self.scenario.model_copy(update={"effects": {**self.scenario.effects, effect: dict(values)}}))
+
     def output(self, system: str, location: str | None, dt_s: float, tension_n: Array, theta: float) -> Array:
         """Return what the output sensor shows (N) for an input tension (N), without noise."""
         active = self.active
@@ -113,16 +121,16 @@ class ModelBench:
 
     def theta(self, run: Run) -> float:
         """Return theta (rad) of one pass that explains a recording best."""
-        coarse = _block_means(run)
+        coarse = block_means(run)
         found = minimize_scalar(
-            lambda t: float(np.mean(self._residual(coarse, t) ** 2)), bounds=THETA_BOUNDS, method="bounded", options={"xatol": 1e-5}
+            lambda t: float(np.mean(self.residual(coarse, t) ** 2)), bounds=THETA_BOUNDS, method="bounded", options={"xatol": 1e-5}
         )
         return float(found.x)
 
     def rmse(self, run: Run, theta: float | None = None) -> float:
         """Return the RMSE (N) that is left of a recording, by default at the theta that explains it best."""
         best = self.theta(run) if theta is None else theta
-        return float(np.sqrt(np.mean(self._residual(_block_means(run), best) ** 2)))
+        return float(np.sqrt(np.mean(self.residual(block_means(run), best) ** 2)))
 
     def lines(self, bend: Bend, theta: float) -> Theta | None:
         """Return the lines of the actuation tendon that the model predicts for the slow movement of the task."""
@@ -130,16 +138,27 @@ class ModelBench:
         out = self.output("act", bend.location, DT_S, tension, theta)
         return lines_of(segment_run(Run(bend.name, "act", time, tension, out, bend.name, bend.location)))
 
-    def _residual(self, run: Run, theta: float) -> Array:
+    def widths(self, bend: Bend, theta: float, lines: Theta) -> tuple[float, ...]:
+        """Return the relative widths of the plays that the predicted loop of the actuation tendon adds up to.
+
+        Presliding rounds the loop; ``lines`` are its propagation lines as :meth:`lines` gives them.
+        """
+        time, tension = slow_sine(dt_s=WIDTHS_DT_S)
+        out = self.output("act", bend.location, float(time[1]), tension, theta)
+        return fit_widths(lines, tension, out)
+
+    def residual(self, run: Run, theta: float) -> Array:
+        """Return what the model at a theta predicts beyond a recording (N), shape (n,)."""
         dt = float(run.time_s[1] - run.time_s[0])
         return self.output(run.system, run.location, dt, run.tension_in_n, theta) - run.tension_out_n
 
 
-def _block_means(run: Run) -> Run:
-    # noise of the input would otherwise be rectified by the play
-    n = len(run) // EVERY * EVERY
+def block_means(run: Run) -> Run:
+    """Return a run whose samples are means of up to ten: noise of the input would otherwise be rectified by the play."""
+    every = min(max(len(run) // LEAST_LEFT, 1), EVERY)
+    n = len(run) // every * every
 
     def mean(values: Array) -> Array:
-        return np.asarray(values[:n].reshape(-1, EVERY).mean(axis=1))
+        return np.asarray(values[:n].reshape(-1, every).mean(axis=1))
 
     return Run(run.run_id, run.system, mean(run.time_s), mean(run.tension_in_n), mean(run.tension_out_n), run.config_id, run.location)

@@ -10,27 +10,30 @@ from numpy.typing import NDArray
 
 from sstl_cli.control import references
 from sstl_cli.control.controller import IDENTITY, Options, Theta
+from sstl_cli.control.loop_lag import LoopLag
+from sstl_cli.control.scoring import WINDOW_STEADY, windows
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.paper.bench import ModelBench
 from sstl_cli.paper.diagnosed import completed
-from sstl_cli.paper.rig import LAG_S, TABLE_II, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
+from sstl_cli.paper.lag_and_presliding import PRESLIDING, Fitted, fit_effects, loop_of, small_loops
+from sstl_cli.paper.reversal import apart
+from sstl_cli.paper.rig import GAP, LAG_S, TABLE_II, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
 from sstl_cli.physics.scenario import Scenario
 
 Array = NDArray[np.float64]
 TARGETS_N = {"sinusoid": 0.45, "random": 0.86}
 CALIBRATION_BENDS = 12
 DIAGNOSED_BENDS = 2
-PRESLIDING = 0.2
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What is learned once, with a distal sensor: linear maps from the sensing loop, mean biases, a simulator.
+    """What is learned once, with a distal sensor: linear maps from the sensing loop, mean biases, a simulator, the loop's lag.
 
-    The simulator is that of Table II's effects with what ``sstl diagnose`` adds to it on two bends a location.
-    ``slopes`` has the shape (3, 2): act slopes from (Gamma_p, Gamma_r, 1) of the sensing loop; ``all_four``
+    The simulator is that of Table II's effects with what ``sstl diagnose`` adds to it on two bends a location, and with
+    ``presliding`` as fitted to small loops of the same bends. ``slopes`` has the shape (3, 2): act slopes from (Gamma_p, Gamma_r, 1) of the sensing loop; ``all_four``
     (5, 4): slopes and biases from its four parameters and 1.
     """
 
@@ -38,6 +41,8 @@ class Calibration:
     all_four: Array
     biases: tuple[float, float]
     simulator: ModelBench
+    lag: LoopLag
+    presliding: Fitted
 
     def mapped(self, sstl: Theta) -> Theta:
         """Return the paper's mapping: slopes from slopes, constant biases."""
@@ -51,48 +56,71 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Rung:
-    """One set of means and what it reaches: RMSE (N) of every bend by trajectory, and the bends it failed on."""
+    """One set of means and what it reaches at every bend, by trajectory (N): RMSE, STD, MAPE (%), and the error apart.
+
+    ``reversal_n`` is the RMSE in reversal regions, ``elsewhere_n`` that outside them, ``peak_n`` the largest error there.
+    """
 
     name: str
     rmse_n: dict[str, tuple[float, ...]]
     std_n: dict[str, tuple[float, ...]]
     mape_pct: dict[str, tuple[float, ...]]
+    reversal_n: dict[str, tuple[float, ...]]
+    elsewhere_n: dict[str, tuple[float, ...]]
+    peak_n: dict[str, tuple[float, ...]]
 
-    def mean(self, trajectory: str) -> float:
-        return float(np.mean(self.rmse_n[trajectory]))
-
-
-PUBLISHED = Options()
+    def mean(self, trajectory: str, measure: str = "rmse_n") -> float:
+        """Return the mean of a measure over the bends."""
+        return float(np.mean(getattr(self, measure)[trajectory]))
 
 
 @dataclass(frozen=True)
 class Way:
-    """Where the lines come from, and how the controller uses them."""
+    """Where the lines come from, and what the controller uses: lead, exact inverse, plays of presliding.
+
+    Lag and presliding are those that were identified, or with ``known`` those of the rig, for comparison.
+    """
 
     name: str
     lines: str
-    options: Options = PUBLISHED
+    lead: bool = False
+    play: bool = False
+    presliding: bool = False
+    known: bool = False
     compensate: bool = True
 
+    def options(self, calibration: Calibration, source: Source) -> Options:
+        """Return how the controller acts at a bend."""
+        lag_s = LAG_S if self.known else calibration.lag.tau_s
+        widths = source.known_widths if self.known else source.widths
+        return Options(
+            lead_s=lag_s if self.lead else 0.0, reversal="play" if self.play else "paper", widths=widths if self.presliding else None
+        )
 
-LEAD = Options(lead_s=LAG_S)
-PLAY = Options(lead_s=LAG_S, reversal="play")
-EVERYTHING = Options(lead_s=LAG_S, reversal="play", presliding=PRESLIDING)
-NO_LEAD = Options(reversal="play", presliding=PRESLIDING)
+
+@dataclass(frozen=True)
+class Source:
+    """What is known of a new bend: actuation lines by every means, widths of the plays as identified and with the rig's presliding."""
+
+    lines: dict[str, Theta]
+    widths: tuple[float, ...]
+    known_widths: tuple[float, ...]
+
+
 WAYS = (
     Way("no compensation", "mapped", compensate=False),
     Way("direct identification (distal sensor)", "direct"),
     Way("the paper's pipeline", "mapped"),
     Way("+ biases mapped", "biases"),
     Way("+ physics-informed mapping", "physics"),
-    Way("+ loop-lag lead", "physics", LEAD),
-    Way("+ exact inverse at reversals", "physics", PLAY),
-    Way("+ presliding followed (all means)", "physics", EVERYTHING),
-    Way("all means, but biases constant", "mapped", EVERYTHING),
-    Way("all means, but no physics", "biases", EVERYTHING),
-    Way("all means, but no lead", "physics", NO_LEAD),
-    Way("all means, but Algorithm 1 at reversals", "physics", LEAD),
-    Way("all means on directly identified lines", "direct", EVERYTHING),
+    Way("+ loop-lag lead", "physics", lead=True),
+    Way("+ exact inverse at reversals", "physics", lead=True, play=True),
+    Way("+ presliding followed (all means)", "physics", lead=True, play=True, presliding=True),
+    Way("all means, lag and presliding known", "physics", lead=True, play=True, presliding=True, known=True),
+    Way("all means, but biases constant", "mapped", lead=True, play=True, presliding=True),
+    Way("all means, but no physics", "biases", lead=True, play=True, presliding=True),
+    Way("all means, but no lead", "physics", play=True, presliding=True),
+    Way("all means on directly identified lines", "direct", lead=True, play=True, presliding=True),
 )
 ALL_MEANS = "+ presliding followed (all means)"
 
@@ -119,18 +147,23 @@ def calibrate(seed: int) -> Calibration:
     known: list[Run] = [runs[b.name, s] for b in used for s in ("act", "sstl")]
     biases = (float(act[:, 1].mean()), float(act[:, 3].mean()))
     scenario, _ = completed(Scenario(effects=TABLE_II), known, workers=1)
-    return Calibration(slopes, all_four, biases, ModelBench(scenario))
+    rounded = fit_effects(scenario, [recorded(b, "act", *small_loops(), seed) for b in used], PRESLIDING)
+    return Calibration(slopes, all_four, biases, ModelBench(rounded.scenario), loop_of(used[0], seed), rounded)
 
 
-def sources(calibration: Calibration, bend: Bend, seed: int) -> dict[str, Theta]:
-    """Return the actuation lines of a new bend by every means; only ``direct`` used its distal sensor."""
+def sources(calibration: Calibration, bend: Bend, seed: int) -> Source:
+    """Return what is known of a new bend by every means; only the lines ``direct`` used its distal sensor."""
     probe = recorded(bend, "sstl", *trapezoid("sstl"), seed)
     sstl = lines_of(identified(probe))
     direct = lines_of(identified(recorded(bend, "act", *slow_sine(), seed)))
-    physics = calibration.simulator.lines(bend, calibration.simulator.theta(probe))
+    simulator = calibration.simulator
+    theta = simulator.theta(probe)
+    physics = simulator.lines(bend, theta)
     if sstl is None or direct is None or physics is None:
         raise SstlError(f"bend {bend.name} could not be identified", code="E802")
-    return {"mapped": calibration.mapped(sstl), "biases": calibration.with_biases(sstl), "physics": physics, "direct": direct}
+    lines = {"mapped": calibration.mapped(sstl), "biases": calibration.with_biases(sstl), "physics": physics, "direct": direct}
+    known = simulator.with_effect("presliding", GAP["presliding"])
+    return Source(lines, simulator.widths(bend, theta, physics), known.widths(bend, theta, known.lines(bend, theta) or physics))
 
 
 def tracked_bends(seed: int) -> list[Bend]:
@@ -144,16 +177,19 @@ def run(
     """Return what every way reaches on the rig, on both references, at one bend a location."""
     learned = calibration or calibrate(seed)
     tests = tracked_bends(seed)
-    lines = {b.name: sources(learned, b, seed) for b in tests}
+    known = {b.name: sources(learned, b, seed) for b in tests}
     done = []
     for way in ways:
-        scores: dict[str, list[tuple[float, float, float]]] = {"sinusoid": [], "random": []}
+        found: dict[str, list[tuple[float, ...]]] = {"sinusoid": [], "random": []}
         for bend in tests:
             for reference in (references.sinusoid(cycles=2), references.random(stream(seed, "reference", bend.location), duration_s=200.0)):
-                own = lines[bend.name][way.lines] if way.compensate else IDENTITY
-                s, _ = tracked(bend, own, reference, way.options, way.compensate, seed)
-                scores[reference.name].append((s.rmse_n, s.std_n, s.mape_pct if s.mape_pct is not None else float("nan")))
-        columns = [{t: tuple(v[i] for v in values) for t, values in scores.items()} for i in range(3)]
+                own = known[bend.name].lines[way.lines] if way.compensate else IDENTITY
+                s, out = tracked(bend, own, reference, way.options(learned, known[bend.name]), way.compensate, seed)
+                part = windows(reference.time_s, reference.cycle_s)[WINDOW_STEADY]
+                region = apart(reference.tension_n[part], out[part])
+                mape = s.mape_pct if s.mape_pct is not None else float("nan")
+                found[reference.name].append((s.rmse_n, s.std_n, mape, region.reversal_n, region.elsewhere_n, region.peak_n))
+        columns = [{t: tuple(v[i] for v in values) for t, values in found.items()} for i in range(6)]
         done.append(Rung(way.name, *columns))
         if advance is not None:
             advance(1)

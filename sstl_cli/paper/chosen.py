@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sstl_cli.core.errors import UsageError, nearest
 
-TABLES = ("I", "II", "III", "IV", "R", "diagnosis", "withheld", "figures", "better", "probe")
+TABLES = ("I", "II", "III", "IV", "R", "diagnosis", "withheld", "figures", "better", "probe", "tendons", "distal")
 #: what ``all`` means: the others take longer than the paper's own tables
 DEFAULT = ("I", "II", "III", "IV", "R", "diagnosis", "figures")
 

@@ -115,13 +115,21 @@ def run(
             asked.append(_Question((effect,), Scenario(effects={k: v for k, v in GAP.items() if k != effect}), rig, seed))
         asked.append(_Question((UNNAMED,), Scenario(effects=GAP), RigBench(unnamed=Cogging()), seed))
     if workers < 2 or len(asked) < 2:
-        return [_answered(q, workers, say) for q in asked]
+        return [_told(_answered(q, workers, say), say) for q in asked]
     with processes(min(workers, len(asked))) as pool:
         done = []
         for q, job in [(q, pool.submit(_answered, q)) for q in asked]:
             say(f"a simulator without {' and '.join(q.missing)}: diagnosed, completed, Table IV before and after")
-            done.append(job.result())
+            done.append(_told(job.result(), say))
     return done
+
+
+def _told(found: Closed, say: Callable[[str], None]) -> Closed:
+    """Say at once what one simulator gave: of a run of many minutes that is stopped, what is done is then known."""
+    pairs = (("withheld", found.withheld_n), ("promised", found.promised_n), ("tracked", found.tracked_n))
+    numbers = ", ".join(f"{name} {' > '.join('-' if v is None else f'{v:.2f}' for v in pair)} N" for name, pair in pairs)
+    say(f"without {' and '.join(found.missing)}: {' + '.join(found.named) or found.status}; {numbers}")
+    return found
 
 
 def _answered(q: _Question, workers: int = 1, say: Callable[[str], None] = lambda _: None) -> Closed:

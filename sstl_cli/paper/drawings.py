@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from sstl_cli.control.controller import PHASES
 from sstl_cli.identification import PHASE_NAMES
@@ -10,10 +13,12 @@ from sstl_cli.paper import figures
 from sstl_cli.paper.better import TARGETS_N
 from sstl_cli.paper.block_r import Tracked as RigTracked
 from sstl_cli.paper.figures import Drawing, Loop, Tracked
-from sstl_cli.paper.probe import FULL, PARTIAL
+from sstl_cli.paper.probe import FULL, Probe, curves
 from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import LOCATIONS, METHODS, TRAJECTORIES
 from sstl_cli.steps.segment import Segmented
+
+Array = NDArray[np.float64]
 
 
 def drawings(found: Reproduction) -> list[Drawing]:
@@ -46,12 +51,7 @@ def drawings(found: Reproduction) -> list[Drawing]:
         values = {t: [r.mean(t) for r in first] for t in TARGETS_N}
         done.append(figures.ladder([r.name for r in first], values, TARGETS_N))
     if found.probes:
-        curves = {}
-        for kind in (FULL, PARTIAL):
-            own_probes = [p for p in found.probes if p.kind == kind or p is found.probes[0]]
-            time, lines, error = np.array([(p.time_s, p.lines_error, p.tracking_n) for p in own_probes]).T
-            curves[kind] = (time, lines, error)
-        done.append(figures.probe(curves))
+        done.append(figures.probe({key: _curve(probes) for key, probes in curves(found.probes).items()}))
     return done
 
 
@@ -72,3 +72,9 @@ def _tracking(made: RigTracked) -> list[Drawing]:
 def _loop(one: Segmented) -> Loop:
     run, found = one.run, one.segmentation
     return Loop(run.system, run.tension_in_n, run.tension_out_n, found.phases, PHASE_NAMES, found.theta)
+
+
+def _curve(probes: Sequence[Probe]) -> tuple[Array, Array, Array]:
+    """Return time (s), error of the slopes and tracking error (N) of the full strokes."""
+    time, lines, error = np.array([(p.time_s, p.lines_error, p.tracking_n) for p in probes if p.kind == FULL]).T
+    return time, lines, error

@@ -244,23 +244,28 @@ def ladder(names: Sequence[str], values: Mapping[str, Sequence[float]], targets:
     )
 
 
-def probe(curves: Mapping[str, tuple[Array, Array, Array]]) -> Drawing:
-    """Return Theta error and tracking error over the probe's time, by kind of probe."""
+def probe(curves: Mapping[tuple[str, str], tuple[Array, Array, Array]]) -> Drawing:
+    """Return Theta error and tracking error of full strokes over the probe's time, by rig and calibration."""
 
     def paint(axes: Any) -> None:
-        for (name, (time, lines, tracked)), marker in zip(curves.items(), "os", strict=False):
+        for ((rig, calibration), (time, lines, tracked)), marker in zip(curves.items(), "os^", strict=False):
+            name = f"{rig}, calibrated at {calibration}"
             axes[0, 0].plot(time, 100 * lines, marker=marker, markersize=4, label=name)
             axes[0, 1].plot(time, tracked, marker=marker, markersize=4, label=name)
         axes[0, 0].set_ylabel("error of the slopes / %")
         axes[0, 1].set_ylabel("RMSE on the sinusoid / N")
         for panel in axes.flat:
+            panel.set_xscale("log")
             panel.set_xlabel("time of the probe / s")
             panel.set_ylim(bottom=0)
             panel.legend()
 
-    return Drawing(
-        "probe", "Errors over the time of the probe.", (9.6, 3.6), (1, 2), paint, "Errors stay nearly level down to the shortest probes."
+    words = "; ".join(
+        f"{rig}, {calibration}: {time[-1]:g} s errs by {100 * lines[-1]:.1f} % and {tracked[-1]:.2f} N, {time[0]:g} s by "
+        f"{100 * lines[0]:.1f} % and {tracked[0]:.2f} N"
+        for (rig, calibration), (time, lines, tracked) in curves.items()
     )
+    return Drawing("probe", "Errors over the time of the probe.", (9.6, 3.6), (1, 2), paint, words)
 
 
 def _loop(axes: Any, run: Loop, lines: bool) -> None:

@@ -5,12 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sstl_cli.paper import better, contests, data_seeds, diagnosed, gate, pace, probe, table_i_ii, table_iii, table_iv, table_iv_gap
-from sstl_cli.paper.better import Rung
+from sstl_cli.paper import (
+    better,
+    contests,
+    data_seeds,
+    diagnosed,
+    distal,
+    gate,
+    pace,
+    probe,
+    table_i_ii,
+    table_iii,
+    table_iv,
+    table_iv_gap,
+    tendons,
+)
+from sstl_cli.paper.better import Calibration, Rung
 from sstl_cli.paper.chosen import DEFAULT
 from sstl_cli.paper.compare import Compared, compare
 from sstl_cli.paper.data_seeds import Drawn
 from sstl_cli.paper.diagnosed import Closed
+from sstl_cli.paper.distal import Bent
 from sstl_cli.paper.gate import Outside
 from sstl_cli.paper.probe import Probe
 from sstl_cli.paper.published import TABLES as PUBLISHED
@@ -21,6 +36,7 @@ from sstl_cli.paper.table_i_ii import Slopes
 from sstl_cli.paper.table_iii import Mapping as TableIII
 from sstl_cli.paper.table_iv import Block, Prepared
 from sstl_cli.paper.table_iv_gap import Gap
+from sstl_cli.paper.tendons import Together
 
 Key = tuple[str, str, str]
 
@@ -56,8 +72,11 @@ class Reproduction:
     rig: tuple[Drawn, ...] = ()
     outside: tuple[Outside, ...] = ()
     closed: tuple[Closed, ...] = ()
+    calibration: Calibration | None = None
     better: tuple[Rung, ...] = ()
     probes: tuple[Probe, ...] = ()
+    tendons: tuple[Together, ...] = ()
+    distal: tuple[Bent, ...] = ()
     figures: bool = False
 
 
@@ -152,19 +171,27 @@ def _diagnosis(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduc
 
 
 def _beyond(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
-    if not {"better", "probe"} & set(o.tables):
+    if "tendons" in o.tables:
+        say("several tendons: three that share a tube, tracked at once")
+        made = replace(made, tendons=tuple(tendons.run(o.seed)))
+        told("tendons", 1.0)
+    if not pace.CALIBRATED & set(o.tables):
         return made
     say("the rig: calibration")
     calibration = better.calibrate(o.seed)
     told("calibration", 1.0)
+    made = replace(made, calibration=calibration)
     if "better" in o.tables:
         say("better than the paper: the rig, one means after the other")
         made = replace(made, better=tuple(better.run(o.seed, calibration)))
         told("better", 1.0)
     if "probe" in o.tables:
         say("a shorter probe: the rig, faster and partial strokes")
-        made = replace(made, probes=tuple(probe.run(o.seed, calibration)))
-        told("probe", 1.0)
+        made = replace(made, probes=tuple(probe.run(o.seed, calibration, lambda share: told("probe", share))))
+    if "distal" in o.tables:
+        say("a distal joint that bends: the rig with a joint behind it")
+        made = replace(made, distal=tuple(distal.run(o.seed, calibration)))
+        told("distal", 1.0)
     return made
 
 

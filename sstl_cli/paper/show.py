@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from sstl_cli.paper import contests
-from sstl_cli.paper.better import ALL_MEANS, TARGETS_N
+from sstl_cli.paper import contests, show_beyond
 from sstl_cli.paper.compare import count_apart
 from sstl_cli.paper.diagnosed import Closed
 from sstl_cli.paper.grid import NAMES, Grid, count_grid, entry_grids, number, tracking_grids
-from sstl_cli.paper.probe import shortest
 from sstl_cli.paper.published import of_table, value
 from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import fitted_values
@@ -25,8 +23,7 @@ def grids(found: Reproduction) -> list[Grid]:
         *_gap(found),
         *entry_grids(found.compared, "rig"),
         *_closed(found.closed),
-        *_better(found),
-        *_probe(found),
+        *show_beyond.grids(found),
         *([count_grid(counts)] if counts else []),
     ]
 
@@ -50,16 +47,7 @@ def facts(found: Reproduction) -> list[str]:
             f"{g.fitted:.2f} N under 14 fitted numbers: {g.shrink_pct:.0f} % of the difference fitted."
         )
     said += _rig_facts(found)
-    if found.better:
-        rung = next(r for r in found.better if r.name == ALL_MEANS)
-        said.append(
-            "Better than the paper, without distal sensor: "
-            + ", ".join(f"{t} {rung.mean(t):.2f} N (target {limit:.2f})" for t, limit in TARGETS_N.items())
-            + "."
-        )
-    if found.probes:
-        a, b = shortest(found.probes, "lines_error"), shortest(found.probes, "tracking_n")
-        said.append(f"Shortest probe within 10 % of 12 s: {a.time_s:.1f} s by Theta ({a.kind}), {b.time_s:.1f} s by tracking ({b.kind}).")
+    said += show_beyond.facts(found)
     return said
 
 
@@ -219,43 +207,3 @@ def _closed(closed: tuple[Closed, ...]) -> list[Grid]:
     )
     header = ("missing", "diagnosed", "right", "withheld", "promised", "tracked")
     return [Grid("gap", "The rig against a simulator that lacks something, diagnosed", header, rows, notes, 2)]
-
-
-def _better(found: Reproduction) -> list[Grid]:
-    if not found.better:
-        return []
-    rows = tuple((r.name, *(number(v, 2) for t in ("sinusoid", "random") for v in (*r.rmse_n[t], r.mean(t)))) for r in found.better)
-    return [
-        Grid(
-            "better",
-            "The rig with the paper's gap: RMSE (N) at NP, CP, ND and mean; sinusoid, then random",
-            ("means", *("NP", "CP", "ND", "mean") * 2),
-            rows,
-            ("Paper's direct identification: 0.45 and 0.86 N. One held-out bend a location; without the first cycle.",),
-        )
-    ]
-
-
-def _probe(found: Reproduction) -> list[Grid]:
-    if not found.probes:
-        return []
-    rows = tuple(
-        (
-            p.kind,
-            number(p.time_s, 1),
-            number(p.top_n, 0),
-            number(100 * p.lines_error, 2),
-            number(None if p.segmented_error is None else 100 * p.segmented_error, 2),
-            number(p.tracking_n, 3),
-        )
-        for p in found.probes
-    )
-    return [
-        Grid(
-            "probe",
-            "A shorter probe",
-            ("probe", "s", "top N", "slopes %, fit", "slopes %, segm.", "RMSE N"),
-            rows,
-            ("fit: one theta fitted to the whole recording; segm.: segmentation and linear map, '-' where a bend shows no release line.",),
-        )
-    ]

@@ -180,12 +180,20 @@ def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeyp
     monkeypatch.setattr(diagnosed, "_hardware", lambda bench, *_: diagnosed._Hardware(bench, [], [], {}))
     monkeypatch.setattr(diagnosed, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None))
     monkeypatch.setattr(diagnosed, "_closed", lambda missing, before, after, found, rig, seed: (missing, rig.bench))
+    monkeypatch.setattr(diagnosed, "_told", lambda found, say: found)
     done = diagnosed.run(1, gap=False, withheld=True)
     assert [k ^ set(GAP) for k in known] == [{e} for e in GAP] + [set()]
     assert [m for m, _ in done] == [(e,) for e in GAP] + [(UNNAMED,)]
     assert [bench.unnamed is not None for _, bench in done] == [False] * len(GAP) + [True]
     known.clear()
     assert [m for m, _ in diagnosed.run(1)] == [("presliding", "stribeck")]
+
+
+def test_what_one_simulator_gave_is_said_at_once():
+    said = []
+    found = Closed(("slack",), "unknown", (), None, "", (0.3, 0.25), (0.5, None), (0.6, None))
+    assert diagnosed._told(found, said.append) is found
+    assert said == ["without slack: unknown; withheld 0.30 > 0.25 N, promised 0.50 > - N, tracked 0.60 > - N"]
 
 
 def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatch):

@@ -16,7 +16,8 @@ def test_parts_are_those_that_are_run_in_their_order():
     # figures need what is tracked, but no parts of the fit
     assert list(pace.parts(("figures",), 5, 3, 2)) == ["I", "III", "IV"]
     assert list(pace.parts(("probe",), 5, 3, 2)) == ["calibration", "probe"]
-    assert list(pace.parts(TABLES, 5, 3, 2))[-5:] == ["diagnosis", "withheld", "calibration", "better", "probe"]
+    assert list(pace.parts(TABLES, 5, 3, 2))[-7:] == ["diagnosis", "withheld", "tendons", "calibration", "better", "probe", "distal"]
+    assert list(pace.parts(("tendons",), 5, 3, 2)) == ["tendons"]
 
 
 def test_seeds_cost_time_and_processes_save_it():
@@ -33,7 +34,7 @@ def test_seeds_cost_time_and_processes_save_it():
 
 def test_every_part_tells_all_of_itself(monkeypatch):
     """Every table with its work left out: what is told adds up to what the bar has."""
-    for name in ("table_i_ii", "table_iii", "table_iv", "table_iv_gap", "diagnosed", "better", "probe"):
+    for name in ("table_i_ii", "table_iii", "table_iv", "table_iv_gap", "diagnosed", "better", "probe", "tendons", "distal"):
         monkeypatch.setattr(reproduce, name, _Instead())
     monkeypatch.setattr(reproduce.data_seeds, "beside", _beside)
     monkeypatch.setattr(reproduce, "_rig", lambda made, drawn: made)

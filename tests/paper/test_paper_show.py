@@ -4,19 +4,28 @@ import numpy as np
 import pytest
 
 from sstl_cli.cli import _reproduce_files as files
+from sstl_cli.control.loop_lag import LoopLag
 from sstl_cli.control.references import Reference
-from sstl_cli.paper import drawings, show
+from sstl_cli.core.documents.outputs import ReproduceDocument
+from sstl_cli.paper import distal, drawings, show, tendons
+from sstl_cli.paper.bench import ModelBench
+from sstl_cli.paper.better import WAYS, Calibration, Rung
 from sstl_cli.paper.block_r import Tracked
 from sstl_cli.paper.compare import compare
 from sstl_cli.paper.data_seeds import Drawn
 from sstl_cli.paper.diagnosed import UNNAMED, Closed
+from sstl_cli.paper.distal import Bent
 from sstl_cli.paper.gate import Outside
 from sstl_cli.paper.grid import text, wrapped
+from sstl_cli.paper.lag_and_presliding import Fitted
+from sstl_cli.paper.probe import PLANS, SETTINGS, Probe
 from sstl_cli.paper.published import TABLES, of_table
 from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import LOCATIONS, METHODS, TRAJECTORIES
 from sstl_cli.paper.spread import stored
 from sstl_cli.paper.table_iv_gap import Gap, Share
+from sstl_cli.paper.tendons import Together
+from sstl_cli.physics.scenario import Scenario
 from sstl_cli.reporting.drawing import picture
 
 
@@ -100,3 +109,37 @@ def test_document_parts(found):
     made = files.extras(found)
     assert made["rig"]["seeds"] == [1] and made["rig"]["outside"] == []
     assert [c["right"] for c in made["closed"]] == [True, True]
+
+
+@pytest.fixture(scope="module")
+def beyond():
+    """Everything beyond the paper, with values as they come."""
+    every = {t: (0.25, 0.24, 0.26) for t in TRAJECTORIES}
+    rungs = tuple(Rung(w.name, every, every, every, every, every, every) for w in WAYS)
+    probes = tuple(Probe(kind, t, 80.0, 0.0164, None, 0.294, rig, c) for rig, _, c in SETTINGS for kind, t, _ in PLANS)
+    fitted = Fitted({("presliding", "breakaway_mm"): 0.185, ("presliding", "spread"): 0.536}, Scenario(), 0.075)
+    learned = Calibration(np.eye(3, 2), np.eye(5, 4), (-1.4, -1.0), ModelBench(Scenario()), LoopLag(0.30002, 5e-5, 0.0, 0.02), fitted)
+    together = tuple(Together(way, c, c, dict.fromkeys("ABC", 1.16)) for c in (0.0, 0.002) for way in tendons.WAYS)
+    bent = tuple(Bent(way, dict.fromkeys(TRAJECTORIES, 1.49), dict.fromkeys(TRAJECTORIES, 12.98), 0.00525, 0.00526) for way in distal.WAYS)
+    return Reproduction(calibration=learned, better=rungs, probes=probes, tendons=together, distal=bent)
+
+
+def test_what_lies_beyond_the_paper_fits_80_columns_and_the_document(beyond):
+    grids = show.grids(beyond)
+    assert [g.name for g in grids[:3]] == ["identified", "better", "reversal"] and {"tendons", "distal"} <= {g.name for g in grids}
+    assert sum(g.name.startswith("probe") for g in grids) == len(SETTINGS)
+    for grid in grids:
+        assert max(len(line) for line in text(grid).splitlines()) <= 80, text(grid)
+    assert "0.3000 +-0.0001" in text(grids[0]) and "0.185" in text(grids[0])
+    said = " ".join(show.facts(beyond))
+    assert "sinusoid 0.25 N (target 0.45)" in said and "calibrated at two speeds: 0.25 s by Theta" in said
+    made = files.extras(beyond)
+    assert set(ReproduceDocument.model_fields) >= {"identified", "better", "probe", "tendons", "distal"} == set(made)
+    ReproduceDocument(schema="sstl.reproduce/1", seed=1, seeds=5, **made)
+
+
+def test_figures_beyond_the_paper_say_what_they_show(beyond):
+    drawn = {d.name: d for d in drawings.drawings(beyond)}
+    assert set(drawn) == {"better", "probe"}
+    assert "with drag, two speeds: 0.25 s errs by 1.6 % and 0.29 N" in drawn["probe"].words
+    assert "time of the probe" in str(picture(drawn["probe"], None, "probe").svg)

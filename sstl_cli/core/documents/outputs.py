@@ -115,3 +115,8 @@ class ReproduceDocument(Document):
     spread: str | None = None
     rig: RigPart | None = None
     closed: list[ClosedPart] = []
+    identified: dict[str, dict[str, float]] = {}
+    better: list[dict[str, Any]] = []
+    probe: list[dict[str, Any]] = []
+    tendons: list[dict[str, Any]] = []
+    distal: list[dict[str, Any]] = []
