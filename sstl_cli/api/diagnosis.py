@@ -21,6 +21,8 @@ from sstl_cli.core.files import dumps, write_text
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.reporting import drawing
+from sstl_cli.reporting.diagnosed import Diagnosed
+from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs, view
 from sstl_cli.steps import diagnose_tendons
 from sstl_cli.steps.diagnose import DiagnoseOptions
@@ -131,7 +133,7 @@ class Diagnosis:
     def _inputs(self, with_log: bool = False) -> Inputs:
         runs = [view(run) for run in self.log.runs] if with_log else []
         files = [("log", name, digest) for name, digest in self.log.inputs.items()] if with_log else []
-        shown = {**self.to_dict(), "file": NAME}
+        shown = read(Diagnosed, {**self.body, "file": NAME})
         return Inputs(log=runs, diagnosis=[shown], files=[*files, ("diagnosis", NAME, "")])
 
     def _repr_html_(self) -> str:

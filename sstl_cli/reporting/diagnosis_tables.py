@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.core.errors import printable
-from sstl_cli.reporting.documents import interval, mapping, number, rows
+from sstl_cli.reporting.diagnosed import Diagnosed
+from sstl_cli.reporting.documents import NAN
 from sstl_cli.reporting.table import Cell, Table, cell, loose, probability, table
 from sstl_cli.reporting.words import Catalogue, unit_of, why_null
 
@@ -13,15 +14,15 @@ from sstl_cli.reporting.words import Catalogue, unit_of, why_null
 SHARED = {"load_mm_per_n": "how far the load gives way at the far end"}
 
 
-def all_of(document: dict[str, Any], catalogue: Catalogue) -> list[Table]:
+def all_of(document: Diagnosed, catalogue: Catalogue) -> list[Table]:
     """Return the tables that the document fills, in the order of the page."""
-    verdict, unit = mapping(document, "verdict"), unit_of(document)
+    verdict, unit = document.verdict, unit_of(document)
     made = [
         _candidates(document, catalogue),
         _parameters(document, catalogue),
-        loose("What would have shown", _without_one(verdict.get("would_have_shown")), "effect", unit),
-        loose("Where the unexplained rest lies", _flat(verdict.get("leftover")), "field", unit),
-        loose("Runs without which the verdict differs", verdict.get("odd_runs"), "run", unit),
+        loose("What would have shown", _without_one(verdict.would_have_shown), "effect", unit),
+        loose("Where the unexplained rest lies", _flat(verdict.leftover), "field", unit),
+        loose("Runs without which the verdict differs", verdict.odd_runs, "run", unit),
         _tracking(document, unit),
         _where(document, unit),
     ]
@@ -38,60 +39,59 @@ def linked(name: str, catalogue: Catalogue) -> Cell:
     return Cell(printable(name), href=f"#{anchor(name)}" if name in catalogue else "")
 
 
-def _candidates(document: dict[str, Any], catalogue: Catalogue) -> Table | None:
-    found = rows(document, "candidates")
+def _candidates(document: Diagnosed, catalogue: Catalogue) -> Table | None:
+    found = document.candidates
     if not found:
         return None
     header: list[Any] = ["candidate", "probability", ("held-out RMSE", unit_of(document)), ("shrink", "%"), "identifiability"]
-    more = [k for k in ("sensor", "d2", "change", "members", "why") if any(c.get(k) not in (None, "", []) for c in found)]
+    more = [k for k in ("sensor", "d2", "change", "members", "why") if any(getattr(c, k) not in (None, "", []) for c in found)]
     names = {"d2": "D² to the winner"}
     lines = [
         [
-            linked(str(c.get("id", "?")), catalogue),
-            probability(number(c.get("probability"))),
-            number(c.get("rmse_held_out_n")),
-            number(c.get("shrink_pct")),
-            str(c.get("identifiability") or "–").replace("_", " "),
-            *(c.get(k) for k in more),
+            linked(c.id, catalogue),
+            probability(c.probability),
+            c.rmse_held_out_n,
+            c.shrink_pct,
+            (c.identifiability or "–").replace("_", " "),
+            *(getattr(c, k) for k in more),
         ]
         for c in found
     ]
     return table("Candidates", [*header, *(names.get(k, k) for k in more)], lines)
 
 
-def _parameters(document: dict[str, Any], catalogue: Catalogue) -> Table | None:
+def _parameters(document: Diagnosed, catalogue: Catalogue) -> Table | None:
     header = ["candidate", "parameter", "estimate", "95 % from", "95 % to", "unit", "meaning", "remark"]
     lines = []
-    for c in rows(document, "candidates"):
-        for p in rows(c, "parameters"):
-            note = catalogue.get(str(p.get("effect") or c.get("id")))
-            remarks = ["at the end of its range" if p.get("at_bound") is True else "", why_null(p, "ci95")]
+    for c in document.candidates:
+        for p in c.parameters:
+            note = catalogue.get(p.effect or c.id)
+            remarks = ["at the end of its range" if p.at_bound else "", why_null(p.ci95, p.ci95_why, p)]
             lines.append(
                 [
-                    linked(str(c.get("id", "?")), catalogue),
-                    p.get("name"),
-                    number(p.get("estimate")),
-                    *interval(p.get("ci95")),
-                    "" if p.get("unit") in ("1", None) else p.get("unit"),
-                    (note.meanings if note else {}).get(str(p.get("name"))) or SHARED.get(str(p.get("name")), ""),
+                    linked(c.id, catalogue),
+                    p.name or None,
+                    p.estimate,
+                    *(p.ci95 or (NAN, NAN)),
+                    "" if p.unit == "1" else p.unit,
+                    (note.meanings if note else {}).get(p.name) or SHARED.get(p.name, ""),
                     "; ".join(r for r in remarks if r),
                 ]
             )
     return table("Parameters of the candidates, with 95 % intervals", header, lines) if lines else None
 
 
-def _tracking(document: dict[str, Any], unit: str) -> Table | None:
-    found = rows(mapping(document, "downstream"), "tracking")
+def _tracking(document: Diagnosed, unit: str) -> Table | None:
+    found = document.downstream.tracking
     header = ["reference", ("tracking RMSE without the effect", unit), ("with it", unit)]
-    lines = ([r.get("reference"), *(probability(number(r.get(k))) for k in ("rmse_without_n", "rmse_with_n"))] for r in found)
+    lines = ([r.reference or None, probability(r.rmse_without_n), probability(r.rmse_with_n)] for r in found)
     return table("A controller designed without and with the effect", header, lines) if found else None
 
 
-def _where(document: dict[str, Any], unit: str) -> Table | None:
+def _where(document: Diagnosed, unit: str) -> Table | None:
     header = ["system", "phase", "configuration", ("share", "%"), ("RMSE", unit)]
-    keys = ("system", "phase", "config_id")
-    found = rows(document, "where")
-    lines = ([*(r.get(k) for k in keys), number(r.get("share_pct")), number(r.get("rmse_n"))] for r in found)
+    found = document.where
+    lines = ([r.system or None, r.phase or None, r.config_id or None, r.share_pct, r.rmse_n] for r in found)
     return table("Where the gap sits", header, lines) if found else None
 
 

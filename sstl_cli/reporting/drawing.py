@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from sstl_cli.core.errors import printable
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.scales import scales
 
-STYLE: dict[str, Any] = {
+STYLE: dict[str, object] = {
     "figure.facecolor": "none",
     "axes.facecolor": "none",
     "savefig.facecolor": "none",
@@ -113,7 +113,7 @@ def label(text: object, longest: int = 28) -> str:
     return "\u200a" + plain if plain.startswith("_") else plain
 
 
-def heat(axes: Any, values: Any, rows: list[str], columns: list[str], form: str, top: float, turn: bool = True) -> None:
+def heat(axes: Any, values: Any, rows: Sequence[str], columns: Sequence[str], form: str, top: float, turn: bool = True) -> None:
     """Draw a matrix as cells with their values; empty cells stay paper, so both themes read well."""
     values = np.ma.masked_invalid(np.asarray(values, dtype=float))
     cmap = LinearSegmentedColormap.from_list("sstl", ["#dbe9f6", "#56b4e9", palette.BLUE, "#00304d"])
@@ -163,7 +163,7 @@ def _drawn(module: ModuleType, data: Any) -> Figure:
 
 
 @contextmanager
-def _style(more: dict[str, Any]) -> Iterator[None]:
+def _style(more: Mapping[str, object]) -> Iterator[None]:
     settings: Any = {**STYLE, **more}
     with matplotlib.rc_context(settings), warnings.catch_warnings():
         # the page's browser has the glyphs; only the width estimate uses this font

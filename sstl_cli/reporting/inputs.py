@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.runs import Run
+from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.reduce import keep
+from sstl_cli.reporting.rows import Epoch, Evaluated, MethodScore, Predicted
+from sstl_cli.reporting.scored import Scored
 
 Array = NDArray[np.float64]
 PHASE_CODES = ("PB", "PP", "RB", "RP")
@@ -114,17 +118,17 @@ class Inputs:
     """All inputs of one report by kind; a kind that was not given is empty."""
 
     log: list[RunView] = field(default_factory=list)
-    theta: list[dict[str, Any]] = field(default_factory=list)
+    theta: list[ThetaRow] = field(default_factory=list)
     phases: dict[str, Segments] = field(default_factory=dict)
-    history: list[dict[str, Any]] = field(default_factory=list)
-    evaluation: list[dict[str, Any]] = field(default_factory=list)
+    history: list[Epoch] = field(default_factory=list)
+    evaluation: list[Evaluated] = field(default_factory=list)
     evaluate: list[dict[str, Any]] = field(default_factory=list)
-    predictions: list[dict[str, Any]] = field(default_factory=list)
+    predictions: list[Predicted] = field(default_factory=list)
     model: list[Model] = field(default_factory=list)
     command: list[CommandView] = field(default_factory=list)
-    score: list[dict[str, Any]] = field(default_factory=list)
-    diagnosis: list[dict[str, Any]] = field(default_factory=list)
-    blind: list[dict[str, Any]] = field(default_factory=list)
+    score: list[MethodScore] = field(default_factory=list)
+    diagnosis: list[Diagnosed] = field(default_factory=list)
+    blind: list[Scored] = field(default_factory=list)
     document: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     files: list[tuple[str, str, str]] = field(default_factory=list)
     catalogue: dict[str, EffectNote] = field(default_factory=dict)

@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from sstl_cli.core.aside import Aside
+from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.files import read_json
 from sstl_cli.core.parquet import open_table, schema_id_of
@@ -22,7 +23,11 @@ from sstl_cli.core.provenance import sha256
 from sstl_cli.core.runs import read_runs
 from sstl_cli.core.sound import note, why_no_lines
 from sstl_cli.core.tables import COMMAND, EVALUATION, LOG, PHASES, SCHEMAS, SCORE, THETA
+from sstl_cli.reporting.diagnosed import Diagnosed
+from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import PHASE_CODES, Inputs, Model, command_view, segments, view
+from sstl_cli.reporting.rows import Evaluated, MethodScore, epochs, predictions
+from sstl_cli.reporting.scored import Scored
 
 MAX_HEADER_BYTES = 16 << 20
 TABLES = {
@@ -121,29 +126,49 @@ def _log(path: Path, inputs: Inputs) -> None:
     inputs.log.extend(view(run) for run in read_runs(path) if len(run))
 
 
-def _rows(kind: str, schema: Any = None) -> Callable[[Path, Inputs], None]:
-    def read(path: Path, inputs: Inputs) -> None:
-        table = open_table(path, schema).table() if schema else pq.read_table(path)
-        getattr(inputs, kind).extend({**row, "file": path.name} for row in table.to_pylist())
+def _read(path: Path, schema: Any = None) -> list[dict[str, Any]]:
+    """Return the rows of a table as they stand in the file."""
+    found: list[dict[str, Any]] = (open_table(path, schema).table() if schema else pq.read_table(path)).to_pylist()
+    return found
 
-    return read
+
+def _score(path: Path, inputs: Inputs) -> None:
+    inputs.score.extend(MethodScore(**{c.name: row[c.name] for c in SCORE.columns}) for row in _read(path, SCORE))
+
+
+def _evaluation(path: Path, inputs: Inputs) -> None:
+    inputs.evaluation.extend(Evaluated(**{c.name: row[c.name] for c in EVALUATION.columns}) for row in _read(path, EVALUATION))
+
+
+def _history(path: Path, inputs: Inputs) -> None:
+    inputs.history.extend(epochs(_read(path)))
+
+
+def _predictions(path: Path, inputs: Inputs) -> None:
+    inputs.predictions.extend(predictions(_read(path)))
 
 
 def _theta(path: Path, inputs: Inputs) -> None:
     """Read rows of Theta; values that no loop can have are taken as null and noted."""
-    for row in open_table(path, THETA).table().to_pylist():
+    for row in _read(path, THETA):
         wrong = why_no_lines(row)
         if wrong:
             said = ", ".join(f"{name} {why}" for name, why in wrong.items())
             note([Aside(str(row["run_id"]), 0, 1, f"{said}, taken as null")])
-        inputs.theta.append({**row, **dict.fromkeys(wrong), "file": path.name})
+        # the table was checked against its schema already
+        inputs.theta.append(ThetaRow.model_construct(**{**row, **dict.fromkeys(wrong)}))
 
 
-def _document(kind: str) -> Callable[[Path, Inputs], None]:
-    def read(path: Path, inputs: Inputs) -> None:
-        getattr(inputs, kind).append({**read_json(path), "file": path.name})
+def _diagnosis(path: Path, inputs: Inputs) -> None:
+    inputs.diagnosis.append(read(Diagnosed, {**read_json(path), "file": path.name}))
 
-    return read
+
+def _blind(path: Path, inputs: Inputs) -> None:
+    inputs.blind.append(read(Scored, {**read_json(path), "file": path.name}))
+
+
+def _evaluate(path: Path, inputs: Inputs) -> None:
+    inputs.evaluate.append({**read_json(path), "file": path.name})
 
 
 def _other(path: Path, inputs: Inputs) -> None:
@@ -216,11 +241,11 @@ _READERS: dict[str, Callable[[Path, Inputs], None]] = {
     "model": _model,
     "document": _other,
     "theta": _theta,
-    "score": _rows("score", SCORE),
-    "evaluation": _rows("evaluation", EVALUATION),
-    "history": _rows("history"),
-    "predictions": _rows("predictions"),
-    "diagnosis": _document("diagnosis"),
-    "blind": _document("blind"),
-    "evaluate": _document("evaluate"),
+    "score": _score,
+    "evaluation": _evaluation,
+    "history": _history,
+    "predictions": _predictions,
+    "diagnosis": _diagnosis,
+    "blind": _blind,
+    "evaluate": _evaluate,
 }

@@ -30,7 +30,7 @@ def scales(figure: Figure) -> str:
     return json.dumps(found, separators=(",", ":"), ensure_ascii=False) if found else ""
 
 
-def _scale(axis: Any, limits: tuple[float, float], shared: str) -> dict[str, Any] | None:
+def _scale(axis: Any, limits: tuple[float, float], shared: str) -> dict[str, object] | None:
     named = isinstance(axis.get_major_locator(), (FixedLocator, NullLocator))
     if named or axis.get_scale() not in ("linear", "log"):
         return None

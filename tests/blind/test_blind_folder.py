@@ -15,8 +15,10 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import sha256
 from sstl_cli.diagnosis import weights
 from sstl_cli.physics.effects import catalogue
+from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.figures import baselines, confusion, reliability, strength
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.scored import Scored
 from sstl_cli.reporting.sections import blind as section
 from sstl_cli.steps import blind_limit, blind_make, blind_run
 from sstl_cli.steps.blind_run import SCHEMA
@@ -253,7 +255,7 @@ def test_an_oracle_meets_the_targets_and_draws_the_report(own, tmp_path):
     assert set(met.values()) <= {True, None} and True in met.values()
     matrix = document["confusion"]
     assert sum(map(sum, matrix["matrix"])) == CASES - document["kinds"].get("poor", 0)
-    inputs = Inputs(blind=[{**document, "file": "score.json"}])
+    inputs = Inputs(blind=[read(Scored, {**document, "file": "score.json"})])
     for figure in (confusion, reliability, strength, baselines):
         assert figure.default(inputs, None) is not None, figure.__name__
     block = section.context(inputs)["blocks"][0]

@@ -11,8 +11,11 @@ import pytest
 import reporting_inputs as made
 
 from sstl_cli.diagnosis import constants
+from sstl_cli.reporting.diagnosed import Diagnosed
+from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.load import load
+from sstl_cli.reporting.scored import Scored
 from sstl_cli.reporting.table import cell, loose, probability
 from sstl_cli.reporting.words import MOST_SURE, how_far, how_sure, listed, published, shrinkage, where
 from sstl_cli.steps import report
@@ -20,7 +23,7 @@ from sstl_cli.steps import report
 
 def shown(document, *more) -> str:
     files = [("diagnosis", "d", "0")]
-    return report.run(Inputs(diagnosis=[{**document, "file": "d"}, *more], files=files)).html
+    return report.run(Inputs(diagnosis=[read(Diagnosed, d) for d in ({**document, "file": "d"}, *more)], files=files)).html
 
 
 def words_of(html: str) -> str:
@@ -70,8 +73,8 @@ def test_several_files_have_a_heading_each_and_unique_ids():
 
 
 def test_the_first_screen_says_where_which_how_far_and_how_sure():
-    document = made.diagnosis()
-    html = shown(document)
+    html = shown(made.diagnosis())
+    document = read(Diagnosed, made.diagnosis())
     first = html.split("<svg")[0]
     for name in ("Where", "Which", "How far", "How sure"):
         assert f"<dt>{name}</dt>" in first
@@ -84,8 +87,8 @@ def test_the_first_screen_says_where_which_how_far_and_how_sure():
 
 
 def test_the_sealed_check_beside_it_is_quoted():
-    blind = {"reliability": [{"p_low": 0.9, "p_high": 1.0, "share_right": 0.75, "n": 8}]}
-    assert how_sure(made.diagnosis(), [blind]).endswith("In the sealed check 6 of 8 verdicts with this confidence were.")
+    blind = read(Scored, {"reliability": [{"p_low": 0.9, "p_high": 1.0, "share_right": 0.75, "n": 8}]})
+    assert how_sure(read(Diagnosed, made.diagnosis()), [blind]).endswith("In the sealed check 6 of 8 verdicts with this confidence were.")
 
 
 def test_without_a_score_the_published_check_is_quoted():
@@ -94,19 +97,17 @@ def test_without_a_score_the_published_check_is_quoted():
     first = words_of(shown(document).split("<svg")[0])
     # as the sentence of a diagnosis has it
     assert f"{MOST_SURE:.0f} %: of 100 such verdicts about {MOST_SURE:.0f} are right." in first and MOST_SURE == constants.MOST_SURE
-    row = published()["reliability"][-1]
-    assert row["p_low"] <= 0.997 <= row["p_high"]
-    assert (
-        f"In the published sealed check {round(row['share_right'] * row['n'])} of {row['n']} verdicts with this confidence were." in first
-    )
+    row = published().reliability[-1]
+    assert row.p_low <= 0.997 <= row.p_high
+    assert f"In the published sealed check {round(row.share_right * row.n)} of {row.n:.0f} verdicts with this confidence were." in first
 
 
 def test_the_published_check_is_the_one_of_the_documents():
     page = (Path(__file__).parents[2] / "docs/blind.md").read_text(encoding="utf-8")
     listed = re.findall(r"^\| (\d\.\d)-(\d\.\d) \| (\d+) \| ([\d.]+) \| ([\d.]+) \|$", page, re.M)
-    kept = [(r["p_low"], r["p_high"], r["n"], r["mean_p"], r["share_right"]) for r in published()["reliability"]]
+    kept = [(r.p_low, r.p_high, r.n, r.mean_p, r.share_right) for r in published().reliability]
     assert kept == [tuple(map(float, row)) for row in listed] and len(kept) >= 5
-    assert f"Seal {published()['seal']};" in page and f"{published()['cases']} cases" in page
+    assert f"Seal {published().seal};" in page and f"{published().cases} cases" in page
 
 
 def test_the_first_screen_has_no_jargon():

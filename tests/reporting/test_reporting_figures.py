@@ -9,10 +9,15 @@ import pytest
 from matplotlib.figure import Figure
 from reporting_inputs import HOSTILE
 
+from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.reporting import figures, palette
+from sstl_cli.reporting.diagnosed import Diagnosed, Loop, Residuals
+from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs, Segments, command_view, segments, view
+from sstl_cli.reporting.rows import Evaluated, MethodScore, columns, epochs, predictions
+from sstl_cli.reporting.scored import Scored
 
 FOUND = figures.find()
 NAN = float("nan")
@@ -30,7 +35,16 @@ def small_phases():
 def theta_row(system, lead, p, r, **more):
     row = {"run_id": f"{system}{lead}", "config_id": f"C{lead}", "system": system, "location": "CP", "lead_mm": lead}
     row |= {"gamma_p": p, "gamma_r": r, "beta_p": -0.5, "beta_r": 0.25, "status": "ok"}
-    return {**row, "gamma_p_se": 0.03, "gamma_r_se": 0.04, "beta_p_se": 0.1, "beta_r_se": None, **more}
+    row |= {"gamma_p_se": 0.03, "gamma_r_se": 0.04, "beta_p_se": 0.1, "beta_r_se": None, "inlier_p": 1.0, "inlier_r": 1.0}
+    return ThetaRow(**{**row, "rmse_p_n": 0.1, "rmse_r_n": 0.1, "loops": 1, **more})
+
+
+def diagnosed(**document):
+    return read(Diagnosed, document)
+
+
+def scored(**document):
+    return read(Scored, document)
 
 
 THETA = [theta_row("act", 0.0, 0.5, 2.0), theta_row("sstl", 0.0, 0.3, 3.0), theta_row("act", 4.0, 0.4, None)]
@@ -43,134 +57,136 @@ def view_of(method, error):
 
 
 VIEWS = [view_of("DI", [0.0, 0, 0, 1]), view_of("none", [2.0, 3, 3, 1])]
-PREDICTIONS = [
+PREDICTED = [
     {"location": "NP", "gamma_p_true": 0.5, "gamma_p_pred": 0.53},
     {"location": "CP", "gamma_p_true": 0.6, "gamma_p_pred": 0.56},
     {"location": "CP", "gamma_p_true": None, "gamma_p_pred": 0.56},
 ]
+PREDICTIONS = list(predictions(PREDICTED))
 GAP = {"rmse_base_n": 0.6, "rmse_retuned_n": 0.4, "rmse_with_effect_n": None, "noise_floor_n": 0.1}
 
 
 def check_loop(f):
-    found = f.data(small_run(), small_phases(), {"gamma_p": 0.6, "beta_p": 0.5, "gamma_r": None, "beta_r": 1.0})
-    assert list(found["curves"]) == ["PP", "RB", "RP"]
+    found = f.data(small_run(), small_phases(), theta_row("act", 0.0, 0.6, None, beta_p=0.5, beta_r=1.0))
+    assert list(found.curves) == ["PP", "RB", "RP"]
     # a stretch between two samples has the phase of its end
-    assert found["curves"]["PP"][0].tolist() == [5, 10, 15]
-    assert found["curves"]["RB"][1].tolist() == [9, 9, 9]
-    assert found["curves"]["RP"][1].tolist() == [9, 7]
-    assert found["lines"] == {"pull": {"x": [5.0, 15.0], "y": pytest.approx([3.5, 9.5]), "slope": 0.6, "bias": 0.5}}
+    assert found.curves["PP"][0].tolist() == [5, 10, 15]
+    assert found.curves["RB"][1].tolist() == [9, 9, 9]
+    assert found.curves["RP"][1].tolist() == [9, 7]
+    assert found.lines == {"pull": f.Line((5.0, 15.0), pytest.approx((3.5, 9.5)), 0.6, 0.5)}
     return found
 
 
 def check_time(f):
     found = f.data(small_run(), small_phases())
-    assert found["input_n"].tolist() == [5, 10, 15, 12, 6, 5]
-    assert found["output"]["RB"][0].tolist() == [2, 3, 4]
+    assert found.input_n.tolist() == [5, 10, 15, 12, 6, 5]
+    assert found.output["RB"][0].tolist() == [2, 3, 4]
     return found
 
 
 def check_overview(f):
     found = f.data([small_run()] * 7, {"r": small_phases()})
-    assert found["span"] == [5.0, 15.0, 3.0, 9.0] and found["of"] == 7 and len(found["loops"]) == 7
+    assert found.span == (5.0, 15.0, 3.0, 9.0) and found.of == 7 and len(found.loops) == 7
     assert f.figure(found)[1] == (2, 6)
     return found
 
 
 def check_theta(f):
     found = f.data(THETA)
-    assert list(found["series"]) == [("act", "CP"), ("sstl", "CP")]
-    act = found["series"]["act", "CP"]
-    assert act["x"] == [0.0, 4.0] and act["gamma_p"] == [0.5, 0.4] and act["gamma_p_se"] == [0.03, 0.03]
-    assert act["gamma_r"][0] == 2.0 and math.isnan(act["gamma_r"][1]) and math.isnan(act["beta_r_se"][0])
-    no_lead = f.data([{**row, "lead_mm": None} for row in THETA])
-    assert not no_lead["by_lead"] and no_lead["series"]["sstl", "CP"]["x"] == [1.0]
+    assert list(found.series) == [("act", "CP"), ("sstl", "CP")]
+    act = found.series["act", "CP"]
+    assert act.x == [0.0, 4.0] and act.values["gamma_p"] == [0.5, 0.4] and act.errors["gamma_p"] == [0.03, 0.03]
+    assert act.values["gamma_r"][0] == 2.0 and math.isnan(act.values["gamma_r"][1]) and math.isnan(act.errors["beta_r"][0])
+    no_lead = f.data([row.model_copy(update={"lead_mm": None}) for row in THETA])
+    assert not no_lead.by_lead and no_lead.series["sstl", "CP"].x == [1.0]
     return found
 
 
 def check_squared(f):
     found = f.data([*THETA, theta_row("act", 0.0, 0.7, 2.0)])
     # two act runs of one configuration are averaged: 0.6 squared
-    assert found["locations"]["CP"]["gamma_p"] == {"x": [pytest.approx(0.36)], "y": [0.3]}
-    assert found["locations"]["CP"]["gamma_r"] == {"x": [4.0], "y": [3.0]}
+    assert found.locations["CP"]["gamma_p"] == f.Points([pytest.approx(0.36)], [0.3])
+    assert found.locations["CP"]["gamma_r"] == f.Points([4.0], [3.0])
     return found
 
 
 def check_product(f):
     found = f.data(THETA)
-    assert found["series"]["act", "CP"]["product"] == [1.0]
-    assert found["series"]["act", "CP"]["se"] == pytest.approx([math.sqrt((2.0 * 0.03) ** 2 + (0.5 * 0.04) ** 2)])
-    assert found["series"]["sstl", "CP"]["product"] == pytest.approx([0.9])
+    assert found.series["act", "CP"].product == [1.0]
+    assert found.series["act", "CP"].se == pytest.approx([math.sqrt((2.0 * 0.03) ** 2 + (0.5 * 0.04) ** 2)])
+    assert found.series["sstl", "CP"].product == pytest.approx([0.9])
     return found
 
 
 def check_predicted(f):
-    found = f.data(PREDICTIONS)["quantities"]["gamma_p"]
-    assert found["groups"]["CP"] == {"true": [0.6], "predicted": [0.56]}
-    assert found["n"] == 2 and found["rmse"] == pytest.approx(math.sqrt((0.03**2 + 0.04**2) / 2))
-    other = f.columns([{"true_gamma_r": 1, "pred_gamma_r": 1, "gamma_p": 1, "gamma_p_hat": 1, "x_pred": 1}])
+    found = f.data(PREDICTIONS).quantities["gamma_p"]
+    assert found.groups["CP"] == f.Points([0.6], [0.56])
+    assert found.n == 2 and found.rmse == pytest.approx(math.sqrt((0.03**2 + 0.04**2) / 2))
+    other = columns(["true_gamma_r", "pred_gamma_r", "gamma_p", "gamma_p_hat", "x_pred"])
     assert other == {"gamma_p": ("gamma_p", "gamma_p_hat"), "gamma_r": ("true_gamma_r", "pred_gamma_r")}
     return f.data(PREDICTIONS)
 
 
 def check_residuals(f):
-    found = f.data(PREDICTIONS)["quantities"]["gamma_p"]
-    assert found["groups"]["NP"]["residual"] == pytest.approx([0.03])
-    assert found["mean"] == pytest.approx(-0.005)
+    found = f.data(PREDICTIONS).quantities["gamma_p"]
+    assert found.groups["NP"].residual == pytest.approx([0.03])
+    assert found.mean == pytest.approx(-0.005)
     return f.data(PREDICTIONS)
 
 
 def check_variants(f):
-    rows = [{"variant": "a", "seed": i, "rmse_total": v, "rmse_gamma_p": 0.01, "rmse_gamma_r": None} for i, v in enumerate((0.02, 0.04))]
+    rows = [Evaluated("a", i, 0.01, NAN, v, 0.0) for i, v in enumerate((0.02, 0.04))]
     # the mean prediction over seeds has its own row without a seed: it is no third seed
-    found = f.data([*rows, {"variant": "a", "seed": None, "rmse_total": 0.01, "rmse_gamma_p": 0.01}])
-    assert found["variants"]["a"]["rmse_total"]["mean"] == pytest.approx(0.03)
-    assert found["variants"]["a"]["rmse_total"]["sd"] == pytest.approx(0.02 / math.sqrt(2))
-    assert "rmse_gamma_r" not in found["variants"]["a"]
+    found = f.data([*rows, Evaluated("a", None, 0.01, NAN, 0.01, 0.0)])
+    assert found.variants["a"]["rmse_total"].mean == pytest.approx(0.03)
+    assert found.variants["a"]["rmse_total"].sd == pytest.approx(0.02 / math.sqrt(2))
+    assert "rmse_gamma_r" not in found.variants["a"]
     return found
 
 
 def check_training(f):
     rows = [{"variant": "a", "seed": s, "epoch": e, "train_loss": (s + 1) / (e + 1)} for s in range(3) for e in range(2)]
-    found = f.data(rows)
-    curve = {"epoch": [0, 1], "median": [2.0, 1.0], "low": [1.0, 0.5], "high": [3.0, 1.5]}
-    assert found["variants"] == {"a": {"train_loss": curve}}
+    found = f.data(list(epochs(rows)))
+    curve = f.Curve([0, 1], [2.0, 1.0], [1.0, 0.5], [3.0, 1.5])
+    assert found.variants == {"a": {"train_loss": curve}}
     return found
 
 
 def check_tracking(f):
     found = f.data(VIEWS)
-    assert list(found["methods"]) == ["none", "DI"]
-    assert found["methods"]["none"]["error_n"].tolist() == [2, 3, 3, 1]
-    assert found["methods"]["none"]["rmse_n"] == pytest.approx(math.sqrt(23 / 4))
-    assert found["reference"][1].tolist() == [10.0] * 4
+    assert list(found.methods) == ["none", "DI"]
+    assert found.methods["none"].error_n.tolist() == [2, 3, 3, 1]
+    assert found.methods["none"].rmse_n == pytest.approx(math.sqrt(23 / 4))
+    assert found.reference[1].tolist() == [10.0] * 4
     # compensate names one run a method: they are compared as one
     named = [replace(v, run_id=f"C-sine-{v.method}") for v in VIEWS]
     both = f.default(Inputs(command=named), None)
-    assert both["run"] == "C-sine" and list(both["methods"]) == ["none", "DI"]
-    assert list(f.default(Inputs(command=named), "C-sine-DI")["methods"]) == ["DI"]
+    assert both.run == "C-sine" and list(both.methods) == ["none", "DI"]
+    assert list(f.default(Inputs(command=named), "C-sine-DI").methods) == ["DI"]
     return found
 
 
 def check_phase_error(f):
     found = f.data([*VIEWS, view_of("none", [4.0, NAN, NAN, 1])])
-    none = found["rmse_n"]["none"]
+    none = found.rmse_n["none"]
     assert none["PB"] == pytest.approx(math.sqrt((4 + 16) / 2)) and none["PP"] == 3.0 and none["RP"] == 1.0
     assert math.isnan(none["RB"])
     return found
 
 
 def check_methods(f):
-    rows = [{"method": m, "window": "all", "rmse_n": v} for m, v in (("DI", 0.2), ("none", 4.0), ("none", 5.0))]
+    errors = (("DI", 0.2), ("none", 4.0), ("none", 5.0))
+    rows = [MethodScore("r", None, None, None, m, "all", v, v, None, 1.0, 0.0, None) for m, v in errors]
     found = f.data(rows)
-    assert found["windows"]["all"] == {"none": {"rmse_n": [4, 5], "mean_n": 4.5}, "DI": {"rmse_n": [0.2], "mean_n": 0.2}}
-    assert list(found["windows"]["all"]) == ["none", "DI"]
+    assert found.windows["all"] == {"none": f.Method([4, 5], 4.5), "DI": f.Method([0.2], 0.2)}
+    assert list(found.windows["all"]) == ["none", "DI"]
     return found
 
 
 def check_waterfall(f):
-    found = f.data({"gap": GAP})
-    assert [s["name"] for s in found["steps"]] == ["as given", "re-tuned", "noise floor"]
-    assert [s["change_n"] for s in found["steps"]] == [None, pytest.approx(-0.2), pytest.approx(-0.3)]
+    found = f.data(diagnosed(gap=GAP))
+    assert [s.name for s in found.steps] == ["as given", "re-tuned", "noise floor"]
+    assert [s.change_n for s in found.steps] == [None, pytest.approx(-0.2), pytest.approx(-0.3)]
     return found
 
 
@@ -182,84 +198,84 @@ def check_where(f):
         for p in ("RP", "PP", "PB", "RB")
         for c in range(40)
     ]
-    found = f.data({"where": cells})
-    assert found["rows"] == [f"{s} {p}" for s in ("act", "sstl") for p in ("PB", "PP", "RB", "RP")]
-    assert found["columns"] == [*(f"C{c}" for c in range(26, 40)), "26 others"]
+    found = f.data(diagnosed(where=cells))
+    assert found.rows == [f"{s} {p}" for s in ("act", "sstl") for p in ("PB", "PP", "RB", "RP")]
+    assert found.columns == [*(f"C{c}" for c in range(26, 40)), "26 others"]
     # however many configurations are summed, all cells still add up to 100 %
-    assert np.sum(found["share_pct"]) == pytest.approx(100.0) == found["total_pct"]
-    assert found["share_pct"][0][-1] == pytest.approx(100 * weights[:26].sum() / (8 * weights.sum()))
+    assert np.sum(found.share_pct) == pytest.approx(100.0) == found.total_pct
+    assert found.share_pct[0][-1] == pytest.approx(100 * weights[:26].sum() / (8 * weights.sum()))
     return found
 
 
 def check_candidates(f):
     rows = [{"id": "b", "probability": 0.2, "rmse_held_out_n": 0.3}, {"id": "c"}, {"id": "a", "probability": 0.8}]
-    found = f.data({"candidates": rows, "gap": GAP, "verdict": {"effects": ["a"]}})
-    assert [(c["id"], c["named"]) for c in found["candidates"]] == [("a", True), ("b", False), ("c", False)]
-    assert found["candidates"][1]["rmse_n"] == 0.3 and found["floor_n"] == 0.1 and found["retuned_n"] == 0.4
+    found = f.data(diagnosed(candidates=rows, gap=GAP, verdict={"effects": ["a"]}))
+    assert [(c.id, c.named) for c in found.candidates] == [("a", True), ("b", False), ("c", False)]
+    assert found.candidates[1].rmse_n == 0.3 and found.floor_n == 0.1 and found.retuned_n == 0.4
     return found
 
 
 def check_simulated(f):
     loop = {"run_id": "r", "tension_in_n": [1, 2, 3], "measured_n": [1, 2, 2], "base_n": [2, 3, 3], "with_effect_n": [1]}
-    found = f.data(loop)
-    assert list(found["curves"]) == ["measured", "base"] and found["rmse_n"] == {"base": 1.0}
+    found = f.data(read(Loop, loop))
+    assert list(found.curves) == ["measured", "base"] and found.rmse_n == {"base": 1.0}
     return found
 
 
 def check_misfit(f):
     record = {"run_id": "r", "time_s": [0, 1], "tension_in_n": [5, 6], "base_n": [0.3, -0.4], "effect_n": [0.0, None]}
-    found = f.data(record, "V")
-    assert found["rmse_n"] == pytest.approx({"base": math.sqrt(0.125), "with effect": 0.0})
-    assert found["time_s"].tolist() == [0, 1] and f.figure(found)[1] == (1, 2)
+    found = f.data(read(Residuals, record), "V")
+    assert found.rmse_n == pytest.approx({"base": math.sqrt(0.125), "with effect": 0.0})
+    assert found.time_s.tolist() == [0, 1] and f.figure(found)[1] == (1, 2)
     # a document without residuals has those of its loops, without a clock
     loop = {"run_id": "r", "tension_in_n": [5, 6], "measured_n": [3, 3], "base_n": [2, 5], "with_effect_n": [3, 3]}
-    made = f.default(Inputs(diagnosis=[{"loops": [loop]}]), "r")
-    assert made["curves"]["base"].tolist() == [1, -2] and made["time_s"] is None and f.figure(made)[1] == (1, 1)
+    made = f.default(Inputs(diagnosis=[diagnosed(loops=[loop])]), "r")
+    assert made.curves["base"].tolist() == [1, -2] and made.time_s is None and f.figure(made)[1] == (1, 1)
     return found
 
 
 def check_isolability(f):
-    found = f.data({"isolability": {"ids": ["a", "b", "c"], "cosine": [[1, 0.2, -0.99], [0.2, 1, 0], [-0.99, 0, 1]]}})
-    assert found["twins"] == [("c", "a", -0.99)]
+    found = f.data(diagnosed(isolability={"ids": ["a", "b", "c"], "cosine": [[1, 0.2, -0.99], [0.2, 1, 0], [-0.99, 0, 1]]}))
+    assert found.twins == [("c", "a", -0.99)]
     with pytest.raises(SstlError, match="E604"):
-        f.data({"isolability": {"ids": ["a", "b"], "cosine": [[1, 2]]}})
+        f.data(diagnosed(isolability={"ids": ["a", "b"], "cosine": [[1, 2]]}))
     return found
 
 
 def check_confusion(f):
-    found = f.data({"confusion": {"labels": ["none", "a"], "matrix": [[3, 1], [0, 4]]}})
-    assert found["share_pct"] == [[75.0, 25.0], [0.0, 100.0]] and found["right_pct"] == 87.5
+    found = f.data(scored(confusion={"labels": ["none", "a"], "matrix": [[3, 1], [0, 4]]}))
+    assert found.share_pct == [[75.0, 25.0], [0.0, 100.0]] and found.right_pct == 87.5
     assert "none named a (1)" in f.alt(found)
     return found
 
 
 def check_reliability(f):
     bins = [{"mean_p": 0.5, "share_right": 0.6, "n": 10}, {"mean_p": 0.9, "share_right": None, "n": 0}]
-    found = f.data({"reliability": bins, "ece": 0.1})
-    assert [(b["stated"], b["right"], b["n"]) for b in found["bins"]] == [(0.5, 0.6, 10.0)] and found["ece"] == 0.1
+    found = f.data(scored(reliability=bins, ece=0.1))
+    assert [(b.mean_p, b.share_right, b.n) for b in found.bins] == [(0.5, 0.6, 10.0)] and found.ece == 0.1
     return found
 
 
 def check_strength(f):
     rows = [{"strength": 4, "isolation": 0.9}, {"strength": 0.4, "isolation": {"k": 3, "n": 4, "low": 0.3, "high": 0.95}}]
-    found = f.data({"by_strength": rows})["scores"]
-    assert set(found) == {"isolation"} and found["isolation"]["strength"] == [0.4, 4.0]
-    assert found["isolation"]["share"] == [0.75, 0.9]
-    assert found["isolation"]["low"] == [0.3, 0.9] and found["isolation"]["high"] == [0.95, 0.9]
-    return f.data({"by_strength": rows})
+    found = f.data(scored(by_strength=rows)).scores
+    assert set(found) == {"isolation"} and found["isolation"].strength == [0.4, 4.0]
+    assert found["isolation"].share == [0.75, 0.9]
+    assert found["isolation"].low == [0.3, 0.9] and found["isolation"].high == [0.95, 0.9]
+    return f.data(scored(by_strength=rows))
 
 
 def check_baselines(f):
     rows = [{"name": "x", "isolation": 0.5}, {"name": "y", "isolation": {"k": 1, "n": 4}}]
-    found = f.data({"baselines": rows})
-    assert found == {"names": ["x", "y"], "scores": {"isolation": [0.5, 0.25]}}
+    found = f.data(scored(baselines=rows))
+    assert found == f.Bars(["x", "y"], {"isolation": [0.5, 0.25]})
     return found
 
 
 def check_shrink(f):
     rows = [{"predicted_pct": 80, "realised_pct": 70}, {"predicted_pct": 60, "realised_pct": 64}, {"predicted_pct": 1}]
-    found = f.data({"shrink": rows})
-    assert found["predicted_pct"] == [80, 60] and found["off_pct"] == 7.0
+    found = f.data(scored(shrink=rows))
+    assert found.predicted_pct == [80, 60] and found.off_pct == 7.0
     return found
 
 

@@ -47,7 +47,7 @@ def test_everything_is_read(files):
     found = load(files)
     assert [r.run_id for r in found.log] == [name for name, *_ in made.runs(4)]
     assert set(found.phases) == {r.run_id for r in found.log}
-    assert len(found.theta) == 4 and len(found.history) == 240 and len(found.evaluation) == 6 and len(found.predictions) == 40
+    assert len(found.theta) == 4 and len(found.history) == 240 and len(found.evaluation) == 6 and len(found.predictions) == 80
     assert [v.method for v in found.command] == ["none", "no-bias", "proposed", "DI"]
     assert found.model[0].parameters == 16 and found.model[0].metadata["variant"] == "full"
     assert len(found.files) == len(files)

@@ -15,9 +15,12 @@ from matplotlib.figure import Figure
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.reporting import drawing, sections
+from sstl_cli.reporting.diagnosed import Diagnosed
+from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.load import load
 from sstl_cli.reporting.page import TEMPLATES
+from sstl_cli.reporting.scored import Scored
 from sstl_cli.reporting.words import sentence
 from sstl_cli.steps import report
 
@@ -161,7 +164,7 @@ def test_hundred_runs_stay_small(tmp_path):
 
 
 def test_sparse_documents_are_enough():
-    found = Inputs(diagnosis=[{"file": "d"}], blind=[{"file": "b"}], files=[("diagnosis", "d", "0")])
+    found = Inputs(diagnosis=[Diagnosed(file="d")], blind=[Scored(file="b")], files=[("diagnosis", "d", "0")])
     page = report.run(found)
     assert page.sections == ("diagnosis", "blind", "effects") and "holds no verdict" in page.html
 
@@ -169,7 +172,7 @@ def test_sparse_documents_are_enough():
 @pytest.mark.parametrize("document", [{"where": "x"}, {"candidates": [1]}, {"gap": []}, {"verdict": {"effects": "x"}}])
 def test_wrong_types_are_one_clear_error(document):
     with pytest.raises(SstlError, match="E604"):
-        report.run(Inputs(diagnosis=[{"schema": "sstl.diagnosis/1", **document, "file": "d"}]))
+        read(Diagnosed, {"schema": "sstl.diagnosis/1", **document})
 
 
 @pytest.mark.parametrize(
@@ -183,7 +186,7 @@ def test_wrong_types_are_one_clear_error(document):
 )
 def test_the_verdict_comes_first_where_an_older_version_wrote_no_sentence(status, effects, text, tmp_path):
     document = made.diagnosis(effects, status)
-    assert sentence(document) == text
+    assert sentence(read(Diagnosed, document)) == text
     path = tmp_path / "d.json"
     path.write_text(json.dumps(document))
     section = report.run(load([path])).html.split('<section id="diagnosis"')[1]

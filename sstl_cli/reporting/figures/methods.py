@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,60 +12,76 @@ from sstl_cli.reporting.documents import number
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.figures.tracking import ORDER
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.rows import MethodScore
 
 NEEDS = ("score",)
 
 
-def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return, by window and method, RMSE in N of every run and their mean."""
+@dataclass(frozen=True)
+class Method:
+    """RMSE in N of every run under one method, and their mean."""
+
+    rmse_n: list[float]
+    mean_n: float
+
+
+@dataclass(frozen=True)
+class Windows:
+    """The methods by window, in the order in which they are known."""
+
+    windows: dict[str, dict[str, Method]]
+
+
+def data(rows: list[MethodScore]) -> Windows:
+    """Return the errors by window and method."""
     groups: dict[str, dict[str, list[float]]] = {}
     for row in rows:
-        value = number(row.get("rmse_n"))
+        value = number(row.rmse_n)
         if value == value:
-            groups.setdefault(str(row["window"]), {}).setdefault(str(row["method"]), []).append(value)
-    return {
-        "windows": {
+            groups.setdefault(row.window, {}).setdefault(row.method, []).append(value)
+    return Windows(
+        {
             w: {
-                m: {"rmse_n": found[m], "mean_n": float(np.mean(found[m]))}
+                m: Method(found[m], float(np.mean(found[m])))
                 for m in sorted(found, key=lambda m: (ORDER.index(m) if m in ORDER else 99, m))
             }
             for w, found in sorted(groups.items())
         }
-    }
+    )
 
 
-def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
+def default(inputs: Inputs, run: str | None) -> Windows | None:
     """Return the data of the named run, or of all."""
-    found = data([r for r in inputs.score if run is None or r["run_id"] == run])
-    return found if found["windows"] else None
+    found = data([r for r in inputs.score if run is None or r.run_id == run])
+    return found if found.windows else None
 
 
-def figure(data: dict[str, Any]) -> tuple[tuple[float, float], tuple[int, int]]:
+def figure(data: Windows) -> tuple[tuple[float, float], tuple[int, int]]:
     """Return size in inch and grid."""
     return (4.7, 3.4), (1, 1)
 
 
-def draw(axes: Any, data: dict[str, Any]) -> None:
+def draw(axes: Any, data: Windows) -> None:
     """Draw the mean as a bar and every run as a point, windows beside each other."""
     ticks: list[tuple[float, str]] = []
     seen: set[str] = set()
-    names = [m for found in data["windows"].values() for m in found]
+    names = [m for found in data.windows.values() for m in found]
     place = 0.0
-    for window, found in data["windows"].items():
+    for window, found in data.windows.items():
         start = place
         for name, values in found.items():
             axes.bar(
                 place,
-                values["mean_n"],
+                values.mean_n,
                 width=0.85,
                 color=palette.of(name, palette.METHODS, names),
                 zorder=2,
                 label=None if name in seen else label(name),
             )
-            if len(values["rmse_n"]) > 1:
+            if len(values.rmse_n) > 1:
                 axes.plot(
-                    [place] * len(values["rmse_n"]),
-                    values["rmse_n"],
+                    [place] * len(values.rmse_n),
+                    values.rmse_n,
                     "o",
                     color=palette.PAPER,
                     markeredgecolor=palette.INK,
@@ -83,7 +100,7 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.17), ncols=4)
 
 
-def alt(data: dict[str, Any]) -> str:
+def alt(data: Windows) -> str:
     """Describe the picture in words."""
-    parts = [f"{w}: " + ", ".join(f"{m} {v['mean_n']:.3g}" for m, v in found.items()) for w, found in data["windows"].items()]
+    parts = [f"{w}: " + ", ".join(f"{m} {v.mean_n:.3g}" for m, v in found.items()) for w, found in data.windows.items()]
     return "Mean tracking RMSE in N by method; " + "; ".join(parts) + "."

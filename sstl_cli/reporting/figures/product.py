@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import number
 from sstl_cli.reporting.drawing import label
@@ -14,43 +16,60 @@ from sstl_cli.reporting.inputs import Inputs
 NEEDS = ("theta",)
 
 
-def data(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return, for every (system, location), lead in mm, slope product and its standard error by propagation."""
-    leads = [number(r.get("lead_mm")) for r in rows]
+@dataclass(frozen=True)
+class Product:
+    """Lead in mm (place in the file where null), slope product and its standard error."""
+
+    x: list[float]
+    product: list[float]
+    se: list[float]
+
+
+@dataclass(frozen=True)
+class Products:
+    """The products by system and location; ``by_lead`` where any lead is known."""
+
+    series: dict[tuple[str, str], Product]
+    by_lead: bool
+
+
+def data(rows: list[ThetaRow]) -> Products:
+    """Return the products with their errors by propagation."""
+    leads = [number(r.lead_mm) for r in rows]
     by_lead = any(v == v for v in leads)
-    series: dict[tuple[str, str], dict[str, list[float]]] = {}
+    series: dict[tuple[str, str], Product] = {}
     for place, row in enumerate(rows):
-        p, r, se_p, se_r = (number(row.get(k)) for k in ("gamma_p", "gamma_r", "gamma_p_se", "gamma_r_se"))
+        p, r, se_p, se_r = (number(v) for v in (row.gamma_p, row.gamma_r, row.gamma_p_se, row.gamma_r_se))
         x = leads[place] if by_lead else float(place)
         if p * r != p * r or x != x:
             continue
-        group = series.setdefault((str(row["system"]), str(row.get("location") or "–")), {"x": [], "product": [], "se": []})
-        group["x"].append(x)
-        group["product"].append(p * r)
-        group["se"].append(float(np.hypot(r * se_p, p * se_r)))
-    return {"series": dict(sorted(series.items())), "by_lead": by_lead}
+        group = series.setdefault((row.system, row.location or "–"), Product([], [], []))
+        group.x.append(x)
+        group.product.append(p * r)
+        group.se.append(float(np.hypot(r * se_p, p * se_r)))
+    return Products(dict(sorted(series.items())), by_lead)
 
 
-def default(inputs: Inputs, run: str | None) -> dict[str, Any] | None:
+def default(inputs: Inputs, run: str | None) -> Products | None:
     """Return the data of all rows."""
-    found = data(inputs.theta) if run is None else {"series": {}}
-    return found if found["series"] else None
+    found = data(inputs.theta) if run is None else None
+    return found if found is not None and found.series else None
 
 
-def figure(data: dict[str, Any]) -> tuple[tuple[float, float], tuple[int, int]]:
+def figure(data: Products) -> tuple[tuple[float, float], tuple[int, int]]:
     """Return size in inch and grid."""
     return (8.2, 3.3), (1, 1)
 
 
-def draw(axes: Any, data: dict[str, Any]) -> None:
+def draw(axes: Any, data: Products) -> None:
     """Draw the product over lead with the line at one."""
-    locations = sorted({location for _, location in data["series"]})
-    for (system, location), group in data["series"].items():
+    locations = sorted({location for _, location in data.series})
+    for (system, location), group in data.series.items():
         colour = palette.of(location, palette.LOCATIONS, locations)
-        errors = [0.0 if e != e else e for e in group["se"]]
+        errors = [0.0 if e != e else e for e in group.se]
         axes.errorbar(
-            group["x"],
-            group["product"],
+            group.x,
+            group.product,
             yerr=errors,
             fmt=palette.SYSTEM_MARKERS.get(system, "^"),
             color=colour,
@@ -62,13 +81,13 @@ def draw(axes: Any, data: dict[str, Any]) -> None:
             label=label(f"{system} {location}"),
         )
     axes.axhline(1.0, color=palette.INK, linewidth=1, linestyle="--")
-    axes.set_xlabel("lead-screw displacement / mm" if data["by_lead"] else "row in file / 1")
+    axes.set_xlabel("lead-screw displacement / mm" if data.by_lead else "row in file / 1")
     axes.set_ylabel("Γ pull · Γ release / 1")
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
 
 
-def alt(data: dict[str, Any]) -> str:
+def alt(data: Products) -> str:
     """Describe the picture in words, with the mean product a system."""
-    systems = sorted({s for s, _ in data["series"]})
-    means = [np.mean([v for (s, _), g in data["series"].items() if s == system for v in g["product"]]) for system in systems]
+    systems = sorted({s for s, _ in data.series})
+    means = [np.mean([v for (s, _), g in data.series.items() if s == system for v in g.product]) for system in systems]
     return "Slope product over lead; mean " + ", ".join(f"{s} {m:.3f}" for s, m in zip(systems, means, strict=True)) + "."

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 from sstl_cli.reporting import drawing
-from sstl_cli.reporting.documents import mapping, number, rows, share
+from sstl_cli.reporting.documents import Rate
 from sstl_cli.reporting.figures import baselines, confusion, reliability, shrink, strength
 from sstl_cli.reporting.figures.strength import SCORES
 from sstl_cli.reporting.inputs import Inputs
-from sstl_cli.reporting.table import table
+from sstl_cli.reporting.scored import Scored, Target
+from sstl_cli.reporting.table import Table, table
 
 TITLE, ORDER, NEEDS = "Blind check", 60, ("blind",)
 
 
-def context(inputs: Inputs) -> dict[str, Any]:
+def context(inputs: Inputs) -> dict[str, object]:
     """Return one block a blind result."""
     return {"blocks": [_block(document, i) for i, document in enumerate(inputs.blind)]}
 
 
-def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
+def _block(document: Scored, place: int) -> dict[str, object]:
     one = Inputs(blind=[document])
     pictures = [
         (heading, drawing.picture(module, found, f"{module.__name__.rpartition('.')[2]}-{place}"))
@@ -32,58 +33,50 @@ def _block(document: dict[str, Any], place: int) -> dict[str, Any]:
         if (found := module.default(one, None)) is not None
     ]
     matrix = confusion.default(one, None)
-    targets = rows(document, "targets")
+    targets = document.targets
     return {
-        "file": document["file"],
-        "cases": document.get("cases"),
+        "file": document.file,
+        "cases": document.cases,
         "pictures": pictures,
         "confusion": drawing.picture(confusion, matrix, f"confusion-{place}") if matrix else None,
-        "met": sum(t.get("met") is True for t in targets),
+        "met": sum(t.met is True for t in targets),
         "of": len(targets),
         "tables": [t for t in (_targets(targets), _strengths(document), _effects(document), _baselines(document)) if t is not None],
     }
 
 
-def _targets(found: list[dict[str, Any]]) -> Any:
-    return (
-        table(
-            "Targets",
-            ["score", "value", "target", "met"],
-            ([t.get("name"), number(t.get("value")), number(t.get("target")), t.get("met")] for t in found),
-        )
-        if found
-        else None
-    )
+def _targets(found: Sequence[Target]) -> Table | None:
+    return table("Targets", ["score", "value", "target", "met"], ([t.name, t.value, t.target, t.met] for t in found)) if found else None
 
 
-def _strengths(document: dict[str, Any]) -> Any:
+def _strengths(document: Scored) -> Table | None:
     header = [("strength", "1"), "score", ("share", "1"), ("95 % from", "1"), ("95 % to", "1"), ("cases", "1")]
     lines = []
-    for row in rows(document, "by_strength"):
+    for row in document.by_strength:
         for score, (name, *_) in SCORES.items():
-            middle, low, high, n = share(row.get(score))
+            middle, low, high, n = row.of(score)
             if middle == middle:
-                lines.append([number(row.get("strength")), name, middle, low, high, int(n) if n == n else None])
+                lines.append([row.strength, name, middle, low, high, int(n) if n == n else None])
     return table("Scores by strength", header, lines) if lines else None
 
 
-def _effects(document: dict[str, Any]) -> Any:
-    found = rows(document, "by_effect")
+def _effects(document: Scored) -> Table | None:
+    found = document.by_effect
     if not found:
         return None
-    strengths = list(mapping(found[0], "isolation"))
+    strengths = list(found[0].isolation)
     header = ["effect", *((f"isolated at {s}", "1") for s in strengths), "misses, and the likely reason"]
-    lines = [[r.get("effect"), *(share(mapping(r, "isolation").get(s))[0] for s in strengths), r.get("reason") or ""] for r in found]
+    lines = [[r.effect, *(r.isolation.get(s, Rate()).share for s in strengths), r.reason] for r in found]
     return table("Isolation by effect", header, lines)
 
 
-def _baselines(document: dict[str, Any]) -> Any:
-    found = rows(document, "baselines")
+def _baselines(document: Scored) -> Table | None:
+    found = document.baselines
     return (
         table(
             "Baselines on the same cases",
             ["name", *(name for name, *_ in SCORES.values())],
-            ([r.get("name"), *(share(r.get(s))[0] for s in SCORES)] for r in found),
+            ([r.name, *(r.of(s).share for s in SCORES)] for r in found),
         )
         if found
         else None

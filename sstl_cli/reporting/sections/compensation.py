@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from sstl_cli.core.tables import SCORE
@@ -16,7 +14,7 @@ TITLE, ORDER, NEEDS = "Compensation", 50, ("command", "score")
 DETAILED = 6
 
 
-def context(inputs: Inputs) -> dict[str, Any]:
+def context(inputs: Inputs) -> dict[str, object]:
     """Return tracking of at most DETAILED runs, evenly chosen, error by phase over all, and the scores."""
     names = list(dict.fromkeys(v.subject for v in inputs.command))
     places = np.unique(np.linspace(0, len(names) - 1, min(DETAILED, len(names))).astype(int))
@@ -28,5 +26,7 @@ def context(inputs: Inputs) -> dict[str, Any]:
     ]
     scores = None
     if inputs.score:
-        scores = table("Scores", [(c.name, c.unit) for c in SCORE.columns], ([r[c.name] for c in SCORE.columns] for r in inputs.score))
+        scores = table(
+            "Scores", [(c.name, c.unit) for c in SCORE.columns], ([getattr(r, c.name) for c in SCORE.columns] for r in inputs.score)
+        )
     return {"tracking": shown, "pair": pair, "scores": scores, "runs": len(names)}

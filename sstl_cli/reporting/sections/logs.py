@@ -17,7 +17,7 @@ TITLE, ORDER, NEEDS = "Logs", 20, ("log",)
 DETAILED = 8
 
 
-def context(inputs: Inputs) -> dict[str, Any]:
+def context(inputs: Inputs) -> dict[str, object]:
     """Return pictures of at most DETAILED runs, an overview of all, and the sampling of every run."""
     runs = inputs.log
     places = np.unique(np.linspace(0, len(runs) - 1, min(DETAILED, len(runs))).astype(int))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from sstl_cli.core.tables import EVALUATION
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.figures import predicted, residuals, training, variants
@@ -14,7 +12,7 @@ from sstl_cli.reporting.table import table
 TITLE, ORDER, NEEDS = "Mapping", 40, ("predictions", "evaluation", "evaluate", "history", "model")
 
 
-def context(inputs: Inputs) -> dict[str, Any]:
+def context(inputs: Inputs) -> dict[str, object]:
     """Return the pictures and tables that the given inputs allow."""
     pictures = [
         (heading, drawing.picture(module, found, name))
@@ -32,7 +30,7 @@ def context(inputs: Inputs) -> dict[str, Any]:
             table(
                 "Evaluation",
                 [(c.name, c.unit) for c in EVALUATION.columns],
-                ([row[c.name] for c in EVALUATION.columns] for row in inputs.evaluation),
+                ([getattr(row, c.name) for c in EVALUATION.columns] for row in inputs.evaluation),
             )
         )
     for document in inputs.evaluate:

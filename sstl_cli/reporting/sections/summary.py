@@ -12,7 +12,7 @@ TITLE, ORDER, NEEDS = "Summaries", 70, ("document",)
 MOST = 400
 
 
-def context(inputs: Inputs) -> dict[str, Any]:
+def context(inputs: Inputs) -> dict[str, object]:
     """Return one table a document."""
     return {"tables": [table(f"{name} ({d.get('schema')})", ["field", "value"], flat(d)) for name, d in inputs.document]}
 

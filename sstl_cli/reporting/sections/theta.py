@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from sstl_cli.core.tables import THETA
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.figures import product, squared, theta
@@ -13,7 +11,7 @@ from sstl_cli.reporting.table import table
 TITLE, ORDER, NEEDS = "Theta", 30, ("theta",)
 
 
-def context(inputs: Inputs) -> dict[str, Any]:
+def context(inputs: Inputs) -> dict[str, object]:
     """Return the three pictures that can be drawn and the table of all parameters."""
     pictures = [
         drawing.picture(module, found, name, caption)
@@ -25,6 +23,6 @@ def context(inputs: Inputs) -> dict[str, Any]:
         if (found := module.default(inputs, None)) is not None
     ]
     header = [(c.name, c.unit) for c in THETA.columns]
-    rows = ([row[c.name] for c in THETA.columns] for row in inputs.theta)
-    aside = sum(row["status"] != "ok" for row in inputs.theta)
+    rows = ([getattr(row, c.name) for c in THETA.columns] for row in inputs.theta)
+    aside = sum(row.status != "ok" for row in inputs.theta)
     return {"pictures": pictures, "table": table("Parameters", header, rows), "rows": len(inputs.theta), "aside": aside}
