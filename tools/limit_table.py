@@ -18,6 +18,7 @@ from sstl_cli.blind import sides
 from sstl_cli.blind.judge import wilson
 from sstl_cli.blind.schedule import jobs
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.steps import blind_limit
 from sstl_cli.steps.blind_make import draw_job
 
@@ -51,7 +52,7 @@ def measured(cases: int, seconds: float, path: Path) -> list[dict]:
             print(f"stopped with {len(rows)} rows; run again to go on")
             break
         case = draw_job(job)
-        found = blind_limit.run(name, case.truth, case.sim, case.exclude)
+        found = blind_limit.run(name, case.truth, case.sim, case.exclude).plain()
         rows.append({"band": case.truth["band"], "recording": case.truth["recording"], **{k: found[k] for k in KEPT}})
         path.write_text(json.dumps(rows, indent=1) + "\n")
     return rows
@@ -71,7 +72,7 @@ def by_strength(rows: list[dict]) -> str:
     lines = ["| gap / noise | input noise not smoothed | input known | ideal observer names |", "|---|---|---|---|"]
     for s in STRENGTHS:
         own = [r for r in rows if r["band"] == s]
-        ideal = [sides.ideal(d) for r in own if (d := sides.smallest(r)) is not None]
+        ideal = [sides.ideal(d) for r in own if (d := sides.smallest(CaseDistance.model_construct(**r))) is not None]
         mean = f"{100 * sum(ideal) / len(ideal):.0f} %" if ideal else "-"
         lines.append(f"| {s:g} | {share(own, 'decidable')} | {share(own, 'decidable_known')} | {mean} |")
     return "\n".join(lines)
@@ -87,7 +88,7 @@ def by_effect(rows: list[dict]) -> str:
         own = [r for r in rows if r["effects"] == [effect]]
         cells = []
         for s in STRENGTHS:
-            found = [sides.smallest(r) for r in own if r["band"] == s]
+            found = [sides.smallest(CaseDistance.model_construct(**r)) for r in own if r["band"] == s]
             cells.append(", ".join(f"{d:.3g}" for d in found if d is not None) or "-")
         near = Counter(r["rival"] for r in own if not r["decidable"] and r["rival"])
         lines.append(f"| `{effect}` | " + " | ".join(cells) + f" | {', '.join(f'{n} {k}x' for n, k in near.most_common(3)) or '-'} |")

@@ -11,6 +11,7 @@ import json
 import sys
 from pathlib import Path
 
+from sstl_cli.core.documents.blind import Injected
 from sstl_cli.core.files import write_json, write_text
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, read_runs, write_runs
@@ -104,10 +105,10 @@ def main() -> int:
         kept = args.out / f"{i}.json"
         if not kept.exists():
             found = blind_inject.run({name: imported(pattern, mapping, args.out)}, None, without=not args.with_model_only)
-            write_json(kept, found, True)
-        rows += json.loads(kept.read_text("utf-8"))["rows"]
+            write_json(kept, found.plain(), True)
+        rows += [Injected(**row) for row in json.loads(kept.read_text("utf-8"))["rows"]]
         print(f"{name}: done", file=sys.stderr, flush=True)
-    whole = blind_inject.scored(rows)
+    whole = blind_inject.scored(rows).plain()
     write_text(HERE / "docs" / "real.md", page(whole), True)
     return 0
 

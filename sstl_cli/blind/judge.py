@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
+from sstl_cli.core.documents.blind import Share
 from sstl_cli.core.groups import spelled_out
 
 COMMITTED, NAMED = ("identified",), ("identified", "ambiguous")
@@ -117,14 +118,14 @@ def wilson(k: int, n: int, z: float = 1.959964) -> tuple[float, float]:
     return max(0.0, (middle - half) / (1 + z * z / n)), min(1.0, (middle + half) / (1 + z * z / n))
 
 
-def share(hits: Iterable[bool]) -> dict[str, Any] | None:
-    """Return a proportion as {k, n, share, low, high}; None where there is no case."""
+def share(hits: Iterable[bool]) -> Share | None:
+    """Return a proportion with its interval; None where there is no case."""
     found = list(hits)
     if not found:
         return None
     k, n = sum(found), len(found)
     low, high = wilson(k, n)
-    return {"k": k, "n": n, "share": k / n, "low": low, "high": high}
+    return Share(k=k, n=n, share=k / n, low=low, high=high)
 
 
 def of(cases: Sequence[Judged], *kinds: str) -> list[Judged]:

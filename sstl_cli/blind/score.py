@@ -4,14 +4,33 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sstl_cli.blind.judge import NAMED, Judged, of, share
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.core.documents.blind import (
+    BlindScoreDocument,
+    CaseLine,
+    Confusion,
+    DistanceRow,
+    EffectRow,
+    GroupSize,
+    NothingRow,
+    PoorRates,
+    ReliabilityBin,
+    RuleRow,
+    Scores,
+    Seconds,
+    ShrunkCase,
+    SimulatorRow,
+    StrengthRow,
+    TargetRow,
+    WrongNominal,
+)
 
-SCHEMA = "sstl.blind.score/1"
 BINS = 10
 # name, value at most or at least, how it is said
 TARGETS = (
@@ -37,117 +56,144 @@ SAID = {
 }
 
 
-def document(cases: Sequence[Judged]) -> dict[str, Any]:
-    """Return the score of a set as JSON-ready ``sstl.blind.score/1``, without file names."""
+@dataclass(frozen=True)
+class Sides:
+    """The rates by simulator, and, where distances are known, of decidable cases and by distance."""
+
+    by_simulator: list[SimulatorRow]
+    decidable: list[SimulatorRow] | None = None
+    by_d2: list[DistanceRow] | None = None
+
+
+@dataclass(frozen=True)
+class Set:
+    """The set that is scored: cases without a result, whether it is a quick one, its seal, and what was learned from."""
+
+    missing_results: int = 0
+    quick: bool = False
+    seal: str = ""
+    learned_from: Sequence[tuple[int, int]] = ()
+
+
+def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDocument:
+    """Return the score of a set, before any gate."""
     cases = sorted(cases, key=lambda c: c.case)
     bins, ece = reliability(cases)
     shrunk = [(c.case, c.predicted_pct, c.realised_pct) for c in cases if c.predicted_pct is not None and c.realised_pct is not None]
-    body: dict[str, Any] = {
-        "schema": SCHEMA,
-        "cases": len(cases),
-        "kinds": dict(sorted(Counter(c.kind for c in cases).items())),
-        "confusion": confusion(cases),
-        "by_strength": [_row(cases, s) for s in STRENGTHS] + [_nothing(cases)],
-        "by_effect": by_effect(cases),
-        "baselines": baselines(cases),
-        "reliability": bins,
-        "ece": ece,
-        "group": group(cases),
-        "shrink": [{"case": c, "predicted_pct": p, "realised_pct": r} for c, p, r in shrunk],
-        "shrink_mean_difference_pct": _mean(abs(p - r) for _, p, r in shrunk),
-        "poor": _poor(cases),
-        "wrong_nominal": {
-            "false_alarm": share(c.status != "none" for c in cases if c.truth["wrong_nominal"] and c.kind == "none"),
-            "isolation": share(c.exact for c in cases if c.truth["wrong_nominal"] and c.kind == "single"),
-        },
-        "seconds": {
-            "mean": float(np.mean([c.seconds for c in cases])) if cases else None,
-            "max": max((c.seconds for c in cases), default=None),
-        },
-        "verdicts": [_line(c) for c in cases],
-    }
-    body["scores"] = scores(cases, ece)
-    body["targets"] = targets(body["scores"])
-    return body
+    measured = scores(cases, ece)
+    nominal = [c for c in cases if c.truth["wrong_nominal"]]
+    return BlindScoreDocument(
+        schema="sstl.blind.score/1",
+        cases=len(cases),
+        kinds=dict(sorted(Counter(c.kind for c in cases).items())),
+        confusion=confusion(cases),
+        by_strength=[*(_row(cases, s) for s in STRENGTHS), _nothing(cases)],
+        by_effect=by_effect(cases),
+        baselines=baselines(cases),
+        reliability=bins,
+        ece=ece,
+        group=group(cases),
+        shrink=[ShrunkCase(case=c, predicted_pct=p, realised_pct=r) for c, p, r in shrunk],
+        shrink_mean_difference_pct=_mean(abs(p - r) for _, p, r in shrunk),
+        poor=_poor(cases),
+        wrong_nominal=WrongNominal(
+            false_alarm=share(c.status != "none" for c in of(nominal, "none")), isolation=share(c.exact for c in of(nominal, "single"))
+        ),
+        seconds=Seconds(
+            mean=float(np.mean([c.seconds for c in cases])) if cases else None, max=max((c.seconds for c in cases), default=None)
+        ),
+        verdicts=[_line(c) for c in cases],
+        scores=measured,
+        targets=targets(measured),
+        by_simulator=sides.by_simulator,
+        decidable=sides.decidable,
+        by_d2=sides.by_d2,
+        missing_results=of_set.missing_results,
+        quick=of_set.quick,
+        seal=of_set.seal,
+        learned_from=[list(seeds) for seeds in of_set.learned_from],
+        gates_missed=[],
+    )
 
 
-def scores(cases: Sequence[Judged], ece: float | None) -> dict[str, Any]:
+def scores(cases: Sequence[Judged], ece: float | None) -> Scores:
     """Return every rate of a set of cases with its Wilson interval; None where no case bears on it."""
     single = of(cases, "single")
-    return {
-        "false_alarm": share(c.status != "none" for c in of(cases, "none")),
-        "isolation": share(c.exact for c in single if c.band in STRENGTHS[1:]),
-        "isolation_weak": share(c.exact for c in single if c.band == STRENGTHS[0]),
-        "wrong_commits": share(c.wrong_commit for c in cases if c.kind != "none"),
-        "unknown_recall": share(c.status == "unknown" for c in of(cases, "outside")),
-        "both_of_a_pair": share(c.withheld <= c.named for c in of(cases, "pair")),
-        "ece": ece,
-        "coverage": share(c.covered for c in of(cases, "single", "pair") if c.status in NAMED),
-    }
+    return Scores(
+        false_alarm=share(c.status != "none" for c in of(cases, "none")),
+        isolation=share(c.exact for c in single if c.band in STRENGTHS[1:]),
+        isolation_weak=share(c.exact for c in single if c.band == STRENGTHS[0]),
+        wrong_commits=share(c.wrong_commit for c in cases if c.kind != "none"),
+        unknown_recall=share(c.status == "unknown" for c in of(cases, "outside")),
+        both_of_a_pair=share(c.withheld <= c.named for c in of(cases, "pair")),
+        ece=ece,
+        coverage=share(c.covered for c in of(cases, "single", "pair") if c.status in NAMED),
+    )
 
 
-def targets(measured: dict[str, Any]) -> list[dict[str, Any]]:
+def targets(measured: Scores) -> list[TargetRow]:
     """Return each target with what was measured; ``met`` is None where no case of the set bears on it."""
     rows = []
     for name, rule, wanted in TARGETS:
-        found = measured[name]
-        value = found["share"] if isinstance(found, dict) else found
+        value, found = measured.of(name)
         met = None
         if value is not None:
             met = {"max": value <= wanted + 1e-12, "min": value >= wanted - 1e-12, "within": abs(value - wanted) <= WITHIN + 1e-12}[rule]
-        interval = {k: found[k] for k in ("k", "n", "low", "high")} if isinstance(found, dict) else {}
-        rows.append({"id": name, "name": SAID[name], "value": value, "target": wanted, "rule": rule, "met": met} | interval)
+        row = TargetRow(id=name, name=SAID[name], value=value, target=wanted, rule=rule, met=met)
+        if found is not None:
+            row = row.model_copy(update={"k": found.k, "n": found.n, "low": found.low, "high": found.high})
+        rows.append(row)
     return rows
 
 
-def _row(cases: Sequence[Judged], strength: float) -> dict[str, Any]:
+def _row(cases: Sequence[Judged], strength: float) -> StrengthRow:
     at = [c for c in cases if c.band == strength and c.kind != "none"]
     single = of(at, "single")
-    return {
-        "strength": strength,
-        "isolation": share(c.exact for c in single),
-        "first_named": share(c.status in NAMED and c.named == c.withheld for c in single),
-        "in_group": share(c.status in NAMED and c.covered for c in single),
-        "said_none": share(c.status == "none" for c in single),
-        "wrong_commits": share(c.wrong_commit for c in at if c.kind != "poor"),
-        "unknown_recall": share(c.status == "unknown" for c in of(at, "outside")),
-        "both_of_a_pair": share(c.withheld <= c.named for c in of(at, "pair")),
-        "coverage": share(c.covered for c in of(at, "single", "pair") if c.status in NAMED),
-        "group_size": _mean(len(c.group) for c in at if c.status in NAMED),
-    }
+    return StrengthRow(
+        strength=strength,
+        isolation=share(c.exact for c in single),
+        first_named=share(c.status in NAMED and c.named == c.withheld for c in single),
+        in_group=share(c.status in NAMED and c.covered for c in single),
+        said_none=share(c.status == "none" for c in single),
+        wrong_commits=share(c.wrong_commit for c in at if c.kind != "poor"),
+        unknown_recall=share(c.status == "unknown" for c in of(at, "outside")),
+        both_of_a_pair=share(c.withheld <= c.named for c in of(at, "pair")),
+        coverage=share(c.covered for c in of(at, "single", "pair") if c.status in NAMED),
+        group_size=_mean(len(c.group) for c in at if c.status in NAMED),
+    )
 
 
-def _nothing(cases: Sequence[Judged]) -> dict[str, Any]:
+def _nothing(cases: Sequence[Judged]) -> NothingRow:
     nothing = of(cases, "none")
-    return {
-        "strength": None,
-        "nothing_missing": True,
-        "false_alarm": share(c.status != "none" for c in nothing),
-        "named": share(c.status in NAMED for c in nothing),
-        "said_unknown": share(c.status == "unknown" for c in nothing),
-    }
+    return NothingRow(
+        strength=None,
+        nothing_missing=True,
+        false_alarm=share(c.status != "none" for c in nothing),
+        named=share(c.status in NAMED for c in nothing),
+        said_unknown=share(c.status == "unknown" for c in nothing),
+    )
 
 
-def _poor(cases: Sequence[Judged]) -> dict[str, Any]:
+def _poor(cases: Sequence[Judged]) -> PoorRates:
     poor = of(cases, "poor")
-    return {
-        "wrong_commits": share(c.wrong_commit for c in poor),
-        "abstained": share(c.status in ("none", "unknown", "ambiguous") for c in poor),
-        "coverage": share(c.covered for c in poor if c.status in NAMED),
-    }
+    return PoorRates(
+        wrong_commits=share(c.wrong_commit for c in poor),
+        abstained=share(c.status in ("none", "unknown", "ambiguous") for c in poor),
+        coverage=share(c.covered for c in poor if c.status in NAMED),
+    )
 
 
-def group(cases: Sequence[Judged]) -> dict[str, Any]:
+def group(cases: Sequence[Judged]) -> GroupSize:
     """Return size and coverage of the ambiguity set where a verdict names something that was withheld."""
     named = [c for c in of(cases, "single", "pair") if c.status in NAMED]
-    return {
-        "mean_size": _mean(len(c.group) for c in named),
-        "largest": max((len(c.group) for c in named), default=None),
-        "coverage": share(c.covered for c in named),
-    }
+    return GroupSize(
+        mean_size=_mean(len(c.group) for c in named),
+        largest=max((len(c.group) for c in named), default=None),
+        coverage=share(c.covered for c in named),
+    )
 
 
-def confusion(cases: Sequence[Judged]) -> dict[str, Any]:
+def confusion(cases: Sequence[Judged]) -> Confusion:
     """Return counts of truth (rows) against verdict (columns).
 
     Rows are single effects, ``pair``, ``unknown`` (nothing in the list of candidates explains it) and ``none``. An
@@ -163,7 +209,7 @@ def confusion(cases: Sequence[Judged]) -> dict[str, Any]:
     effects = sorted(({r for r, _ in counts} | {a for _, a in counts}) - {*last, "other pair", "ambiguous"})
     rows = [e for e in [*effects, *last] if any(r == e for r, _ in counts)]
     columns = [*effects, *last, "other pair", "ambiguous"]
-    return {"labels": rows, "columns": columns, "matrix": [[counts[r, a] for a in columns] for r in rows]}
+    return Confusion(labels=rows, columns=columns, matrix=[[counts[r, a] for a in columns] for r in rows])
 
 
 def _truth_label(c: Judged) -> str | None:
@@ -182,20 +228,20 @@ def _answer_label(c: Judged) -> str:
     return next(iter(c.named), "ambiguous")
 
 
-def by_effect(cases: Sequence[Judged]) -> list[dict[str, Any]]:
+def by_effect(cases: Sequence[Judged]) -> list[EffectRow]:
     """Return isolation of each effect at each strength, and its misses."""
     rows = []
     single = of(cases, "single")
     for effect in sorted({e for c in single for e in c.withheld}):
         own = [c for c in single if effect in c.withheld]
         rows.append(
-            {
-                "effect": effect,
-                "isolation": {f"{s:g}": share(c.exact for c in own if c.band == s) for s in STRENGTHS},
-                "below_0.1": sum(c.band is None for c in own),
-                "misses": [_line(c) for c in own if not c.exact],
-                "reason": _reason([c for c in own if not c.exact]),
-            }
+            EffectRow(
+                effect=effect,
+                isolation={f"{s:g}": share(c.exact for c in own if c.band == s) for s in STRENGTHS},
+                **{"below_0.1": sum(c.band is None for c in own)},
+                misses=[_line(c) for c in own if not c.exact],
+                reason=_reason([c for c in own if not c.exact]),
+            )
         )
     return rows
 
@@ -226,7 +272,7 @@ def _first(names: Counter[str]) -> str:
     return ", ".join(sorted(names, key=lambda name: (-names[name], name))[:3])
 
 
-def reliability(cases: Sequence[Judged]) -> tuple[list[dict[str, Any]], float | None]:
+def reliability(cases: Sequence[Judged]) -> tuple[list[ReliabilityBin], float | None]:
     """Return bins of stated confidence with the share that was right, and the expected calibration error.
 
     Verdicts without a confidence are about nothing that could be judged; they do not count.
@@ -244,11 +290,11 @@ def reliability(cases: Sequence[Judged]) -> tuple[list[dict[str, Any]], float | 
         if n:
             p, r = float(stated[inside].mean()), float(right[inside].mean())
             ece += n / len(cases) * abs(p - r)
-            rows.append({"p_low": b / BINS, "p_high": (b + 1) / BINS, "mean_p": p, "share_right": r, "n": n})
+            rows.append(ReliabilityBin(p_low=b / BINS, p_high=(b + 1) / BINS, mean_p=p, share_right=r, n=n))
     return rows, ece
 
 
-def baselines(cases: Sequence[Judged]) -> list[dict[str, Any]]:
+def baselines(cases: Sequence[Judged]) -> list[RuleRow]:
     """Return what simpler rules answer on the same cases, strength by strength; None stands for "none"."""
     rules: dict[str, Callable[[Judged], str | None]] = {
         "always none": lambda c: None,
@@ -264,42 +310,42 @@ def baselines(cases: Sequence[Judged]) -> list[dict[str, Any]]:
             continue
         nothing = of(cases, "none")
         rows.append(
-            {
-                "name": f"sstl diagnose at {strength:g}",
-                "strength": strength,
-                "isolation": share(c.exact for c in single),
-                "false_alarm": share(c.status != "none" for c in nothing),
-                "wrong_commits": share(c.wrong_commit for c in something),
-                "unknown_recall": share(c.status == "unknown" for c in outside),
-            }
+            RuleRow(
+                name=f"sstl diagnose at {strength:g}",
+                strength=strength,
+                isolation=share(c.exact for c in single),
+                false_alarm=share(c.status != "none" for c in nothing),
+                wrong_commits=share(c.wrong_commit for c in something),
+                unknown_recall=share(c.status == "unknown" for c in outside),
+            )
         )
         for name, rule in rules.items():
             rows.append(
-                {
-                    "name": f"{name} at {strength:g}",
-                    "strength": strength,
-                    "isolation": share({rule(c)} == c.withheld for c in single),
-                    "false_alarm": share(rule(c) is not None for c in nothing),
-                    "wrong_commits": share(rule(c) is not None and (c.kind == "outside" or rule(c) not in c.withheld) for c in something),
-                    "unknown_recall": share(False for _ in outside),
-                }
+                RuleRow(
+                    name=f"{name} at {strength:g}",
+                    strength=strength,
+                    isolation=share({rule(c)} == c.withheld for c in single),
+                    false_alarm=share(rule(c) is not None for c in nothing),
+                    wrong_commits=share(rule(c) is not None and (c.kind == "outside" or rule(c) not in c.withheld) for c in something),
+                    unknown_recall=share(False for _ in outside),
+                )
             )
     return rows
 
 
-def _line(c: Judged) -> dict[str, Any]:
-    return {
-        "case": c.case,
-        "kind": c.kind,
-        "withheld": sorted(c.withheld),
-        "strength": c.truth["strength"],
-        "status": c.status,
-        "effects": list(c.effects),
-        "ambiguity_group": list(c.group),
-        "confidence": c.confidence,
-        "right": c.right,
-        "wrong_commit": c.wrong_commit,
-    }
+def _line(c: Judged) -> CaseLine:
+    return CaseLine(
+        case=c.case,
+        kind=c.kind,
+        withheld=sorted(c.withheld),
+        strength=c.truth["strength"],
+        status=c.status,
+        effects=list(c.effects),
+        ambiguity_group=list(c.group),
+        confidence=c.confidence,
+        right=c.right,
+        wrong_commit=c.wrong_commit,
+    )
 
 
 def _mean(values: Any) -> float | None:

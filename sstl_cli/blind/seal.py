@@ -5,11 +5,38 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import dumps
 from sstl_cli.core.rng import stream
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What is asked of one case: its recording by SHA-256, what is no candidate, and the simulator as stated."""
+
+    case: str
+    sha256: str
+    exclude: tuple[str, ...]
+    sim: Mapping[str, object]
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> Planned:
+        """Return a case from its row of the plan."""
+        return cls(row["case"], row["sha256"], tuple(row["exclude"]), row["sim"])
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The opened truth of a set: what it was made for, its seeds, and what was done in each case."""
+
+    purpose: str
+    seeds: tuple[int, int]
+    quick: bool
+    truths: Mapping[str, Mapping[str, Any]]
+
 
 HASHES, TRUTH, PLAN = "sstl.blind.hashes/1", "sstl.blind.truth/1", "sstl.blind.plan/1"
 
@@ -20,7 +47,7 @@ def digest(salt: str, content: Any) -> str:
     return hashlib.sha256(f"{salt}|{plain}".encode()).hexdigest()
 
 
-def seal(truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: bool) -> tuple[dict[str, Any], dict[str, Any]]:
+def seal(truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: bool) -> tuple[dict[str, object], dict[str, object]]:
     """Return the hashes to publish and the truth document that stays closed.
 
     The salts follow from the seed, so that the same call gives the same bytes; who wants to keep the truth
@@ -30,7 +57,7 @@ def seal(truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: b
     salts = {name: rng.bytes(16).hex() for name in ("set", *truths)}
     facts = {"purpose": purpose, "seeds": list(seeds), "quick": quick, "cases": len(truths)}
     closed = {"schema": TRUTH, **facts, "salts": salts, "truths": dict(truths)}
-    published = {
+    published: dict[str, object] = {
         "schema": HASHES,
         "purpose": purpose,
         "set": digest(salts["set"], facts),
@@ -39,8 +66,8 @@ def seal(truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: b
     return published, closed
 
 
-def verify(published: Mapping[str, Any], closed: Mapping[str, Any], where: str) -> None:
-    """Raise SstlError unless the opened truth is the one that was sealed, case by case."""
+def verify(published: Mapping[str, Any], closed: Mapping[str, Any], where: str) -> Truth:
+    """Return the opened truth; raise SstlError unless it is the one that was sealed, case by case."""
     salts, truths = closed.get("salts", {}), closed.get("truths", {})
     facts = {k: closed.get(k) for k in ("purpose", "seeds", "quick", "cases")}
     if set(truths) != set(published.get("cases", {})) or set(salts) != {"set", *truths}:
@@ -50,13 +77,14 @@ def verify(published: Mapping[str, Any], closed: Mapping[str, Any], where: str) 
     for name, truth in truths.items():
         if digest(salts[name], truth) != published["cases"][name]:
             raise SstlError(f"the truth of {name} differs from what was sealed", where=where, fix=_FIX, code="E952")
+    return Truth(str(closed["purpose"]), tuple(closed["seeds"]), bool(closed["quick"]), truths)
 
 
-def require_purpose(closed: Mapping[str, Any], wanted: str, where: str) -> None:
+def require_purpose(truth: Truth, wanted: str, where: str) -> None:
     """Raise SstlError if a set was made for something else: sets of old were made for calibration, too."""
-    if closed.get("purpose") != wanted:
+    if truth.purpose != wanted:
         raise SstlError(
-            f"the set was made for {closed.get('purpose')}, not for {wanted}", where=where, fix="make a set and score that", code="E953"
+            f"the set was made for {truth.purpose}, not for {wanted}", where=where, fix="make a set and score that", code="E953"
         )
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import erf, log, sqrt
-from typing import Any
 
 from sstl_cli.blind.judge import NAMED, Judged, of, share
-from sstl_cli.blind.score import reliability, scores
+from sstl_cli.blind.score import Sides, reliability, scores
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.core.documents.blind import CaseDistance, DistanceRow, SimulatorRow
 
 ALL = "all"
 # strata of the smaller of the distances to base and nearest rival
@@ -16,20 +16,19 @@ STRATA = (0.0, 6.0, 24.0, 100.0, 400.0, 1600.0)
 ODDS = log(49.0)
 
 
-def document(cases: Sequence[Judged], distances: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Any]:
-    """Return ``by_simulator`` and, where distances are known, ``decidable`` (rows of rates, all cases last) and ``by_d2``."""
-    body: dict[str, Any] = {"by_simulator": rows(cases), "decidable": None, "by_d2": None}
-    if distances is not None:
-        decidable: Collection[str] = {c for c, row in distances.items() if row["decidable"]}
-        # where nothing is missing there is nothing to decide between: those cases stay
-        body["decidable"] = rows([c for c in cases if c.kind == "none" or c.case in decidable])
-        body["by_d2"] = by_d2(cases, {c: d for c, row in distances.items() if (d := smallest(row)) is not None})
-    return body
+def compared(cases: Sequence[Judged], distances: Mapping[str, CaseDistance] | None = None) -> Sides:
+    """Return the rates by simulator and, where distances are known, of decidable cases and by distance; all cases last."""
+    if distances is None:
+        return Sides(rows(cases))
+    decidable = {c for c, row in distances.items() if row.decidable}
+    # where nothing is missing there is nothing to decide between: those cases stay
+    left = [c for c in cases if c.kind == "none" or c.case in decidable]
+    return Sides(rows(cases), rows(left), by_d2(cases, {c: d for c, row in distances.items() if (d := smallest(row)) is not None}))
 
 
-def smallest(row: Mapping[str, Any]) -> float | None:
+def smallest(row: CaseDistance) -> float | None:
     """Return the smaller of a case's distances to the base and to the nearest rival, None where it has none."""
-    found = [float(row[k]) for k in ("d2_base", "d2_rival") if row[k] is not None]
+    found = [d2 for d2 in (row.d2_base, row.d2_rival) if d2 is not None]
     return min(found) if found else None
 
 
@@ -44,7 +43,7 @@ def ideal(d2: float) -> float:
     return 0.0 if d2 <= 0.0 else 0.5 * (1.0 + erf((0.5 * d2 - ODDS) / sqrt(2.0 * d2)))
 
 
-def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[dict[str, Any]]:
+def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[DistanceRow]:
     """Return rates in strata of the distance, with the mean of what an ideal observer would reach on the same cases."""
     found = []
     for low, high in zip(STRATA, (*STRATA[1:], float("inf")), strict=True):
@@ -52,21 +51,21 @@ def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[dict[str, An
         single, pair, outside = of(inside, "single"), of(inside, "pair"), of(inside, "outside")
         observed = [ideal(d2[c.case]) for c in single]
         found.append(
-            {
-                "d2_low": low,
-                "d2_high": None if high == float("inf") else high,
-                "cases": len(inside),
-                "isolation": share(c.exact for c in single),
-                "in_group": share(c.status in NAMED and c.covered for c in single),
-                "ideal": sum(observed) / len(observed) if observed else None,
-                "unknown_recall": share(c.status == "unknown" for c in outside),
-                "both_of_a_pair": share(c.withheld <= c.named for c in pair),
-            }
+            DistanceRow(
+                d2_low=low,
+                d2_high=None if high == float("inf") else high,
+                cases=len(inside),
+                isolation=share(c.exact for c in single),
+                in_group=share(c.status in NAMED and c.covered for c in single),
+                ideal=sum(observed) / len(observed) if observed else None,
+                unknown_recall=share(c.status == "unknown" for c in outside),
+                both_of_a_pair=share(c.withheld <= c.named for c in pair),
+            )
         )
     return found
 
 
-def rows(cases: Sequence[Judged]) -> list[dict[str, Any]]:
+def rows(cases: Sequence[Judged]) -> list[SimulatorRow]:
     """Return the rates of each simulator, and of all together in the last row."""
     names = sorted({simulator(c) for c in cases})
     found = [_row(n, [c for c in cases if simulator(c) == n]) for n in names]
@@ -78,14 +77,10 @@ def simulator(c: Judged) -> str:
     return str(c.truth.get("simulator", "rig"))
 
 
-def _row(name: str, cases: Sequence[Judged]) -> dict[str, Any]:
+def _row(name: str, cases: Sequence[Judged]) -> SimulatorRow:
     single = of(cases, "single")
     by_strength = {f"{s:g}": share(c.exact for c in single if c.band == s) for s in STRENGTHS}
     in_group = {f"{s:g}": share(c.status in NAMED and c.covered for c in single if c.band == s) for s in STRENGTHS}
-    return {
-        "simulator": name,
-        "cases": len(cases),
-        "scores": scores(cases, reliability(cases)[1]),
-        "isolation": by_strength,
-        "in_group": in_group,
-    }
+    return SimulatorRow(
+        simulator=name, cases=len(cases), scores=scores(cases, reliability(cases)[1]), isolation=by_strength, in_group=in_group
+    )

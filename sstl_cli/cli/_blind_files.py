@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,10 +13,14 @@ from sstl_cli.core.processes import processes
 
 if TYPE_CHECKING:
     from sstl_cli.blind.cases import Case
+    from sstl_cli.blind.seal import Planned, Truth
+    from sstl_cli.core.documents.blind import BlindLimitDocument, BlindMakeDocument, CaseDistance
     from sstl_cli.core.runs import Run
 
 
 PARTS = ("cases", "fresh", "results", "distances")
+# what the file of one distance has beside it
+BESIDE = ("schema", "log_sha256")
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,10 @@ class Folder:
         return self.root / "results" / f"{case}.json"
 
 
-def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, quick: bool, force: bool) -> dict[str, Any]:
+def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, quick: bool, force: bool) -> BlindMakeDocument:
     """Write a set: hashes first, then the recordings and the plan; the truth goes into its one file last."""
     from sstl_cli.blind import seal
+    from sstl_cli.core.documents.blind import BlindMakeDocument
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import require_followed, write_json
     from sstl_cli.core.provenance import Provenance, sha256
@@ -82,8 +87,8 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
     provenance = Provenance("sstl blind make", None, {})
     hidden = root / ".unfinished"
     shutil.rmtree(hidden, ignore_errors=True)
-    truths: dict[str, Any] = {}
-    rows: list[dict[str, Any]] = []
+    truths: dict[str, Mapping[str, Any]] = {}
+    rows: list[dict[str, object]] = []
     samples = 0
     try:
         for part in ("cases", "fresh"):
@@ -105,7 +110,9 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
         write_json(folder.truth, closed)
     finally:
         shutil.rmtree(hidden, ignore_errors=True)
-    return {"cases": len(truths), "samples": samples, "seal": published["set"]}
+    return BlindMakeDocument(
+        schema="sstl.blind.make/1", out=str(root), quick=quick, cases=len(truths), samples=samples, seal=str(published["set"])
+    )
 
 
 def _old_set(folder: Folder) -> list[Path]:
@@ -146,13 +153,13 @@ def _remove(folder: Folder, files: list[Path]) -> None:
             (folder.root / part).rmdir()
 
 
-def read_plan(folder: Folder) -> dict[str, dict[str, Any]]:
+def read_plan(folder: Folder) -> dict[str, Planned]:
     """Return what is asked of each case, by name."""
     from sstl_cli.blind import seal
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
 
-    plan = {row["case"]: row for row in read_json(folder.plan, seal.PLAN)["cases"]}
+    plan = {row["case"]: seal.Planned.of(row) for row in read_json(folder.plan, seal.PLAN)["cases"]}
     if strange := next((case for case in plan if not _plain(case)), None):
         raise SstlError(f"{strange!r} is no name of a case", where=str(folder.plan), fix="make the set again", code="E952")
     return plan
@@ -163,15 +170,13 @@ def _plain(case: object) -> bool:
     return isinstance(case, str) and case not in ("", ".", "..") and not {"/", "\\", "\0"} & set(case)
 
 
-def open_truth(folder: Folder) -> dict[str, Any]:
+def open_truth(folder: Folder) -> Truth:
     """Return the truth once it is shown to be the one that was sealed."""
     from sstl_cli.blind import seal
     from sstl_cli.core.files import read_json
 
     published, closed = read_json(folder.hashes, seal.HASHES), read_json(folder.truth, seal.TRUTH)
-    seal.verify(published, closed, str(folder.truth))
-    opened: dict[str, Any] = closed
-    return opened
+    return seal.verify(published, closed, str(folder.truth))
 
 
 def published_seal(folder: Folder) -> str:
@@ -182,7 +187,7 @@ def published_seal(folder: Folder) -> str:
     return str(read_json(folder.hashes, seal.HASHES)["set"])
 
 
-def check_log(folder: Folder, case: str, asked: dict[str, Any]) -> None:
+def check_log(folder: Folder, case: str, asked: Planned) -> None:
     """Raise SstlError unless the recording of a case is the one that was planned."""
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.provenance import sha256
@@ -190,11 +195,11 @@ def check_log(folder: Folder, case: str, asked: dict[str, Any]) -> None:
     path = folder.log(case)
     if not path.is_file():
         raise SstlError("recording is missing", where=str(path), fix="make the set again", code="E952")
-    if sha256(path) != asked["sha256"]:
+    if sha256(path) != asked.sha256:
         raise SstlError("recording differs from the planned one", where=str(path), fix="make the set again", code="E952")
 
 
-def finished(folder: Folder, case: str, asked: dict[str, Any]) -> dict[str, Any] | None:
+def finished(folder: Folder, case: str, asked: Planned) -> Mapping[str, Any] | None:
     """Return the result of a case if it is there and answers this recording and these options."""
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
@@ -203,10 +208,10 @@ def finished(folder: Folder, case: str, asked: dict[str, Any]) -> dict[str, Any]
     if not folder.result(case).exists():
         return None
     try:
-        result: dict[str, Any] = read_json(folder.result(case), SCHEMA)
+        result: Mapping[str, Any] = read_json(folder.result(case), SCHEMA)
     except SstlError:
         return None
-    same = result.get("log_sha256") == asked["sha256"] and result.get("exclude") == asked["exclude"]
+    same = result.get("log_sha256") == asked.sha256 and result.get("exclude") == list(asked.exclude)
     return result if same else None
 
 
@@ -219,7 +224,7 @@ def fresh_runs(folder: Folder, case: str) -> list[Run]:
 
 
 def diagnose_all(
-    folder: Folder, plan: dict[str, dict[str, Any]], workers: int, redo: bool, advance: Callable[[float], None]
+    folder: Folder, plan: Mapping[str, Planned], workers: int, redo: bool, advance: Callable[[float], None]
 ) -> tuple[int, int]:
     """Diagnose what has no result yet, one file a case; return how many were done and how many were there."""
     waiting = [c for c, asked in plan.items() if redo or finished(folder, c, asked) is None]
@@ -243,7 +248,7 @@ def _work(one: Callable[[Any], None], jobs: list[Any], workers: int, advance: Ca
             advance(1)
 
 
-def _diagnose_one(job: tuple[str, str, dict[str, Any]]) -> None:
+def _diagnose_one(job: tuple[str, str, Planned]) -> None:
     """Diagnose one case; this process opens the recording of the case and nothing else of the set."""
     from threadpoolctl import threadpool_limits
 
@@ -256,14 +261,14 @@ def _diagnose_one(job: tuple[str, str, dict[str, Any]]) -> None:
     root, case, asked = job
     folder = Folder(Path(root))
     check_log(folder, case, asked)
-    sim = parse(Scenario, asked["sim"], f"plan, {case}")
+    sim = parse(Scenario, asked.sim, f"plan, {case}")
     with threadpool_limits(1):
-        result = blind_run.run(case, list(read_runs(folder.log(case))), sim, tuple(asked["exclude"]))
-    result = {**result, "log_sha256": asked["sha256"], "exclude": asked["exclude"]}
+        result = blind_run.run(case, list(read_runs(folder.log(case))), sim, asked.exclude)
+    result = {**result, "log_sha256": asked.sha256, "exclude": list(asked.exclude)}
     write_json(folder.result(case), result, force=True)
 
 
-def read_limit(folder: Folder) -> dict[str, dict[str, Any]] | None:
+def read_limit(folder: Folder) -> dict[str, CaseDistance] | None:
     """Return the distances of a set by case, None where nobody has measured them.
 
     Raises
@@ -271,6 +276,7 @@ def read_limit(folder: Folder) -> dict[str, dict[str, Any]] | None:
     SstlError
         If they belong to another set.
     """
+    from sstl_cli.core.documents.blind import CaseDistance
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
     from sstl_cli.steps.blind_limit import SCHEMA
@@ -280,39 +286,41 @@ def read_limit(folder: Folder) -> dict[str, dict[str, Any]] | None:
     found = read_json(folder.limit, SCHEMA)
     if found.get("seal") != published_seal(folder):
         raise SstlError("was measured on another set", where=str(folder.limit), fix="run 'sstl blind limit' again", code="E952")
-    return {row["case"]: row for row in found["distances"]}
+    return {row["case"]: CaseDistance(**row) for row in found["distances"]}
 
 
 def measure_all(
-    folder: Folder, plan: dict[str, dict[str, Any]], truth: dict[str, Any], workers: int, redo: bool, advance: Callable[[float], None]
-) -> dict[str, Any]:
+    folder: Folder, plan: Mapping[str, Planned], truth: Truth, workers: int, redo: bool, advance: Callable[[float], None]
+) -> BlindLimitDocument:
     """Measure the distances that are not there yet, one file a case; write and return all of them as one document."""
+    from sstl_cli.core.documents.blind import CaseDistance
     from sstl_cli.core.files import read_json, write_json
     from sstl_cli.steps import blind_limit
 
     (folder.root / "distances").mkdir(exist_ok=True)
     waiting = [c for c, asked in plan.items() if redo or not _measured(folder, c, asked)]
     advance(len(plan) - len(waiting))
-    jobs = [(str(folder.root), c, plan[c], truth["truths"][c]) for c in waiting]
+    jobs = [(str(folder.root), c, plan[c], truth.truths[c]) for c in waiting]
     _work(_measure_one, jobs, workers, advance)
-    rows = [read_json(folder.distance(c), blind_limit.CASE) for c in plan]
-    document = {**blind_limit.document(rows), "seal": published_seal(folder)}
-    write_json(folder.limit, document, force=True)
+    found = (read_json(folder.distance(c), blind_limit.CASE) for c in plan)
+    rows = [CaseDistance(**{k: v for k, v in row.items() if k not in BESIDE}) for row in found]
+    document = blind_limit.document(rows, published_seal(folder))
+    write_json(folder.limit, document.plain(), force=True)
     return document
 
 
-def _measured(folder: Folder, case: str, asked: dict[str, Any]) -> bool:
+def _measured(folder: Folder, case: str, asked: Planned) -> bool:
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
     from sstl_cli.steps.blind_limit import CASE
 
     try:
-        return folder.distance(case).exists() and read_json(folder.distance(case), CASE)["log_sha256"] == asked["sha256"]
+        return folder.distance(case).exists() and read_json(folder.distance(case), CASE)["log_sha256"] == asked.sha256
     except SstlError:
         return False
 
 
-def _measure_one(job: tuple[str, str, dict[str, Any], dict[str, Any]]) -> None:
+def _measure_one(job: tuple[str, str, Planned, Mapping[str, Any]]) -> None:
     """Measure the distances of one case."""
     from threadpoolctl import threadpool_limits
 
@@ -324,7 +332,7 @@ def _measure_one(job: tuple[str, str, dict[str, Any], dict[str, Any]]) -> None:
     root, case, asked, truth = job
     folder = Folder(Path(root))
     check_log(folder, case, asked)
-    sim = parse(Scenario, asked["sim"], f"plan, {case}")
+    sim = parse(Scenario, asked.sim, f"plan, {case}")
     with threadpool_limits(1):
-        found = blind_limit.run(case, truth, sim, asked["exclude"])
-    write_json(folder.distance(case), {**found, "log_sha256": asked["sha256"]}, force=True)
+        found = blind_limit.run(case, truth, sim, asked.exclude)
+    write_json(folder.distance(case), {"schema": blind_limit.CASE, **found.plain(), "log_sha256": asked.sha256}, force=True)

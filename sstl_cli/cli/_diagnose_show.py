@@ -2,86 +2,95 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from sstl_cli.cli.render import Screen
 from sstl_cli.core.numbers import quantity, small
+
+if TYPE_CHECKING:
+    from sstl_cli.core.documents.control import StagesDocument
+    from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Parameter, PlanDocument
 
 SHOWN = 6
 PARAMETERS = 3
 
 
-def answer(screen: Screen, document: dict[str, Any]) -> None:
+def answer(screen: Screen, document: DiagnosisDocument) -> None:
     """Print the sentence, then the gap in numbers, where it lies, and what a change would be worth or would have shown."""
     from sstl_cli.diagnosis.sentence import lines
     from sstl_cli.steps.diagnose_tendons import lines as tendons
 
-    screen.say(document["sentence"])
-    for line in [*lines(document), *tendons(document)]:
+    screen.say(document.sentence or document.verdict.why)
+    for line in [*lines(document.plain()), *tendons(document)]:
         screen.say(line)
-    for remark in document.get("remarks") or []:
-        screen.say(f"Physics ({remark['rule']}): {remark['sentence']}. Mend: {remark['mend']}")
+    for remark in document.remarks or ():
+        screen.say(f"Physics ({remark.rule}): {remark.sentence}. Mend: {remark.mend}")
 
 
-def diagnosis(screen: Screen, document: dict[str, Any]) -> None:
+def diagnosis(screen: Screen, document: DiagnosisDocument) -> None:
     """Print the sentence, what bears on it, what physics says of the recording, and the tables."""
     answer(screen, document)
     tables(screen, document)
 
 
-def tables(screen: Screen, document: dict[str, Any]) -> None:
+def tables(screen: Screen, document: DiagnosisDocument) -> None:
     """Print the candidates (none where nothing is missing) and the recording that would tell the first two apart."""
-    unit = document.get("unit") or "N"
-    if document["verdict"]["status"] != "none":
+    unit = document.unit or "N"
+    if document.verdict.status != "none":
         rows = [
-            (c["id"], small(c["probability"]), c["rmse_held_out_n"], c["shrink_pct"], _parameters(c["parameters"]))
-            for c in document["candidates"][:SHOWN]
+            (c.id, small(c.probability), c.rmse_held_out_n, c.shrink_pct, _parameters(c.parameters)) for c in document.candidates[:SHOWN]
         ]
         screen.table("candidates", ("effect", "p", f"RMSE {unit}", "shrink %", "parameters"), rows)
-        if len(document["candidates"]) > SHOWN:
-            screen.line(f"and {len(document['candidates']) - SHOWN} more; --json has all")
-    following = document["next_experiment"]
-    if following and document["verdict"]["status"] != "none":
-        apart = " from ".join(following["separates"])
-        screen.say(f"record next: {following['trajectory']}, to tell {apart}; {following['why']}")
+        if len(document.candidates) > SHOWN:
+            screen.line(f"and {len(document.candidates) - SHOWN} more; --json has all")
+    following = document.next_experiment
+    if following and document.verdict.status != "none":
+        apart = " from ".join(following.separates)
+        screen.say(f"record next: {following.trajectory}, to tell {apart}; {following.why}")
 
 
-def plan(screen: Screen, document: dict[str, Any]) -> None:
+def plan(screen: Screen, document: PlanDocument) -> None:
     """Say what a movement could tell, then how small a gap of each effect would show."""
-    screen.say(document["sentence"])
+    screen.say(document.sentence)
     rows = [
         (
-            r["effect"], f"{r['parameter']} {quantity(r['least_size'], r['unit'])}", f"{r['gap_n']:.2g}", "yes" if r["shows"] else "no",
-            "-" if r["told_size"] is None else f"{r['told_size']:.2g}", r["rival"] or "-",
+            r.effect, f"{r.parameter} {quantity(r.least_size, r.unit)}", f"{r.gap_n:.2g}", "yes" if r.shows else "no",
+            "-" if r.told_size is None else f"{r.told_size:.2g}", r.rival or "-",
         )
-        for r in document["effects"]
+        for r in document.effects
     ]  # fmt: skip
     header = ("effect", "would show from", "gap N", "in range", "told from", "its rival")
     screen.table("what this movement could tell (D^2 of 24)", header, rows, most=40)
-    for run_id, reason in document["set_aside"].items():
+    for run_id, reason in document.set_aside.items():
         screen.note(f"set aside: run {run_id}: {reason}")
 
 
-def stages(screen: Screen, document: dict[str, Any]) -> None:
+def stages(screen: Screen, document: StagesDocument) -> None:
     """Say which stage of the controller makes most of the error, then the shares of every stream."""
-    names = list(document["streams"][0]["share_pct"])
-    worst = max(document["streams"], key=lambda s: s["rmse_n"])
-    stage = max(names, key=lambda n: worst["share_pct"][n])
+    names = list(document.streams[0].share_pct)
+    worst = max(document.streams, key=lambda s: s.rmse_n)
+    stage = max(names, key=lambda n: worst.share_pct[n])
     screen.say(
-        f"Most of the largest tracking error ({worst['run_id']}, {worst['rmse_n']:.2g} N) comes from the {stage}: "
-        f"{worst['share_pct'][stage]:.0f} %."
+        f"Most of the largest tracking error ({worst.run_id}, {worst.rmse_n:.2g} N) comes from the {stage}: {worst.share_pct[stage]:.0f} %."
     )
-    rows = [(s["run_id"], small(s["rmse_n"]), *(round(s["share_pct"][n], 1) + 0.0 for n in names)) for s in document["streams"]]
-    against = "A share below 0 cancels a part of the others." if any(v < 0 for r in rows for v in r[2:]) else ""
+    rows = [(s.run_id, small(s.rmse_n), *(round(s.share_pct[n], 1) + 0.0 for n in names)) for s in document.streams]
+    against = (
+        "A share below 0 cancels a part of the others."
+        if any(round(v, 1) < 0 for s in document.streams for v in s.share_pct.values())
+        else ""
+    )
     screen.table("share of the squared tracking error by stage / %", ("stream", "RMSE N", *names), rows, against, most=20)
 
 
-def _parameters(found: list[dict[str, Any]]) -> str:
+def _parameters(found: Sequence[Parameter]) -> str:
     """Return the first parameters as text; a dimensionless one has no unit."""
-    shown = [f"{p['name']} {_decimal(p['estimate'])}" + ("" if p["unit"] == "1" else f" {p['unit']}") for p in found[:PARAMETERS]]
+    shown = [f"{p.name} {_decimal(p.estimate)}" + ("" if p.unit == "1" else f" {p.unit}") for p in found[:PARAMETERS]]
     return ", ".join(shown) + (", ..." if len(found) > PARAMETERS else "")
 
 
-def _decimal(value: float) -> str:
+def _decimal(value: float | None) -> str:
     """Return three digits, or six places of what is so small that it would take an exponent to say that it is nothing."""
+    if value is None:
+        return "-"
     return f"{value:.3g}" if abs(value) >= 1e-3 else f"{value:.6f}".rstrip("0").rstrip(".")

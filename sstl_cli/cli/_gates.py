@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from sstl_cli.core.errors import printable
+
+if TYPE_CHECKING:
+    from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 
 
 def junit(asked: Mapping[str, object], missed: Sequence[str], sentence: str) -> str:
@@ -31,23 +34,23 @@ def junit(asked: Mapping[str, object], missed: Sequence[str], sentence: str) -> 
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(suite, encoding="unicode") + "\n"
 
 
-def markdown(document: dict[str, Any], missed: Sequence[str]) -> str:
+def markdown(document: DiagnosisDocument, missed: Sequence[str]) -> str:
     """Return the diagnosis as a short Markdown text: verdict, gates, error step by step, places, candidates."""
-    unit, gap, verdict = document.get("unit") or "N", document["gap"], document["verdict"]
-    out = [f"### sstl diagnose: {verdict['status']}", "", _plain(document["sentence"]), ""]
+    unit, gap, verdict = document.unit or "N", document.gap, document.verdict
+    out = [f"### sstl diagnose: {verdict.status}", "", _plain(document.sentence or verdict.why), ""]
     out += [f"- **gate missed**: {_plain(text)}" for text in missed] + ([""] if missed else [])
     steps = (
-        ("as given", "rmse_base_n"),
-        ("re-tuned", "rmse_retuned_n"),
-        ("with the effect", "rmse_with_effect_n"),
-        ("noise floor", "noise_floor_n"),
+        ("as given", gap.rmse_base_n),
+        ("re-tuned", gap.rmse_retuned_n),
+        ("with the effect", gap.rmse_with_effect_n),
+        ("noise floor", gap.noise_floor_n),
     )
-    out += _table(["", f"RMSE / {unit}"], [(name, _number(gap.get(key))) for name, key in steps])
-    places = sorted(document["where"], key=lambda r: -(r["share_pct"] or 0.0))[:5]
-    rows = [(r["system"], r["phase"], r["config_id"] or "", _number(r["share_pct"])) for r in places]
+    out += _table(["", f"RMSE / {unit}"], [(name, _number(value)) for name, value in steps])
+    places = sorted(document.where, key=lambda r: -r.share_pct)[:5]
+    rows = [(r.system, r.phase, r.config_id or "", _number(r.share_pct)) for r in places]
     out += _table(["system", "phase", "configuration", "share of the gap / %"], rows)
-    if verdict["status"] != "none":
-        found = [(c["id"], _number(c["probability"]), _number(c["shrink_pct"])) for c in document["candidates"][:5]]
+    if verdict.status != "none":
+        found = [(c.id, _number(c.probability), _number(c.shrink_pct)) for c in document.candidates[:5]]
         out += _table(["candidate", "probability", "error falls by / %"], found)
     return "\n".join(out).rstrip("\n") + "\n"
 

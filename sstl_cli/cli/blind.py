@@ -68,8 +68,8 @@ def make(asked: Making) -> None:
         closing(blind_make.run(count, drawn_from, quick, asked.workers, advance, asked.simulator, asked.recordings)) as drawn,
     ):
         made = files.write_set(folder, drawn, count, drawn_from, quick, asked.force)
-    screen.say(f"{made['cases']} cases, {made['samples']} samples -> {out}; sealed as {made['seal'][:16]}")
-    screen.finish({"schema": "sstl.blind.make/1", "out": str(out), "quick": quick, **made})
+    screen.say(f"{made.cases} cases, {made.samples} samples -> {out}; sealed as {made.seal[:16]}")
+    screen.finish(made)
 
 
 @blind.command("run", epilog="Example: sstl blind run set --workers 2")
@@ -82,6 +82,7 @@ def run(
 ) -> None:
     """Diagnose every case from its recordings alone; an interrupted run goes on where it stopped."""
     from sstl_cli.cli import _blind_files as files
+    from sstl_cli.core.documents.blind import BlindRunDocument
 
     screen = Screen(as_json)
     folder = files.Folder(out)
@@ -89,7 +90,7 @@ def run(
     with screen.progress("diagnosing cases", len(plan)) as advance:
         done, there = files.diagnose_all(folder, plan, workers, force, advance)
     screen.say(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
-    screen.finish({"schema": "sstl.blind.run/1", "out": str(out), "diagnosed": done, "kept": there})
+    screen.finish(BlindRunDocument(schema="sstl.blind.run/1", out=str(out), diagnosed=done, kept=there))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +111,7 @@ class Scoring:
 def score(asked: Scoring) -> None:
     """Check the seals, open the truth, and say how well the diagnosis did, by strength."""
     from sstl_cli.blind import seal
+    from sstl_cli.blind.score import Set
     from sstl_cli.cli import _blind_files as files
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import keep_safe, require_outputs, write_json
@@ -128,18 +130,18 @@ def score(asked: Scoring) -> None:
     seal.require_purpose(truth, "blind", str(out))
     learned_from = learned().seeds
     for seeds in learned_from:
-        seal.require_apart(truth["seeds"], seeds, str(out))
+        seal.require_apart(truth.seeds, seeds, str(out))
     distances = files.read_limit(folder)
     with screen.progress("scoring", len(results)) as advance:
         fresh = (lambda case: files.fresh_runs(folder, case)) if asked.realised else None
-        document = step.run(truth, plan, results, fresh, advance, distances)
-    document["seal"] = files.published_seal(folder)
-    document["learned_from"] = learned_from
-    missed = document["gates_missed"] = _blind_show.missed(document, asked.gates)
+        of_set = Set(seal=files.published_seal(folder), learned_from=learned_from)
+        document = step.run(truth, plan, results, fresh, of_set, advance, distances)
+    missed = _blind_show.missed(document.scores, asked.gates)
+    document = document.model_copy(update={"gates_missed": missed})
     if asked.out_file is not None:
-        write_json(asked.out_file, document, asked.force)
+        write_json(asked.out_file, document.plain(), asked.force)
     _blind_show.score(screen, document)
-    lacking = document["missing_results"]
+    lacking = document.missing_results
     screen.finish(document, missed=missed, aside=[f"{lacking} cases without a result"] if lacking else ())
 
 
@@ -167,8 +169,8 @@ def limit(
     with screen.progress("computing distances", len(plan)) as advance:
         document = files.measure_all(folder, plan, truth, workers, force, advance)
     screen.say(
-        f"{document['decidable']} of {document['judged']} cases with something withheld can be told from base and rivals "
-        f"(D^2 >= {document['decidable_d2']:g}) -> {folder.limit}"
+        f"{document.decidable} of {document.judged} cases with something withheld can be told from base and rivals "
+        f"(D^2 >= {document.decidable_d2:g}) -> {folder.limit}"
     )
     screen.finish(document)
 
@@ -204,10 +206,10 @@ def library(asked: Library) -> None:
     options = step.Options(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, strengths, asked.accepted)
     with screen.progress("drawing and searching cases", asked.cases) as advance:
         made = step.run(asked.file, options, asked.workers, asked.force, advance)
-    if made["failed"]:
-        screen.note(f"set aside: {made['failed']} cases that could not be drawn or searched")
-    screen.say(f"{made['cases']} cases of {', '.join(made['simulators'])}, {made['rows']} candidates -> {asked.file}")
-    screen.finish({"schema": "sstl.blind.library/1", "out": str(asked.file), **made})
+    if made.failed:
+        screen.note(f"set aside: {made.failed} cases that could not be drawn or searched")
+    screen.say(f"{made.cases} cases of {', '.join(made.simulators)}, {made.rows} candidates -> {asked.file}")
+    screen.finish(made)
 
 
 @blind.command("learn", epilog="Example: sstl blind learn library.parquet --out weights.json")
@@ -225,10 +227,9 @@ def learn(
     screen = Screen(as_json)
     require_writable(out, force)
     with screen.progress("learning") as advance:
-        weights, document = step.run(libraries, advance)
+        weights, document = step.run(libraries, str(out), advance)
     write_json(out, weights, force)
     _blind_show.learned(screen, document)
-    document = {**document, "out": str(out), "provenance": weights["provenance"]}
     screen.finish(document)
 
 
@@ -275,10 +276,10 @@ def real(asked: Real) -> None:
     runs = read_logs(asked.logs)
     terms = None if asked.plant is None else list(effect_ids(asked.plant, "--plant"))
     with screen.progress("diagnosing back") as advance:
-        document = step.run(runs, load(asked.model) if asked.model else None, terms, asked.strength, asked.seed, advance=advance)
-    document["inputs"] = inputs([*asked.logs, *files_among(asked.model)])
+        found = step.run(runs, load(asked.model) if asked.model else None, terms, asked.strength, asked.seed, advance=advance)
+    document = found.model_copy(update={"inputs": inputs([*asked.logs, *files_among(asked.model)])})
     if asked.out is not None:
-        write_json(asked.out, document, asked.force)
+        write_json(asked.out, document.plain(), asked.force)
     _blind_show.real(screen, document)
     screen.finish(document)
 
@@ -295,9 +296,9 @@ def _inject(screen: Screen, asked: Real, inject: str) -> NoReturn:
     each = {path.stem: read_logs([path]) for path in asked.logs}
     sizes = None if inject == "all" else odds(read_toml(Path(inject)), inject)
     with screen.progress("putting effects in") as advance:
-        document = blind_inject.run(each, sizes, advance=advance)
-    document["inputs"] = inputs([*asked.logs, *([] if sizes is None else [Path(inject)])])
+        found = blind_inject.run(each, sizes, advance=advance)
+    document = found.model_copy(update={"inputs": inputs([*asked.logs, *([] if sizes is None else [Path(inject)])])})
     if asked.out is not None:
-        write_json(asked.out, document, asked.force)
+        write_json(asked.out, document.plain(), asked.force)
     _blind_show.injected(screen, document)
     screen.finish(document)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -16,6 +16,7 @@ from sstl_cli.cli.render import Screen
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from sstl_cli.core.documents.diagnosis import NextExperiment
     from sstl_cli.core.runs import Run
     from sstl_cli.steps.diagnose import DiagnoseOptions
     from sstl_cli.steps.diagnose_tendons import Diagnosed
@@ -154,39 +155,39 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     from sstl_cli.physics.scenario_file import dump
     from sstl_cli.steps.diagnose_gates import Gates
 
-    document = result.document()
-    document["inputs"] = inputs([*(asked.logs or ()), *files_among(asked.against, asked.sim, asked.before, asked.prior)])
+    told: dict[str, object] = {"inputs": inputs([*(asked.logs or ()), *files_among(asked.against, asked.sim, asked.before, asked.prior)])}
     if taken := environment():
-        document["environment"] = taken
+        told["environment"] = taken
+    document = result.body.model_copy(update=told)
     if asked.out is not None:
-        write_json(asked.out, document, asked.force)
+        write_json(asked.out, document.plain(), asked.force)
     if asked.save_sim is not None:
         with screen.progress("saving the model"):
             accepted = result.model()
         write_text(asked.save_sim, dump(accepted), asked.force)
-    if asked.next_out is not None and document["next_experiment"]:
-        write_text(asked.next_out, _movement(asked.next_out, document["next_experiment"]), asked.force)
+    if asked.next_out is not None and document.next_experiment:
+        write_text(asked.next_out, _movement(asked.next_out, document.next_experiment), asked.force)
     show.diagnosis(screen, document)
-    if asked.next_out is not None and not document["next_experiment"]:
-        screen.note(_not_proposed(asked.next_out, document["verdict"]["status"]))
+    if asked.next_out is not None and not document.next_experiment:
+        screen.note(_not_proposed(asked.next_out, document.verdict.status))
     gates = Gates(asked.max_rmse, asked.max_gap_pct, asked.expect)
     missed = gates.missed(document)
     if asked.junit is not None:
-        write_text(asked.junit, _gates.junit(gates.asked(), missed, document["sentence"]), asked.force)
+        write_text(asked.junit, _gates.junit(gates.asked(), missed, document.sentence or ""), asked.force)
     if asked.summary is not None:
         write_text(asked.summary, _gates.markdown(document, missed), asked.force)
-    aside = [f"run {run_id}: {reason}" for run_id, reason in document["analysis"]["set_aside"].items()]
+    aside = [f"run {run_id}: {reason}" for run_id, reason in (document.analysis.set_aside if document.analysis else {}).items()]
     screen.finish(document, missed=missed, aside=aside)
 
 
-def _movement(path: Path, proposed: dict[str, Any]) -> str:
+def _movement(path: Path, proposed: NextExperiment) -> str:
     """Return the proposed recording as the text of its file: the tensions to drive (.csv), else a scenario."""
     from sstl_cli.diagnosis.following import table
     from sstl_cli.physics.scenario import Scenario
     from sstl_cli.physics.scenario_file import dump
 
-    movement = Scenario.model_validate(proposed["scenario"])
-    return table(movement, proposed["tension_factor"]) if path.suffix.lower() == ".csv" else dump(movement)
+    movement = Scenario.model_validate(proposed.scenario)
+    return table(movement, proposed.tension_factor or 1.0) if path.suffix.lower() == ".csv" else dump(movement)
 
 
 def _not_proposed(path: Path, status: str) -> str:
@@ -211,10 +212,10 @@ def _plan(screen: Screen, asked: Asked, plan: str) -> NoReturn:
     _nothing_for(asked, OF_A_LOG, "a plan", "--plan")
     require_outputs(asked.force, asked.out)
     with screen.progress("planning", 1) as advance:
-        document = step.run(load(plan), effect_ids(asked.effects, "--effects") or None, advance)
-    document["inputs"] = inputs(files_among(plan))
+        found = step.run(load(plan), effect_ids(asked.effects, "--effects") or None, advance)
+    document = found.model_copy(update={"inputs": inputs(files_among(plan))})
     if asked.out is not None:
-        write_json(asked.out, document, asked.force)
+        write_json(asked.out, document.plain(), asked.force)
     show.plan(screen, document)
     screen.finish(document)
 
@@ -241,6 +242,6 @@ def _stages(screen: Screen, asked: Asked, files: list[Path]) -> NoReturn:
     _nothing_for(asked, (*OF_A_LOG, "effects"), "a command stream", ", ".join(map(str, files)))
     document = run(pa.concat_tables([open_table(path, COMMAND).table() for path in files]))
     if asked.out is not None:
-        write_json(asked.out, document, asked.force)
+        write_json(asked.out, document.plain(), asked.force)
     show.stages(screen, document)
-    screen.finish(document, aside=[f"{run_id}: {reason}" for run_id, reason in document["set_aside"].items()])
+    screen.finish(document, aside=[f"{run_id}: {reason}" for run_id, reason in document.set_aside.items()])

@@ -6,10 +6,10 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Any, NoReturn, TextIO, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TextIO, TypeVar
 
 import typer
 
@@ -17,6 +17,10 @@ from sstl_cli.cli._progress import Bar, Pace
 from sstl_cli.cli.streams import takes_all_text
 from sstl_cli.core.aside import open_ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, GateError, SstlError, printable
+
+if TYPE_CHECKING:
+    # pydantic is not imported for a call that shows no document
+    from sstl_cli.core.documents.base import Document
 
 T = TypeVar("T")
 PIPE_COLUMNS = 200
@@ -81,17 +85,17 @@ class Screen:
         if notes:
             self.say(notes)
 
-    def document(self, document: dict[str, Any]) -> None:
+    def document(self, document: Document | Mapping[str, object]) -> None:
         """Print a JSON document, if asked for."""
         if self.as_json:
             from sstl_cli.core.files import dumps
 
-            print(dumps(document, ascii_only=not takes_all_text(), one_line=self.lines))
+            print(dumps(_plain(document), ascii_only=not takes_all_text(), one_line=self.lines))
             self.shown = True
 
     def finish(
         self,
-        document: dict[str, Any],
+        document: Document | Mapping[str, object],
         code: int = EXIT_DONE,
         *,
         missed: Sequence[str] = (),
@@ -121,7 +125,7 @@ class Screen:
         if len(entries) > SHOWN_ASIDE:
             lost = sum(e.samples for e in entries[SHOWN_ASIDE:])
             self.note(f"set aside: and {len(entries) - SHOWN_ASIDE} more, {lost} samples")
-        self.document({**document, "data_set_aside": [asdict(e) for e in entries]} if entries else document)
+        self.document({**_plain(document), "data_set_aside": [asdict(e) for e in entries]} if entries else document)
         if "verbose" in _asked:
             self.note(f"took {time.monotonic() - _began:.1f} s{_memory()}")
         if gate is not None:
@@ -149,6 +153,10 @@ class Screen:
             yield bar.advance
         finally:
             bar.close()
+
+
+def _plain(document: Document | Mapping[str, object]) -> Mapping[str, object]:
+    return document if isinstance(document, Mapping) else document.plain()
 
 
 def begin() -> None:

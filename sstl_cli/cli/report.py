@@ -42,7 +42,7 @@ def report(
     write_text(out, page.html, force)
     size = len(page.html.encode())
     for document in inputs.diagnosis:
-        screen.note_versions(document.get("package_version"), str(document["file"]))
+        screen.note_versions(document.package_version, document.file)
     screen.say(f"wrote {out} ({size / 1e6:.2f} MB): {', '.join(page.sections)}")
     screen.finish(
         {

@@ -169,7 +169,7 @@ def completed(scenario: Scenario, recorded: Sequence[Run], workers: int, rounds:
     for _ in range(rounds):
         found = diagnose.run(recorded, replace(options, sim=scenario))
         first = first or found
-        if not found.document()["verdict"]["effects"]:
+        if not found.body.verdict.effects:
             break
         scenario = _bare(found.model())
     assert first is not None
@@ -182,15 +182,14 @@ def _bare(scenario: Scenario) -> Scenario:
 
 
 def _closed(missing: tuple[str, ...], before: Scenario, after: Scenario, found: diagnose.Diagnosis, rig: _Hardware, seed: int) -> Closed:
-    document = found.document()
-    verdict = document["verdict"]
+    verdict = found.body.verdict
     first, later = (_judged(ModelBench(scenario), rig, seed) for scenario in (before, after))
     return Closed(
         missing,
-        str(verdict["status"]),
-        tuple(verdict["effects"]),
-        verdict["confidence"],
-        str(document.get("sentence") or verdict["why"]),
+        verdict.status,
+        tuple(verdict.effects),
+        verdict.confidence,
+        found.body.sentence or verdict.why,
         (first[0], later[0]),
         (first[1], later[1]),
         (first[2], later[2]),

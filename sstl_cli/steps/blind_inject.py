@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from sstl_cli.blind.inject import Injection, half, injections, put_in
+from sstl_cli.core.documents.blind import BlindInjectDocument, Injected, InjectedScore
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import DECIDABLE
@@ -14,7 +15,6 @@ from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import diagnose_tendons
 from sstl_cli.steps.diagnose import DiagnoseOptions
 
-SCHEMA = "sstl.blind.inject/1"
 # sizes count as right within this share
 CLOSE = 0.2
 DETECTED_NATS = DECIDABLE / 2.0
@@ -26,7 +26,7 @@ def run(
     without: bool = True,
     max_effects: int = 2,
     advance: Callable[[float], None] = lambda _: None,
-) -> dict[str, Any]:
+) -> BlindInjectDocument:
     """Return for each log what is said of its untouched second half and of effects put into that half.
 
     The model is accepted on the first half, so that nothing is judged on samples it was fitted to.
@@ -38,7 +38,7 @@ def run(
     without : bool
         Whether to diagnose without the rig's model too.
     """
-    rows: list[dict[str, Any]] = []
+    rows: list[Injected] = []
     for name, runs in logs.items():
         first, second = [half(r, False) for r in runs], [half(r, True) for r in runs]
         options = DiagnoseOptions(max_effects=max_effects)
@@ -55,70 +55,76 @@ def run(
     return scored(rows)
 
 
-def scored(rows: list[dict[str, Any]]) -> dict[str, Any]:
+def scored(rows: Sequence[Injected]) -> BlindInjectDocument:
     """Return rows with their scores."""
-    without = any(not r["with_model"] for r in rows)
-    return {"schema": SCHEMA, "rows": rows, "with_model": _score(rows, True), "without_model": _score(rows, False) if without else None}
+    without = any(not r.with_model for r in rows)
+    return BlindInjectDocument(
+        schema="sstl.blind.inject/1",
+        rows=list(rows),
+        with_model=_score(rows, True),
+        without_model=_score(rows, False) if without else None,
+        inputs={},
+    )
 
 
-def _said(runs: Sequence[Run], sim: Scenario | None, max_effects: int) -> dict[str, Any]:
+def _said(runs: Sequence[Run], sim: Scenario | None, max_effects: int) -> Mapping[str, Any]:
     return diagnose_tendons.run(list(runs), DiagnoseOptions(sim=sim, max_effects=max_effects)).document()
 
 
-def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any], sim: Scenario | None) -> dict[str, Any]:
-    verdict, gap = said["verdict"], said["gap"]
+def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any], sim: Scenario | None) -> Injected:
+    verdict = said["verdict"]
     effects, committed = list(verdict["effects"]), verdict["status"] == "identified"
-    row: dict[str, Any] = {
-        "log": log,
-        "with_model": known,
-        "effect": None if put is None else put.effect,
-        "size": None if put is None else put.size,
-        "status": verdict["status"],
-        "effects": effects,
-        "ambiguity_group": verdict["ambiguity_group"],
-        "shrink_pct": gap["shrink_pct"],
-        "estimate": None,
-        "decidable": None,
-        "close": None,
-        "named": False,
-        "in_group": False,
-        "wrong": committed and put is None,
-    }
-    if put is None:
+    row = Injected(
+        log=log,
+        with_model=known,
+        effect=None if put is None else put.effect,
+        size=None if put is None else put.size,
+        status=verdict["status"],
+        effects=effects,
+        ambiguity_group=verdict["ambiguity_group"],
+        shrink_pct=said["gap"]["shrink_pct"],
+        estimate=None,
+        decidable=None,
+        close=None,
+        named=put is not None and committed and effects == [put.effect],
+        in_group=put is not None and put.effect in {*effects, *spelled_out(verdict)},
+        wrong=committed and (put is None or put.effect not in effects),
+    )
+    own = None if put is None else next((c for c in said["candidates"] if c["id"] == put.effect), None)
+    if put is None or own is None or own.get("gain_nats") is None:
         return row
-    own = next((c for c in said["candidates"] if c["id"] == put.effect), None)
-    row["named"] = committed and effects == [put.effect]
-    row["in_group"] = put.effect in {*effects, *spelled_out(verdict)}
-    row["wrong"] = committed and put.effect not in effects
-    if own is not None and own.get("gain_nats") is not None:
-        found = next((p["estimate"] for p in own["parameters"] if p["name"] == put.parameter), None)
-        neutral = get(put.effect).parameter(put.parameter).neutral
-        # parameters of an output in another unit are in newtons all the same
-        scale = (said["analysis"].get("output_scale") or {}).get("per_n", {}).get("act", 1.0)
-        size = put.size / scale if get(put.effect).parameter(put.parameter).unit == "N" else put.size
-        row["estimate"], row["size_fitted"] = None if found is None else found - neutral, size
-        row["close"] = found is not None and abs(found - neutral - size) <= CLOSE * abs(size)
-        rivals = [c["d2"] for c in said["candidates"] if c["id"] != put.effect and c["d2"] is not None and "+" not in c["id"]]
-        apart = min(rivals, default=float("inf")) if own["d2"] is None else own["d2"]
-        row["decidable"] = own["gain_nats"] >= DETECTED_NATS and apart >= DECIDABLE
-    return row
+    found = next((p["estimate"] for p in own["parameters"] if p["name"] == put.parameter), None)
+    neutral = get(put.effect).parameter(put.parameter).neutral
+    # parameters of an output in another unit are in newtons all the same
+    scale = (said["analysis"].get("output_scale") or {}).get("per_n", {}).get("act", 1.0)
+    size = put.size / scale if get(put.effect).parameter(put.parameter).unit == "N" else put.size
+    rivals = [c["d2"] for c in said["candidates"] if c["id"] != put.effect and c["d2"] is not None and "+" not in c["id"]]
+    apart = min(rivals, default=float("inf")) if own["d2"] is None else own["d2"]
+    return row.model_copy(
+        update={
+            "estimate": None if found is None else found - neutral,
+            "size_fitted": size,
+            "close": found is not None and bool(abs(found - neutral - size) <= CLOSE * abs(size)),
+            "decidable": bool(own["gain_nats"] >= DETECTED_NATS and apart >= DECIDABLE),
+        }
+    )
 
 
-def _score(rows: Sequence[Mapping[str, Any]], known: bool) -> dict[str, Any]:
+def _score(rows: Sequence[Injected], known: bool) -> InjectedScore:
     """Return counts over the rows with or without the rig's model."""
-    own = [r for r in rows if r["with_model"] == known]
-    put = [r for r in own if r["effect"] is not None]
-    untouched = [r for r in own if r["effect"] is None]
-    named = [r for r in put if r["named"]]
-    return {
-        "of": len(put),
-        "named": len(named),
-        "in_group": sum(r["in_group"] for r in put),
-        "wrong": sum(r["wrong"] for r in put),
-        "decidable": sum(bool(r["decidable"]) for r in put),
-        "decidable_named": sum(bool(r["decidable"]) for r in named),
-        "close": sum(bool(r["close"]) for r in named),
-        "untouched": len(untouched),
-        "untouched_none": sum(r["status"] == "none" for r in untouched),
-        "untouched_named": sum(r["status"] == "identified" for r in untouched),
-    }
+    own = [r for r in rows if r.with_model == known]
+    put = [r for r in own if r.effect is not None]
+    untouched = [r for r in own if r.effect is None]
+    named = [r for r in put if r.named]
+    return InjectedScore(
+        of=len(put),
+        named=len(named),
+        in_group=sum(r.in_group for r in put),
+        wrong=sum(r.wrong for r in put),
+        decidable=sum(bool(r.decidable) for r in put),
+        decidable_named=sum(bool(r.decidable) for r in named),
+        close=sum(bool(r.close) for r in named),
+        untouched=len(untouched),
+        untouched_none=sum(r.status == "none" for r in untouched),
+        untouched_named=sum(r.status == "identified" for r in untouched),
+    )

@@ -13,18 +13,18 @@ from sstl_cli.blind.judge import share
 from sstl_cli.blind.learning import EXCLUDED, Example
 from sstl_cli.blind.library import facts_of, read_library
 from sstl_cli.blind.strength import STRENGTHS, band
+from sstl_cli.core.documents.blind import BlindLearnDocument, LearnedRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided, probabilities
 from sstl_cli.diagnosis.weights import Weights
 
-SCHEMA = "sstl.blind.learn/1"
 FEWEST = 50
 SAID_NAMES = ("identified", "ambiguous")
 
 
-def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None) -> tuple[dict[str, Any], dict[str, Any]]:
+def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lambda _: None) -> tuple[dict[str, object], BlindLearnDocument]:
     """Return the document of the weights (``sstl.weights/1``) and how they do where they were not learned.
 
     Raises
@@ -38,7 +38,7 @@ def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None
     advance(1)
     others = learning.left_out(taught)
     weights = learning.calibrated(taught, learning.learn(taught, provenance), others)
-    document = report(taught, weights, others)
+    rows, also_rows = report(taught, weights, others), None
     advance(2)
     if changes:
         # what has changed is asked of the same evidence, but beside what a rig is known to leave
@@ -46,12 +46,16 @@ def run(paths: Sequence[Path], advance: Callable[[float], None] = lambda _: None
         apart = learning.left_out(also, others)
         # how far laws are off does not depend on what a rig is known to leave
         known = learning.calibrated(also, learning.learn(also, provenance, weights), apart, weights.member)
-        weights, document["accepted"] = replace(weights, known=known), report(also, known, apart)["left_out"]
+        weights, also_rows = replace(weights, known=known), report(also, known, apart)
     advance(2)
-    return learning.to_document(weights), document
+    written = learning.to_document(weights)
+    document = BlindLearnDocument(
+        schema="sstl.blind.learn/1", commit=weights.commit, cover=weights.cover, left_out=rows, out=out, provenance=written["provenance"]
+    )
+    return written, document if also_rows is None else document.model_copy(update={"accepted": also_rows})
 
 
-def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dict[str, Any]]:
+def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dict[str, object]]:
     """Return the examples of libraries of one kind, and where they come from."""
     found = [e for p in facts for e in read_library(p)]
     simulators = sorted({e.simulator for e in found})
@@ -84,32 +88,31 @@ def told(found: Sequence[Example]) -> list[Example]:
     return kept + [possible[i] for i in order[: len(found) - len(kept)]]
 
 
-def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights]) -> dict[str, Any]:
+def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights]) -> list[LearnedRow]:
     """Return how the weights of the other simulators do on each simulator, and on all."""
     said: dict[str, list[tuple[Example, Verdict]]] = {}
     for e in found:
         said.setdefault(e.simulator, []).append((e, decided(e.rows, probabilities(e.rows, others[e.simulator]), weights)))
     rows = [_row(s, said[s]) for s in sorted(said)]
-    rows.append(_row("all", [pair for s in sorted(said) for pair in said[s]]))
-    return {"schema": SCHEMA, "commit": weights.commit, "cover": weights.cover, "left_out": rows}
+    return [*rows, _row("all", [pair for s in sorted(said) for pair in said[s]])]
 
 
-def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> dict[str, Any]:
+def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> LearnedRow:
     single = [(e, v) for e, v in said if len(e.answer) == 1 and e.answer != UNKNOWN]
     known = [(e, v) for e, v in said if e.answer not in (NONE, UNKNOWN)]
     named = [(e, v) for e, v in known if v.status in SAID_NAMES]
-    return {
-        "simulator": name,
-        "cases": len(said),
-        "kinds": dict(sorted(Counter(e.kind for e, _ in said).items())),
-        "exact": {f"{s:g}": share(_exact(e, v) for e, v in single if band(e.strength) == s) for s in STRENGTHS},
-        "both_of_a_pair": share(_exact(e, v) for e, v in known if len(e.answer) > 1),
-        "covered": share(learning.is_right(e, v) for e, v in named),
-        "false_alarm": share(v.status != "none" for e, v in said if e.answer == NONE),
-        "wrong_commits": share(learning.is_wrong(e, v) for e, v in said),
-        "unknown_recall": share(v.status == "unknown" for e, v in said if e.answer == UNKNOWN),
-        "right": share(learning.is_right(e, v) for e, v in said),
-    }
+    return LearnedRow(
+        simulator=name,
+        cases=len(said),
+        kinds=dict(sorted(Counter(e.kind for e, _ in said).items())),
+        exact={f"{s:g}": share(_exact(e, v) for e, v in single if band(e.strength) == s) for s in STRENGTHS},
+        both_of_a_pair=share(_exact(e, v) for e, v in known if len(e.answer) > 1),
+        covered=share(learning.is_right(e, v) for e, v in named),
+        false_alarm=share(v.status != "none" for e, v in said if e.answer == NONE),
+        wrong_commits=share(learning.is_wrong(e, v) for e, v in said),
+        unknown_recall=share(v.status == "unknown" for e, v in said if e.answer == UNKNOWN),
+        right=share(learning.is_right(e, v) for e, v in said),
+    )
 
 
 def _exact(e: Example, v: Verdict) -> bool:

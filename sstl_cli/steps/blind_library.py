@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import as_completed
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -16,6 +15,7 @@ from sstl_cli.blind import sessions
 from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
 from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.core.documents.blind import BlindLibraryDocument
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import read_json, require_writable, write_json
 from sstl_cli.core.parquet import open_table
@@ -53,7 +53,7 @@ def run(
     force: bool = False,
     advance: Callable[[float], None] = lambda _: None,
     gatherer: Gatherer | None = None,
-) -> dict[str, Any]:
+) -> BlindLibraryDocument:
     """Write a library; an interrupted run goes on where it stopped, from the parts in ``OUT.parts``.
 
     Parameters
@@ -94,7 +94,19 @@ def run(
         own.unlink(missing_ok=True)
     with suppress(OSError):
         parts.rmdir()
-    return {**facts, "rows": table.num_rows}
+    return BlindLibraryDocument(
+        schema="sstl.blind.library/1",
+        out=str(out),
+        cases=cases - failed,
+        failed=failed,
+        simulators=facts["simulators"],
+        seeds=facts["seeds"],
+        quick=asked.quick,
+        recordings=asked.recordings,
+        strengths=list(asked.strengths),
+        accepted=asked.accepted,
+        rows=table.num_rows,
+    )
 
 
 def gather(job: Job) -> Labelled:
@@ -130,12 +142,12 @@ def _gather_change(job: Job) -> Labelled:
     return labelled(case_name(job), case.truth, rows)
 
 
-def _claim(parts: Path, asked: dict[str, Any]) -> None:
+def _claim(parts: Path, asked: Mapping[str, object]) -> None:
     """Make the folder of parts, or see that those in it answer the same question."""
     plan = parts / "plan.json"
     if parts.exists():
         found = read_json(plan, PLAN)
-        if {k: found.get(k) for k in asked} != asked:
+        if {k: found.get(k) for k in asked} != dict(asked):
             raise SstlError("holds the parts of another library", where=str(parts), fix="remove it, or give its options again", code="E956")
         return
     parts.mkdir(parents=True)

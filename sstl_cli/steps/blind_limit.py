@@ -10,6 +10,7 @@ import numpy as np
 from sstl_cli.blind import beside, distance
 from sstl_cli.blind.cases import rebuild
 from sstl_cli.blind.distance import Apart
+from sstl_cli.core.documents.blind import BlindLimitDocument, CaseDistance
 from sstl_cli.core.errors import SstlError
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.physics.effects import catalogue, get
@@ -19,7 +20,7 @@ SCHEMA, CASE = "sstl.blind.limit/1", "sstl.blind.limit.case/1"
 LISTED = 6
 
 
-def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) -> dict[str, Any]:
+def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) -> CaseDistance:
     """Return the squared distances of one case from its opened truth.
 
     Parameters
@@ -31,22 +32,20 @@ def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequenc
     """
     np.seterr(all="ignore")
     effects = sorted(truth["effects"])
-    body: dict[str, Any] = {
-        "schema": CASE, "case": case, "effects": effects, "channel": truth["channel"], "d2_base": None, "d2_rival": None,
-        "rival": None, "d2_base_known": None, "d2_rival_known": None, "d2_law": None, "d2_own": None, "rivals": {},
-        "decidable": False, "decidable_known": False, "why": None,
-    }  # fmt: skip
+    nothing = CaseDistance(
+        case=case, effects=effects, channel=truth["channel"], d2_base=None, d2_rival=None, rival=None, d2_base_known=None,
+        d2_rival_known=None, d2_law=None, d2_own=None, rivals={}, decidable=False, decidable_known=False, why=None,
+    )  # fmt: skip
     try:
         found = _apart(truth, claimed, exclude)
     except SstlError as error:
-        return {**body, "why": error.what}
+        return nothing.model_copy(update={"why": error.what})
     law = {"d2_law": found.law, "d2_own": found.own}
     if not effects:
-        return {**body, **law, "why": "nothing was withheld"}
+        return nothing.model_copy(update={**law, "why": "nothing was withheld"})
     nearest = sorted(found.rivals, key=lambda r: (found.rivals[r], r))
     rival_known = min(found.rivals_known.values(), default=None)
-    return {
-        **body,
+    told = {
         **law,
         "d2_base": found.base,
         "d2_base_known": found.base_known,
@@ -54,9 +53,10 @@ def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequenc
         "d2_rival_known": rival_known,
         "rival": nearest[0] if nearest else None,
         "rivals": {r: found.rivals[r] for r in nearest[:LISTED]},
-        "decidable": min(found.base, *found.rivals.values(), np.inf) >= DECIDABLE,
-        "decidable_known": min(found.base_known, *found.rivals_known.values(), np.inf) >= DECIDABLE,
+        "decidable": bool(min(found.base, *found.rivals.values(), np.inf) >= DECIDABLE),
+        "decidable_known": bool(min(found.base_known, *found.rivals_known.values(), np.inf) >= DECIDABLE),
     }
+    return nothing.model_copy(update=told)
 
 
 def _apart(truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) -> Apart:
@@ -70,15 +70,16 @@ def _apart(truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) 
     return distance.apart(session, tuple(exclude) if truth["excluded"] else ())
 
 
-def document(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def document(rows: Sequence[CaseDistance], seal: str) -> BlindLimitDocument:
     """Return the distances of a set, ``sstl.blind.limit/1``."""
-    judged = [r for r in rows if r["d2_base"] is not None]
-    return {
-        "schema": SCHEMA,
-        "cases": len(rows),
-        "judged": len(judged),
-        "decidable": sum(bool(r["decidable"]) for r in judged),
-        "decidable_known": sum(bool(r["decidable_known"]) for r in judged),
-        "decidable_d2": DECIDABLE,
-        "distances": [{k: v for k, v in r.items() if k not in ("schema", "log_sha256")} for r in rows],
-    }
+    judged = [r for r in rows if r.d2_base is not None]
+    return BlindLimitDocument(
+        schema="sstl.blind.limit/1",
+        cases=len(rows),
+        judged=len(judged),
+        decidable=sum(r.decidable for r in judged),
+        decidable_known=sum(r.decidable_known for r in judged),
+        decidable_d2=DECIDABLE,
+        distances=list(rows),
+        seal=seal,
+    )

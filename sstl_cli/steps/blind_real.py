@@ -10,6 +10,8 @@ import numpy as np
 from sstl_cli.blind import accepted
 from sstl_cli.blind.retune import Pair, gap_n, play
 from sstl_cli.blind.strength import direction, find_scale
+from sstl_cli.core.documents.blind import BlindRealDocument, Trial
+from sstl_cli.core.documents.diagnosis import Verdict
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.rng import stream
@@ -18,7 +20,6 @@ from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps.blind_run import Diagnoser, diagnose
 
-SCHEMA = "sstl.blind.real/1"
 # terms put into a model that accepted none, so that there is something to take out
 PLANTED = ("zero_offset", "asymmetric_friction", "channel_delay")
 STRENGTH = 2.0
@@ -32,7 +33,7 @@ def run(
     seed: int = 0,
     diagnoser: Diagnoser = diagnose,
     advance: Callable[[float], None] = lambda _: None,
-) -> dict[str, Any]:
+) -> BlindRealDocument:
     """Return what was taken out of the accepted model, and what the diagnosis says then.
 
     Parameters
@@ -74,56 +75,53 @@ def run(
     for origin, effect_id, full in trials:
         rows.append(_trial(origin, effect_id, full, model, runs, seed, diagnoser))
         advance(1)
-    held = [r for r in rows if r["taken_out"] is not None]
-    return {
-        "schema": SCHEMA,
-        "runs": len(runs),
-        "samples": sum(len(r) for r in runs),
-        "accepted": {k: dict(v) for k, v in terms.items()},
-        "verdict": None if first is None else first["verdict"],
-        "residual_rms_n": residual,
-        "trials": rows,
-        "named": sum(r["named"] for r in held),
-        "in_group": sum(r["in_group"] for r in held),
-        "wrong": sum(r["wrong"] for r in held),
-        "of": len(held),
-        "false_alarm": rows[0]["status"] != "none",
-    }
+    held = [r for r in rows if r.taken_out is not None]
+    return BlindRealDocument(
+        schema="sstl.blind.real/1",
+        runs=len(runs),
+        samples=sum(len(r) for r in runs),
+        accepted={k: dict(v) for k, v in terms.items()},
+        verdict=None if first is None else Verdict(**first["verdict"]),
+        residual_rms_n=residual,
+        trials=rows,
+        named=sum(r.named for r in held),
+        in_group=sum(r.in_group for r in held),
+        wrong=sum(r.wrong for r in held),
+        of=len(held),
+        false_alarm=rows[0].status != "none",
+        inputs={},
+    )
 
 
-def _null(model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser) -> dict[str, Any]:
+def _null(model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser) -> Trial:
     """Diagnose recordings that the accepted model itself made: nothing is missing."""
     document, _ = diagnoser(accepted.remade(model, model, runs, seed), model, ())
     return _row("accepted", None, document)
 
 
-def _trial(
-    origin: str, effect_id: str, full: Scenario, model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser
-) -> dict[str, Any]:
+def _trial(origin: str, effect_id: str, full: Scenario, model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser) -> Trial:
     made = accepted.remade(full, model, runs, seed)
     without = full.model_copy(update={"effects": {k: v for k, v in full.effects.items() if k != effect_id}})
     document, _ = diagnoser(made, without, ())
-    row = _row(origin, effect_id, document)
-    row["values"] = dict(full.effects[effect_id])
-    return row
+    return _row(origin, effect_id, document).model_copy(update={"values": dict(full.effects[effect_id])})
 
 
-def _row(origin: str, effect_id: str | None, document: Mapping[str, Any]) -> dict[str, Any]:
+def _row(origin: str, effect_id: str | None, document: Mapping[str, Any]) -> Trial:
     verdict = document["verdict"]
     effects, group = list(verdict["effects"]), list(spelled_out(verdict))
     committed = verdict["status"] == "identified"
-    return {
-        "origin": origin,
-        "taken_out": effect_id,
-        "status": verdict["status"],
-        "effects": effects,
-        "ambiguity_group": group,
-        "confidence": verdict["confidence"],
-        "shrink_pct": document["gap"]["shrink_pct"],
-        "named": committed and effects == [effect_id],
-        "in_group": effect_id is not None and effect_id in {*effects, *group},
-        "wrong": committed and any(e != effect_id for e in effects),
-    }
+    return Trial(
+        origin=origin,
+        taken_out=effect_id,
+        status=verdict["status"],
+        effects=effects,
+        ambiguity_group=group,
+        confidence=verdict["confidence"],
+        shrink_pct=document["gap"]["shrink_pct"],
+        named=committed and effects == [effect_id],
+        in_group=effect_id is not None and effect_id in {*effects, *group},
+        wrong=committed and any(e != effect_id for e in effects),
+    )
 
 
 def _planted(model: Scenario, effect_id: str, runs: Sequence[Run], target_n: float, seed: int) -> Scenario:

@@ -12,6 +12,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sstl_cli.core.deadline import Deadline
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Downstream, OddRun, Tracked
+from sstl_cli.core.documents.gate import Remark
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.provenance import by_another
 from sstl_cli.core.runs import Run
@@ -67,11 +69,11 @@ class Diagnosis:
     evidence: Evidence
     verdict: verdict.Verdict
     options: DiagnoseOptions
-    body: dict[str, Any]
+    body: DiagnosisDocument
 
     def document(self) -> dict[str, Any]:
-        """Return the diagnosis as laid down in the contract."""
-        return self.body
+        """Return the diagnosis as its JSON is written from it, as laid down in the contract."""
+        return self.body.plain()
 
     @property
     def accepted(self) -> Fit:
@@ -160,17 +162,18 @@ def run(
             said,
             accepted(found, said),
             found.scale,
-            [asdict(r) for r in remarks],
+            [Remark(**asdict(r)) for r in remarks],
             following.Limits(options.max_tension_n, options.max_rate_n_per_s),
             deadline.passed,
         )
     )
     result = Diagnosis(found, said, options, body)
-    _add_downstream(result, deadline)
+    worth, notes = _downstream(result, deadline)
     if options.odd_runs:
-        body["verdict"]["odd_runs"] = odd_runs(result, deadline)
-    body["notes"] += [*by_another(options.sim and options.sim.package_version, "the simulator"), *_unsaid(options.sim), *deadline.notes]
-    return result
+        body = body.model_copy(update={"verdict": body.verdict.model_copy(update={"odd_runs": odd_runs(result, deadline)})})
+    notes += [*by_another(options.sim and options.sim.package_version, "the simulator"), *_unsaid(options.sim), *deadline.notes]
+    more: dict[str, object] = {"notes": [*(body.notes or []), *notes]} | ({} if worth is None else {"downstream": worth})
+    return replace(result, body=body.model_copy(update=more))
 
 
 def _unsaid(sim: Scenario | None) -> list[str]:
@@ -257,7 +260,7 @@ def _beside(found: Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequ
     return [e.row() for e in recorder] + [g.row() for g in gaps if g.effect not in found.singles]
 
 
-def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | None:
+def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
     """Return the runs without which the verdict differs, and what it is then; None where that was not looked at.
 
     Runs whose absence would make a difference to first order are left out of a diagnosis of their own.
@@ -270,7 +273,7 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
     given = options.sim or Scenario()
     rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, given, i), found.beside))
     suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
-    confirmed: list[dict[str, Any]] = []
+    confirmed: list[OddRun] = []
     for suspect in suspects[:CONFIRMED_RUNS]:
         if deadline.passed(ODD):
             return confirmed or None
@@ -280,7 +283,7 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[dict[str, Any]] | No
             # the others alone cannot be diagnosed
             continue
         if odd.differs(said, then):
-            confirmed.append({"run_id": suspect.run_id, "status": then.status, "effects": list(then.effects)})
+            confirmed.append(OddRun(run_id=suspect.run_id, status=then.status, effects=list(then.effects)))
     return confirmed
 
 
@@ -310,22 +313,19 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
     return scenario.model_copy(update={"dispersion": usual, "faults": {**scenario.faults, **carried}})
 
 
-def _add_downstream(result: Diagnosis, deadline: Deadline) -> None:
-    """Add what the named effect is worth to a controller, on the configuration nearest the middle."""
+def _downstream(result: Diagnosis, deadline: Deadline) -> tuple[Downstream | None, list[str]]:
+    """Return what the named effect is worth to a controller, on the configuration nearest the middle; or why that is not known."""
     fitted = result.accepted
     if result.evidence.problem.unit_n != 1.0 or fitted is result.evidence.search.base or deadline.passed(DOWNSTREAM):
-        return
+        return None, []
     middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
     name = result.evidence.problem.configs[middle]
     try:
         found = downstream.tracking(result.bare(), name, float(result.evidence.search.base.theta[middle]))
     except SstlError as error:
-        result.body["notes"].append(f"downstream: {error.what}")
-        return
-    result.body["downstream"] = {
-        "config_id": name,
-        "tracking": [{"reference": t.reference, "rmse_without_n": t.rmse_without_n, "rmse_with_n": t.rmse_with_n} for t in found],
-    }
+        return None, [f"downstream: {error.what}"]
+    tracked = [Tracked(reference=t.reference, rmse_without_n=t.rmse_without_n, rmse_with_n=t.rmse_with_n) for t in found]
+    return Downstream(config_id=name, tracking=tracked), []
 
 
 def _shown(problem: Problem) -> tuple[str, ...]:

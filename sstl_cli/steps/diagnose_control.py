@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pyarrow as pa
 
+from sstl_cli.core.documents.control import StagesDocument, StageShares
 from sstl_cli.core.errors import SstlError
 from sstl_cli.diagnosis.stages import Stream, stage_shares
-
-SCHEMA = "sstl.stages/1"
 
 
 def streams(table: pa.Table) -> list[Stream]:
@@ -28,7 +25,7 @@ def streams(table: pa.Table) -> list[Stream]:
     return out
 
 
-def run(table: pa.Table) -> dict[str, Any]:
+def run(table: pa.Table) -> StagesDocument:
     """Return the stage shares of every command stream.
 
     Raises
@@ -44,17 +41,17 @@ def run(table: pa.Table) -> dict[str, Any]:
             aside[stream.run_id] = error.what
             continue
         rows.append(
-            {
-                "run_id": s.run_id,
-                "rmse_n": s.rmse_n,
-                "simulated_rmse_n": s.simulated_rmse_n,
-                "share_pct": s.share_pct,
-                "believed": vars(s.believed),
-                "true": vars(s.true),
-                "loop_tau_s": s.loop_tau_s,
-            }
+            StageShares(
+                run_id=s.run_id,
+                rmse_n=s.rmse_n,
+                simulated_rmse_n=s.simulated_rmse_n,
+                share_pct=s.share_pct,
+                believed=vars(s.believed),
+                true=vars(s.true),
+                loop_tau_s=s.loop_tau_s,
+            )
         )
     if not rows:
         reason = next(iter(aside.values()), "no compensated stream with input and output tension")
         raise SstlError(f"no command stream can be analysed: {reason}", code="E933")
-    return {"schema": SCHEMA, "streams": rows, "set_aside": aside}
+    return StagesDocument(schema="sstl.stages/1", streams=rows, set_aside=aside)

@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli import __version__
+from sstl_cli.core.documents.diagnosis import (
+    Analysis,
+    Band,
+    Cosines,
+    DiagnosisDocument,
+    Estimated,
+    Gap,
+    LeastShown,
+    LeftOver,
+    NextExperiment,
+    OutputScale,
+    Place,
+    Simple,
+    Verdict,
+)
 from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
@@ -22,12 +36,11 @@ from sstl_cli.steps.diagnose_given import Errors, Given, name
 from sstl_cli.steps.diagnose_numbers import RECORDED, below_floor, floor_interval, recorded_shares
 
 Array = NDArray[np.float64]
-SCHEMA = "sstl.diagnosis/1"
 # tests of the residual that are told where the cause is not known
 TOLD = 4
 
 
-def document(g: Given) -> dict[str, Any]:
+def document(g: Given) -> DiagnosisDocument:
     """Return the diagnosis as laid down in the contract, tensions in the units of the recording."""
     g = replace(g, recorder=[_above_noise(g, r) for r in g.recorder])
     sim = g.search.sim
@@ -37,74 +50,94 @@ def document(g: Given) -> dict[str, Any]:
     errors = Errors(known + held.residual(g.search.base), known + held.residual(g.accepted), _fine(g, g.search.noise), sim.weight, known)
     code = where.phases(sim, g.accepted.prediction)
     ids, cosine = following.isolability(g.search)
-    body: dict[str, Any] = {
-        "schema": SCHEMA,
-        "package_version": __version__,
-        "verdict": _verdict(g),
-        "gap": _gap(g, errors, code),
-        "where": where.shares(sim, errors.base, code) if _fault(g) is None else recorded_shares(g, code),
-        "where_samples": "analysed" if _fault(g) is None else RECORDED,
-        "where_bands": where.bands(sim, errors.base),
-        "candidates": rows.candidates(g, errors),
-        "next_experiment": _next(g),
-        "unit": "N" if g.scale is None else g.scale.unit,
-        "remarks": list(g.remarks),
-        "analysis": {
-            "rate_hz": g.problem.analysis_hz,
-            "samples": sum(len(r.raw) for r in g.problem.records),
-            "runs": len(g.problem.records),
-            "set_aside": g.problem.set_aside,
-            "theta": dict(zip(g.problem.configs, g.search.base.theta.tolist(), strict=True)),
-            "noise": _noise(g),
-        },
-        "baselines": _baselines(g, errors),
-        "notes": _notes(g, held.folds),
-        "isolability": {"ids": ids, "cosine": cosine},
-        "loops": drawn.loops(g),
-        "residuals": drawn.residuals(g),
-    }
-    rows.add_beside(g, body)
-    body = scaling.restore(body, g.problem.unit_n)
-    if g.scale is not None:
-        body["gap"] = scaling.restore(body["gap"], g.scale.typical)
-        said = ", ".join(f"{k} {v:.4g} {g.scale.unit}/N" for k, v in g.scale.per_n.items())
-        body["notes"].append(f"the scale of the output is nobody's fault and was fitted: {said}; parameters are in newtons")
-        body["analysis"]["output_scale"] = {"unit": g.scale.unit, "per_n": g.scale.per_n, "origin": g.scale.origin}
+    fitted = rows.fitted(g, errors)
+    only = rows.only_beside(g, fitted)
+    scale, notes = g.scale, [*_notes(g, held.folds), *rows.notes_beside(g, only)]
+    if scale is not None:
+        said = ", ".join(f"{k} {v:.4g} {scale.unit}/N" for k, v in scale.per_n.items())
+        notes.append(f"the scale of the output is nobody's fault and was fitted: {said}; parameters are in newtons")
     if g.problem.unit_n != 1.0:
-        body["notes"].append(f"fitted in units of {g.problem.unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
-    body["notes"] += below_floor(body["gap"], g.verdict.effects, body["unit"])
-    body["sentence"] = sentence.sentence(body)
-    return body
+        notes.append(f"fitted in units of {g.problem.unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
+    found = DiagnosisDocument(
+        schema="sstl.diagnosis/1",
+        package_version=__version__,
+        verdict=_verdict(g),
+        gap=rows.gap_beside(g, _gap(g, errors, code), only),
+        where=[Place(**row) for row in where.shares(sim, errors.base, code)] if _fault(g) is None else recorded_shares(g, code),
+        where_samples="analysed" if _fault(g) is None else RECORDED,
+        where_bands={k: [Band(**row) for row in bands] for k, bands in where.bands(sim, errors.base).items()},
+        candidates=rows.candidates(g, fitted, only),
+        next_experiment=_next(g),
+        unit="N" if scale is None else scale.unit,
+        remarks=list(g.remarks),
+        analysis=_analysis(g),
+        baselines=_baselines(g, errors),
+        notes=notes,
+        isolability=Cosines(ids=ids, cosine=np.asarray(cosine).tolist()),
+        loops=drawn.loops(g),
+        residuals=drawn.residuals(g),
+    )
+    beside = rows.beside(g)
+    restored = _in_own_units(g, found if beside is None else found.model_copy(update={"beside": beside}))
+    notes = [*notes, *below_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
+    restored = restored.model_copy(update={"notes": notes})
+    return restored.model_copy(update={"sentence": sentence.sentence(restored.plain())})
 
 
-def _verdict(g: Given) -> dict[str, Any]:
+def _in_own_units(g: Given, found: DiagnosisDocument) -> DiagnosisDocument:
+    """Return a diagnosis with its tensions in the units of the recording, its errors in the unit of the output."""
+    if g.problem.unit_n != 1.0:
+        found = DiagnosisDocument(**scaling.restore(found.plain(), g.problem.unit_n))
+    if g.scale is None:
+        return found
+    return found.model_copy(update={"gap": Gap(**scaling.restore(found.gap.plain(), g.scale.typical))})
+
+
+def _analysis(g: Given) -> Analysis:
+    p = g.problem
+    found = Analysis(
+        rate_hz=p.analysis_hz,
+        samples=sum(len(r.raw) for r in p.records),
+        runs=len(p.records),
+        set_aside=p.set_aside,
+        theta=dict(zip(p.configs, g.search.base.theta.tolist(), strict=True)),
+        noise=_noise(g),
+    )
+    if g.scale is None:
+        return found
+    return found.model_copy(update={"output_scale": OutputScale(unit=g.scale.unit, per_n=g.scale.per_n, origin=g.scale.origin)})
+
+
+def _verdict(g: Given) -> Verdict:
     said = g.verdict
     singles = [i for ids in said.group for i in ids]
     rest = {k: v for k, v in said.probabilities.items() if k in (NONE, ("?",))}
     in_class = {part: title for title, parts in said.classes.items() for part in parts}
     members = {title: list(parts) for title, parts in said.classes.items()}
     members |= {name(ids): list(ids) for ids in said.group if len(ids) > 1}
-    found: dict[str, Any] = {
-        "status": said.status,
-        "effects": _by_size(g),
-        "confidence": said.confidence,
-        "ambiguity_group": list(dict.fromkeys(in_class.get(i, i) for i in [*said.effects, *singles])),
-        "why": said.why,
-        "probability_none": rest.get(NONE, 0.0),
-        "probability_unknown": rest.get(("?",), 0.0),
-        "members": members or None,
-        "would_have_shown": None,
-        "leftover": None,
-        "odd_runs": None,
-    }
-    if said.status == NOTHING and not g.passed("what would have shown"):
-        found["would_have_shown"] = [asdict(s) for s in limit.least_shown(g.search)]
-    if said.status == UNDECIDED:
-        worst = sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD]
-        found["leftover"] = [{"test": t.name, "sigma": float(t.z), "where": t.peak} for t in worst]
-    if said.confidence is None:
-        found["confidence_why"] = "no library was tried under this prior, or nothing could be judged"
-    return found
+    least = [LeastShown(**asdict(s)) for s in limit.least_shown(g.search)] if _asks_least(g) else None
+    worst = sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD] if said.status == UNDECIDED else None
+    found = Verdict(
+        status=said.status,
+        effects=_by_size(g),
+        confidence=said.confidence,
+        ambiguity_group=list(dict.fromkeys(in_class.get(i, i) for i in [*said.effects, *singles])),
+        why=said.why,
+        probability_none=rest.get(NONE, 0.0),
+        probability_unknown=rest.get(("?",), 0.0),
+        members=members or None,
+        would_have_shown=least,
+        leftover=None if worst is None else [LeftOver(test=t.name, sigma=float(t.z), where=t.peak) for t in worst],
+        odd_runs=None,
+    )
+    if said.confidence is not None:
+        return found
+    return found.model_copy(update={"confidence_why": "no library was tried under this prior, or nothing could be judged"})
+
+
+def _asks_least(g: Given) -> bool:
+    """Whether there is time to say what would have shown where nothing did."""
+    return g.verdict.status == NOTHING and not g.passed("what would have shown")
 
 
 def _by_size(g: Given) -> list[str]:
@@ -127,7 +160,7 @@ def _fine(g: Given, noise: Noise) -> float:
     return float(np.sqrt(np.mean([w**2 * (1.0 - 1.0 / f) for w, f in coarse])))
 
 
-def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
+def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
     sim = g.search.sim
     given = errors.rms(sim.y + errors.known - sim.predict(g.nominal, {}))
     base, with_effect = errors.rms(errors.base), errors.rms(errors.accepted)
@@ -149,24 +182,24 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> dict[str, Any]:
     why = None
     if interval is None:
         why = "no effect of the output was added" if fault is None else "a fault of the recorder has no scatter from run to run"
-    return {
-        "rmse_base_n": max(given, base),
-        "rmse_retuned_n": base,
-        "rmse_with_effect_n": with_effect,
-        "noise_floor_n": floor,
-        "noise_floor_low_n": low,
-        "noise_floor_high_n": high,
-        "known_misfit_n": misfit.rms_n(g.problem) if any(r.misfit_n is not None for r in g.problem.records) else None,
-        "shrink_pct": percent,
-        "shrink_ci95_pct": None if interval is None else [interval.low, interval.high],
-        "shrink_why": why,
-        "explained_of_reducible_pct": None if explained is None else float(np.clip(explained, -100.0, 100.0)),
-        "explained_scale": "error (RMSE) above the noise floor",
-        "samples": samples,
-        "held_out": g.search.held_out.folds.honest and fault is None,
-        "held_out_kind": g.search.held_out.folds.kind,
-        "worse_regions": shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
-    }
+    return Gap(
+        rmse_base_n=max(given, base),
+        rmse_retuned_n=base,
+        rmse_with_effect_n=with_effect,
+        noise_floor_n=floor,
+        noise_floor_low_n=low,
+        noise_floor_high_n=high,
+        known_misfit_n=misfit.rms_n(g.problem) if any(r.misfit_n is not None for r in g.problem.records) else None,
+        shrink_pct=percent,
+        shrink_ci95_pct=None if interval is None else (interval.low, interval.high),
+        shrink_why=why,
+        explained_of_reducible_pct=None if explained is None else float(np.clip(explained, -100.0, 100.0)),
+        explained_scale="error (RMSE) above the noise floor",
+        samples=samples,
+        held_out=g.search.held_out.folds.honest and fault is None,
+        held_out_kind=g.search.held_out.folds.kind,
+        worse_regions=shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
+    )
 
 
 def _fault(g: Given) -> RecorderEffect | None:
@@ -232,7 +265,7 @@ def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
     return float(np.sqrt(total / count)), float(np.sqrt(left / count)), float(np.sqrt(power(g.nominal)[0] / count))
 
 
-def _noise(g: Given) -> dict[str, Any]:
+def _noise(g: Given) -> dict[str, dict[str, dict[str, Estimated]]]:
     """Return the noise of each sensor as estimated, with 95 % intervals."""
     found = {}
     noise = of_readings(g.problem.records, g.search.noise)
@@ -240,21 +273,21 @@ def _noise(g: Given) -> dict[str, Any]:
         sensors = (("input", noise.input[system]), ("output", noise.output[system]))
         spread = noise.spread.get(system, {})
         found[system] = {
-            side: {key: {"estimate": v, "ci95": _log_interval(v, spread.get(f"{side}.{key}"))} for key, v in asdict(sensor).items()}
+            side: {k: Estimated(estimate=v, ci95=_log_interval(v, spread.get(f"{side}.{k}"))) for k, v in asdict(sensor).items()}
             for side, sensor in sensors
         }
     return found
 
 
-def _log_interval(value: float, spread: float | None) -> list[float] | None:
-    return None if spread is None else [float(value * np.exp(-1.96 * spread)), float(value * np.exp(1.96 * spread))]
+def _log_interval(value: float, spread: float | None) -> tuple[float, float] | None:
+    return None if spread is None else (float(value * np.exp(-1.96 * spread)), float(value * np.exp(1.96 * spread)))
 
 
-def _baselines(g: Given, errors: Errors) -> dict[str, Any]:
+def _baselines(g: Given, errors: Errors) -> Simple:
     """Return what simpler rules would have answered, for comparison in the blind check."""
     singles = [v[0] for v in g.search.singles.values()]
     if not singles:
-        return {"smallest_rmse": None, "iid_bic": None}
+        return Simple(smallest_rmse=None, iid_bic=None)
     w = g.search.sim.weight
     n = max(float(w.sum()), 2.0)
 
@@ -263,10 +296,10 @@ def _baselines(g: Given, errors: Errors) -> dict[str, Any]:
 
     scores = {x.ids[0]: bic(x.fit.residual, len(x.fit.free)) for x in singles}
     best = min(scores, key=lambda k: scores[k])
-    return {
-        "smallest_rmse": min(singles, key=lambda x: errors.rms(x.fit.residual)).ids[0],
-        "iid_bic": best if scores[best] < bic(g.search.base.residual, 0) else None,
-    }
+    return Simple(
+        smallest_rmse=min(singles, key=lambda x: errors.rms(x.fit.residual)).ids[0],
+        iid_bic=best if scores[best] < bic(g.search.base.residual, 0) else None,
+    )
 
 
 def _notes(g: Given, folds: heldout.Folds) -> list[str]:
@@ -290,7 +323,7 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
     return notes
 
 
-def _next(g: Given) -> dict[str, Any] | None:
+def _next(g: Given) -> NextExperiment | None:
     """Propose the movement that separates the two most probable models of the output, if any of the menu can.
 
     Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
@@ -310,13 +343,13 @@ def _next(g: Given) -> dict[str, Any] | None:
         f"here {experiment.d2_here:.3g}"
     )
     unit_n = g.problem.unit_n
-    return {
-        "separates": list(experiment.separates),
-        "trajectory": experiment.trajectory.name,
-        "why": does + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
-        "d2": experiment.d2,
-        "d2_here": experiment.d2_here,
-        "settles": experiment.settles,
-        "scenario": following.scenario_of(g.search, experiment).model_dump(mode="json", by_alias=True, exclude_defaults=False),
-        "tension_factor": unit_n,
-    }
+    return NextExperiment(
+        separates=list(experiment.separates),
+        trajectory=experiment.trajectory.name,
+        why=does + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
+        d2=experiment.d2,
+        d2_here=experiment.d2_here,
+        settles=experiment.settles,
+        scenario=following.scenario_of(g.search, experiment).model_dump(mode="json", by_alias=True, exclude_defaults=False),
+        tension_factor=unit_n,
+    )

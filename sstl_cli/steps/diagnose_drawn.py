@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.diagnosis import LoopCurves, ResidualCurves
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.steps.diagnose_given import Given
 
@@ -15,34 +15,34 @@ from sstl_cli.steps.diagnose_given import Given
 DRAWN = 600
 
 
-def loops(g: Given) -> list[dict[str, Any]]:
+def loops(g: Given) -> list[LoopCurves]:
     """Return a measured loop of each system with the simulated ones before and after."""
     base, after = g.search.base.prediction, g.accepted.prediction
     return [
-        {
-            "run_id": r.run_id,
-            "system": r.system,
-            "tension_in_n": u,
-            "measured_n": r.y[::step],
-            "base_n": base[s][::step],
-            "with_effect_n": after[s][::step],
-        }
+        LoopCurves(
+            run_id=r.run_id,
+            system=r.system,
+            tension_in_n=u.tolist(),
+            measured_n=r.y[::step].tolist(),
+            base_n=base[s][::step].tolist(),
+            with_effect_n=after[s][::step].tolist(),
+        )
         for r, s, step, u in _first_of_each(g)
     ]
 
 
-def residuals(g: Given) -> list[dict[str, Any]]:
+def residuals(g: Given) -> list[ResidualCurves]:
     """Return measured minus simulated of one run a system, before and after."""
     base, after = g.search.base.residual, g.accepted.residual
     return [
-        {
-            "run_id": r.run_id,
-            "system": r.system,
-            "time_s": r.time_s[::step],
-            "tension_in_n": u,
-            "base_n": base[s][::step],
-            "effect_n": after[s][::step],
-        }
+        ResidualCurves(
+            run_id=r.run_id,
+            system=r.system,
+            time_s=r.time_s[::step].tolist(),
+            tension_in_n=u.tolist(),
+            base_n=base[s][::step].tolist(),
+            effect_n=after[s][::step].tolist(),
+        )
         for r, s, step, u in _first_of_each(g)
     ]
 

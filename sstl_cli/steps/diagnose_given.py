@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.gate import Remark
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import features, following
 from sstl_cli.diagnosis.channels import ChannelGap
@@ -49,7 +49,7 @@ class Given:
     verdict: Verdict
     accepted: Fit
     scale: Scale | None = None
-    remarks: Sequence[dict[str, Any]] = ()
+    remarks: Sequence[Remark] = ()
     limits: following.Limits | None = None
     # whether a stage that can be left out has to be
     passed: Callable[[str], bool] = lambda _: False

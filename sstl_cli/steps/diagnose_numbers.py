@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.diagnosis import Gap, Place
 from sstl_cli.diagnosis import where
 from sstl_cli.diagnosis.faults import squared_errors
 from sstl_cli.diagnosis.whitening import Noise
@@ -21,7 +21,7 @@ RECORDED = "all as recorded"
 SIDES = 1.96
 
 
-def recorded_shares(g: Given, code: Codes) -> list[dict[str, Any]]:
+def recorded_shares(g: Given, code: Codes) -> list[Place]:
     """Return the share of the squared error of all raw readings by system, phase and configuration, largest first.
 
     What a fault of the recorder has spoilt is masked wherever models are compared, but it is in the error of the headline.
@@ -48,10 +48,10 @@ def recorded_shares(g: Given, code: Codes) -> list[dict[str, Any]]:
             cell[1] += float(count[k])
     total = max(sum(error for error, _ in sums.values()), 1e-300)
     rows = [
-        {"system": system, "phase": phase, "config_id": config, "share_pct": 100.0 * error / total, "rmse_n": float(np.sqrt(error / n))}
+        Place(system=system, phase=phase, config_id=config, share_pct=100.0 * error / total, rmse_n=float(np.sqrt(error / n)))
         for (system, phase, config), (error, n) in sums.items()
     ]
-    return sorted(rows, key=lambda row: -row["share_pct"])
+    return sorted(rows, key=lambda row: -row.share_pct)
 
 
 def floor_interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float, float] | tuple[None, None]:
@@ -72,19 +72,19 @@ def floor_interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float
     return float(middle * np.exp(-SIDES * spread)), float(middle * np.exp(SIDES * spread))
 
 
-def below_floor(gap: dict[str, Any], effects: Sequence[str], unit: str) -> list[str]:
+def below_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
     """Return the note on an error that is smaller than the noise floor as it was estimated, if the named effects leave one.
 
     Examples
     --------
-    >>> gap = {"rmse_with_effect_n": 0.0226, "noise_floor_n": 0.0235, "noise_floor_low_n": 0.0221, "noise_floor_high_n": 0.025}
+    >>> gap = Gap.model_construct(rmse_with_effect_n=0.0226, noise_floor_n=0.0235, noise_floor_low_n=0.0221, noise_floor_high_n=0.025)
     >>> below_floor(gap, ("zero_offset",), "N")
     ['the error with the effect is below the noise floor, which is known to 0.0221..0.025 N: nothing above noise is left']
     >>> below_floor(gap, (), "N")
     []
     """
-    left, floor, low, high = (gap[k] for k in ("rmse_with_effect_n", "noise_floor_n", "noise_floor_low_n", "noise_floor_high_n"))
-    if not effects or left >= floor:
+    left, floor, low, high = gap.rmse_with_effect_n, gap.noise_floor_n, gap.noise_floor_low_n, gap.noise_floor_high_n
+    if not effects or left is None or floor is None or left >= floor:
         return []
     known = "which is an estimate" if low is None else f"which is known to {low:.3g}..{high:.3g} {unit}"
     return [f"the error with the effect is below the noise floor, {known}: nothing above noise is left"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.diagnosis import PlanDocument, PlannedEffect
 from sstl_cli.core.errors import SstlError
 from sstl_cli.diagnosis import scaling
 from sstl_cli.diagnosis.constants import DECIDABLE
@@ -42,7 +42,7 @@ class Told:
     d2: float
 
 
-def run(scenario: Scenario, effects: Sequence[str] | None = None, advance: Callable[[float], None] = lambda _: None) -> dict[str, Any]:
+def run(scenario: Scenario, effects: Sequence[str] | None = None, advance: Callable[[float], None] = lambda _: None) -> PlanDocument:
     """Return what a scenario's recordings would tell, ``sstl.diagnosis.plan/1``.
 
     Parameters
@@ -76,18 +76,19 @@ def run(scenario: Scenario, effects: Sequence[str] | None = None, advance: Calla
         told = _told(found, shown[e], rivals, max((float(cosine[at, names.index(n)]) for n in near), default=0.0))
         rows.append(_row(shown[e], told, unit_n))
         advance(0.5 / len(shown))
-    rows.sort(key=lambda r: r["gap_n"])
-    body: dict[str, Any] = {
-        "schema": SCHEMA,
-        "runs": len(sim.problem.records),
-        "samples": sum(len(r.raw) for r in sim.problem.records),
-        "noise": scenario.noise.model_dump(),
-        "decidable_d2": DECIDABLE,
-        "effects": rows,
-        "classes": classes(rows),
-        "set_aside": sim.problem.set_aside,
-    }
-    return {**body, "sentence": sentence(body)}
+    rows.sort(key=lambda r: r.gap_n)
+    alike = classes(rows)
+    return PlanDocument(
+        schema="sstl.diagnosis.plan/1",
+        runs=len(sim.problem.records),
+        samples=sum(len(r.raw) for r in sim.problem.records),
+        noise=scenario.noise.model_dump(),
+        decidable_d2=DECIDABLE,
+        effects=rows,
+        classes=alike,
+        set_aside=sim.problem.set_aside,
+        sentence=sentence(rows, alike),
+    )
 
 
 def _planned(scenario: Scenario) -> tuple[Search, float]:
@@ -158,46 +159,45 @@ def _sized(sim: Simulator, own: Fit, name: str, size: float) -> Fit:
     return fit(sim, own.whiten, own.hypothesis, own.theta, values, 0)
 
 
-def _row(shown: Shown, told: Told, unit_n: float) -> dict[str, Any]:
+def _row(shown: Shown, told: Told, unit_n: float) -> PlannedEffect:
     p = get(shown.effect).parameter(shown.parameter)
     reach = max(abs(p.high - p.neutral), abs(p.low - p.neutral))
     settled = told.d2 >= 0.75 * DECIDABLE
-    return {
-        "effect": shown.effect,
-        "title": get(shown.effect).title,
-        "parameter": shown.parameter,
-        "unit": shown.unit,
-        "least_size": scaling.parameter(shown.size, shown.unit, unit_n),
-        "gap_n": shown.gap_n * unit_n,
-        "shows": shown.size <= reach,
-        "rival": told.rival,
-        "told_size": scaling.parameter(told.size, shown.unit, unit_n) if settled and shown.size <= reach else None,
-        "d2": told.d2 if told.rival else None,
-    }
+    return PlannedEffect(
+        effect=shown.effect,
+        title=get(shown.effect).title,
+        parameter=shown.parameter,
+        unit=shown.unit,
+        least_size=scaling.parameter(shown.size, shown.unit, unit_n),
+        gap_n=shown.gap_n * unit_n,
+        shows=shown.size <= reach,
+        rival=told.rival,
+        told_size=scaling.parameter(told.size, shown.unit, unit_n) if settled and shown.size <= reach else None,
+        d2=told.d2 if told.rival else None,
+    )
 
 
-def classes(rows: Sequence[dict[str, Any]]) -> list[list[str]]:
+def classes(rows: Sequence[PlannedEffect]) -> list[list[str]]:
     """Return the sets of effects that this movement cannot tell apart at any size within their ranges.
 
     Examples
     --------
-    >>> row = lambda e, r, told: {"effect": e, "rival": r, "told_size": told, "shows": True}
+    >>> row = lambda e, r, told: PlannedEffect.model_construct(effect=e, rival=r, told_size=told, shows=True)
     >>> classes([row("a", "b", None), row("b", "c", None), row("c", "a", 1.0), row("d", "a", 2.0)])
     [['a', 'b', 'c']]
     """
     groups: list[set[str]] = []
     for r in rows:
-        if r["told_size"] is None and r["shows"] and r["rival"] is not None:
-            pair = {r["effect"], r["rival"]}
+        if r.told_size is None and r.shows and r.rival is not None:
+            pair = {r.effect, r.rival}
             touching = [g for g in groups if g & pair]
             groups = [g for g in groups if not g & pair] + [pair.union(*touching)]
     return sorted(sorted(g) for g in groups)
 
 
-def sentence(body: dict[str, Any]) -> str:
+def sentence(rows: Sequence[PlannedEffect], alike: Sequence[Sequence[str]]) -> str:
     """Return the plan in one sentence."""
-    rows = body["effects"]
-    seen, told = sum(r["shows"] for r in rows), sum(r["told_size"] is not None for r in rows)
-    apart = "; ".join(" or ".join(c) for c in body["classes"])
+    seen, told = sum(r.shows for r in rows), sum(r.told_size is not None for r in rows)
+    apart = "; ".join(" or ".join(c) for c in alike)
     text = f"With this movement {seen} of {len(rows)} effects would show within their ranges, and {told} of them be told from every other"
     return f"{text}; not apart: {apart}." if apart else f"{text}."

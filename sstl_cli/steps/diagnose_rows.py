@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from sstl_cli.core.documents.diagnosis import Beside, Candidate, Gap, Parameter
 from sstl_cli.diagnosis import limit, scaling, shrink
+from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.fit import Fit
@@ -16,9 +18,10 @@ from sstl_cli.steps.diagnose_given import Errors, Given, name
 
 # rivals whose distance from the winner is worked out
 RIVALS = 5
+UNTOLD = "no interval is worked out for the channels beside"
 
 
-def candidates(g: Given, errors: Errors) -> list[dict[str, Any]]:
+def fitted(g: Given, errors: Errors) -> list[Candidate]:
     """Return single effects, what is named or as probable as they are, and faults of the recorder, the most probable first."""
     ranked = g.search.ranked()
 
@@ -30,11 +33,27 @@ def candidates(g: Given, errors: Errors) -> list[dict[str, Any]]:
     shown = [w for w in ranked if len(w.ids) == 1 or w in near or w.ids in named or tuple(sorted(w.ids)) in named]
     lead = next((w for w in ranked if w.fit is g.accepted), ranked[0] if ranked else None)
     rows = [_row(g, errors, w, lead if w in near else None) for w in shown]
-    rows += [_recorder_row(g, r) for r in g.recorder]
-    return sorted(rows, key=lambda row: -float(row["probability"]))
+    return sorted([*rows, *(_recorder_row(g, r) for r in g.recorder)], key=_improbable)
 
 
-def _row(g: Given, errors: Errors, w: Weighed, lead: Weighed | None) -> dict[str, Any]:
+def only_beside(g: Given, rows: Sequence[Candidate]) -> list[ChannelGap]:
+    """Return what the channels beside the output show and no other candidate does, one an effect."""
+    found: dict[str, ChannelGap] = {}
+    for gap in g.beside:
+        found.setdefault(gap.effect, gap)
+    return [gap for effect, gap in found.items() if all(row.id != effect for row in rows)]
+
+
+def candidates(g: Given, rows: Sequence[Candidate], only: Sequence[ChannelGap]) -> list[Candidate]:
+    """Return all candidates, the most probable first."""
+    return sorted([*rows, *(_beside_row(g, gap) for gap in only)], key=_improbable)
+
+
+def _improbable(row: Candidate) -> float:
+    return -(row.probability or 0.0)
+
+
+def _row(g: Given, errors: Errors, w: Weighed, lead: Weighed | None) -> Candidate:
     sim, f = g.search.sim, w.fit
     held = errors.accepted if f is g.accepted else errors.known + g.search.held_out.residual(f)
     intervals = shrink.parameter_intervals(sim, f)
@@ -43,32 +62,32 @@ def _row(g: Given, errors: Errors, w: Weighed, lead: Weighed | None) -> dict[str
     base = errors.rms(errors.base)
     best = next((s for s in ("identifiable", "weak") if s in strengths), "not_identifiable")
     instrument = all(get(i).stage == INSTRUMENT for i in w.ids)
-    return {
-        "id": name(w.ids),
-        "probability": g.verdict.probabilities.get(tuple(sorted(w.ids)), 0.0),
-        "rmse_held_out_n": errors.rms(held),
-        "shrink_pct": 100.0 * (1.0 - errors.rms(held) / base) if base > 0.0 else 0.0,
-        "evidence_nats": w.evidence,
-        "gain_nats": w.gain,
-        "discrepancy": f.discrepancy,
-        "d2": None if lead is None or lead is w else limit.distance2(sim, lead.fit, f),
-        "change": _change(g, f),
-        "sensor": [x.parameter.name for x in f.hypothesis.strengths] if instrument else None,
-        "parameters": [
-            {
-                "name": x.parameter.name,
-                "effect": x.effect.id,
-                "unit": x.parameter.unit,
-                "estimate": float(v),
-                "ci95": None if ci is None else [ci.low, ci.high],
-                "why": "the data do not hold it" if ci is None else None,
-                "at_bound": f.at_bound(i),
-                "identifiability": labels[i],
-            }
+    return Candidate(
+        id=name(w.ids),
+        probability=g.verdict.probabilities.get(tuple(sorted(w.ids)), 0.0),
+        rmse_held_out_n=errors.rms(held),
+        shrink_pct=100.0 * (1.0 - errors.rms(held) / base) if base > 0.0 else 0.0,
+        evidence_nats=w.evidence,
+        gain_nats=w.gain,
+        discrepancy=f.discrepancy,
+        d2=None if lead is None or lead is w else limit.distance2(sim, lead.fit, f),
+        change=_change(g, f),
+        sensor=[x.parameter.name for x in f.hypothesis.strengths] if instrument else None,
+        parameters=[
+            Parameter(
+                name=x.parameter.name,
+                effect=x.effect.id,
+                unit=x.parameter.unit,
+                estimate=float(v),
+                ci95=None if ci is None else (ci.low, ci.high),
+                why="the data do not hold it" if ci is None else None,
+                at_bound=f.at_bound(i),
+                identifiability=labels[i],
+            )
             for i, (x, v, ci) in enumerate(zip(f.free, f.values, intervals, strict=True))
         ],
-        "identifiability": best,
-    }
+        identifiability=best,
+    )
 
 
 def _change(g: Given, f: Fit) -> dict[str, float] | None:
@@ -82,87 +101,99 @@ def _change(g: Given, f: Fit) -> dict[str, float] | None:
     return moved or None
 
 
-def _recorder_row(g: Given, r: RecorderEffect) -> dict[str, Any]:
-    parameters = [
-        {
-            "name": k,
-            "effect": r.id,
-            "unit": get(r.id).parameter(k).unit,
-            "estimate": v,
-            "ci95": None,
-            "why": "counted in this record, not estimated",
-            "at_bound": False,
-            "identifiability": "identifiable",
-        }
-        for k, v in r.parameters.items()
-    ]
-    return {
-        "id": r.id,
-        "probability": g.verdict.probabilities.get((r.id,), 0.0),
-        "rmse_held_out_n": None,
-        "shrink_pct": 100.0 * (1.0 - np.sqrt(max(1.0 - r.removed_n2 / max(r.total_n2, 1e-300), 0.0))),
-        "d2": None,
-        "sensor": None,
-        "parameters": parameters,
-        "identifiability": "identifiable",
-    }
+def _recorder_row(g: Given, r: RecorderEffect) -> Candidate:
+    return Candidate(
+        id=r.id,
+        probability=g.verdict.probabilities.get((r.id,), 0.0),
+        rmse_held_out_n=None,
+        shrink_pct=100.0 * (1.0 - float(np.sqrt(max(1.0 - r.removed_n2 / max(r.total_n2, 1e-300), 0.0)))),
+        d2=None,
+        sensor=None,
+        parameters=_counted(r.id, r.parameters, "counted in this record, not estimated"),
+        identifiability="identifiable",
+    )
 
 
-def add_beside(g: Given, body: dict[str, Any]) -> None:
-    """Add what the channels beside the output show."""
-    if not g.beside:
-        return
-    best = max(g.beside, key=lambda x: x.gain)
-    body["beside"] = {
-        "channel": best.channel,
-        "unit": best.unit,
-        "effects": [best.effect],
-        "rmse_base": best.rmse_base,
-        "rmse_with_effect": best.rmse_with,
-        "shrink_pct": 100.0 * (1.0 - best.rmse_with / max(best.rmse_base, 1e-300)),
-        "parameters": best.values,
-    }
-    for gap in g.beside:
-        if any(row["id"] == gap.effect for row in body["candidates"]):
-            continue
-        body["candidates"].append(
-            {
-                "id": gap.effect,
-                "probability": g.verdict.probabilities.get((gap.effect,), 0.0),
-                "rmse_held_out_n": gap.rmse_with if gap.unit == "N" else None,
-                "shrink_pct": 100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)),
-                "d2": None,
-                "sensor": gap.channel,
-                "parameters": [
-                    {
-                        "name": k,
-                        "effect": gap.effect,
-                        "unit": get(gap.effect).parameter(k).unit,
-                        "estimate": v,
-                        "ci95": None,
-                        "why": "no interval is worked out for the channels beside",
-                        "at_bound": False,
-                        "identifiability": "identifiable",
-                    }
-                    for k, v in gap.values.items()
-                ],
-                "identifiability": "identifiable",
-            }
+def _beside_row(g: Given, gap: ChannelGap) -> Candidate:
+    return Candidate(
+        id=gap.effect,
+        probability=g.verdict.probabilities.get((gap.effect,), 0.0),
+        rmse_held_out_n=gap.rmse_with if gap.unit == "N" else None,
+        shrink_pct=_fall_pct(gap),
+        d2=None,
+        sensor=gap.channel,
+        parameters=_counted(gap.effect, gap.values, UNTOLD),
+        identifiability="identifiable",
+    )
+
+
+def _counted(effect_id: str, values: Mapping[str, float], why: str) -> list[Parameter]:
+    """Return parameters that have no interval, and why."""
+    return [
+        Parameter(
+            name=k,
+            effect=effect_id,
+            unit=get(effect_id).parameter(k).unit,
+            estimate=v,
+            ci95=None,
+            why=why,
+            at_bound=False,
+            identifiability="identifiable",
         )
-        if (gap.effect,) == g.verdict.effects:
-            body["notes"].append(f"the error is that of channel {gap.channel}; where it lies is told of the output")
-            body["gap"].update(
-                samples=f"channel {gap.channel} ({gap.unit})",
-                held_out=False,
-                shrink_ci95_pct=None,
-                shrink_why="no interval is worked out for the channels beside",
-                shrink_pct=100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300)),
-                explained_of_reducible_pct=None,
-                noise_floor_low_n=None,
-                noise_floor_high_n=None,
-            )
-            if gap.unit == "N":
-                body["gap"].update(
-                    rmse_base_n=gap.rmse_base, rmse_retuned_n=gap.rmse_base, rmse_with_effect_n=gap.rmse_with, noise_floor_n=gap.noise
-                )
-    body["candidates"].sort(key=lambda row: -float(row["probability"]))
+        for k, v in values.items()
+    ]
+
+
+def _fall_pct(gap: ChannelGap) -> float:
+    return 100.0 * (1.0 - gap.rmse_with / max(gap.rmse_base, 1e-300))
+
+
+def beside(g: Given) -> Beside | None:
+    """Return what the likeliest effect beside the output does to its channel, where there is any."""
+    if not g.beside:
+        return None
+    best = max(g.beside, key=lambda x: x.gain)
+    return Beside(
+        channel=best.channel,
+        unit=best.unit,
+        effects=[best.effect],
+        rmse_base=best.rmse_base,
+        rmse_with_effect=best.rmse_with,
+        shrink_pct=_fall_pct(best),
+        parameters=best.values,
+    )
+
+
+def _told_beside(g: Given, only: Sequence[ChannelGap]) -> ChannelGap | None:
+    return next((x for x in only if (x.effect,) == g.verdict.effects), None)
+
+
+def notes_beside(g: Given, only: Sequence[ChannelGap]) -> list[str]:
+    """Return what to know of a verdict on what only a channel beside the output shows."""
+    own = _told_beside(g, only)
+    return [] if own is None else [f"the error is that of channel {own.channel}; where it lies is told of the output"]
+
+
+def gap_beside(g: Given, gap: Gap, only: Sequence[ChannelGap]) -> Gap:
+    """Return the gap in numbers: of the channel beside the output where the verdict is about what only that shows."""
+    own = _told_beside(g, only)
+    if own is None:
+        return gap
+    changed: dict[str, object] = {
+        "samples": f"channel {own.channel} ({own.unit})",
+        "held_out": False,
+        "shrink_ci95_pct": None,
+        "shrink_why": UNTOLD,
+        "shrink_pct": _fall_pct(own),
+        "explained_of_reducible_pct": None,
+        "noise_floor_low_n": None,
+        "noise_floor_high_n": None,
+    }
+    if own.unit == "N":
+        changed |= {
+            "rmse_base_n": own.rmse_base,
+            "rmse_retuned_n": own.rmse_base,
+            "rmse_with_effect_n": own.rmse_with,
+            "noise_floor_n": own.noise,
+        }
+    return gap.model_copy(update=changed)

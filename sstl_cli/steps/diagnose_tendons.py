@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, TendonBlock, Verdict
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.effects import catalogue
@@ -28,11 +29,11 @@ class TendonsDiagnosis:
     """One diagnosis a tendon; the one with the largest gap speaks for the log."""
 
     first: Diagnosis
-    body: dict[str, Any]
+    body: DiagnosisDocument
 
     def document(self) -> dict[str, Any]:
-        """Return the leading tendon's document, with ``tendon`` and one block a tendon in ``tendons``."""
-        return self.body
+        """Return the leading tendon's document as its JSON is written, with ``tendon`` and one block a tendon in ``tendons``."""
+        return self.body.plain()
 
     def model(self) -> Scenario:
         """Return the accepted simulator of the leading tendon."""
@@ -75,19 +76,21 @@ def run(
     for name in names:
         own = [with_neighbours(r, runs) for r in runs if r.system == "act" and (r.tendon or "") == name]
         try:
-            found[name] = diagnose.run([*own, *shared], options, lambda share: advance(share / len(names)), since)
-            _leave_to_the_user(found[name].document())
+            said = diagnose.run([*own, *shared], options, lambda share: advance(share / len(names)), since)
+            found[name] = replace(said, body=_left_to_the_user(said.body))
         except SstlError as error:
             failed[name] = error
     if not found:
         raise next(iter(failed.values()))
-    first = max(found, key=lambda n: (found[n].document()["verdict"]["status"] != "none", _reducible(found[n]), n))
-    body = dict(found[first].document())
-    body["tendon"] = first
-    body["tendons"] = [_block(name, found[name]) if name in found else _failure(name, failed[name]) for name in names]
-    body["sentence"] = f"Tendon {first or 'without name'}: {body['sentence']}"
-    body["analysis"] = {**body["analysis"], "set_aside": _set_aside(runs, found, failed)}
-    return TendonsDiagnosis(found[first], body)
+    first = max(found, key=lambda n: (found[n].body.verdict.status != "none", _reducible(found[n].body), n))
+    leading = found[first].body
+    told = {
+        "tendon": first,
+        "tendons": [_block(name, found[name].body) if name in found else _failure(name, failed[name]) for name in names],
+        "sentence": f"Tendon {first or 'without name'}: {leading.sentence}",
+        "analysis": leading.analysis and leading.analysis.model_copy(update={"set_aside": _set_aside(runs, found, failed)}),
+    }
+    return TendonsDiagnosis(found[first], leading.model_copy(update=told))
 
 
 def with_neighbours(run: Run, runs: Sequence[Run]) -> Run:
@@ -124,38 +127,35 @@ def _covers(other: Run, run: Run) -> bool:
     return bool(overlap >= COVERED * (run.time_s[-1] - run.time_s[0]))
 
 
-def lines(document: dict[str, Any]) -> list[str]:
+def lines(document: DiagnosisDocument) -> list[str]:
     """Return one line a tendon for the screen."""
-    return [f"tendon {b['tendon'] or '(no name)'}: {b['sentence']}" for b in document.get("tendons", [])]
+    return [f"tendon {b.tendon or '(no name)'}: {b.sentence}" for b in document.tendons or ()]
 
 
-def _reducible(found: Diagnosis) -> float:
-    gap = found.document()["gap"]
-    return float(gap["rmse_retuned_n"] - gap["noise_floor_n"])
+def _reducible(found: DiagnosisDocument) -> float:
+    return (found.gap.rmse_retuned_n or 0.0) - (found.gap.noise_floor_n or 0.0)
 
 
-def _block(name: str, found: Diagnosis) -> dict[str, Any]:
-    document = found.document()
-    return {"tendon": name, **{k: document[k] for k in BLOCK if k in document}}
+def _block(name: str, found: DiagnosisDocument) -> TendonBlock:
+    return TendonBlock(tendon=name, **{k: getattr(found, k) for k in BLOCK if k in found.model_fields_set})
 
 
-def _failure(name: str, error: SstlError) -> dict[str, Any]:
-    verdict: dict[str, Any] = {"status": "unknown", "effects": [], "confidence": None, "ambiguity_group": [], "why": error.what}
-    return {"tendon": name, "sentence": f"not diagnosed: {error.what}", "verdict": verdict}
+def _failure(name: str, error: SstlError) -> TendonBlock:
+    verdict = Verdict(status="unknown", effects=[], confidence=None, ambiguity_group=[], why=error.what)
+    return TendonBlock(tendon=name, sentence=f"not diagnosed: {error.what}", verdict=verdict)
 
 
-def _leave_to_the_user(document: dict[str, Any]) -> None:
+def _left_to_the_user(document: DiagnosisDocument) -> DiagnosisDocument:
     """Take back a proposed movement that cannot tell what it is meant to: it moves one tendon only."""
-    following = document["next_experiment"]
-    ids = [i for text in following["separates"] for i in text.split(" + ")] if following else []
-    between = [i for i in ids if i in catalogue() and catalogue()[i].channel == "neighbour"]
-    if between:
-        document["next_experiment"] = None
-        what = " from ".join(following["separates"])
-        document["notes"].append(f"to tell {what}: hold this tendon while a neighbour moves, then move it while the neighbour holds")
+    separates = document.next_experiment.separates if document.next_experiment else []
+    ids = [i for text in separates for i in text.split(" + ")]
+    if not any(i in catalogue() and catalogue()[i].channel == "neighbour" for i in ids):
+        return document
+    note = f"to tell {' from '.join(separates)}: hold this tendon while a neighbour moves, then move it while the neighbour holds"
+    return document.model_copy(update={"next_experiment": None, "notes": [*(document.notes or []), note]})
 
 
 def _set_aside(runs: Sequence[Run], found: dict[str, Diagnosis], failed: dict[str, SstlError]) -> dict[str, str]:
-    aside = {k: v for d in found.values() for k, v in d.document()["analysis"]["set_aside"].items()}
+    aside = {k: v for d in found.values() if d.body.analysis for k, v in d.body.analysis.set_aside.items()}
     lost = {r.run_id: failed[r.tendon or ""].what for r in runs if r.system == "act" and (r.tendon or "") in failed}
     return {**aside, **lost}

@@ -62,10 +62,10 @@ def name_change(before: Sequence[Run], since: Sequence[Run], sim: Scenario | Non
     except SstlError as error:
         return _unknown(f"the loops since the change cannot be diagnosed: {error.what}")
     theta = None if old is None else (_theta(old), _theta(new))
-    verdict = new.document()["verdict"]
-    status, effects = verdict["status"], tuple(verdict["effects"])
+    verdict = new.body.verdict
+    status, effects = verdict.status, tuple(verdict.effects)
     if old is None:
-        return Naming(status, effects, tuple(verdict["ambiguity_group"]), verdict["confidence"], theta, f"{why}; {verdict['why']}")
+        return Naming(status, effects, tuple(verdict.ambiguity_group), verdict.confidence, theta, f"{why}; {verdict.why}")
     if status == "none" and theta is not None:
         moved = abs(theta[1] - theta[0]) > SAME_THETA * max(theta[0], 0.05)
         text = (
@@ -73,14 +73,14 @@ def name_change(before: Sequence[Run], since: Sequence[Run], sim: Scenario | Non
             if moved
             else "the simulator fitted before explains the loops since: the change is smaller than it can tell, or a false alarm"
         )
-        return Naming("retuned" if moved else "none", (), (), verdict["confidence"], theta, text)
-    known = set(old.document()["verdict"]["effects"])
+        return Naming("retuned" if moved else "none", (), (), verdict.confidence, theta, text)
+    known = set(old.body.verdict.effects)
     if status not in ("identified", "ambiguous") and known:
-        again = run(since, options).document()["verdict"]
-        if again["status"] == "identified" and set(again["effects"]) <= known:
-            grown = f"{' + '.join(again['effects'])}, there before the change, is stronger since"
-            return Naming("identified", tuple(again["effects"]), (), again["confidence"], theta, grown)
-    return Naming(status, effects, tuple(verdict["ambiguity_group"]), verdict["confidence"], theta, verdict["why"])
+        again = run(since, options).body.verdict
+        if again.status == "identified" and set(again.effects) <= known:
+            grown = f"{' + '.join(again.effects)}, there before the change, is stronger since"
+            return Naming("identified", tuple(again.effects), (), again.confidence, theta, grown)
+    return Naming(status, effects, tuple(verdict.ambiguity_group), verdict.confidence, theta, verdict.why)
 
 
 def _named(one: Run) -> Run:

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from sstl_cli.blind import seal
 from sstl_cli.cli import _blind_files as files
 from sstl_cli.cli import blind
+from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import sha256
 from sstl_cli.diagnosis import weights
@@ -66,8 +67,8 @@ def oracle(root, spoil=lambda name, verdict: verdict):
             "seconds": 1.0,
             "error": None,
             "model": None,
-            "log_sha256": plan[name]["sha256"],
-            "exclude": plan[name]["exclude"],
+            "log_sha256": plan[name].sha256,
+            "exclude": list(plan[name].exclude),
             "diagnosis": {
                 "verdict": spoil(name, verdict),
                 "gap": {"shrink_pct": 50.0 if named else None},
@@ -199,7 +200,7 @@ def test_diagnosing_needs_one_recording_and_no_name(made, tmp_path):
     (bare / "cases").mkdir(parents=True)
     (bare / "results").mkdir()
     shutil.copy(made / "cases" / f"{name}.parquet", bare / "cases" / "other-77.parquet")
-    files._diagnose_one((str(bare), "other-77", {**plan[name], "case": "other-77"}))
+    files._diagnose_one((str(bare), "other-77", replace(plan[name], case="other-77")))
     a, b = (json.loads(p.read_text()) for p in (with_all / "results" / f"{name}.json", bare / "results/other-77.json"))
     for r in (a, b):
         assert r.pop("seconds") > 0
@@ -339,8 +340,8 @@ def test_rates_come_twice_where_distances_are_known(own, monkeypatch):
         effects = sorted(truth["effects"])
         far = 100.0 if case == first else 3.0
         known = {"d2_base": far, "d2_rival": far, "rival": "slack"} if effects else {"d2_base": None, "d2_rival": None, "rival": None}
-        body = {"schema": blind_limit.CASE, "case": case, "effects": list(effects), "why": None}
-        return {**body, **known, "decidable": case == first, "decidable_known": True}
+        body = dict.fromkeys(("channel", "d2_base_known", "d2_rival_known", "d2_law", "d2_own", "why"))
+        return CaseDistance(case=case, effects=effects, rivals={}, decidable=case == first, decidable_known=True, **body, **known)
 
     monkeypatch.setattr(blind_limit, "run", measured)
     assert call("limit", own, "--workers", 1).exit_code == 0

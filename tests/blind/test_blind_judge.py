@@ -5,7 +5,8 @@ from scipy.stats import binomtest
 
 from sstl_cli.blind import sides
 from sstl_cli.blind.judge import judge, share, wilson
-from sstl_cli.blind.score import baselines, confusion, document, reliability, targets
+from sstl_cli.blind.score import Set, baselines, confusion, document, reliability, targets
+from sstl_cli.core.documents.blind import CaseDistance, Scores
 
 
 def truth(effects=(), band=1.2, excluded=False, unlisted=(), poor=None, wrong_nominal=False):
@@ -74,7 +75,7 @@ def test_wilson_agrees_with_scipy(k, n):
 
 def test_no_case_is_no_share():
     assert share([]) is None
-    assert share([True, False, True])["share"] == pytest.approx(2 / 3)
+    assert share([True, False, True]).share == pytest.approx(2 / 3)
 
 
 def test_reliability_of_a_liar():
@@ -82,8 +83,8 @@ def test_reliability_of_a_liar():
     cases = [case(truth(["a"]), verdict("identified", [e], confidence=0.95), f"c{i}") for i, e in enumerate("ab" * 10)]
     bins, ece = reliability(cases)
     assert ece == pytest.approx(0.45)
-    assert [b["n"] for b in bins] == [20]
-    assert bins[0]["share_right"] == 0.5
+    assert [b.n for b in bins] == [20]
+    assert bins[0].share_right == 0.5
 
 
 def test_verdicts_without_a_confidence_do_not_count_as_stated():
@@ -92,9 +93,9 @@ def test_verdicts_without_a_confidence_do_not_count_as_stated():
         case(truth(["a"]), verdict("unknown", confidence=None), "c2"),
     ]
     bins, ece = reliability(cases)
-    assert [b["n"] for b in bins] == [1] and ece == pytest.approx(0.2)
+    assert [b.n for b in bins] == [1] and ece == pytest.approx(0.2)
     assert reliability(cases[1:]) == ([], None)
-    assert document(cases)["scores"]["isolation"]["n"] == 2
+    assert document(cases, sides.compared(cases), Set()).plain()["scores"]["isolation"]["n"] == 2
 
 
 def test_simulators_stand_side_by_side_and_decidable_cases_apart():
@@ -104,16 +105,16 @@ def test_simulators_stand_side_by_side_and_decidable_cases_apart():
         case({**truth(["b"], 4.0), "simulator": "variant"}, verdict("ambiguous", ["c"], ["c", "b"]), "c3"),
         case({**truth(band=None), "simulator": "variant"}, verdict("none"), "c4"),
     ]
-    distances = {c: {"d2_base": 30.0, "d2_rival": 90.0, "decidable": c in ("c1", "c3")} for c in ("c1", "c2", "c3")}
-    found = sides.document(cases, distances)
-    rows = {r["simulator"]: r for r in found["by_simulator"]}
+    told = {c: CaseDistance.model_construct(d2_base=30.0, d2_rival=90.0, decidable=c in ("c1", "c3")) for c in ("c1", "c2", "c3")}
+    found = sides.compared(cases, told)
+    rows = {r.simulator: r.plain() for r in found.by_simulator}
     assert list(rows) == ["rig", "variant", "all"] and [r["cases"] for r in rows.values()] == [1, 3, 4]
     assert (rows["variant"]["isolation"]["4"]["k"], rows["variant"]["isolation"]["4"]["n"]) == (0, 2)
     assert rows["variant"]["in_group"]["4"]["k"] == 1 and rows["rig"]["scores"]["false_alarm"] is None
     assert rows["all"]["scores"]["wrong_commits"]["k"] == 1
     # where nothing is missing there is nothing to decide: that case stays
-    assert [r["cases"] for r in found["decidable"]] == [1, 2, 3]
-    assert sides.document(cases)["decidable"] is None and [r["cases"] for r in found["by_d2"]] == [0, 0, 3, 0, 0, 0]
+    assert [r.cases for r in found.decidable] == [1, 2, 3]
+    assert sides.compared(cases).decidable is None and [r.cases for r in found.by_d2] == [0, 0, 3, 0, 0, 0]
 
 
 def test_score_counts_what_was_put_in():
@@ -128,7 +129,7 @@ def test_score_counts_what_was_put_in():
         case(truth(["a"], 4.0, excluded=True), verdict("unknown"), "c8"),
         case(truth(["hum"], 1.2, unlisted=["hum"]), verdict("identified", ["b"]), "c9"),
     ]
-    body = document(cases)
+    body = document(cases, sides.compared(cases), Set()).plain()
     scores = body["scores"]
     assert (scores["isolation"]["k"], scores["isolation"]["n"]) == (1, 2)
     assert (scores["isolation_weak"]["k"], scores["isolation_weak"]["n"]) == (0, 1)
@@ -155,7 +156,7 @@ def test_confusion_holds_every_case_once():
         case(truth(band=None), verdict("unknown")),
         case(truth(["a"], poor="slow"), verdict("none")),
     ]
-    found = confusion(cases)
+    found = confusion(cases).plain()
     cells = {
         (r, c): n for r, row in zip(found["labels"], found["matrix"], strict=True) for c, n in zip(found["columns"], row, strict=True) if n
     }
@@ -168,7 +169,7 @@ def test_baselines_stand_beside_each_strength():
         case(truth(["a"], 0.4), verdict("none", baseline="b"), "c2"),
         case(truth(band=None), verdict("none", baseline="b"), "c3"),
     ]
-    rows = {r["name"]: r for r in baselines(cases)}
+    rows = {r.name: r.plain() for r in baselines(cases)}
     assert rows["smallest RMSE at 4"]["isolation"]["k"] == 1
     assert rows["smallest RMSE at 0.4"]["wrong_commits"]["k"] == 1
     assert rows["iid BIC at 4"]["false_alarm"]["k"] == 1
@@ -178,8 +179,8 @@ def test_baselines_stand_beside_each_strength():
 
 def test_targets_without_cases_are_neither_met_nor_missed():
     empty = dict.fromkeys(("isolation", "isolation_weak", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage"))
-    scores = {**empty, "false_alarm": share([False] * 49 + [True]), "ece": 0.2}
-    met = {t["id"]: t["met"] for t in targets(scores)}
+    scores = Scores(**{**empty, "false_alarm": share([False] * 49 + [True]), "unknown_recall": None, "ece": 0.2})
+    met = {t.id: t.met for t in targets(scores)}
     assert met["false_alarm"] is True and met["ece"] is False
     assert met["isolation"] is None and met["coverage"] is None
 
@@ -191,5 +192,5 @@ def test_reasons_of_misses_are_counted_and_ties_go_by_name():
         case(truth(["a"]), verdict("ambiguous", ["a"], ["a", "y"]), "case-0003"),
         case(truth(["a"]), verdict("identified", ["a"]), "case-0004"),
     ]
-    (row,) = document(cases)["by_effect"]
+    (row,) = document(cases, sides.compared(cases), Set()).plain()["by_effect"]
     assert row["reason"] == "2 as well explained by y, w, x; 1 the diagnosis ended with an error"

@@ -103,10 +103,10 @@ def test_cases_that_teach_nothing_stay_out_of_the_examples(tmp_path):
 
 
 def test_learned_weights_name_what_is_clear_and_say_where_they_come_from(tmp_path):
-    weights, report = blind_learn.run([save(tmp_path / "l.parquet", many(180))])
+    weights, report = blind_learn.run([save(tmp_path / "l.parquet", many(180))], "w.json")
     assert weights["provenance"]["seeds"] == [[7, 99]] and weights["provenance"]["simulators"] == sorted(NAMES)
-    assert [r["simulator"] for r in report["left_out"]] == [*sorted(NAMES), "all"]
-    every = report["left_out"][-1]
+    assert [r.simulator for r in report.left_out] == [*sorted(NAMES), "all"]
+    every = report.left_out[-1].plain()
     assert every["cases"] == 180
     assert every["false_alarm"]["share"] < 0.1 and every["wrong_commits"]["share"] < 0.05
     assert all(r["share"] > 0.8 for r in every["exact"].values())
@@ -119,7 +119,7 @@ def test_learned_weights_name_what_is_clear_and_say_where_they_come_from(tmp_pat
 def test_one_simulator_is_too_few_to_learn_from(tmp_path):
     alone = [replace(c, simulator="rig") for c in many(80)]
     with pytest.raises(SstlError, match="E955"):
-        blind_learn.run([save(tmp_path / "l.parquet", alone)])
+        blind_learn.run([save(tmp_path / "l.parquet", alone)], "w.json")
 
 
 def test_simulators_are_dealt_in_turn_within_each_kind():
@@ -158,7 +158,7 @@ def test_an_interrupted_library_goes_on_and_ends_with_the_same_bytes(tmp_path):
         blind_library.run(out, blind_library.Options(7, 10, "mixed", True), gatherer=gathered(asked))
     made = blind_library.run(out, blind_library.Options(6, 10, "mixed", True), gatherer=gathered(asked))
     assert asked == [10, 11, 12, 13, 14, 15] and not out.with_name("l.parquet.parts").exists()
-    assert (made["cases"], made["failed"], made["seeds"]) == (5, 1, [[10, 15]])
+    assert (made.cases, made.failed, made.seeds) == (5, 1, [[10, 15]])
     blind_library.run(whole, blind_library.Options(6, 10, "mixed", True), gatherer=gathered([]))
     assert sha256(out) == sha256(whole)
     assert len(read_library(out)) == 5
@@ -190,10 +190,10 @@ def test_cases_beside_an_accepted_model_have_weights_of_their_own(tmp_path):
     path = tmp_path / "a.parquet"
     facts = {"cases": 180, "failed": 0, "simulators": ["rig"], "seeds": [[500, 679]], "quick": True, "accepted": True}
     write_library(path, to_table(other), Provenance("sstl blind library", None, {}, facts), force=True)
-    alone, _ = blind_learn.run([plain])
-    both, report = blind_learn.run([path, plain])
+    alone, _ = blind_learn.run([plain], "w.json")
+    both, report = blind_learn.run([path, plain], "w.json")
     assert "known" not in alone and {k: v for k, v in both.items() if k != "known"} == alone
-    assert both["known"]["provenance"]["seeds"] == [[500, 679]] and report["accepted"][-1]["cases"] == 180
+    assert both["known"]["provenance"]["seeds"] == [[500, 679]] and report.accepted[-1].cases == 180
     used = from_document(json.loads(json.dumps(both)))
     assert used.known is not None and sorted(used.seeds) == [(7, 99), (500, 679)]
     fresh = rows("presliding", np.random.default_rng(99))

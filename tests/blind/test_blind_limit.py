@@ -12,6 +12,7 @@ from sstl_cli.blind import distance, sides
 from sstl_cli.blind.cases import rebuild
 from sstl_cli.blind.judge import Judged, wilson
 from sstl_cli.blind.schedule import Entry, Job
+from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.effects import get
 from sstl_cli.steps import blind_limit
@@ -26,7 +27,7 @@ def drawn(kind, effects, strength, seed=12, simulator="rig", as_labs=False):
 
 
 def limit(case):
-    return blind_limit.run("c", case.truth, case.sim, case.exclude)
+    return blind_limit.run("c", case.truth, case.sim, case.exclude).plain()
 
 
 @pytest.mark.parametrize(
@@ -104,8 +105,8 @@ def test_strata_and_the_ideal_observer():
         truth = {"effects": {"viscous": {}}, "poor": None, "excluded": False, "unlisted": [], "band": 1.2}
         return Judged(case, truth, status, ("viscous",), ("viscous",), 0.9, 1.0, {}, None, None)
 
-    rows = sides.by_d2([judged("a", "identified"), judged("b", "ambiguous"), judged("c", "identified")], {"a": 30.0, "b": 50.0, "c": 3.0})
-    strata = {r["d2_low"]: r for r in rows}
+    found = sides.by_d2([judged("a", "identified"), judged("b", "ambiguous"), judged("c", "identified")], {"a": 30.0, "b": 50.0, "c": 3.0})
+    strata = {r.d2_low: r.plain() for r in found}
     assert (strata[24.0]["isolation"]["k"], strata[24.0]["isolation"]["n"], strata[24.0]["in_group"]["k"]) == (1, 2, 2)
     assert strata[24.0]["ideal"] == pytest.approx((sides.ideal(30.0) + sides.ideal(50.0)) / 2)
     assert strata[0.0]["cases"] == 1 and strata[1600.0]["ideal"] is None
@@ -117,8 +118,9 @@ def test_a_set_counts_what_could_be_told():
         {"case": "b", "d2_base": 90.0, "d2_rival": 1.0, "decidable": False, "decidable_known": True},
         {"case": "c", "d2_base": None, "d2_rival": None, "decidable": False, "decidable_known": False},
     ]
-    found = blind_limit.document(rows)
-    assert (found["cases"], found["judged"], found["decidable"], found["decidable_known"]) == (3, 2, 1, 2)
+    rest = dict.fromkeys(("channel", "rival", "d2_base_known", "d2_rival_known", "d2_law", "d2_own", "why")) | {"effects": [], "rivals": {}}
+    found = blind_limit.document([CaseDistance(**rest, **row) for row in rows], "0" * 64)
+    assert (found.cases, found.judged, found.decidable, found.decidable_known) == (3, 2, 1, 2)
 
 
 def test_predicted_and_simulated_error_rates_agree():

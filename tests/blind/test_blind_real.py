@@ -61,7 +61,7 @@ def answering(seen):
         error = np.mean([np.mean(r.y_fine - p) for r, p in accepted.predictions(sim, runs)])
         seen.append(float(error))
         named = ["zero_offset"] if abs(error) > 0.1 else []
-        verdict = {"status": "identified" if named else "none", "effects": named, "ambiguity_group": named, "confidence": 0.9}
+        verdict = {"status": "identified" if named else "none", "effects": named, "ambiguity_group": named, "confidence": 0.9, "why": ""}
         return {"verdict": verdict, "gap": {"shrink_pct": 50.0}}, scenario(zero_offset={"z_out_act_n": 0.5})
 
     return diagnose
@@ -70,17 +70,17 @@ def answering(seen):
 def test_an_accepted_term_is_taken_out_and_named():
     seen = []
     found = blind_real.run([recording(offset=0.5)], diagnoser=answering(seen))
-    assert [r["taken_out"] for r in found["trials"]] == [None, "zero_offset"]
-    assert (found["named"], found["of"], found["false_alarm"]) == (1, 1, False)
+    assert [r.taken_out for r in found.trials] == [None, "zero_offset"]
+    assert (found.named, found.of, found.false_alarm) == (1, 1, False)
     assert seen[2] == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_planted_term_has_the_wanted_strength():
     seen = []
     found = blind_real.run([recording()], scenario(), ["zero_offset", "const_friction"], strength=10.0, diagnoser=answering(seen))
-    assert [r["taken_out"] for r in found["trials"]] == [None, "zero_offset", "const_friction"]
-    assert found["of"] == 2 and found["wrong"] <= 1
-    assert found["trials"][1]["values"]
+    assert [r.taken_out for r in found.trials] == [None, "zero_offset", "const_friction"]
+    assert found.of == 2 and found.wrong <= 1
+    assert found.trials[1].values
 
 
 def test_recorder_faults_cannot_be_planted():

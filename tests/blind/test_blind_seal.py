@@ -49,10 +49,10 @@ def test_a_changed_truth_is_refused(change):
 
 
 def test_sets_keep_to_their_purpose():
-    _, closed = sealed()
-    seal.require_purpose(closed, "blind", "here")
+    opened = seal.Truth("blind", (1, 2), True, {})
+    seal.require_purpose(opened, "blind", "here")
     with pytest.raises(SstlError, match="E953"):
-        seal.require_purpose(closed, "calibration", "here")
+        seal.require_purpose(opened, "calibration", "here")
 
 
 @pytest.mark.parametrize(("ours", "theirs", "apart"), [([0, 9], [10, 19], True), ([0, 10], [10, 19], False)])

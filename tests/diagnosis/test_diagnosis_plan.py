@@ -30,7 +30,7 @@ def scenario(*movements, white_n=0.02, bends=(0.45, 0.6), coloured_n=0.0):
 
 
 def rows(*movements, **given):
-    return {r["effect"]: r for r in diagnose_plan.run(scenario(*movements, **given), EFFECTS)["effects"]}
+    return {r.effect: r.plain() for r in diagnose_plan.run(scenario(*movements, **given), EFFECTS).effects}
 
 
 def test_what_shows_grows_with_the_noise():

@@ -16,6 +16,7 @@ import yaml
 
 from sstl_cli.cli import _gates
 from sstl_cli.cli import app as program
+from sstl_cli.core.documents.diagnosis import Candidate, DiagnosisDocument, Gap, Place, Verdict
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -89,13 +90,13 @@ def test_the_container_copies_what_is_there() -> None:
     assert torch in (ROOT / "Makefile").read_text()
 
 
-DOCUMENT = {
-    "sentence": "It comes from <b>.",
-    "verdict": {"status": "identified"},
-    "gap": {"rmse_base_n": 0.9, "rmse_retuned_n": 0.3, "rmse_with_effect_n": None, "noise_floor_n": 0.02},
-    "where": [{"system": "sstl", "phase": "RB", "config_id": "a|b", "share_pct": 40.0}],
-    "candidates": [{"id": "x_y", "probability": 1e-9, "shrink_pct": 1.0}],
-}
+DOCUMENT = DiagnosisDocument.model_construct(
+    sentence="It comes from <b>.",
+    verdict=Verdict.model_construct(status="identified"),
+    gap=Gap.model_construct(rmse_base_n=0.9, rmse_retuned_n=0.3, rmse_with_effect_n=None, noise_floor_n=0.02),
+    where=[Place(system="sstl", phase="RB", config_id="a|b", share_pct=40.0, rmse_n=0.1)],
+    candidates=[Candidate.model_construct(id="x_y", probability=1e-9, shrink_pct=1.0)],
+)
 
 
 def test_junit_has_a_case_a_gate() -> None:
@@ -113,7 +114,7 @@ def test_the_summary_is_plain_markdown() -> None:
     text = _gates.markdown(DOCUMENT, ["--expect: no"])
     assert "\\<b\\>" in text and "a\\|b" in text and "x\\_y" in text and "| with the effect | - |" in text
     assert "**gate missed**: --expect: no" in text and "0.001" in text
-    assert "candidate" not in _gates.markdown({**DOCUMENT, "verdict": {"status": "none"}}, [])
+    assert "candidate" not in _gates.markdown(DOCUMENT.model_copy(update={"verdict": Verdict.model_construct(status="none")}), [])
 
 
 def test_the_notebook_is_a_notebook_without_outputs() -> None:

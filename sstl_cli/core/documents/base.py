@@ -14,6 +14,10 @@ class Part(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
+    def plain(self) -> dict[str, Any]:
+        """Return what JSON is written from, in the order of the fields; one that was not given stays away."""
+        return self.model_dump(by_alias=True, exclude_unset=True)
+
 
 class Document(Part):
     """A document with a schema id in its field ``schema``."""

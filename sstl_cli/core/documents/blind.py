@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
-from sstl_cli.core.documents.base import Document
+from sstl_cli.core.documents.base import Document, Part
+from sstl_cli.core.documents.diagnosis import Verdict
+
+
+class Share(Part):
+    """A proportion k of n with its Wilson interval; null in place of one where no case bears on it."""
+
+    k: int
+    n: int
+    share: float
+    low: float
+    high: float
 
 
 class BlindMakeDocument(Document):
@@ -29,18 +40,227 @@ class BlindRunDocument(Document):
     kept: int
 
 
+class Scores(Part):
+    """Every rate of a set of cases."""
+
+    false_alarm: Share | None
+    isolation: Share | None = Field(description="strengths above 0.6 times the noise")
+    isolation_weak: Share | None = Field(description="strengths of 0.1 to 0.6 times the noise")
+    wrong_commits: Share | None
+    unknown_recall: Share | None
+    both_of_a_pair: Share | None
+    ece: float | None = Field(description="expected calibration error")
+    coverage: Share | None = Field(description="ambiguity groups that hold the truth")
+
+    def of(self, name: str) -> tuple[float | None, Share | None]:
+        """Return a rate by its name: its value, and the proportion where it is one."""
+        found: Share | float | None = getattr(self, name)
+        return (found.share, found) if isinstance(found, Share) else (found, None)
+
+
+class Confusion(Part):
+    """Counts of truth (rows) against verdict (columns)."""
+
+    labels: list[str]
+    columns: list[str]
+    matrix: list[list[int]]
+
+
+class StrengthRow(Part):
+    """The rates at one strength: gap over noise."""
+
+    strength: float
+    isolation: Share | None
+    first_named: Share | None
+    in_group: Share | None
+    said_none: Share | None
+    wrong_commits: Share | None
+    unknown_recall: Share | None
+    both_of_a_pair: Share | None
+    coverage: Share | None
+    group_size: float | None
+
+
+class NothingRow(Part):
+    """The rates where nothing was withheld."""
+
+    strength: None
+    nothing_missing: bool
+    false_alarm: Share | None
+    named: Share | None
+    said_unknown: Share | None
+
+
+class CaseLine(Part):
+    """One case: what was withheld and what was said."""
+
+    case: str
+    kind: str
+    withheld: list[str]
+    strength: float | None
+    status: str
+    effects: list[str]
+    ambiguity_group: list[str]
+    confidence: float | None
+    right: bool
+    wrong_commit: bool
+
+
+class EffectRow(Part):
+    """Isolation of one effect by strength, and its misses."""
+
+    effect: str
+    isolation: dict[str, Share | None]
+    below: int = Field(alias="below_0.1", description="cases below a tenth of the noise")
+    misses: list[CaseLine]
+    reason: str
+
+
+class RuleRow(Part):
+    """What the diagnosis or a simpler rule answered at one strength."""
+
+    name: str
+    strength: float
+    isolation: Share | None
+    false_alarm: Share | None
+    wrong_commits: Share | None
+    unknown_recall: Share | None
+
+
+class ReliabilityBin(Part):
+    """Verdicts of about one stated confidence, and the share of them that was right."""
+
+    p_low: float
+    p_high: float
+    mean_p: float
+    share_right: float
+    n: int
+
+
+class GroupSize(Part):
+    """Size and coverage of the ambiguity set where a verdict names something that was withheld."""
+
+    mean_size: float | None
+    largest: int | None
+    coverage: Share | None
+
+
+class ShrunkCase(Part):
+    """How far the gap of a case was said to shrink, and how far it did on recordings nobody diagnosed."""
+
+    case: str
+    predicted_pct: float
+    realised_pct: float
+
+
+class PoorRates(Part):
+    """The rates on movements that excite little."""
+
+    wrong_commits: Share | None
+    abstained: Share | None
+    coverage: Share | None
+
+
+class WrongNominal(Part):
+    """The rates where the stated simulator was wrong."""
+
+    false_alarm: Share | None
+    isolation: Share | None
+
+
+class Seconds(Part):
+    """Time a case."""
+
+    mean: float | None
+    max: float | None
+
+
+class TargetRow(Part):
+    """A rate beside its target; ``met`` is null where no case bears on it."""
+
+    id: str
+    name: str
+    value: float | None
+    target: float
+    rule: Literal["max", "min", "within"]
+    met: bool | None
+    k: int | None = None
+    n: int | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+class SimulatorRow(Part):
+    """Every rate of one simulator, or of all."""
+
+    simulator: str
+    cases: int
+    scores: Scores
+    isolation: dict[str, Share | None] = Field(description="by strength")
+    in_group: dict[str, Share | None] = Field(description="by strength")
+
+
+class DistanceRow(Part):
+    """Rates in one stratum of the distance, beside an ideal observer's."""
+
+    d2_low: float
+    d2_high: float | None
+    cases: int
+    isolation: Share | None
+    in_group: Share | None
+    ideal: float | None
+    unknown_recall: Share | None
+    both_of_a_pair: Share | None
+
+
 class BlindScoreDocument(Document):
     """How well the diagnosis did, by strength and effect (``sstl blind score``)."""
 
     schema_id: Literal["sstl.blind.score/1"] = Field(alias="schema")
     cases: int
-    scores: dict[str, Any]
-    by_simulator: list[dict[str, Any]] = Field(description="every rate by simulator, all together last")
-    decidable: list[dict[str, Any]] | None = Field(description="the same on cases that the recordings could decide")
-    by_d2: list[dict[str, Any]] | None = Field(description="rates in strata of the smaller distance, beside an ideal observer's")
-    verdicts: list[dict[str, Any]]
-    gates_missed: list[str]
+    kinds: dict[str, int]
+    confusion: Confusion
+    by_strength: list[StrengthRow | NothingRow] = Field(description="the row of what had nothing missing last")
+    by_effect: list[EffectRow]
+    baselines: list[RuleRow] = Field(description="the diagnosis beside simpler rules")
+    reliability: list[ReliabilityBin]
+    ece: float | None
+    group: GroupSize
+    shrink: list[ShrunkCase]
+    shrink_mean_difference_pct: float | None
+    poor: PoorRates
+    wrong_nominal: WrongNominal
+    seconds: Seconds
+    verdicts: list[CaseLine]
+    scores: Scores
+    targets: list[TargetRow]
+    by_simulator: list[SimulatorRow] = Field(description="every rate by simulator, all together last")
+    decidable: list[SimulatorRow] | None = Field(description="the same on cases that the recordings could decide")
+    by_d2: list[DistanceRow] | None = Field(description="rates in strata of the smaller distance, beside an ideal observer's")
     missing_results: int
+    quick: bool
+    seal: str = Field(description="SHA-256 of the sealed truth")
+    learned_from: list[list[int]] = Field(description="inclusive ranges of seeds that the weights were learned from")
+    gates_missed: list[str]
+
+
+class CaseDistance(Part):
+    """How far the truth of one case is from the base and its nearest rival; null, with a reason, where it cannot be said."""
+
+    case: str
+    effects: list[str]
+    channel: str | None
+    d2_base: float | None
+    d2_rival: float | None
+    rival: str | None
+    d2_base_known: float | None
+    d2_rival_known: float | None
+    d2_law: float | None
+    d2_own: float | None
+    rivals: dict[str, float]
+    decidable: bool
+    decidable_known: bool
+    why: str | None
 
 
 class BlindLimitDocument(Document):
@@ -52,7 +272,7 @@ class BlindLimitDocument(Document):
     decidable: int = Field(description="cases told from base and rivals at 49:1 in 95 of 100 repetitions, input noise not smoothed")
     decidable_known: int = Field(description="the same where the input is known")
     decidable_d2: float
-    distances: list[dict[str, Any]]
+    distances: list[CaseDistance]
     seal: str = Field(description="SHA-256 of the sealed truth")
 
 
@@ -63,25 +283,56 @@ class BlindLibraryDocument(Document):
     out: str
     cases: int
     failed: int
-    rows: int
     simulators: list[str]
     seeds: list[list[int]] = Field(description="inclusive ranges of seeds")
     quick: bool
+    recordings: str = Field(description="complete and at a steady rate (plain), as labs make them (lab), or both in turn (mixed)")
+    strengths: list[float] = Field(description="gaps over the noise, in turn")
     accepted: bool = Field(description="whether cases are compared with a model that was accepted on a session before")
+    rows: int
+
+
+class LearnedRow(Part):
+    """How weights learned on the other simulators do on one."""
+
+    simulator: str
+    cases: int
+    kinds: dict[str, int]
+    exact: dict[str, Share | None] = Field(description="by strength")
+    both_of_a_pair: Share | None
+    covered: Share | None
+    false_alarm: Share | None
+    wrong_commits: Share | None
+    unknown_recall: Share | None
+    right: Share | None
 
 
 class BlindLearnDocument(Document):
     """How learned weights do on simulators that they were not learned from (``sstl blind learn``)."""
 
     schema_id: Literal["sstl.blind.learn/1"] = Field(alias="schema")
-    out: str
     commit: float
     cover: float
-    left_out: list[dict[str, Any]] = Field(description="one entry a simulator that was left out, all together last")
-    accepted: list[dict[str, Any]] | None = Field(
-        None, description="the same of cases compared with an accepted model, where any were given"
-    )
-    provenance: dict[str, Any]
+    left_out: list[LearnedRow] = Field(description="one entry a simulator that was left out, all together last")
+    accepted: list[LearnedRow] | None = Field(None, description="the same of cases compared with an accepted model, where any were given")
+    out: str
+    provenance: dict[str, object]
+
+
+class Trial(Part):
+    """One term that was taken out of a model, and what the diagnosis said then; ``taken_out`` is null where nothing was."""
+
+    origin: str
+    taken_out: str | None
+    status: str
+    effects: list[str]
+    ambiguity_group: list[str]
+    confidence: float | None
+    shrink_pct: float | None
+    named: bool
+    in_group: bool
+    wrong: bool
+    values: dict[str, float] | None = None
 
 
 class BlindRealDocument(Document):
@@ -90,17 +341,58 @@ class BlindRealDocument(Document):
     schema_id: Literal["sstl.blind.real/1"] = Field(alias="schema")
     runs: int
     samples: int
-    trials: list[dict[str, Any]]
+    accepted: dict[str, dict[str, float]] = Field(description="terms of the accepted model that a recording of tensions can show")
+    verdict: Verdict | None = Field(description="of the recordings themselves, where they were diagnosed")
+    residual_rms_n: float
+    trials: list[Trial]
     named: int
+    in_group: int
     wrong: int
     of: int
     false_alarm: bool
+    inputs: dict[str, str] = Field(description="SHA-256 of every input file by name")
+
+
+class Injected(Part):
+    """An effect that was put into one log (null for the untouched half), and what was said."""
+
+    log: str
+    with_model: bool
+    effect: str | None
+    size: float | None
+    status: str
+    effects: list[str]
+    ambiguity_group: list[str]
+    shrink_pct: float | None
+    estimate: float | None
+    decidable: bool | None
+    close: bool | None
+    named: bool
+    in_group: bool
+    wrong: bool
+    size_fitted: float | None = Field(default=None, description="the size in newtons, where the output has another unit")
+
+
+class InjectedScore(Part):
+    """Counts over what was put in."""
+
+    of: int
+    named: int
+    in_group: int
+    wrong: int
+    decidable: int
+    decidable_named: int
+    close: int
+    untouched: int
+    untouched_none: int
+    untouched_named: int
 
 
 class BlindInjectDocument(Document):
     """Known effects put into recordings of a real rig (``sstl blind real --inject``)."""
 
     schema_id: Literal["sstl.blind.inject/1"] = Field(alias="schema")
-    rows: list[dict[str, Any]] = Field(description="what was put in and what was said; effect is null for an untouched half")
-    with_model: dict[str, Any] = Field(description="counts with the model accepted on the first half as simulator")
-    without_model: dict[str, Any] | None = Field(description="counts without it")
+    rows: list[Injected] = Field(description="what was put in and what was said; effect is null for an untouched half")
+    with_model: InjectedScore = Field(description="counts with the model accepted on the first half as simulator")
+    without_model: InjectedScore | None = Field(description="counts without it")
+    inputs: dict[str, str] = Field(description="SHA-256 of every input file by name")

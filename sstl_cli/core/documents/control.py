@@ -48,6 +48,8 @@ class StageShares(Part):
     rmse_n: float
     simulated_rmse_n: float | None
     share_pct: dict[str, float]
+    believed: dict[str, float] = Field(description="what the controller takes the line for")
+    true: dict[str, float] = Field(description="what the recorded tensions show")
     loop_tau_s: float | None
 
 

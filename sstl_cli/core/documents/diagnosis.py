@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from sstl_cli.core.documents.base import Document, Part
+from sstl_cli.core.documents.gate import Remark
 
 Interval = tuple[float | None, float | None]
 Status = Literal["identified", "ambiguous", "unknown", "none"]
@@ -21,6 +22,24 @@ class OddRun(Part):
     effects: list[str]
 
 
+class LeastShown(Part):
+    """The smallest size of an effect that this data would have shown, and the gap (N, RMS) that it leaves."""
+
+    effect: str
+    parameter: str
+    unit: str
+    size: float
+    gap_n: float
+
+
+class LeftOver(Part):
+    """A test of what is left that noise alone does not pass, by how many sigma, and where it peaks."""
+
+    test: str
+    sigma: float
+    where: str | None
+
+
 class Verdict(Part):
     """What was found: the effects of the winning model, and how sure that is."""
 
@@ -29,14 +48,19 @@ class Verdict(Part):
     confidence: float | None = Field(description="share of such verdicts that were right; null with a reason", ge=0, le=1)
     ambiguity_group: list[str] = Field(description="set that holds the truth in 90 of 100 cases")
     why: str
+    probability_none: float | None = Field(default=None, description="part of the calibrated distribution on: nothing is missing")
+    probability_unknown: float | None = Field(default=None, description="part of the calibrated distribution on: none of the candidates")
     members: dict[str, list[str]] | None = Field(
         default=None, description="parts of a class that this excitation cannot separate, and of combinations in the set"
     )
-    would_have_shown: Any = Field(default=None, description="for none: per effect the smallest size and gap that would have been seen")
-    leftover: Any = Field(default=None, description="for unknown: where, when, at which frequency, in which run")
+    would_have_shown: list[LeastShown] | None = Field(
+        default=None, description="for none: per effect the smallest size and gap that would have been seen"
+    )
+    leftover: list[LeftOver] | None = Field(default=None, description="for unknown: where, when, at which frequency, in which run")
     odd_runs: list[OddRun] | None = Field(
         default=None, description="runs without which the verdict differs, and what it would be; null where that was not tried"
     )
+    confidence_why: str | None = Field(default=None, description="why the confidence is null")
 
 
 class Gap(Part):
@@ -52,9 +76,14 @@ class Gap(Part):
         default=None, description="with an accepted model as simulator: what it is known to leave of such a record, null otherwise"
     )
     shrink_pct: float | None = Field(description="fall of the held-out error from re-tuned to with effect")
-    shrink_ci95_pct: Interval | None = Field(description="null, with a reason in why, where it cannot be given")
+    shrink_ci95_pct: Interval | None = Field(description="null, with a reason in shrink_why, where it cannot be given")
+    shrink_why: str | None = Field(default=None, description="why the interval is null")
     explained_of_reducible_pct: float | None
+    explained_scale: str | None = Field(default=None, description="what explained_of_reducible_pct is of")
+    samples: str | None = Field(default=None, description="what the errors are of: analysed samples, all, or a channel beside")
     held_out: bool
+    held_out_kind: str | None = Field(default=None, description="what was held out: bends, runs or blocks")
+    worse_regions: list[str] | None = Field(default=None, description="systems and phases whose held-out error grew")
 
 
 class Place(Part):
@@ -67,15 +96,26 @@ class Place(Part):
     rmse_n: float
 
 
+class Band(Part):
+    """A range of a quantity (``from``, ``to``), or a ``name``, and its share of the squared error."""
+
+    low: float | None = Field(default=None, alias="from")
+    high: float | None = Field(default=None, alias="to")
+    name: str | None = None
+    share_pct: float
+
+
 class Parameter(Part):
     """An estimated parameter of a candidate with its 95 % interval."""
 
     name: str
+    effect: str | None = Field(default=None, description="effect of the candidate that the parameter is of")
     unit: str
     estimate: float | None
     ci95: Interval | None
-    at_bound: bool
     why: str | None = Field(default=None, description="why the interval is null")
+    at_bound: bool
+    identifiability: Identifiability | None = None
 
 
 class Candidate(Part):
@@ -85,14 +125,19 @@ class Candidate(Part):
     probability: float | None
     rmse_held_out_n: float | None
     shrink_pct: float | None
+    evidence_nats: float | None = None
+    gain_nats: float | None = Field(default=None, description="evidence beyond that of the re-tuned base")
+    discrepancy: float | None = Field(default=None, description="what the fit leaves beyond noise")
+    d2: float | None = Field(default=None, description="distinguishability from the winner on this data")
+    change: dict[str, float] | None = Field(
+        default=None, description="where the model contains the effect: by how much its parameters differ"
+    )
+    sensor: list[str] | str | None = Field(
+        default=None, description="the sensor that the effect sits in, where it is one of the instrument; or the channel beside"
+    )
     parameters: list[Parameter]
     identifiability: Identifiability
     members: list[str] | None = None
-    sensor: Any = Field(default=None, description="the sensor that the effect sits in, where it is one of the instrument")
-    d2: float | None = Field(default=None, description="distinguishability from the winner on this data")
-    change: dict[str, Any] | None = Field(
-        default=None, description="where the model contains the effect: by how much its parameters differ"
-    )
 
 
 class NextExperiment(Part):
@@ -104,8 +149,113 @@ class NextExperiment(Part):
     d2: float | None = Field(default=None, description="squared distance that the movement would bring between the two")
     d2_here: float | None = Field(default=None, description="the same in the log that was diagnosed")
     settles: bool | None = Field(default=None, description="whether that is enough to tell them apart (24)")
-    scenario: dict[str, Any] | None = Field(default=None, description="the movement as a scenario, within the limits of the rig")
+    scenario: dict[str, object] | None = Field(default=None, description="the movement as a scenario, within the limits of the rig")
     tension_factor: float | None = Field(default=None, description="one N of the scenario in the unit of the recording")
+
+
+class Estimated(Part):
+    """A number with its 95 % interval."""
+
+    estimate: float
+    ci95: Interval | None
+
+
+class OutputScale(Part):
+    """The scale of an output that is not in newtons, which is nobody's fault."""
+
+    unit: str
+    per_n: dict[str, float]
+    origin: dict[str, float]
+
+
+class Analysis(Part):
+    """What was analysed: rate, samples, runs and what was set aside, the re-tuned base by bend, and the noise by sensor."""
+
+    rate_hz: float
+    samples: int
+    runs: int
+    set_aside: dict[str, str]
+    theta: dict[str, float]
+    noise: dict[str, dict[str, dict[str, Estimated]]]
+    output_scale: OutputScale | None = None
+
+
+class Simple(Part):
+    """What simpler rules would have answered; null for nothing."""
+
+    smallest_rmse: str | None
+    iid_bic: str | None
+
+
+class Cosines(Part):
+    """Cosines between the responses of the candidates."""
+
+    ids: list[str]
+    cosine: list[list[float]]
+
+
+class LoopCurves(Part):
+    """A measured loop with the simulated ones before and after, thinned for drawing."""
+
+    run_id: str
+    system: str
+    tension_in_n: list[float]
+    measured_n: list[float]
+    base_n: list[float]
+    with_effect_n: list[float]
+
+
+class ResidualCurves(Part):
+    """Measured minus simulated of one run, before and after, thinned for drawing."""
+
+    run_id: str
+    system: str
+    time_s: list[float]
+    tension_in_n: list[float]
+    base_n: list[float]
+    effect_n: list[float]
+
+
+class Beside(Part):
+    """What the likeliest effect beside the output does to its channel."""
+
+    channel: str
+    unit: str
+    effects: list[str]
+    rmse_base: float
+    rmse_with_effect: float
+    shrink_pct: float
+    parameters: dict[str, float]
+
+
+class Tracked(Part):
+    """The tracking error of a reference with a controller designed without and with the named effect."""
+
+    reference: str
+    rmse_without_n: float
+    rmse_with_n: float
+
+
+class Downstream(Part):
+    """What the named effect is worth to a controller, on the configuration nearest the middle."""
+
+    config_id: str
+    tracking: list[Tracked]
+
+
+class TendonBlock(Part):
+    """One tendon of several: a block of its own, or why it could not be diagnosed."""
+
+    tendon: str
+    sentence: str
+    verdict: Verdict
+    gap: Gap | None = None
+    where: list[Place] | None = None
+    candidates: list[Candidate] | None = None
+    next_experiment: NextExperiment | None = None
+    beside: Beside | None = None
+    downstream: Downstream | None = None
+    notes: list[str] | None = None
 
 
 class DiagnosisDocument(Document):
@@ -117,26 +267,55 @@ class DiagnosisDocument(Document):
     gap: Gap
     where: list[Place] = Field(description="shares sum to 100")
     where_samples: str | None = Field(default=None, description="which samples these shares are of, as gap.samples")
+    where_bands: dict[str, list[Band]] | None = Field(
+        default=None, description="shares by tension, rate, direction, time since a reversal, time and frequency"
+    )
     candidates: list[Candidate]
     next_experiment: NextExperiment | None
-    remarks: list[Any] | None = Field(default=None, description="what the check of the physics said")
     unit: str | None = Field(default=None, description="unit of the output and of all _n fields")
+    remarks: list[Remark] | None = Field(default=None, description="what the check of the physics said")
+    analysis: Analysis | None = None
+    baselines: Simple | None = Field(default=None, description="what simpler rules would have answered")
+    notes: list[str] | None = None
+    isolability: Cosines | None = None
+    loops: list[LoopCurves] | None = Field(default=None, description="for drawing")
+    residuals: list[ResidualCurves] | None = Field(default=None, description="for drawing")
+    beside: Beside | None = Field(default=None, description="what the channels beside the output show, where any does")
     sentence: str | None = Field(default=None, description="the diagnosis in one sentence")
+    downstream: Downstream | None = Field(default=None, description="what the named effect is worth to a controller")
+    tendon: str | None = Field(default=None, description="the leading tendon, where there are several")
+    tendons: list[TendonBlock] | None = Field(default=None, description="one block a tendon, where there are several")
     inputs: dict[str, str] | None = Field(default=None, description="SHA-256 of every input file by name")
+    environment: dict[str, str] | None = Field(default=None, description="SSTL_* values that were used")
+
+
+class PlannedEffect(Part):
+    """What a movement could tell of one effect: the size that shows, and the one from which it is told from its rival."""
+
+    effect: str
+    title: str
+    parameter: str
+    unit: str
+    least_size: float
+    gap_n: float
+    shows: bool = Field(description="whether that size lies within the effect's range")
+    rival: str | None
+    told_size: float | None
+    d2: float | None
 
 
 class PlanDocument(Document):
     """What a movement could tell before it is recorded (``sstl diagnose --plan``)."""
 
     schema_id: Literal["sstl.diagnosis.plan/1"] = Field(alias="schema")
-    sentence: str
     runs: int
     samples: int
     noise: dict[str, float] = Field(description="noise of the sensors as the scenario states it")
     decidable_d2: float
-    effects: list[dict[str, Any]] = Field(
+    effects: list[PlannedEffect] = Field(
         description="smallest gap first: least_size and gap_n that show; told_size from which it is told from its rival"
     )
     classes: list[list[str]] = Field(description="effects that this movement cannot tell apart at any size within their ranges")
     set_aside: dict[str, str]
+    sentence: str
     inputs: dict[str, str] | None = Field(default=None, description="SHA-256 of every input file by name")
