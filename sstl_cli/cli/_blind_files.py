@@ -159,10 +159,10 @@ def read_plan(folder: Folder) -> dict[str, Planned]:
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
 
-    plan = {row["case"]: seal.Planned.of(row) for row in read_json(folder.plan, seal.PLAN)["cases"]}
-    if strange := next((case for case in plan if not _plain(case)), None):
+    rows = read_json(folder.plan, seal.PLAN)["cases"]
+    if strange := next((row["case"] for row in rows if not _plain(row["case"])), None):
         raise SstlError(f"{strange!r} is no name of a case", where=str(folder.plan), fix="make the set again", code="E952")
-    return plan
+    return {row["case"]: seal.Planned.of(row) for row in rows}
 
 
 def _plain(case: object) -> bool:
