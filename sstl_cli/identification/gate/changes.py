@@ -11,13 +11,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import FRICTION, GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Behind, Cause, best_fit, bundled
+from sstl_cli.identification.gate.causes import (
+    FRICTION,
+    GAIN_IN_FROM,
+    GAIN_OUT_FROM,
+    ZERO_IN_FROM,
+    ZERO_OUT_FROM,
+    Behind,
+    Cause,
+    best_fit,
+    bundled,
+)
 
 Array = NDArray[np.float64]
 # what is changed (channel: 0 input, 1 output; whether it is a gain), and the parameters that are free then
-KINDS = {(1, True): GAIN_OUT_FROM, (0, True): GAIN_IN_FROM, (1, False): ZERO_OUT_FROM, (0, False): ZERO_IN_FROM}
 # whatever friction seems to be across a change, it may build up on either side of it
-KINDS = {kind: bundled(free) for kind, free in KINDS.items()}
+KINDS = {
+    (1, True): bundled(GAIN_OUT_FROM),
+    (0, True): bundled(GAIN_IN_FROM),
+    (1, False): bundled(ZERO_OUT_FROM),
+    (0, False): bundled(ZERO_IN_FROM),
+}
 # parts of the run tried, steepest samples of each channel tried, points of the first search, least points on either side
 CUTS, STEEPEST, COARSE_POINTS, LEAST_POINTS = 7, 2, 384, 16
 # what a change may leave of what any other slip leaves, and of the span: where the sample shows the jump, and where it is too small to be seen there

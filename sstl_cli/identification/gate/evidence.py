@@ -20,8 +20,8 @@ from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, 
 from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
-from sstl_cli.identification.gate.sequence import Disorder, disorder_of
 from sstl_cli.identification.gate.sensors import Sensor, digits_lost, noisy, sensors_of
+from sstl_cli.identification.gate.sequence import Disorder, disorder_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, Shapes, shapes_of
 from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, NO_SLOPES, Slopes, agreed
 from sstl_cli.identification.segment import segment_run

@@ -50,7 +50,9 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     band = max(NOISES * noise[1], STEPS * step, SHARE * span)
     if causes.enough or band > COARSE * span:
         return None
-    rests = [(a, b) for a, b in _rests(y, band, max(LEAST_POINTS, int(LEAST_SHARE * n))) if float(np.ptp(x[a:b])) > DRIVEN * float(np.ptp(x))]
+    rests = [
+        (a, b) for a, b in _rests(y, band, max(LEAST_POINTS, int(LEAST_SHARE * n))) if float(np.ptp(x[a:b])) > DRIVEN * float(np.ptp(x))
+    ]
     floor = max(noise[1], 1e-4 * span)
     if not rests or _known(rests, n) < REMAINS:
         return None
@@ -76,9 +78,7 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
         where = "lowest"
     # the samples are means of some; the last one lasts as long as any
     period = float(t[-1] - t[0]) / (n - 1)
-    return Rest(
-        float(t[a]), (b - a) * period, 1.0 - _known(odd, n), float(np.median(y[a:b])), where, float(np.ptp(model[a:b]))
-    )
+    return Rest(float(t[a]), (b - a) * period, 1.0 - _known(odd, n), float(np.median(y[a:b])), where, float(np.ptp(model[a:b])))
 
 
 @njit(cache=True, nogil=True)

@@ -13,6 +13,8 @@ Disorder = Literal["", "text", "value", "interleaved"]
 LEAST, STANDS_OFF = 64, 0.05
 # rows that stand off both neighbours in both channels: least number and part of all, and part of them whose readings lie among the others
 ROWS, ROWS_SHARE, AMONG = 8, 0.005, 0.9
+# steps over those of samples in any order (1) beyond which a channel is but noise
+MOVES = 0.4
 # least number of levels (part of these rows) they take: what dropped out comes back at one
 LEVELS = 0.5
 # part of a step to the next sample that one to the sample after it may be, and largest over smallest of the former
@@ -51,6 +53,9 @@ def _alternates(v: Array) -> bool:
 
 def _misplaced(channels: tuple[Array, Array]) -> bool:
     """Whether a good many rows stand off both neighbours in both channels, and belong among the readings of other times."""
+    # of noise alone any row stands off
+    if any(float(np.var(np.diff(v))) > MOVES * 2.0 * float(np.var(v)) for v in channels):
+        return False
     off = np.ones(len(channels[0]) - 2, np.bool_)
     for v in channels:
         before, after = v[1:-1] - v[:-2], v[2:] - v[1:-1]

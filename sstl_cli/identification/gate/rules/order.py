@@ -30,7 +30,6 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "sort the rows by their clock or number before the import (clock and channels together)",
         )  # fmt: skip
 
-
     for kind, seen in SEEN.items():
         hit = [e for e in log if e.usable and e.both_tensions and e.disorder == kind and not _shuffled(e)]
         if hit:

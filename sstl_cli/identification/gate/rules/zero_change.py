@@ -9,9 +9,6 @@ from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "zero_change", 21
-# a zero that creeps: least share of the span, and of N (sensors drift by less), what it may leave of what friction leaves, of what any other slip
-# leaves, and of the span
-CREEPS, CREEPS_N, TAKES, LESS, LITTLE = 0.12, 0.5, 0.25, 0.4, 0.04
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -28,20 +25,3 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 "of it before; its zero was probably set anew (tared) during the run",
                 f"split the run there, and {CHANNELS[i]} = {{ column = ..., offset = {c.size:.3g} }} for the second part",
             )  # fmt: skip
-    hit = [(e, e.causes.creep) for e in log if _creeps(e)]
-    if hit:
-        size = sorted((c.size for _, c in hit), key=abs)[len(hit) // 2]
-        yield Remark(
-            tuple(e.run_id for e, _ in hit), RULE, "remark", size, "N",
-            f"{names([e.run_id for e, _ in hit])}: friction explains the output only if its zero creeps by {size:+.3g} N along the run; the sensor "
-            "or its amplifier probably drifts",
-            "none: record again once the sensor is warm, with readings at no load before and after",
-        )  # fmt: skip
-
-
-def _creeps(e: Evidence) -> bool:
-    c = e.causes
-    if not e.tendon_like or e.shapes.change is not None or not abs(c.creep.size) > max(CREEPS_N, CREEPS * e.ranges[1].span):
-        return False
-    rest = min(c.left(v.rms_n) for v in (c.gain, c.zero_in, c.zero_out, c.moved, c.slow, c.speed, c.reversed))
-    return c.holds(c.creep.rms_n, TAKES) and c.left(c.creep.rms_n) < LESS * rest and c.creep.rms_n < LITTLE * e.ranges[1].span
