@@ -72,9 +72,10 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     levels = np.array([np.median(y[i:j]) for i, j in odd])
     high, low = float(np.quantile(y, 0.999)), float(np.quantile(y, 0.001))
     where: Literal["highest", "lowest", "between"] = "between"
-    if np.all(levels > high - band):
+    # the end of a range is met more than once, a sensor stops anywhere
+    if len(odd) > 1 and np.all(levels > high - band):
         where = "highest"
-    elif np.all(levels < low + band):
+    elif len(odd) > 1 and np.all(levels < low + band):
         where = "lowest"
     # the samples are means of some; the last one lasts as long as any
     period = float(t[-1] - t[0]) / (n - 1)

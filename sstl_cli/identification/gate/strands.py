@@ -188,4 +188,5 @@ def descend(
                 damping *= 8.0
                 if damping > 1e5:
                     break
-    return p, math.sqrt(np.sum(left**2) / max(1, np.count_nonzero(known)))
+    # what is not known has left nothing
+    return p, math.sqrt(np.mean(left**2) / max(float(np.mean(known)), 1e-300))

@@ -31,7 +31,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def _level(e: Evidence, i: int) -> float:
     """Return the level (N) that a channel does not pass, NaN where it shows none; an output may also rest there against friction."""
     r = e.shapes.rest
-    return r.level_n if i and r is not None and r.where == "highest" else e.shapes.limit_n[i]
+    # values that repeat against the noise are a stuck sensor's
+    rests = i == 1 and r is not None and r.where == "highest" and e.sensors[1].still_share == 0.0
+    return r.level_n if r is not None and rests else e.shapes.limit_n[i]
 
 
 def _elsewhen(e: Evidence) -> bool:
