@@ -11,11 +11,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import FRICTION, GAIN_IN_FROM, GAIN_OUT_FROM, ZERO_IN_FROM, ZERO_OUT_FROM, Behind, Cause, best_fit
+from sstl_cli.identification.gate.causes import (
+    FRICTION,
+    GAIN_IN_FROM,
+    GAIN_OUT_FROM,
+    ZERO_IN_FROM,
+    ZERO_OUT_FROM,
+    Behind,
+    Cause,
+    best_fit,
+    bundled,
+)
 
 Array = NDArray[np.float64]
 # what is changed (channel: 0 input, 1 output; whether it is a gain), and the parameters that are free then
-KINDS = {(1, True): GAIN_OUT_FROM, (0, True): GAIN_IN_FROM, (1, False): ZERO_OUT_FROM, (0, False): ZERO_IN_FROM}
+# whatever friction seems to be across a change, it may build up on either side of it
+KINDS = {
+    (1, True): bundled(GAIN_OUT_FROM),
+    (0, True): bundled(GAIN_IN_FROM),
+    (1, False): bundled(ZERO_OUT_FROM),
+    (0, False): bundled(ZERO_IN_FROM),
+}
 # parts of the run tried, steepest samples of each channel tried, points of the first search, least points on either side
 CUTS, STEEPEST, COARSE_POINTS, LEAST_POINTS = 7, 2, 384, 16
 # what a change may leave of what any other slip leaves, and of the span: where the sample shows the jump, and where it is too small to be seen there
@@ -111,7 +127,7 @@ def _apart(x: Array, y: Array, k: int, floor: float) -> float:
     """Return what friction leaves (N) that has a size of its own on either side of a sample."""
     # the fit finds the sample to a few
     sides = [slice(None, max(1, k - BESIDE)), slice(k + BESIDE, None)]
-    left = [best_fit(np.ascontiguousarray(x[s]), np.ascontiguousarray(y[s]), FRICTION, floor).rms_n for s in sides]
+    left = [best_fit(np.ascontiguousarray(x[s]), np.ascontiguousarray(y[s]), bundled(FRICTION), floor).rms_n for s in sides]
     return math.sqrt((k * left[0] ** 2 + (len(x) - k) * left[1] ** 2) / len(x))
 
 

@@ -14,12 +14,14 @@ from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import noise_sd
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
+from sstl_cli.identification.gate.dropouts import Dropouts, dropouts_of
 from sstl_cli.identification.gate.filled import NOT_FILLED, Filled, filled_of, held_while
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import Hum, hum_of
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
 from sstl_cli.identification.gate.sensors import Sensor, digits_lost, noisy, sensors_of
+from sstl_cli.identification.gate.sequence import Disorder, disorder_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, Shapes, shapes_of
 from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, NO_SLOPES, Slopes, agreed
 from sstl_cli.identification.segment import segment_run
@@ -75,6 +77,7 @@ class Evidence:
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``position_follows`` is the correlation of position and input, ``copies`` are the pairs of columns that hold the same numbers.
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
+    ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency. ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
@@ -107,6 +110,8 @@ class Evidence:
     raw_correlation: float
     noise_correlation: float
     roughness: tuple[float, float]
+    disorder: Disorder
+    dropouts: tuple[Dropouts | None, Dropouts | None]
     hums: tuple[Hum | None, Hum | None]
     copy_rms: float
     slopes: Slopes
@@ -200,7 +205,7 @@ def evidence_of(run: Run) -> Evidence:
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-            correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
+            correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
             position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
@@ -283,6 +288,8 @@ def _of_readings(run: Run, raw: tuple[Array, Array], sensors: tuple[Sensor, Sens
         "roughness": tuple(
             float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
         ),
+        "disorder": disorder_of(raw),
+        "dropouts": (dropouts_of(raw[0], raw[1]), dropouts_of(raw[1], raw[0])),
         "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
         "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
         # what was filled in has no noise

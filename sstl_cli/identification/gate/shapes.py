@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit
 from sstl_cli.identification.gate.changes import Change, change_of
 from sstl_cli.identification.gate.limits import limits_of
+from sstl_cli.identification.gate.rests import Rest, rest_of
 
 Array = NDArray[np.float64]
 # noises by which the output must move to go against its input
@@ -36,7 +37,8 @@ class Shapes:
 
     ``limit_n`` are the levels (N) that input and output do not pass while the other one goes on, ``wrap_n`` the jumps (N) of a
     converter that overflows, ``change`` another gain or zero from one moment on, ``fold_n`` what the output
-    reads at no tension where its sign is lost below zero. ``against`` is the part of its way that the output goes against its input.
+    reads at no tension where its sign is lost below zero. ``against`` is the part of its way that the output goes against its input,
+    ``rest`` where it rests though friction moves it.
     """
 
     limit_n: tuple[float, float] = (math.nan, math.nan)
@@ -44,6 +46,7 @@ class Shapes:
     change: Change | None = None
     fold_n: float = math.nan
     against: float = 0.0
+    rest: Rest | None = None
 
 
 NO_SHAPES = Shapes()
@@ -60,10 +63,12 @@ def shapes_of(
     far = abs(causes.moved.size) > MOVED * float(t[-1] - t[0])
     known = [c for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
     left = min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)
-    fold = _folded(x, y, noise[1])
+    fold, rest = _folded(x, y, noise[1]), rest_of(t, x, y, noise, steps[1], causes)
     if causes.enough or left < ODD * float(np.ptp(y)):
-        return Shapes(limits, wraps, fold_n=fold, against=against)
-    return Shapes(limits, wraps, change_of(t, x, y, noise, left), fold, against)
+        return Shapes(limits, wraps, fold_n=fold, against=against, rest=rest)
+    # a sensor that stops has no other gain and zero
+    change = None if rest is not None else change_of(t, x, y, noise, left)
+    return Shapes(limits, wraps, change, fold, against, rest)
 
 
 def against_of(x: Array, y: Array, noise: tuple[float, float]) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.rules.stuck import FAILED_SHARE
+from sstl_cli.identification.gate.units import WORDS
 
 RULE, RANK = "filled", 43
 # shorter ones (s) bridge a few lost samples, as an import may
@@ -26,4 +27,19 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"{names([e.run_id for e in hit])}: from {f.at_s:.4g} s on input and output are straight lines for {f.length_s:.3g} s, without the noise "
                 "that they have elsewhere; a gap was probably filled by interpolation",
                 "split the run there, or skip this stretch",
+            )  # fmt: skip
+    yield from _dropped(log)
+
+
+def _dropped(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs in which missing readings of one channel were replaced by one number."""
+    for i in (0, 1):
+        hit = [(e, d) for e in log if e.usable and (d := e.dropouts[i]) is not None]
+        if hit:
+            d = max((d for _, d in hit), key=lambda v: v.samples)
+            yield Remark(
+                tuple(e.run_id for e, _ in hit), RULE, "remark", float(d.samples), "samples",
+                f"{names([e.run_id for e, _ in hit])}: the {WORDS[i]} jumps to {d.level_n:.4g} N {d.stretches} times and back to where it was ({d.samples} samples) "
+                f"while the {WORDS[1 - i]} goes on; missing samples were probably filled with that number, or it is an error code",
+                '[repair] dropouts = "interpolate" (with these samples empty), or spikes = "interpolate"',
             )  # fmt: skip

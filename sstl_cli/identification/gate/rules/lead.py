@@ -11,10 +11,8 @@ from sstl_cli.identification.gate.rules.drift import drift_of
 from sstl_cli.identification.gate.rules.stuck import dead
 
 RULE, RANK = "lead", 35
-# share of the residual that must remain once the output is moved in time
-REMAINS, LITTLE = 0.5, 0.3
-# a misfit of the shape passes for a small part of a loop
-PART_OF_LOOP = 0.008
+# part of the output's span that may remain once it is moved in time, and of what any other slip leaves; where that is so little that no other run is asked
+LITTLE, LESS, CLEAR = 0.08, 0.5, 0.2
 # the slowest channel of the catalogue is that late
 LATE_S = 0.2
 # what lines and delay must explain of an output that is only late
@@ -23,8 +21,6 @@ SHAPE = 0.97
 SEEN = 0.1
 # part of a delay by which it must grow along the run
 GROWS = 0.2
-# delays that are a good part of the run (share), and the part of it that both lines must be seen over
-FAR, LEAST_SHARE = 0.02, 0.005
 # share of what friction alone leaves that may remain once the output is moved and the lines are those of friction
 HELD = 0.3
 # part of a loop that a delay reaches, and noises that it must leave beyond
@@ -45,10 +41,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         if not early:
             # creep and slow friction delay some movements and change their shape, a clock moves all of them as they are
             hit = [e for e in hit if e.loops and e.play is not None and e.play.explained > SHAPE]
-            hit = [e for e in hit if not any(_in_time(o) for o in log if o.system == e.system)]
+            hit = [e for e in hit if _clear(e) or not any(_in_time(o) for o in log if o.system == e.system)]
         if not hit:
             continue
-        delays = sorted((e.play.delay_s for e in hit if e.play is not None), key=abs)
+        delays = sorted((e.causes.moved.size for e in hit), key=abs)
         delay = delays[len(delays) // 2]
         way = "comes before its input, which no tendon does" if early else "comes too late for friction"
         yield Remark(
@@ -73,36 +69,41 @@ def _drifted(e: Evidence, drift: float) -> bool:
     return drift != 0.0 and e.play is not None and 0.0 < e.play.delay_s / (drift * e.duration_s) < 1.5
 
 
+def _clear(e: Evidence) -> bool:
+    """Whether a delay explains a run so much better than all else that it needs no other run to be believed."""
+    c = e.causes
+    rest = (c.gain, c.zero_in, c.zero_out, c.slow, c.creep, c.speed, c.reversed)
+    return c.left(c.moved.rms_n) < CLEAR * min(c.left(v.rms_n) for v in rest)
+
+
 def _moved(e: Evidence, early: bool) -> bool:
     p = e.play
     if not e.tendon_like or not e.wide or p is None or not p.explained > 0.9 or not 0.0 < p.gamma_p < p.gamma_r or dead(e):
         return False
     if e.correlation < 0.2 and not p.explained > SHAPE:
         return False
-    if p.delayed_rms_n > (REMAINS if abs(p.delay_s) > PART_OF_LOOP * e.loop_s else LITTLE) * p.rms_n:
+    c = e.causes
+    if c.moved.rms_n > LITTLE * e.ranges[1].span:
         return False
     # of a movement that repeats, no delay of half a loop and more is known; nor is one where friction never slides both ways
-    if abs(p.delay_s) > HALF * e.loop_s and p.delayed_rms_n > LITTLE_LEFT * e.sensors[1].noise_n:
+    if abs(c.moved.size) > HALF * e.loop_s and c.moved.rms_n > LITTLE_LEFT * c.noise_n:
         return False
     if math.log(e.ranges[0].high / max(e.ranges[0].low, 1e-9 * e.ranges[0].high)) < 2.0 * e.causes.moved.wrap:
         return False
-    # free lines follow presliding and a delay alike: the lines of friction must do so, and not without the delay
-    if not e.causes.holds(e.causes.moved.rms_n, HELD):
+    # the lines of friction must follow it, not without the delay, and with nothing else
+    rest = min(c.left(v.rms_n) for v in (c.gain, c.zero_in, c.zero_out, c.creep, c.reversed))
+    if not c.holds(c.moved.rms_n, HELD) or c.left(c.moved.rms_n) > LESS * rest:
         return False
     # a low-pass is late as well, but by more in fast parts than in slow ones
-    if e.causes.left(e.causes.slow.rms_n) < e.causes.left(e.causes.moved.rms_n):
+    if c.left(c.slow.rms_n) < c.left(c.moved.rms_n):
         return False
     # friction that falls with speed turns the output before the input turns
-    if not e.causes.speed.rms_n > BY_SPEED * max(e.causes.moved.rms_n, e.causes.noise_n):
-        return False
-    # a misfit of the shape is soaked up by a delay of a good part of the run, but only partly and without a release
-    if abs(p.delay_s) > FAR * e.duration_s and (
-        p.delayed_rms_n > LITTLE * LITTLE * p.rms_n + e.sensors[1].noise_n or min(p.shares) < LEAST_SHARE
-    ):
+    if not c.speed.rms_n > BY_SPEED * max(c.moved.rms_n, c.noise_n):
         return False
     # a delay that grows is a drift
     grows = abs(p.drift) * e.duration_s > GROWS * abs(p.delay_s)
     if grows and p.drifting_rms_n < 0.8 * p.delayed_rms_n and abs(p.drift) > 8.0 * p.drift_se:
         return False
     least = max(6.0 * p.delay_se, 2.5 * max(e.dt_s, e.sensors[0].refresh_s, e.sensors[1].refresh_s))
-    return p.delay_s < -least if early else p.delay_s > max(least, LATE_S, FILTER * e.dt_s)
+    size = c.moved.size
+    return size < -least if early else size > max(least, LATE_S, FILTER * e.dt_s)

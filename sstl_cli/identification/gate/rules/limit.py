@@ -17,15 +17,23 @@ MOVED = 0.3
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels is cut off."""
     for i in (0, 1):
-        hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.limit_n[i]) and not _elsewhen(e) and not (i and e.causes.enough)]
+        hit = [e for e in log if e.tendon_like and math.isfinite(_level(e, i)) and not _elsewhen(e) and not (i and e.causes.enough)]
         if hit:
-            level = max(e.shapes.limit_n[i] for e in hit)
+            level = max(_level(e, i) for e in hit)
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "failure", level, "N",
                 f"{names([e.run_id for e in hit])}: the {WORDS[i]} does not pass {level:.4g} N while the {WORDS[1 - i]} goes on rising; the "
                 "sensor or its amplifier is probably saturated",
                 "none: record again with more range, or cut out what lies at the limit",
             )  # fmt: skip
+
+
+def _level(e: Evidence, i: int) -> float:
+    """Return the level (N) that a channel does not pass, NaN where it shows none; an output may also rest there against friction."""
+    r = e.shapes.rest
+    # values that repeat against the noise are a stuck sensor's
+    rests = i == 1 and r is not None and r.where == "highest" and e.sensors[1].still_share == 0.0
+    return r.level_n if r is not None and rests else e.shapes.limit_n[i]
 
 
 def _elsewhen(e: Evidence) -> bool:

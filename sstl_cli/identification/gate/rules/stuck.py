@@ -43,6 +43,28 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     "probably stuck",
                     f'skip this stretch, or {CHANNELS[i]} = {{ column = (another sensor) }}',
                 )  # fmt: skip
+    yield from _against(log)
+
+
+def _against(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output rests, between its extremes, where friction moves it."""
+    for severity in ("failure", "remark"):
+        hit = [(e, r) for e in log if (r := e.shapes.rest) is not None and r.where == "between" and _resting(e, r.share) == severity]
+        if hit:
+            r = max((r for _, r in hit), key=lambda v: v.length_s)
+            yield Remark(
+                tuple(e.run_id for e, _ in hit), RULE, severity, r.length_s, "s",
+                f"{names([e.run_id for e, _ in hit])}: the output rests at {r.level_n:.3g} N for {r.length_s:.3g} s from {r.at_s:.4g} s on, where friction, as "
+                f"it is in the rest of the run, moves it by {r.moved_n:.3g} N; the sensor is probably stuck or was filled with its last value",
+                "skip this stretch, or tension_out_n = { column = (another sensor) }",
+            )  # fmt: skip
+
+
+def _resting(e: Evidence, share: float) -> str:
+    """Return how much it matters that an output rests against friction, nothing where its repeated values tell it already."""
+    if not e.tendon_like or _stuck(e, 1):
+        return ""
+    return "failure" if share > FAILED_SHARE else "remark"
 
 
 def _together(log: Sequence[Evidence]) -> Iterator[Remark]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
@@ -15,7 +16,9 @@ NOISE = 3.0
 # part of the run that an output may be late by if the delay explains it but half
 FAR, CLEAR = 0.02, 0.9
 # part of its way that an output must go against the input; of two movements of their own it is a half
-AGAINST = 0.15
+AGAINST = 0.06
+# what friction, alone and with any slip, must leave (share of the output's span)
+NOTHING = 0.12
 # part of what is left as recorded that another sign must leave for it to be the sign
 SIGN = 0.6
 
@@ -51,4 +54,8 @@ def _unrelated(e: Evidence) -> bool:
     explained = explained_by(e)
     odd = explained < 0.5 or (explained < 0.9 and min(p.gamma_p, p.gamma_r) < 0.0)
     # whatever the friction, an output does not fall as the input rises, nor rise as it falls
+    # and no slip explains it
+    left = min((c.rms_n for c in (*e.causes.slips, e.causes.reversed) if math.isfinite(c.rms_n)), default=math.inf)
+    if left < NOTHING * e.ranges[1].span:
+        return False
     return moves and odd and e.shapes.against > AGAINST and p.typical_n > max(LEFT * e.ranges[1].span, NOISE * e.sensors[1].noise_n)

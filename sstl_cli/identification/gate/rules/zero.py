@@ -60,6 +60,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 "zero is probably wrong (tared under load), or it is the difference of a pair",
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load) }}",
             )  # fmt: skip
+    yield from _cut(log)
     held = {(e.run_id, i) for e in log for i in (0, 1) if e.run_id not in zeroed and not (_below(e, 0) or _below(e, 1)) and _held(e, i)}
     yield from _told(log, held)
     for i in (0, 1):
@@ -80,6 +81,19 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id])}: both lines lie {by:+.3g} N from where those of the other runs of this sensor do; its zero was "
             "probably taken under load",
             f"{CHANNELS[1]} = {{ column = ..., offset = {by:.3g} }} (for this file)",
+        )  # fmt: skip
+
+
+def _cut(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output rests at its lowest where friction takes it further down."""
+    hit = [(e, r) for e in log if e.tendon_like and (r := e.shapes.rest) is not None and r.where == "lowest"]
+    if hit:
+        r = max((r for _, r in hit), key=lambda v: v.moved_n)
+        yield Remark(
+            tuple(e.run_id for e, _ in hit), RULE, "remark", r.moved_n, "N",
+            f"{names([e.run_id for e, _ in hit])}: the output does not fall below {r.level_n:.3g} N, where friction moves it by {r.moved_n:.3g} N; its zero was "
+            "probably taken under load and what is below cut off, or the tendon is slack there",
+            f"{CHANNELS[1]} = {{ column = (the reading before it was zeroed), offset = (reading at no load) }}",
         )  # fmt: skip
 
 

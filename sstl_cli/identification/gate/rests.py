@@ -1,0 +1,130 @@
+"""An output that rests where friction would move it: a sensor that stopped, or one that ends there.
+
+The stretches in which an output stays where it is are left out, friction is fitted to the rest, and asked what it makes of them: in
+backlash it rests as well, behind a dead sensor it does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sstl_cli.identification.gate.causes import Causes, bundled, modelled
+
+Array = NDArray[np.float64]
+# noises, part of the span and steps within which an output rests; part of the span that is too coarse to tell
+NOISES, SHARE, STEPS, COARSE = 8.0, 2e-3, 1.01, 0.1
+# least points and part of the run of a rest, and part of its span that the input must move by meanwhile
+LEAST_POINTS, LEAST_SHARE, DRIVEN = 12, 0.03, 0.05
+# parts of its span that friction must move the output by in a rest, and away from it
+MOVED, AWAY = 0.12, 0.1
+# n theta, constant friction, gain and zero of the output: the same with and without the rests
+FREE = bundled((0, 2, 4, 1))
+# part of a run that an output may be moved by for what is left to count
+FAR = 0.2
+# part of the run that must remain, what may be left of it (part of the span), and of what any other explanation leaves
+REMAINS, LITTLE, LESS = 0.15, 0.03, 0.3
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The longest of the stretches in which an output rests against friction: when and how long (s), at what level (N), which of its
+    levels that is, and by what friction moves it meanwhile (N).
+    """
+
+    at_s: float
+    length_s: float
+    share: float
+    level_n: float
+    where: Literal["highest", "lowest", "between"]
+    moved_n: float
+
+
+def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: float, causes: Causes) -> Rest | None:
+    """Return where an output rests against friction, None where friction explains its rests, or any other slip does."""
+    span, n = float(np.ptp(y)), len(y)
+    band = max(NOISES * noise[1], STEPS * step, SHARE * span)
+    if causes.enough or band > COARSE * span:
+        return None
+    rests = [
+        (a, b) for a, b in _rests(y, band, max(LEAST_POINTS, int(LEAST_SHARE * n))) if float(np.ptp(x[a:b])) > DRIVEN * float(np.ptp(x))
+    ]
+    floor = max(noise[1], 1e-4 * span)
+    if not rests or _known(rests, n) < REMAINS:
+        return None
+    found, model = modelled(x, _without(y, rests), FREE, floor)
+    odd = [(a, b) for a, b in rests if _against(model[a:b], y[a:b], span, found.rms_n)]
+    if not odd:
+        return None
+    if len(odd) < len(rests):
+        found, model = modelled(x, _without(y, odd), FREE, floor)
+        odd = [(a, b) for a, b in odd if _against(model[a:b], y[a:b], span, found.rms_n)]
+    far = abs(causes.moved.size) > FAR * float(t[-1] - t[0])
+    others = [c.rms_n for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
+    others.append(modelled(x, y, FREE, floor)[0].rms_n)
+    if not odd or found.rms_n > LITTLE * span or causes.left(found.rms_n) > LESS * min(causes.left(v) for v in others):
+        return None
+    a, b = max(odd, key=lambda r: r[1] - r[0])
+    levels = np.array([np.median(y[i:j]) for i, j in odd])
+    high, low = float(np.quantile(y, 0.999)), float(np.quantile(y, 0.001))
+    where: Literal["highest", "lowest", "between"] = "between"
+    # the end of a range is met more than once, a sensor stops anywhere
+    if len(odd) > 1 and np.all(levels > high - band):
+        where = "highest"
+    elif len(odd) > 1 and np.all(levels < low + band):
+        where = "lowest"
+    # the samples are means of some; the last one lasts as long as any
+    period = float(t[-1] - t[0]) / (n - 1)
+    return Rest(float(t[a]), (b - a) * period, 1.0 - _known(odd, n), float(np.median(y[a:b])), where, float(np.ptp(model[a:b])))
+
+
+@njit(cache=True, nogil=True)
+def _ends(y: Array, band: float) -> NDArray[np.int64]:
+    """Return for every sample how far on (first sample outside) a channel stays within a band (N) from there."""
+    ends = np.empty(y.size, np.int64)
+    for a in range(y.size):
+        low = high = y[a]
+        b = a + 1
+        while b < y.size and max(high, y[b]) - min(low, y[b]) <= band:
+            low, high = min(low, y[b]), max(high, y[b])
+            b += 1
+        ends[a] = b
+    return ends
+
+
+def _rests(y: Array, band: float, least: int) -> list[tuple[int, int]]:
+    """Return the stretches in which a channel stays within a band (N), the longest first taken out."""
+    ends, found, pieces = _ends(y, band), [], [(0, len(y))]
+    while pieces:
+        first, last = pieces.pop()
+        if last - first < least:
+            continue
+        lengths = np.minimum(ends[first:last], last) - np.arange(first, last)
+        a = first + int(np.argmax(lengths))
+        b = a + int(lengths[a - first])
+        if b - a >= least:
+            found.append((a, b))
+            pieces += [(first, a), (b, last)]
+    return sorted(found)
+
+
+def _known(rests: list[tuple[int, int]], n: int) -> float:
+    """Return the part of a run that lies outside of its rests."""
+    return 1.0 - sum(b - a for a, b in rests) / n
+
+
+def _without(y: Array, rests: list[tuple[int, int]]) -> Array:
+    out = y.copy()
+    for a, b in rests:
+        out[a:b] = np.nan
+    return out
+
+
+def _against(model: Array, y: Array, span: float, rms_n: float) -> bool:
+    """Whether friction moves an output that rests, and away from where it rests."""
+    away = float(np.sqrt(np.mean((model - np.median(y)) ** 2)))
+    return float(np.ptp(model)) > MOVED * span and away > max(AWAY * span, 3.0 * rms_n)

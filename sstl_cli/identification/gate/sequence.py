@@ -1,0 +1,76 @@
+"""Rows that do not follow each other as recorded: sorted by another column or as text, or of two recordings in turn."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Disorder = Literal["", "text", "value", "interleaved"]
+# least samples, and part of its span that a step must make to be seen beside neighbours
+LEAST, STANDS_OFF = 64, 0.05
+# rows that stand off both neighbours in both channels: least number and part of all, and part of them whose readings lie among the others
+ROWS, ROWS_SHARE, AMONG = 8, 0.005, 0.9
+# steps over those of samples in any order (1) beyond which a channel is but noise
+MOVES = 0.4
+# least number of levels (part of these rows) they take: what dropped out comes back at one
+LEVELS = 0.5
+# part of a step to the next sample that one to the sample after it may be, and largest over smallest of the former
+EVERY_OTHER, DIFFERS = 0.3, 3.0
+# steps of the other channel (part of its span) while a sorted one never falls, and part of these that go back
+ZIGZAG, BACK = 0.02, 0.3
+
+
+def disorder_of(channels: tuple[Array, Array]) -> Disorder:
+    """Return how the rows of a run were put in another order, as both channels show it together, "" where they were not."""
+    if len(channels[0]) < LEAST:
+        return ""
+    if _sorted(*channels) or _sorted(*channels[::-1]):
+        return "value"
+    if any(_alternates(v) for v in channels):
+        return "interleaved"
+    return "text" if _misplaced(channels) else ""
+
+
+def _sorted(v: Array, other: Array) -> bool:
+    """Whether a channel never falls (or never rises) while the other one goes to and fro at every sample."""
+    step, its = np.diff(v), np.diff(other)
+    if not (np.all(step >= 0.0) or np.all(step <= 0.0)) or len(np.unique(v)) < LEAST // 2:
+        return False
+    back = float(np.mean(its[1:] * its[:-1] < 0.0))
+    return back > BACK and float(np.quantile(np.abs(its), 0.75)) > ZIGZAG * float(np.ptp(other))
+
+
+def _alternates(v: Array) -> bool:
+    """Whether every sample is like the one before the last, and unlike the last, by what differs along the run: interference does not."""
+    step = np.abs(np.diff(v))
+    next_one, after = float(np.median(step)), float(np.median(np.abs(v[2:] - v[:-2])))
+    few, many = np.quantile(step, [0.1, 0.9])
+    return next_one > ZIGZAG * float(np.ptp(v)) and after < EVERY_OTHER * next_one and bool(many > DIFFERS * few)
+
+
+def _misplaced(channels: tuple[Array, Array]) -> bool:
+    """Whether a good many rows stand off both neighbours in both channels, and belong among the readings of other times."""
+    # of noise alone any row stands off
+    if any(float(np.var(np.diff(v))) > MOVES * 2.0 * float(np.var(v)) for v in channels):
+        return False
+    off = np.ones(len(channels[0]) - 2, np.bool_)
+    for v in channels:
+        before, after = v[1:-1] - v[:-2], v[2:] - v[1:-1]
+        least = STANDS_OFF * float(np.ptp(v))
+        # off in the same direction from both
+        off &= (np.abs(before) > least) & (np.abs(after) > least) & (before * after < 0.0)
+        # and by far more than these two differ
+        off &= np.abs(v[2:] - v[:-2]) < 0.5 * np.minimum(np.abs(before), np.abs(after))
+    many = int(np.count_nonzero(off))
+    if many < max(ROWS, ROWS_SHARE * len(off)):
+        return False
+    for v in channels:
+        rows, rest = v[1:-1][off], v[1:-1][~off]
+        low, high = np.quantile(rest, [0.001, 0.999])
+        room = 0.02 * float(high - low)
+        if float(np.mean((rows > low - room) & (rows < high + room))) < AMONG or len(np.unique(rows)) < LEVELS * many:
+            return False
+    return True
