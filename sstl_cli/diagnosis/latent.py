@@ -121,8 +121,7 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         found, doubt = _rounded(y, use, noise, found, told.rounded), np.zeros(n)
         value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
     else:
-        sharp_nats = cost(y, use, noise, *found.steps)
-        rounds = np.array([sharp_nats - cost(y, use, noise, _spread(found.steps[0], w), found.steps[1]) for w in ROUNDINGS])
+        rounds = np.array([found.nats - cost(y, use, noise, _spread(found.steps[0], w), found.steps[1]) for w in ROUNDINGS])
     return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt, rounds)
 
 
