@@ -81,6 +81,12 @@ WAYS = {
         [seen("viscous", p=0.9), seen("crosstalk", p=0.02, evidence=NEAR)], 0.04, 0.04, "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.92),
     "a more evident rival ties too": (
         [seen("viscous", p=0.9), seen("crosstalk", p=0.02, evidence=2000.0)], 0.04, 0.04, "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.92),
+    "a larger model without the probable effect says that it may be another": (
+        [seen("gain_error", p=0.85), seen("zero_offset", "sensor_nonlinearity", p=0.1, evidence=1100.0)], 0.03, 0.02,
+        "ambiguous", ("gain_error",), (("gain_error",), ("sensor_nonlinearity", "zero_offset")), 0.95),
+    "a larger model without the probable effect that is behind": (
+        [seen("gain_error", p=0.85), seen("zero_offset", "sensor_nonlinearity", p=0.1, evidence=FAR)], 0.03, 0.02,
+        "identified", ("gain_error",), (("gain_error",),), 0.85),
     "a larger model is no tie": (
         [seen("viscous", p=0.9), seen("viscous", "crosstalk", p=0.02, evidence=1010.0)], 0.04, 0.04, "identified", ("viscous",), (("viscous",),), 0.9),
     "a family, none of its members told": (
