@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from sstl_cli.physics.effect import Drive, Mechanics
-from sstl_cli.physics.filters import delayed, first_order, low_pass, play
+from sstl_cli.physics.filters import delayed, first_order, low_pass, play, second_low_pass
 from sstl_cli.physics.noise import NoiseModel, sensor_noise
 from sstl_cli.physics.rig import EFFECTS, NoiseSpec, RigRun, RigSpec, resolve_effects
 from sstl_cli.physics.rig.chain import Load, TensionLaw, friction_limit, load_tension
@@ -212,6 +213,22 @@ def test_filters_of_both_simulators() -> None:
     assert play(path, 1.0).tolist() == sensor_play(path, 1.0).tolist() == [5.0, 5.0, 8.0, 8.0, 5.0, 5.0]
     assert digitise(np.array([0.6, 3.3, 9.0]), 7.0, 0.5).tolist() == [0.5, 3.5, 7.0]
     assert digitise(np.array([0.6, 9.0]), 7.0, 0.0).tolist() == [0.6, 7.0]
+
+
+@pytest.mark.parametrize("share", [1e-4, 0.1, 0.25, 0.26, 0.5])
+@pytest.mark.parametrize("dt", [0.001, 0.05, 0.4])
+def test_a_low_pass_of_second_order_is_exact_for_lines_between_samples(share: float, dt: float) -> None:
+    tau, time = 0.06, np.arange(60) * dt
+    signal = 3.0 + np.sin(5.0 * time) + np.abs(time % 1.0 - 0.5)
+    exact = lsim(([1.0], [share * tau * tau, tau, 1.0]), signal - signal[0], time)[1] + signal[0]
+    assert second_low_pass(signal, dt, tau, share) == pytest.approx(exact, abs=1e-9)
+
+
+def test_a_low_pass_without_second_order_is_one_of_first() -> None:
+    signal = np.array([0.0, 2.0, 1.0, 4.0])
+    assert second_low_pass(signal, 0.1, 0.0, 0.3) is signal
+    assert second_low_pass(signal, 0.1, 0.2, 0.0).tolist() == low_pass(signal, 0.1, 0.2).tolist()
+    assert second_low_pass(signal, 0.1, 0.2, 1e-7) == pytest.approx(low_pass(signal, 0.1, 0.2), abs=1e-6)
 
 
 def test_coloured_noise_by_its_recursion() -> None:
