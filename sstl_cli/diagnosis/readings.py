@@ -150,6 +150,8 @@ def _limited(usable: Sequence[tuple[Run, Faults, Faults]], is_out: bool) -> list
     if any(f.clipped.any() for f in faults):
         return faults
     used = [known(run, column) & ~(a.bad | b.bad) & (gaps(run) == 0) for run, a, b in usable]
+    if not all(u.any() for u in used):
+        return faults
     pairs = [Pair(r.tension_in_n[u], r.tension_out_n[u], f.noise_n, is_out) for (r, _, _), f, u in zip(usable, faults, used, strict=True)]
     return _behind_noise(faults, used, limit_of(pairs))
 
