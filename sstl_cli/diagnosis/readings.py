@@ -9,7 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import CHANCE_COPIES, CLIPPED_RUN, CLIPPED_SIGMA, COPIED, COPIED_NOISE_N, MIN_READINGS, MOST_ALIKE
+from sstl_cli.diagnosis.clipping import Limit, Pair, limit_of
+from sstl_cli.diagnosis.constants import (
+    CHANCE_COPIES,
+    CLIPPED_RUN,
+    CLIPPED_SIGMA,
+    COPIED,
+    COPIED_NOISE_N,
+    DOUBT_NATS,
+    MIN_READINGS,
+    MOST_ALIKE,
+)
 from sstl_cli.diagnosis.recorder import Faults, limited, scan, stretches
 from sstl_cli.identification.gate import Sensor, sensors_of
 
@@ -117,15 +127,51 @@ def scanned(run: Run, column: str) -> Faults:
 
 
 def agreed(usable: Sequence[tuple[Run, Faults, Faults]]) -> list[tuple[Run, Faults, Faults]]:
-    """Return the runs without limits that other runs of the same sensor pass: a limit is one of the sensor, not of a run."""
-    tops: dict[tuple[str, int], float] = {}
-    for item in usable:
-        for side, column in ((1, "tension_in_n"), (2, "tension_out_n")):
-            key = (item[0].system, side)
-            tops[key] = max(tops.get(key, -np.inf), float(getattr(item[0], column).max()))
+    """Return the runs with the limits that their sensors have: a limit is one of the sensor, not of a run.
 
-    def judged(f: Faults, top: float) -> Faults:
-        passed = f.clipped.any() and top > f.clip_level_n + CLIPPED_SIGMA * max(f.noise_n, f.step_n)
-        return replace(f, clipped=np.zeros_like(f.clipped), clip_level_n=float("inf")) if passed else f
+    A level that readings share to the last digit is none where another run passes it. Where no reading repeats another, noise may
+    enter behind the limit.
+    """
+    found = list(usable)
+    for system in sorted({run.system for run, _, _ in usable}):
+        places = [i for i, (run, _, _) in enumerate(usable) if run.system == system]
+        mine = [usable[i] for i in places]
+        into, out = _limited(mine, False), _limited(mine, True)
+        for i, a, b in zip(places, into, out, strict=True):
+            found[i] = (usable[i][0], a, b)
+    return found
 
-    return [(run, judged(a, tops[run.system, 1]), judged(b, tops[run.system, 2])) for run, a, b in usable]
+
+def _limited(usable: Sequence[tuple[Run, Faults, Faults]], is_out: bool) -> list[Faults]:
+    """Return the faults of one sensor in all of its runs, with the limit that it has."""
+    column = "tension_out_n" if is_out else "tension_in_n"
+    given = [b if is_out else a for _, a, b in usable]
+    faults = _unpassed(given, max(float(getattr(run, column).max()) for run, _, _ in usable))
+    if any(f.clipped.any() for f in faults):
+        return faults
+    used = [known(run, column) & ~(a.bad | b.bad) & (gaps(run) == 0) for run, a, b in usable]
+    if not all(u.any() for u in used):
+        return faults
+    pairs = [Pair(r.tension_in_n[u], r.tension_out_n[u], f.noise_n, is_out) for (r, _, _), f, u in zip(usable, faults, used, strict=True)]
+    return _behind_noise(faults, used, limit_of(pairs))
+
+
+def _unpassed(faults: Sequence[Faults], top: float) -> list[Faults]:
+    """Return the faults of a sensor without limits that its highest reading (N) is beyond by more than noise."""
+
+    def passed(f: Faults) -> bool:
+        return bool(f.clipped.any()) and top > f.clip_level_n + CLIPPED_SIGMA * max(f.noise_n, f.step_n)
+
+    return [replace(f, clipped=np.zeros_like(f.clipped), clip_level_n=float("inf")) if passed(f) else f for f in faults]
+
+
+def _behind_noise(faults: Sequence[Faults], used: Sequence[Mask], limit: Limit) -> list[Faults]:
+    """Return the faults of a sensor with the limit about which those of its readings scatter that were ``used``, if it is beyond doubt."""
+    if limit.nats <= DOUBT_NATS:
+        return list(faults)
+    found = []
+    for f, u, there in zip(faults, used, limit.there, strict=True):
+        clipped = np.zeros(len(u), bool)
+        clipped[u] = there
+        found.append(replace(f, clipped=clipped, clip_level_n=limit.level_n) if there.any() else f)
+    return found

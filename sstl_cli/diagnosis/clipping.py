@@ -1,0 +1,153 @@
+"""A limit of a sensor with noise behind it: readings scatter about the highest level while the other end of the line goes on.
+
+A line rests, too, where its input turns, and it may do so at its highest. What tells is a play fitted to the rest of the runs:
+behind a limit it goes on beyond the level by more than it is off elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.constants import (
+    CLIPPED_LEAST,
+    CLIPPED_MOST,
+    CLIPPED_SIGMA,
+    DAMPING,
+    DAMPING_FACTOR,
+    FINEST,
+    HALF,
+    MAX_ITERATIONS,
+    START_FACTORS,
+)
+from sstl_cli.diagnosis.recorder import stretches
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What both ends of the line read in one run (N, shape (n,)), and the white noise of the sensor that may be limited (N).
+
+    ``is_out`` tells whether that is the output's.
+    """
+
+    into: Array
+    out: Array
+    noise_n: float
+    is_out: bool
+
+    @property
+    def value(self) -> Array:
+        """Readings of the sensor that may be limited (N)."""
+        return self.out if self.is_out else self.into
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The level (N) of a sensor that may be its limit, which readings of each run stand there, and what a limit gains (nats)."""
+
+    level_n: float
+    there: tuple[Mask, ...]
+    nats: float
+
+
+def limit_of(pairs: Sequence[Pair]) -> Limit:
+    """Return the highest level about which readings of a sensor rest in its runs, and by how much it is likelier to be a limit."""
+    noise = float(np.median([p.noise_n for p in pairs]))
+    values = [p.value for p in pairs]
+    # without noise a plateau of the movement is as flat
+    if noise <= FINEST * max(float(np.ptp(v)) for v in values):
+        return Limit(float("inf"), tuple(np.zeros(len(v), bool) for v in values), 0.0)
+    level = _piled(np.concatenate(values), noise)
+    first = np.concatenate([v[_resting(v, level, noise)] for v in values])
+    level = float(np.median(first)) if len(first) else level
+    # a reading at the limit is hardly ever further below it; what the line gives as well costs nothing to leave out
+    there = tuple(_resting(v, level, noise, HALF * CLIPPED_SIGMA) for v in values)
+    lines = [(p, t, _line(p, t)) for p, t in zip(pairs, there, strict=True) if t.any()]
+    if not lines:
+        return Limit(level, there, 0.0)
+    beyond = np.concatenate([(line - p.out if p.is_out else p.out - line)[t] for p, t, line in lines])
+    off = np.concatenate([(p.out - line)[~t] for p, t, line in lines])
+    # what a model misses in one rest it misses in all: together they are one number, that is off by as much as others are
+    return Limit(level, there, 0.5 * max(float(beyond.mean()), 0.0) ** 2 / max(float(np.mean(off**2)), noise**2))
+
+
+def _piled(values: Array, noise: float) -> float:
+    """Return the level (N) about which most readings lie within noise, of the highest ones."""
+    values = np.sort(values)
+    top = values[values >= values[-1] - 2.0 * CLIPPED_SIGMA * noise]
+    near = np.searchsorted(top, top + noise, "right") - np.searchsorted(top, top - noise, "left")
+    return float(top[len(top) - 1 - int(np.argmax(near[::-1]))])
+
+
+def _resting(value: Array, level: float, noise: float, below: float = 0.0) -> Mask:
+    """Return which readings are within noise of a level, from the first to the last that is above it, or ``below`` by so many noises.
+
+    No run is there all of the time.
+    """
+    found = np.zeros(len(value), bool)
+    for a, b in stretches(np.abs(value - level) < CLIPPED_SIGMA * noise):
+        if np.count_nonzero(value[a:b] >= level) >= CLIPPED_LEAST:
+            there = a + np.flatnonzero(value[a:b] >= level - below * noise)
+            found[there[0] : there[-1] + 1] = True
+    return found if found.mean() < CLIPPED_MOST else np.zeros(len(value), bool)
+
+
+def _line(p: Pair, there: Mask) -> Array:
+    """Return the output (N) of the play between two free lines that is nearest to a run where it is not at a limit."""
+    # what the tube holds back is not known yet: from as good as nothing to most of the tension
+    starts = [np.array([np.exp(-wrap), 0.0, np.exp(wrap), 0.0]) for wrap in START_FACTORS]
+    return min((_descended(p, there, lines) for lines in starts), key=lambda found: found[0])[1]
+
+
+def _descended(p: Pair, there: Mask, lines: Array) -> tuple[float, Array]:
+    """Return squared error (N^2) and output (N) of the play nearest to a run, from a first guess of its lines (Levenberg-Marquardt)."""
+    made, left, normal, gradient = _play(p.into, p.out, there, not p.is_out, lines)
+    damping = DAMPING
+    for _ in range(MAX_ITERATIONS):
+        step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), gradient, rcond=None)[0]
+        tried = _play(p.into, p.out, there, not p.is_out, lines + step)
+        if tried[1] < left:
+            lines, damping = lines + step, damping / DAMPING_FACTOR
+            made, left, normal, gradient = tried
+        else:
+            damping *= DAMPING_FACTOR
+    return left, made
+
+
+@njit(cache=True, nogil=True)
+def _play(x: Array, y: Array, there: Mask, anew: bool, p: Array) -> tuple[Array, float, Array, Array]:
+    """Return the output of a play between the lines p[0] x + p[1] and p[2] x + p[3] (N, shape (n,)), its squared error (N^2) where it is
+    not ``there``, and the normal matrix and gradient of that error by the lines.
+
+    Behind a limit of the input it begins ``anew`` from the output, which went where no input is known.
+    """
+    n = x.size
+    made, slope = np.empty(n), np.zeros(4)
+    left, normal, gradient = 0.0, np.zeros((4, 4)), np.zeros(4)
+    v = y[0]
+    for k in range(n):
+        if anew and k > 0 and there[k - 1] and not there[k]:
+            v = y[k]
+            slope[:] = 0.0
+        low, high = p[0] * x[k] + p[1], p[2] * x[k] + p[3]
+        if v < low or v > high:
+            side = 0 if v < low else 2
+            v = low if v < low else high
+            slope[:] = 0.0
+            slope[side], slope[side + 1] = x[k], 1.0
+        made[k] = v
+        if not there[k]:
+            e = y[k] - v
+            left += e * e
+            for i in range(4):
+                gradient[i] += slope[i] * e
+                for j in range(4):
+                    normal[i, j] += slope[i] * slope[j]
+    return made, left, normal, gradient
