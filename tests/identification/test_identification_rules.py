@@ -332,3 +332,12 @@ def test_median_is_numpys(n):
     assert filtering.median(values) == np.median(values)
     values[n // 2] = np.nan
     assert math.isnan(filtering.median(values))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 100, 1001])
+@pytest.mark.parametrize("part", [0.0, 0.005, 0.1, 0.5, 0.75, 0.98, 1.0])
+def test_quantile_is_numpys(n, part):
+    values = np.round(np.random.default_rng(n).normal(0.0, 1.0, n), n % 5)
+    assert filtering.quantile(values, part) == np.quantile(values, part)
+    values[n // 2] = np.nan
+    assert math.isnan(filtering.quantile(values, part))

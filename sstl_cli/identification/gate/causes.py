@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD, descend, left_of, tried
 
@@ -153,7 +154,7 @@ def _by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) ->
     n = SPEED_OVER
     smooth = np.convolve(np.pad(x, n // 2, mode="edge"), np.full(n, 1.0 / n), "valid")
     speed = np.abs(np.gradient(smooth, time_s))
-    scales = [max(float(np.quantile(speed, part)), 1e-3 * float(speed.max()), 1e-300) for part in SLOWER]
+    scales = [max(quantile(speed, part), 1e-3 * float(speed.max()), 1e-300) for part in SLOWER]
     return min((best_fit(x, y, bundled(SPEED), floor, play, -np.expm1(-speed / scale)) for scale in scales), key=lambda c: c.rms_n)
 
 
@@ -174,7 +175,7 @@ def _moved(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Ca
         moved = np.interp(at[inside], time_s, y)
         return best_fit(x[inside][::stride], moved[::stride], bundled(GAIN), floor)
 
-    period = float(np.median(np.diff(time_s)))
+    period = median(np.diff(time_s))
     best, step = play.delay_s, max(DELAY_STEP * abs(play.delay_s), period)
     left = {best: fit(best, every).rms_n}
     while step > 0.25 * period and step > DELAY_SHARE * abs(best) and math.isfinite(left[best]):
@@ -188,7 +189,7 @@ def _moved(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Ca
 
 def _slow(time_s: Array, x: Array, y: Array, floor: float) -> Cause:
     """Return what is left of an output behind a low-pass of its own, whose time constant (s) is the ``size``."""
-    period = float(np.median(np.diff(time_s)))
+    period = median(np.diff(time_s))
     slow = best_fit(x, y, bundled(SLOW), floor, behind=Behind(lags=tuple(math.log(s / period) for s in SLOW_S)))
     return replace(slow, size=period * math.exp(slow.size))
 
@@ -219,7 +220,7 @@ def modelled(
     fast = np.zeros(len(x)) if speed is None else speed
     which, begins = np.array(free, np.int64), len(x) if behind.since is None else behind.since
     slip = free[-1]
-    given = np.array([float(np.median(y[~np.isnan(y)][:3])), begins, behind.most_n, float(bool(behind.lags))])
+    given = np.array([median(y[~np.isnan(y)][:3]), begins, behind.most_n, float(bool(behind.lags))])
     guesses = [_guess(wrap, free) for wrap in STARTS]
     if behind.lags:
         guesses = [np.concatenate((p[:LAG], [lag], p[LAG + 1 :])) for p in guesses for lag in behind.lags]
@@ -239,7 +240,7 @@ def modelled(
     p, rms = min(found, key=lambda f: f[1])
     left = np.empty(len(x))
     # what is left of nothing is the model, begun where the output began
-    left_of(x, np.zeros(len(x)), fast, p, given, left, np.empty((len(x), PARAMETERS)))
+    left_of(x, np.zeros(len(x)), fast, p, given, np.empty(0, np.int64), left, np.empty((0, 0)))
     return Cause(float(p[0]), float(p[slip]), float(rms)), -left
 
 
@@ -252,7 +253,7 @@ def _guess(wrap: float, free: tuple[int, ...]) -> Array:
 
 def _level(x: Array, y: Array, slip: int, since: int) -> float:
     """Return the size of a slip that middle levels show: friction of both directions leaves them alike, a slip does not."""
-    a, b = float(np.median(x)), float(np.nanmedian(y))
+    a, b = median(x), float(np.nanmedian(y))
     if slip in (1, 3, 4, 5):
         return {1: math.log(b / a) if a > 0.0 and b > 0.0 else 0.0, 3: a - b, 4: b - a, 5: -0.2}[slip]
     before, after = ((float(np.median(x[part])), float(np.median(y[part]))) for part in (slice(None, since), slice(since, None)))

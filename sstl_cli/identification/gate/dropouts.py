@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import quantile
+
 Array = NDArray[np.float64]
 # part of the span, and usual steps, that a jump must make; longest stretch filled (samples), and how near to where it was the channel comes back
 JUMP, BEYOND, LONGEST, BACK = 0.1, 12.0, 200, 0.5
@@ -27,8 +29,8 @@ class Dropouts:
 def dropouts_of(v: Array, other: Array) -> Dropouts | None:
     """Return the level at which a channel drops out, None where it does not, or where the other one jumps with it."""
     step = np.diff(v)
-    low, high = np.quantile(v, [0.02, 0.98])
-    least = max(JUMP * float(high - low), BEYOND * float(np.quantile(np.abs(step), 0.75)))
+    low, high = quantile(v, 0.02), quantile(v, 0.98)
+    least = max(JUMP * (high - low), BEYOND * quantile(np.abs(step), 0.75))
     if least <= 0.0:
         return None
     at = np.flatnonzero(np.abs(step) > least)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
-from sstl_cli.identification.filtering import noise_sd
+from sstl_cli.identification.filtering import median, noise_sd
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
 from sstl_cli.identification.gate.dropouts import Dropouts, dropouts_of
@@ -193,7 +193,7 @@ def evidence_of(run: Run) -> Evidence:
     base: dict[str, Any] = dict(
         run_id=run.run_id, config_id=run.config_id, system=run.system, location=run.location, lead_mm=run.lead_mm,
         trajectory=run.trajectory, tendon=run.tendon, samples=len(run), tensions=tensions,
-        dt_s=float(np.median(step)) if len(step) else math.nan,
+        dt_s=median(step) if len(step) else math.nan,
         dt_first_s=_usual(step[:tenth]),
         dt_last_s=_usual(step[-tenth:]),
         dt_error_s=float(np.std(step)) / math.sqrt(tenth) if len(step) else math.nan,
@@ -277,7 +277,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
 def _of_readings(run: Run, raw: tuple[Array, Array], sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     """Return what the readings show as they are, whatever friction makes of them."""
     strides = (sensors[0].stride, sensors[1].stride)
-    dt, stride = float(np.median(np.diff(run.time_s))), max(strides)
+    dt, stride = median(np.diff(run.time_s)), max(strides)
     half, filled = len(run) // 2, filled_of(run.time_s, raw, sensors)
     return {
         "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
@@ -370,7 +370,7 @@ def _line_share(t: Array, v: Array) -> float:
 def _noise_correlation(x: Array, y: Array) -> float:
     """Return the correlation of second differences: sensors of their own share no noise."""
     a, b = np.diff(x[:MOST_POINTS], 2), np.diff(y[:MOST_POINTS], 2)
-    limit_a, limit_b = (8.0 * float(np.median(np.abs(v))) for v in (a, b))
+    limit_a, limit_b = (8.0 * median(np.abs(v)) for v in (a, b))
     if limit_a == 0.0 or limit_b == 0.0:
         return math.nan
     quiet = (np.abs(a) < limit_a) & (np.abs(b) < limit_b)

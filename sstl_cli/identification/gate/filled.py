@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import quantile
 from sstl_cli.identification.gate.sensors import Sensor
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ def filled_of(time_s: Array, channels: tuple[Array, Array], sensors: tuple[Senso
     before, after = np.diff(time_s)[:-1], np.diff(time_s)[1:]
     for v in channels:
         off = v[1:-1] - (v[:-2] * after + v[2:] * before) / (before + after)
-        straight = np.abs(off) < ON_LINE * float(np.quantile(np.abs(off), USUAL)) if len(off) else on
+        straight = np.abs(off) < ON_LINE * quantile(np.abs(off), USUAL) if len(off) else on
         beside = ~straight[1:] & ~straight[:-1]
         # what has no noise is straight where it likes
         if not beside.any() or float(np.mean((off[1:] * off[:-1] < 0.0)[beside])) < TURNS:
@@ -68,5 +69,5 @@ def held_while(v: Array, other: Array, sensors: tuple[Sensor, Sensor]) -> float:
         return 0.0
     first, last = edges[1:] - 1 - np.maximum((LAST * np.diff(edges)).astype(np.int64), 1), edges[1:] - 1
     # an output rests in most holds of its input, but not in all
-    moved = float(np.quantile(np.abs(other[last] - other[first]), USUAL))
+    moved = quantile(np.abs(other[last] - other[first]), USUAL)
     return moved if moved > 3.0 * max(its.noise_n, its.step_n) else 0.0

@@ -9,6 +9,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median
+
 Array = NDArray[np.float64]
 Keys = NDArray[np.uint64]
 NO_KEYS = np.empty(0, np.uint64)
@@ -44,7 +46,9 @@ def _keys(a: Array, b: Array, window: int) -> Keys:
     for moved in together:
         changes = np.concatenate(([0], np.cumsum(moved)))
         lively &= changes[window - 1 :] - changes[: len(changes) - window + 1] >= WINDOW // 2
-    return np.unique(key[lively])
+    # numpy's own looks integers up one by one, at ten times the price
+    key = np.sort(key[lively])
+    return key[np.append(True, key[1:] != key[:-1])] if len(key) else NO_KEYS
 
 
 def _mixed(first: Keys, second: Keys) -> Keys:
@@ -78,7 +82,7 @@ def sketch_of(x: Array, y: Array, strides: tuple[int, int], fine: tuple[bool, bo
     fast = np.zeros((2, DRAWN), np.float32)
     for i, (v, stride) in enumerate(zip((x, y), strides, strict=True)):
         second = np.diff(v[: (DRAWN + 2) * stride : stride], 2)
-        limit = CLIP * float(np.median(np.abs(second))) if len(second) >= LEAST_DRAWN else 0.0
+        limit = CLIP * median(np.abs(second)) if len(second) >= LEAST_DRAWN else 0.0
         if limit > 0.0:
             # corners of the movement return in every run
             second = np.clip(second, -limit, limit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,7 @@ def hum_of(dt_s: float, v: Array, other: Array, drive: Array, stride: int = 1) -
     span, reach = float(np.ptp(v)), float(np.ptp(other))
     if n < FEWEST or span <= 0.0:
         return None
-    level, window = max(float(np.max(np.abs(c))) for c in (v, other)), np.hanning(n)
+    level, window = max(float(np.max(np.abs(c))) for c in (v, other)), _window(n)
     mine, theirs, driven = (np.abs(np.fft.rfft(window * (c - np.mean(c)))) * 2.0 / float(window.sum()) for c in (v, other, drive))
     moves = 1 + int(np.argmax(driven[1:]))
     first = max(int(ABOVE * moves), AROUND)
@@ -59,6 +60,12 @@ def hum_of(dt_s: float, v: Array, other: Array, drive: Array, stride: int = 1) -
     quarters = [_amplitude(part, k / n, start) for start, part in _quarters(v)]
     steady = min(quarters) > STEADY * max(quarters)
     return Hum(float(np.median(quarters)), k / (n * stride * dt_s)) if steady else None
+
+
+@lru_cache(maxsize=4)
+def _window(n: int) -> Array:
+    """Return a Hann window: runs of one log are of few lengths."""
+    return np.hanning(n)
 
 
 def _quarters(v: Array) -> list[tuple[int, Array]]:

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.causes import FRICTION, Behind, Causes, best_fit, bundled
 
 Array = NDArray[np.float64]
@@ -52,7 +53,7 @@ def _cut_off(x: Array, y: Array, noise_n: float, level: float, causes: Causes) -
 
 def _slow(t: Array, x: Array, y: Array, noise_n: float, causes: Causes) -> bool:
     """Whether an output that follows slowly explains that it goes on while the input rests."""
-    dt, floor = float(np.median(np.diff(t))), max(noise_n, 1e-4 * float(np.ptp(y)))
+    dt, floor = median(np.diff(t)), max(noise_n, 1e-4 * float(np.ptp(y)))
     left = min(causes.left(best_fit(_lagged(x, dt / tau), y, bundled(FRICTION), floor).rms_n) for tau in SLOW_S)
     return left < CATCHES_UP * causes.left(causes.friction.rms_n)
 
@@ -73,7 +74,7 @@ def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step:
     An input that is held leaves the output where it is; an output (``driven``) rests in backlash, but not at its largest while
     the input grows.
     """
-    high = float(np.quantile(v, 0.999))
+    high = quantile(v, 0.999)
     if step > COARSE * float(np.ptp(v)):
         return math.nan
     span, reach = float(np.ptp(v)), float(np.ptp(other))
@@ -103,7 +104,7 @@ def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step:
 def _flat(v: Array, spread: float) -> bool:
     """Whether a channel rests at its extreme: what turns there is lower at both ends."""
     inner = v[len(v) // 6 : len(v) - len(v) // 6]
-    return float(np.ptp([np.median(part) for part in np.array_split(inner, 3)])) < spread
+    return float(np.ptp([median(part) for part in np.array_split(inner, 3)])) < spread
 
 
 def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:
@@ -116,4 +117,4 @@ def _went_on(t: Array, other: Array) -> float:
     """Return by how much a channel still rises (N) once no slow channel catches up any more."""
     k = int(np.searchsorted(t, t[0] + CAUGHT_UP_S))
     few = max(1, len(t) // 20)
-    return float(np.max(other[k:]) - np.median(other[k : k + few])) if k + few < len(t) else 0.0
+    return float(np.max(other[k:]) - median(other[k : k + few])) if k + few < len(t) else 0.0

@@ -12,6 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median
+
 Array = NDArray[np.float64]
 ITERATIONS = 10
 HUBER = 1.5
@@ -109,7 +111,7 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
         rms_n=rms,
         delayed_rms_n=delayed_rms,
         drifting_rms_n=drifting_rms,
-        typical_n=1.4826 * float(np.median(np.abs(late))),
+        typical_n=1.4826 * median(np.abs(late)),
         explained=1.0 - min(rms, delayed_rms) ** 2 / power,
         shares=shares,
         reaches=reaches,
@@ -168,7 +170,7 @@ def _seen(x: Array, start: float, p: Array) -> tuple[tuple[float, float], tuple[
 
 def _model(time_s: Array, x: Array, measured: Array, p: Array, middle: float, free: int) -> tuple[Array, Array]:
     """Return the output and its derivatives with respect to the first ``free`` parameters."""
-    y, lines = _play(x, p[:4], float(np.median(measured[:3])))
+    y, lines = _play(x, p[:4], median(measured[:3]))
     if free == 4 and p[4] == 0.0:
         return y, lines
     known = _inside(time_s, p, middle)
@@ -228,7 +230,7 @@ def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle:
     model, jacobian = _model(time_s, x, y, p, middle, free)
     residual = y - model
     for _ in range(2):
-        limit = HUBER * max(1.4826 * float(np.median(np.abs(residual))), 1e-3 * float(np.abs(residual).max()), 1e-300)
+        limit = HUBER * max(1.4826 * median(np.abs(residual)), 1e-3 * float(np.abs(residual).max()), 1e-300)
         cost, weight = _loss(residual, limit)
         cost /= float(np.mean(_inside(time_s, p, middle)))
         damping = 1e-3

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.causes import Causes, bundled, modelled
 
 Array = NDArray[np.float64]
@@ -69,8 +70,8 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     if not odd or found.rms_n > LITTLE * span or causes.left(found.rms_n) > LESS * min(causes.left(v) for v in others):
         return None
     a, b = max(odd, key=lambda r: r[1] - r[0])
-    levels = np.array([np.median(y[i:j]) for i, j in odd])
-    high, low = float(np.quantile(y, 0.999)), float(np.quantile(y, 0.001))
+    levels = np.array([median(y[i:j]) for i, j in odd])
+    high, low = quantile(y, 0.999), quantile(y, 0.001)
     where: Literal["highest", "lowest", "between"] = "between"
     # the end of a range is met more than once, a sensor stops anywhere
     if len(odd) > 1 and np.all(levels > high - band):
@@ -79,7 +80,7 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
         where = "lowest"
     # the samples are means of some; the last one lasts as long as any
     period = float(t[-1] - t[0]) / (n - 1)
-    return Rest(float(t[a]), (b - a) * period, 1.0 - _known(odd, n), float(np.median(y[a:b])), where, float(np.ptp(model[a:b])))
+    return Rest(float(t[a]), (b - a) * period, 1.0 - _known(odd, n), median(y[a:b]), where, float(np.ptp(model[a:b])))
 
 
 @njit(cache=True, nogil=True)
@@ -126,5 +127,5 @@ def _without(y: Array, rests: list[tuple[int, int]]) -> Array:
 
 def _against(model: Array, y: Array, span: float, rms_n: float) -> bool:
     """Whether friction moves an output that rests, and away from where it rests."""
-    away = float(np.sqrt(np.mean((model - np.median(y)) ** 2)))
+    away = float(np.sqrt(np.mean((model - median(y)) ** 2)))
     return float(np.ptp(model)) > MOVED * span and away > max(AWAY * span, 3.0 * rms_n)

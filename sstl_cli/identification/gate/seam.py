@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median
+
 Array = NDArray[np.float64]
 # smallest jump looked at (share of the span), and samples on either side that it is compared with
 LEAST_JUMP, AROUND = 0.05, 40
@@ -12,6 +14,8 @@ LEAST_JUMP, AROUND = 0.05, 40
 AT_ONCE, ANOTHER, MOST = 0.7, 0.5, 2
 # part of the input's jump from which on others of the input make it a movement in steps
 STEPS = 0.25
+# largest steps of a channel looked at
+MOST_JUMPS = 256
 # sampling periods from which on rows are missing
 LONG = 2.5
 
@@ -32,7 +36,7 @@ def seam_of(
     both = np.minimum(*jumps)
     # where rows are missing both channels go on meanwhile
     step = np.diff(time_s[::stride])
-    both = np.where(step > LONG * float(np.median(step)), 0.0, both)
+    both = np.where(step > LONG * median(step), 0.0, both)
     k = int(np.argmax(both))
     again = np.flatnonzero(both > ANOTHER * both[k])
     # or of the input alone, where the output rests
@@ -53,13 +57,15 @@ def _jumps(v: Array, span: float) -> Array:
     """Return how far a channel jumps for good after each sample (shares of its span)."""
     step = np.abs(np.diff(v))
     lasting = np.zeros(len(step))
-    at = np.argsort(step)[-256:]
-    for k in at[(at >= 4) & (at < len(v) - 5) & (step[at] > LEAST_JUMP * span)]:
+    at = np.flatnonzero(step > LEAST_JUMP * span)
+    if len(at) > MOST_JUMPS:
+        at = at[np.argsort(step[at])[-MOST_JUMPS:]]
+    for k in at[(at >= 4) & (at < len(v) - 5)]:
         if np.all(v[k - 3 : k] == v[k]):
             # a recorder that stood still catches up
             continue
         usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
-        lasting[k] = abs(float(np.median(v[k + 1 : k + 6])) - float(np.median(v[k - 4 : k + 1]))) - 5.0 * usual
+        lasting[k] = abs(median(v[k + 1 : k + 6]) - median(v[k - 4 : k + 1])) - 5.0 * usual
     return lasting / max(span, 1e-300)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
-from sstl_cli.identification.filtering import noise_sd
+from sstl_cli.identification.filtering import median, noise_sd, quantile
 
 Array = NDArray[np.float64]
 CHANNELS = ("tension_in_n", "tension_out_n")
@@ -107,7 +107,7 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
         v = v.copy()
         v[~finite] = np.interp(np.flatnonzero(~finite), np.flatnonzero(finite), v[finite]) if finite.any() else 0.0
     n = len(v)
-    period = float(np.median(np.diff(time))) if n > 1 else float("nan")
+    period = median(np.diff(time)) if n > 1 else float("nan")
     if n < 16 or float(np.ptp(v)) == 0.0:
         still = float(time[-1] - time[0]) if n else 0.0
         return Sensor(column, period, period, 0.0, 0.0, still, float(time[0]) if n else 0.0, 1.0)
@@ -159,11 +159,11 @@ def quantisation(values: Array) -> float:
     if len(gaps) < 3:
         return 0.0
     # a few stray levels (spikes, interpolated samples) must not set the step
-    small = float(np.quantile(gaps, 0.1))
+    small = quantile(gaps, 0.1)
     near = gaps[(gaps > 0.7 * small) & (gaps < 1.4 * small)]
     if not len(near):
         return 0.0
-    step = float(np.median(near))
+    step = median(near)
     multiple = gaps / step
     if len(levels) > 0.5 * len(values):
         # few samples of a fine converter: the grid must be exact, and be more than an even ramp
@@ -178,7 +178,7 @@ def _hold(v: Array, changed: NDArray[np.int64], step: float) -> float:
     if len(changed) < MIN_CHANGES or 1.0 - len(changed) / len(v) < HELD_SHARE:
         return 1.0
     gaps = np.diff(changed)
-    usual = float(np.median(gaps))
+    usual = median(gaps)
     if usual < 2.0:
         return 1.0
     # renewals come at a beat: hardly any sooner than half of it, and most at it (a hold of the output spans several)
@@ -212,14 +212,14 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     fresh = lengths / hold
     repeats = float(np.mean(np.minimum(fresh, 8.0) - 1.0 > 0.5)) if len(fresh) else 0.0
     held = v[edges[:-1]]
-    limit = 10.0 * noise + 4.0 * float(np.quantile(np.abs(np.diff(v)), 0.98))
+    limit = 10.0 * noise + 4.0 * quantile(np.abs(np.diff(v)), 0.98)
     before, after = v[np.maximum(edges[:-1] - 1, 0)], v[np.minimum(edges[1:], len(v) - 1)]
     left = np.abs(after - held) > limit
     jump = left | (np.abs(before - held) > limit)
     white = noisy(v[changed])
     if noise <= 0.0 or not white or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
         # without noise, or with coarse levels, a value repeats for good reasons; but what rests goes on from where it is
-        usual = float(np.median(np.abs(np.diff(v))[changed - 1])) if len(changed) else 0.0
+        usual = median(np.abs(np.diff(v))[changed - 1]) if len(changed) else 0.0
         # a release that multiplies the input's steps leaves a rest fast, but not by a good part of all that was ever read
         least = max(4.0 * step, 8.0 * usual) + (10.0 * noise if white else 0.0)
         left = np.abs(after - held) > max(least, COMES_BACK * float(np.ptp(v)))
@@ -251,6 +251,6 @@ def noisy(v: Array) -> bool:
     second = np.diff(v[:ENOUGH], 2)
     if len(second) < 16:
         return False
-    limit = 6.0 * float(np.median(np.abs(second)))
+    limit = 6.0 * median(np.abs(second))
     second = np.clip(second, -limit, limit)
     return float(np.sum(second[1:] * second[:-1])) < -0.3 * float(np.sum(second**2))

@@ -6,8 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit
 from sstl_cli.identification.gate.changes import Change, change_of
 from sstl_cli.identification.gate.limits import limits_of
@@ -82,10 +84,12 @@ def against_of(x: Array, y: Array, noise: tuple[float, float]) -> float:
     return float(-np.sum(np.minimum(way, 0.0))) / total if total > 0.0 else 0.0
 
 
+@njit(cache=True, nogil=True)
 def _turns(x: Array, least: float) -> NDArray[np.int64]:
     """Return where a channel turns by more than ``least`` (N), its ends with them."""
     turns, low, high, rising = [0], 0, 0, 0
-    for k, v in enumerate(x.tolist()):
+    for k in range(len(x)):
+        v = x[k]
         low, high = (k if v < x[low] else low), (k if v > x[high] else high)
         if rising >= 0 and v < x[high] - least:
             turns.append(high)
@@ -95,7 +99,8 @@ def _turns(x: Array, least: float) -> NDArray[np.int64]:
             turns.append(low)
             high, rising = k, 1
             low = k
-    return np.array([*turns, len(x) - 1], np.int64)
+    turns.append(len(x) - 1)
+    return np.array(turns, np.int64)
 
 
 def wrap_of(v: Array, other: Array) -> float:
@@ -105,12 +110,12 @@ def wrap_of(v: Array, other: Array) -> float:
     if span <= 0.0 or len(at) < 2 * TURNS or min(np.count_nonzero(step[at] > 0), np.count_nonzero(step[at] < 0)) < TURNS:
         return math.nan
     size = np.abs(step[at])
-    steady = float(np.quantile(np.abs(np.diff(other))[at], 0.9)) < STEADY * float(np.ptp(other))
+    steady = quantile(np.abs(np.diff(other))[at], 0.9) < STEADY * float(np.ptp(other))
     # what overflows goes on in the same way; what drops out and comes back rests below
     lively = bool(np.count_nonzero(np.diff(np.unique(v[at + 1]))) > 0.5 * len(at))
     # an overflow is the whole of the range, so that the jump leaves no room beyond it
-    lively &= float(np.median(size)) > BEYOND * float(np.median(np.abs(step)))
-    return float(np.median(size)) if steady and lively and float(np.ptp(size)) < ALIKE * float(np.median(size)) else math.nan
+    lively &= median(size) > BEYOND * median(np.abs(step))
+    return median(size) if steady and lively and float(np.ptp(size)) < ALIKE * median(size) else math.nan
 
 
 def _folded(x: Array, y: Array, noise_n: float) -> float:
