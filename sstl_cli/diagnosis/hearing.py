@@ -44,24 +44,32 @@ def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simul
     """Return simulator, base and noise; where the input's sensor has slow noise, the input is smoothed again, told of it.
 
     Not where the output follows the input as it was smoothed before more closely: then what is slow moves the line as well.
-    Both ways the same models are asked, with the same columns projected out.
+    Every way the same models are asked, with the same columns projected out.
     """
     columns = _columns(sim, coarse)
     noise, nats = _noise(sim, coarse, measured, columns)
     own = entering(sim.problem.records, noise, measured)
-    if not own:
+    plain, told_of = sim.problem, set[str]()
+    # readings of a movement that is not quite smooth take some of the noise for movement: what comes out may know better
+    for sensors in (own, _alike(own, noise)) if own else ():
+        problem = told(plain, {k: Slow(s.coloured_n, s.correlation_s) for k, s in sensors.items()})
+        believed = replace(measured, input={**measured.input, **sensors}, spread=noise.spread)
+        found, cost = _noise(replace(sim, problem=problem), coarse, believed, columns)
+        better = {k for k in sensors if cost[k] < nats[k]}
+        pairs = zip(sim.problem.records, problem.records, strict=True)
+        sim = replace(sim, problem=replace(problem, records=tuple(b if b.system in better else a for a, b in pairs)))
+        noise, nats = _either(found, noise, better), {k: cost[k] if k in better else v for k, v in nats.items()}
+        told_of |= better
+    if not told_of:
         return sim, coarse[0], noise
-    slow = {k: Slow(s.coloured_n, s.correlation_s) for k, s in own.items()}
-    believed = replace(measured, input={**measured.input, **own}, spread=noise.spread)
-    heard_all = told(sim.problem, slow)
-    found, cost = _noise(replace(sim, problem=heard_all), coarse, believed, columns)
-    better = {k for k in own if cost[k] < nats[k]}
-    if not better:
-        return sim, coarse[0], noise
-    pairs = zip(sim.problem.records, heard_all.records, strict=True)
-    sim = replace(sim, problem=replace(heard_all, records=tuple(b if b.system in better else a for a, b in pairs)))
     base = fit(sim, coarse[0].whiten, coarse[0].hypothesis, coarse[0].theta, coarse[0].values, SHORT_ITERATIONS)
-    return sim, base, _either(found, noise, better)
+    return sim, base, noise
+
+
+def _alike(sensors: dict[str, Sensor], noise: Noise) -> dict[str, Sensor]:
+    """Return sensors of inputs whose slow noise is that of the output beside: sensors of a rig are alike."""
+    out = noise.output
+    return {k: replace(s, coloured_n=out[k].coloured_n, correlation_s=out[k].correlation_s) for k, s in sensors.items()}
 
 
 def _either(one: Noise, other: Noise, those: set[str]) -> Noise:

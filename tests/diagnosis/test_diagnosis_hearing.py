@@ -20,10 +20,18 @@ WHITE, SLOW, SLOW_S = 0.008, 0.025, 0.1
 ONE = DiagnoseOptions(effects=("viscous",), max_effects=1)
 
 
-def wander(rng, sd):
-    memory = np.exp(-DT / SLOW_S)
+def wander(rng, sd, slow_s=SLOW_S):
+    memory = np.exp(-DT / slow_s)
     start = rng.standard_normal()
     return sd * lfilter([1.0], [1.0, -memory], np.sqrt(1.0 - memory**2) * rng.standard_normal(len(TIME)), zi=[memory * start])[0]
+
+
+def played(u, wrap):
+    y = np.empty_like(u)
+    last = u[0]
+    for k, v in enumerate(u):
+        last = y[k] = max(np.exp(-wrap) * v, min(last, np.exp(wrap) * v))
+    return y
 
 
 def recorded(seed, of_sensor, of_line):
@@ -32,10 +40,7 @@ def recorded(seed, of_sensor, of_line):
     levels = rng.uniform(3.0, 25.0, len(TURNS))
     levels[1::2] = levels[0::2][: len(levels[1::2])]
     u = np.interp(TIME, TURNS, levels) + of_line * wander(rng, SLOW)
-    y = np.empty_like(u)
-    last = u[0]
-    for k, v in enumerate(u):
-        last = y[k] = max(np.exp(-0.5) * v, min(last, np.exp(0.5) * v))
+    y = played(u, 0.5)
     seen = (u + of_sensor * wander(rng, SLOW), y + wander(rng, SLOW))
     return Run(f"r{seed}", "act", TIME, *(x + WHITE * rng.standard_normal(len(TIME)) for x in seen), config_id="a", trajectory=f"m{seed}")
 
@@ -53,6 +58,22 @@ def test_noise_of_the_sensor_is_found_and_leaves_a_white_residual():
     plain = prepare(found.runs).records[0]
     near, far = (np.sqrt(np.mean((r.u - truth[: len(r.u)]) ** 2 - WHITE**2)) for r in (found.problem.records[0], plain))
     assert near < 0.9 * far
+
+
+def swung(seed, slow_s):
+    """Return a run of a play whose input swings: nowhere straight, so that its readings alone tell little of slow noise."""
+    rng = np.random.default_rng(seed)
+    swings = rng.uniform((0.1, 0.0, 1.0), (1.2, 2.0 * np.pi, 3.0), (5, 3))
+    u = 14.0 + sum(size * np.sin(2.0 * np.pi * hz * TIME + phase) for hz, phase, size in swings)
+    seen = (x + wander(rng, SLOW, slow_s) + WHITE * rng.standard_normal(len(TIME)) for x in (u, played(u, 0.3)))
+    return Run(f"r{seed}", "act", TIME, *seen, config_id="a", trajectory=f"m{seed}")
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_noise_that_the_readings_take_for_movement_is_found_by_what_it_does_to_the_output(seed):
+    found = gather([swung(seed, 0.4), swung(seed + 1, 0.4)], ONE)
+    for r in found.problem.records:
+        assert r.told_n == pytest.approx(SLOW, rel=0.15) and r.told_s == pytest.approx(0.4, rel=0.3)
 
 
 def test_what_moves_the_line_is_no_noise():
