@@ -56,6 +56,16 @@ def require_followed(path: Path) -> None:
         raise SstlError(f"is a link to '{target}', which is not there", where=str(path), fix="remove the link", code="E107")
 
 
+def require_regular(path: Path | str) -> None:
+    """Raise SstlError E114 if an input is a pipe or a device: opening one waits for a writer, and it cannot be read twice.
+
+    Inputs are read twice: once for what they hold, once for the SHA-256 that outputs keep of them.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise SstlError("is no regular file (a device or a pipe)", where=str(path), fix="write it to a file first", code="E114")
+
+
 def make_folder(path: Path) -> None:
     """Make a folder for outputs, if it is not there.
 
@@ -186,6 +196,7 @@ def write_json(path: Path, document: Any, force: bool = False) -> None:
 
 def read_json(path: Path, schema: str | None = None) -> Any:
     """Return a JSON document; SstlError where it is missing, malformed or of another schema."""
+    require_regular(path)
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
