@@ -76,10 +76,13 @@ def batch(asked: Asked) -> None:
     from sstl_cli.cli import _batch_places as places
     from sstl_cli.cli._batch_pool import default_workers, run_all
     from sstl_cli.cli._batch_worker import Job
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import SstlError
     from sstl_cli.steps import batch as step
 
     screen, command, context = Screen(asked.as_json), asked.command, asked.context
+    if asked.scheduler:
+        refuse("--scheduler", ("--workers",), "the cluster has workers of its own")
     rest: list[str] = context.meta.get(REST, [])
     step.form_of(command, rest)
     sources = places.expand(asked.files)

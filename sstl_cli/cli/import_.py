@@ -65,8 +65,11 @@ class Asked:
 @gathered
 def import_(asked: Asked) -> None:
     """Import recordings into a log table."""
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import UsageError
 
+    if asked.guess:
+        refuse("a proposal", ("--mapping", "--map", "--on-gap", "--manifest", "--merge"), "write it into the mapping that is proposed")
     screen, mapping = Screen(asked.json_), asked.mapping
     if mapping is not None and asked.map_ is None and mapping.suffix.lower() != ".toml":
         raise UsageError(
