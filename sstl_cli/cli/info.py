@@ -119,8 +119,14 @@ def _span(low: float, high: float) -> str:
     --------
     >>> _span(-0.0612, 30.049), _span(0.0, 0.25)
     ('-0.1..30.0', '0.000..0.250')
+    >>> _span(2e-310, 1e-309), _span(math.nan, math.nan)
+    ('2e-310..1e-309', '-')
     """
     width = high - low
+    if math.isnan(width):
+        return "-"
+    if 0 < width < 1e-6:
+        return f"{low:.3g}..{high:.3g}"
     digits = max(0, 2 - math.floor(math.log10(width))) if 0 < width < math.inf else 2
     return f"{round(low, digits) + 0.0:.{digits}f}..{round(high, digits) + 0.0:.{digits}f}"
 
