@@ -122,16 +122,21 @@ def _keep_inputs(out: Place, items: list[Any], named: tuple[str, ...]) -> None:
 
 def _parse_once(context: typer.Context, command: str, item: Any) -> tuple[str, ...]:
     """Let a wrong option after ``--`` be one usage error instead of one failure a file; return the files that the options name."""
-    from sstl_cli.cli._batch_named import named_files
+    from sstl_cli.cli._batch_named import named_files, require_outputs_of_its_own
+    from sstl_cli.cli._batch_places import WORK
     from sstl_cli.steps.batch import FORMS
 
     inner = context.find_root().command.get_command(context, command)  # type: ignore[attr-defined]
     form = FORMS[command]
     words = [*([form.option] if form.option else []), item.source]
-    words += [] if form.printed else ["--out", item.output]
+    # a name that nobody gives: any other output was named after --
+    out = f"{WORK}/{item.output}"
+    words += [] if form.printed else ["--out", out]
     parsed = inner.make_context(command, [*words, *item.options], parent=context.find_root())
     parsed.close()
-    return named_files(parsed.params, item)
+    require_outputs_of_its_own(parsed, form, out)
+    outputs = {p.name for p in inner.params if set(p.opts) & {"--out", *form.side}}
+    return named_files({name: value for name, value in parsed.params.items() if name not in outputs}, item)
 
 
 @contextmanager
