@@ -57,6 +57,10 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
         inputs = origin.get("inputs")
         for source, digest in inputs.items() if isinstance(inputs, dict) else ():
             screen.line(f"  from {source} (sha256 {str(digest)[:12]})")
+        extra = origin.get("extra")
+        values = extra.get("environment") if isinstance(extra, dict) else None
+        for name, value in values.items() if isinstance(values, dict) else ():
+            screen.line(f"  with {name}={value}")
     else:
         screen.line("  no provenance in the file")
     document = {

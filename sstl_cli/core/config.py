@@ -42,7 +42,7 @@ def read_toml(path: Path) -> dict[str, Any]:
             raise SstlError(f"is nested deeper than {MAX_DEPTH} levels", where=str(path), fix="flatten it", code="E142")
         return document
     except OSError as error:
-        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E141") from None
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E141") from None
     except (ValueError, RecursionError) as error:
         raise SstlError(
             f"is not valid TOML ({str(error)[:120]})", where=str(path), fix="correct that place; texts stand in quotes", code="E142"

@@ -200,14 +200,14 @@ def read_json(path: Path, schema: str | None = None) -> Any:
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E110") from None
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E110") from None
     except (ValueError, RecursionError) as error:
-        raise SstlError(f"is not valid JSON ({str(error)[:120]})", where=str(path), code="E111") from None
+        raise SstlError(f"is not valid JSON ({str(error)[:120]})", where=str(path), fix="make it again", code="E111") from None
     if deeper_than(document, MAX_DEPTH):
         raise SstlError(f"is nested deeper than {MAX_DEPTH} levels", where=str(path), fix="make it again", code="E111")
     if schema is not None and (not isinstance(document, dict) or document.get("schema") != schema):
         found = document.get("schema") if isinstance(document, dict) else type(document).__name__
-        raise SstlError(f"holds {found!r}, not {schema!r}", where=str(path), code="E112")
+        raise SstlError(f"holds {found!r}, not {schema!r}", where=str(path), fix="give a document of that kind", code="E112")
     return document
 
 

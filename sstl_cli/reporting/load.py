@@ -59,7 +59,7 @@ def kind_of(path: Path) -> str:
         with open(path, "rb") as file:
             head = file.read(16)
     except OSError as error:
-        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E601") from None
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E601") from None
     if head.startswith(b"PAR1"):
         return _table_kind(path)
     if path.suffix == ".safetensors":
