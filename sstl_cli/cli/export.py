@@ -71,7 +71,9 @@ def export(asked: Asked) -> None:
 
     screen, source = Screen(asked.as_json), asked.source
     if not source.is_file():
-        raise SstlError("file not found" if not source.exists() else "is not a file", where=str(source), fix="correct the path", code="E130")
+        raise SstlError(
+            "file not found" if not source.exists() else "is not a file", where=str(source), fix="correct the path", code="E130"
+        )
     _refuse(asked.format_)
     if asked.format_ != "c":
         require_writable(asked.out, asked.force)

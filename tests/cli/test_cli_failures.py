@@ -197,7 +197,10 @@ def test_what_is_put_into_recordings_goes_with_no_model(more, monkeypatch, capsy
         (("import", SAMPLE, "--guess", "--on-gap", "fill"), "a proposal has nothing for --on-gap"),
         (("watch", SAMPLE, "--no-diagnose", "--name-after", "3"), "--no-diagnose has nothing for --name-after"),
         (("watch", SAMPLE, "--once", "--poll", "3"), "--once has nothing for --poll"),
-        (("batch", "info", SAMPLE, "--out-dir", "d", "--scheduler", "tcp://x:1", "--workers", "2"), "--scheduler has nothing for --workers"),
+        (
+            ("batch", "info", SAMPLE, "--out-dir", "d", "--scheduler", "tcp://x:1", "--workers", "2"),
+            "--scheduler has nothing for --workers",
+        ),
     ],
 )
 def test_options_without_effect_are_refused(words, says, tmp_path, monkeypatch, capsys) -> None:
@@ -277,3 +280,10 @@ def test_json_keeps_stdout_for_the_document(capsys) -> None:
     printed = capsys.readouterr()
     assert end.value.exit_code == 3 and json.loads(printed.out) == {"a": None, "b": 1}
     assert printed.err == "told\\x1b\n"
+
+
+def test_a_log_is_no_simulator_of_itself(monkeypatch, capsys) -> None:
+    """A sensor was said to be stuck: what was left is the base, which rests in its backlash without noise."""
+    assert run_here(monkeypatch, "diagnose", SAMPLE, "--against", SAMPLE) == 1
+    err = capsys.readouterr().err
+    assert "[E911]" in err and "both logs hold the same output" in err and err.count("\n") == 1
