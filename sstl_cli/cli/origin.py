@@ -76,9 +76,9 @@ def refuse(what: str, options: Iterable[str], fix: str = "leave it out") -> None
     """
     from sstl_cli.core.errors import UsageError
 
-    context, names = _call.get("context"), set(options)
-    typed = []
-    for parameter in context.command.params if context is not None else ():
+    context: Any = _call.get("context")
+    names, typed = set(options), []
+    for parameter in context.command.params if context else ():
         source = context.get_parameter_source(parameter.name)
         if names & set(parameter.opts) and source is not None and source.name == "COMMANDLINE":
             typed.append(next(o for o in parameter.opts if o in names))
