@@ -149,7 +149,7 @@ def _folder(out: Place) -> Iterator[None]:
     if out.local:
         require_followed(Path(out.path))
         if os.path.exists(out.path) and not os.path.isdir(out.path):
-            raise SstlError("is a file, not a folder", where=out.url, fix="give another --out-dir", code="E103")
+            raise SstlError("is a file, not a folder", where=out.url, fix="give another --out-dir", code="E032")
     with telling(out.url):
         out.fs.makedirs(out.inside(WORK).path, exist_ok=True)
     if not out.local:

@@ -148,7 +148,7 @@ def test_environment_of_the_subcommand_reaches_the_workers(logs: Path, tmp_path:
 def test_a_file_in_the_place_of_the_folder_is_named(logs: Path, tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine")
     done = sstl("batch", "info", logs / "r0.parquet", "--out-dir", "out", cwd=tmp_path)
-    assert done.returncode == 1 and "[E103] out: is a file" in done.stderr and (tmp_path / "out").read_text() == "mine"
+    assert done.returncode == 1 and "[E032] out: is a file" in done.stderr and (tmp_path / "out").read_text() == "mine"
 
 
 def test_two_batches_do_not_share_a_folder(logs: Path, tmp_path: Path) -> None:
