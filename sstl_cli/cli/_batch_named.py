@@ -7,7 +7,32 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sstl_cli.steps.batch import Item
+from sstl_cli.core.errors import UsageError, nearest
+from sstl_cli.steps.batch import EXPORT_SUFFIXES, FORMS, STEM, Form, Item
+
+
+def require_outputs_of_its_own(parsed: Any, form: Form, out: str) -> None:
+    """Refuse outputs that are not those of one file: ``-oNAME`` after ``--``, side outputs or formats that only a variable names.
+
+    Parameters
+    ----------
+    parsed : context of typer
+        The subcommand with its options, as parsed for one file.
+    out : str
+        The output that it was told.
+    """
+    for parameter in parsed.command.params:
+        value, source = parsed.params.get(parameter.name), parsed.get_parameter_source(parameter.name)
+        if "--out" in parameter.opts and not form.printed and str(value) != out:
+            fix = "sstl batch names the outputs itself; give --out-dir before --"
+            raise UsageError(f"'{value}' would be one output for all", where="after --", fix=fix, code="E021")
+        if form is FORMS["export"] and "--format" in parameter.opts and EXPORT_SUFFIXES.get(str(value)) != Path(out).suffix:
+            fix = f"write it after -- as --format {value}" if value in EXPORT_SUFFIXES else nearest(str(value), EXPORT_SUFFIXES)
+            raise UsageError(f"'{value}' is not the format that names the outputs", where="--format", fix=fix, code="E021")
+        if set(parameter.opts) & set(form.side) and value is not None and source is not None and source.name != "COMMANDLINE":
+            name = parameter.opts[0]
+            fix = f"give {name} after --, with a name such as {STEM}-{Path(str(value)).name}"
+            raise UsageError(f"'{value}' would be one file for all", where=name, fix=fix, code="E025")
 
 
 def named_files(values: dict[str, Any], item: Item) -> tuple[str, ...]:
@@ -16,11 +41,10 @@ def named_files(values: dict[str, Any], item: Item) -> tuple[str, ...]:
     Parameters
     ----------
     values : dict
-        Value of each option, wherever it came from, as typer parsed it for ``item``.
+        Value of each option but its outputs, wherever it came from, as typer parsed it for ``item``.
     """
-    own = {item.source, item.output, *item.side}
     texts = (str(t) for v in values.values() for t in (v if isinstance(v, (list, tuple)) else [v]) if isinstance(t, (str, Path)))
-    found = [t for t in texts if t not in own and 0 < len(t) < 4096 and "\0" not in t and os.path.isfile(t)]
+    found = [t for t in texts if t != item.source and 0 < len(t) < 4096 and "\0" not in t and os.path.isfile(t)]
     return tuple(dict.fromkeys([*found, *_manifests(values.get("mapping"))]))
 
 

@@ -29,6 +29,9 @@ BetaR = Annotated[float | None, typer.Option(help="Constant bias in release in N
 BiasTheta = Annotated[Path | None, typer.Option(help="Theta table whose mean biases are used instead.")]
 ConfigId = Annotated[str | None, typer.Option(help="Only this configuration.")]
 
+OF_BIASES = ("--beta-p", "--beta-r", "--bias-theta")
+OF_SETTINGS = ("--t-max", "--max-rate", "--max-jump", "--lead", "--reversal", "--presliding", "--doubled", "--dt")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Biases:
@@ -61,6 +64,7 @@ def controller_options(source: Path, given: Settings) -> Options:
     UsageError
         If a value does not fit.
     """
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.control import parameters
     from sstl_cli.control.controller import Options
     from sstl_cli.core.config import parse
@@ -81,6 +85,8 @@ def controller_options(source: Path, given: Settings) -> Options:
         "dt_s": given.dt,
     }
     values = {**stored.model_dump(), **{k: v for k, v in named.items() if v is not None}}
+    if values["reversal"] == "paper":
+        refuse("--reversal paper", ("--presliding",), "add --reversal play, or leave it out")
     try:
         return parse(Options, values, "controller options")
     except SstlError as error:
@@ -89,12 +95,15 @@ def controller_options(source: Path, given: Settings) -> Options:
 
 def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | None) -> tuple[list[Case], dict[str, str]]:
     """Return the configurations of a Theta table or of a simulator, mapped where a model is given, and what was set aside."""
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.control import parameters
     from sstl_cli.core.files import read_json
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
     from sstl_cli.steps import compensate as step
 
+    if model is None:
+        refuse("a call without --model", OF_BIASES, "give the mapping, or leave it out: identified lines have biases of their own")
     aside: dict[str, str] = {}
     if path.suffix == ".toml":
         from sstl_cli.physics.scenario import load

@@ -76,10 +76,13 @@ def batch(asked: Asked) -> None:
     from sstl_cli.cli import _batch_places as places
     from sstl_cli.cli._batch_pool import default_workers, run_all
     from sstl_cli.cli._batch_worker import Job
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import SstlError
     from sstl_cli.steps import batch as step
 
     screen, command, context = Screen(asked.as_json), asked.command, asked.context
+    if asked.scheduler:
+        refuse("--scheduler", ("--workers",), "the cluster has workers of its own")
     rest: list[str] = context.meta.get(REST, [])
     step.form_of(command, rest)
     sources = places.expand(asked.files)
@@ -119,16 +122,21 @@ def _keep_inputs(out: Place, items: list[Any], named: tuple[str, ...]) -> None:
 
 def _parse_once(context: typer.Context, command: str, item: Any) -> tuple[str, ...]:
     """Let a wrong option after ``--`` be one usage error instead of one failure a file; return the files that the options name."""
-    from sstl_cli.cli._batch_named import named_files
+    from sstl_cli.cli._batch_named import named_files, require_outputs_of_its_own
+    from sstl_cli.cli._batch_places import WORK
     from sstl_cli.steps.batch import FORMS
 
     inner = context.find_root().command.get_command(context, command)  # type: ignore[attr-defined]
     form = FORMS[command]
     words = [*([form.option] if form.option else []), item.source]
-    words += [] if form.printed else ["--out", item.output]
+    # a name that nobody gives: any other output was named after --
+    out = f"{WORK}/{item.output}"
+    words += [] if form.printed else ["--out", out]
     parsed = inner.make_context(command, [*words, *item.options], parent=context.find_root())
     parsed.close()
-    return named_files(parsed.params, item)
+    require_outputs_of_its_own(parsed, form, out)
+    outputs = {p.name for p in inner.params if set(p.opts) & {"--out", *form.side}}
+    return named_files({name: value for name, value in parsed.params.items() if name not in outputs}, item)
 
 
 @contextmanager
@@ -140,6 +148,8 @@ def _folder(out: Place) -> Iterator[None]:
 
     if out.local:
         require_followed(Path(out.path))
+        if os.path.exists(out.path) and not os.path.isdir(out.path):
+            raise SstlError("is a file, not a folder", where=out.url, fix="give another --out-dir", code="E032")
     with telling(out.url):
         out.fs.makedirs(out.inside(WORK).path, exist_ok=True)
     if not out.local:

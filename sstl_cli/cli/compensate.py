@@ -31,6 +31,7 @@ def register(app: typer.Typer) -> None:
 @gathered
 def compensate(asked: Asked) -> None:
     """Compensate the hysteresis along a reference (Algorithm 1) and score it, or control a live stream."""
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import UsageError
 
     methods = _methods(asked.methods)
@@ -38,6 +39,7 @@ def compensate(asked: Asked) -> None:
     source = _source(asked.theta, asked.sim)
     job = Job(asked, source, methods, shared.controller_options(source, asked.settings))
     if asked.stream:
+        refuse("a stream", ("--cycles", "--loop-tau", "--mape-floor"))
         forbid_with_stream(
             out=asked.out,
             scores=asked.scores,
@@ -54,6 +56,9 @@ def compensate(asked: Asked) -> None:
     if both or (asked.recorded is not None and asked.reference):
         what = "--plant and --plant-sim" if both else "--recorded and --reference"
         raise UsageError(f"{what} exclude one another", fix="give one", code="E413")
+    refuse("a call without --stream", ("--timeout",), "add --stream, or leave it out")
+    if asked.recorded is not None:
+        refuse("a recorded input", ("--cycles",))
     offline.run(Screen(asked.as_json), job)
 
 

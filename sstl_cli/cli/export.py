@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 EPILOG = "Example: sstl export theta.parquet --format c --config-id CP-040 --out firmware/"
 FOR_LOGS = ("csv", "mat", "mcap")
+# what only a controller has, and only its C code
+OF_CONTROLLERS = ("--config-id", "--method", "--model", *shared.OF_BIASES, *shared.OF_SETTINGS)
+OF_C = ("--real",)
 
 
 def register(app: typer.Typer) -> None:
@@ -68,7 +71,10 @@ def export(asked: Asked) -> None:
 
     screen, source = Screen(asked.as_json), asked.source
     if not source.is_file():
-        raise SstlError("file not found" if not source.exists() else "is not a file", where=str(source), code="E130")
+        raise SstlError(
+            "file not found" if not source.exists() else "is not a file", where=str(source), fix="correct the path", code="E130"
+        )
+    _refuse(asked.format_)
     if asked.format_ != "c":
         require_writable(asked.out, asked.force)
     if asked.format_ in FOR_LOGS:
@@ -86,6 +92,17 @@ def export(asked: Asked) -> None:
         screen.say(f"Wrote the mapping -> {asked.out}")
         screen.finish({**asked.named(), "out": [str(asked.out)]})
     _controller(screen, asked)
+
+
+def _refuse(form: str) -> None:
+    """Refuse options that belong to other formats."""
+    from sstl_cli.cli.origin import refuse
+
+    if form == "json":
+        refuse("a controller as json", OF_C, "leave it out, or give --format c")
+    elif form != "c":
+        what = "a mapping as onnx" if form == "onnx" else f"a log as {form}"
+        refuse(what, (*OF_CONTROLLERS, *OF_C), "leave it out, or give --format c or json")
 
 
 def _controller(screen: Screen, asked: Asked) -> NoReturn:

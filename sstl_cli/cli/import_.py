@@ -65,8 +65,11 @@ class Asked:
 @gathered
 def import_(asked: Asked) -> None:
     """Import recordings into a log table."""
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import UsageError
 
+    if asked.guess:
+        refuse("a proposal", ("--mapping", "--map", "--on-gap", "--manifest", "--merge"), "write it into the mapping that is proposed")
     screen, mapping = Screen(asked.json_), asked.mapping
     if mapping is not None and asked.map_ is None and mapping.suffix.lower() != ".toml":
         raise UsageError(
@@ -86,13 +89,15 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
     from sstl_cli.cli.origin import provenance as provenance_of
     from sstl_cli.core.files import keep_safe, require_writable
     from sstl_cli.core.runs import write_runs
-    from sstl_cli.importers.base import head_of, members
+    from sstl_cli.importers.base import head_of, members, require_recording
     from sstl_cli.importers.sources import read_manifest
     from sstl_cli.steps.import_ import manifest_of, provenance_extra, run
 
     files, mapping = asked.files, asked.mapping
     chosen = _mapping(screen, asked)
     table = manifest_of(asked.manifest, mapping, chosen)
+    for path in files:
+        require_recording(path)
     parts = [m for path in files for m in members(path)]
     keep_safe([*parts, *filter(None, (table,))], "the recordings")
     require_writable(out, asked.force)
@@ -147,10 +152,12 @@ def _show(screen: Screen, document: dict[str, Any], clocks: list[str], files: in
 def _guess(screen: Screen, asked: Asked) -> NoReturn:
     """Propose a mapping, and end."""
     from sstl_cli.core.files import keep_safe, require_outputs, write_text
-    from sstl_cli.importers.base import members
+    from sstl_cli.importers.base import members, require_recording
     from sstl_cli.importers.guess import guess
 
     files = asked.files
+    for path in files:
+        require_recording(path)
     keep_safe([m for path in files for m in members(path)], "the recordings")
     require_outputs(asked.force, asked.out)
     found = guess(files, asked.format_)

@@ -57,6 +57,10 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
         inputs = origin.get("inputs")
         for source, digest in inputs.items() if isinstance(inputs, dict) else ():
             screen.line(f"  from {source} (sha256 {str(digest)[:12]})")
+        extra = origin.get("extra")
+        values = extra.get("environment") if isinstance(extra, dict) else None
+        for name, value in values.items() if isinstance(values, dict) else ():
+            screen.line(f"  with {name}={value}")
     else:
         screen.line("  no provenance in the file")
     document = {
@@ -119,8 +123,14 @@ def _span(low: float, high: float) -> str:
     --------
     >>> _span(-0.0612, 30.049), _span(0.0, 0.25)
     ('-0.1..30.0', '0.000..0.250')
+    >>> _span(2e-310, 1e-309), _span(math.nan, math.nan)
+    ('2e-310..1e-309', '-')
     """
     width = high - low
+    if math.isnan(width):
+        return "-"
+    if 0 < width < 1e-6:
+        return f"{low:.3g}..{high:.3g}"
     digits = max(0, 2 - math.floor(math.log10(width))) if 0 < width < math.inf else 2
     return f"{round(low, digits) + 0.0:.{digits}f}..{round(high, digits) + 0.0:.{digits}f}"
 

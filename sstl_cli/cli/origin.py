@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +60,30 @@ def environment() -> dict[str, str]:
             name = str(parameter.envvar)
             taken[name] = " ".join(without_folder(word) for word in os.environ.get(name, "").split())
     return dict(sorted(taken.items()))
+
+
+def refuse(what: str, options: Iterable[str], fix: str = "leave it out") -> None:
+    """Raise UsageError for those of the options that were typed, where ``what`` is asked for and has nothing for them.
+
+    They would be read and left without effect. In a configuration file or a variable they are defaults of many calls.
+
+    Parameters
+    ----------
+    what : str
+        What the call asks for, to begin the message with.
+    options : iterable of str
+        Long names, such as ``--dt``.
+    """
+    from sstl_cli.core.errors import UsageError
+
+    context: Any = _call.get("context")
+    names, typed = set(options), []
+    for parameter in context.command.params if context else ():
+        source = context.get_parameter_source(parameter.name)
+        if names & set(parameter.opts) and source is not None and source.name == "COMMANDLINE":
+            typed.append(next(o for o in parameter.opts if o in names))
+    if typed:
+        raise UsageError(f"{what} has nothing for {', '.join(typed)}", fix=fix, code="E006")
 
 
 def files_among(*given: Path | str | None) -> list[Path]:

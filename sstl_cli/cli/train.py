@@ -48,13 +48,15 @@ class Asked:
 @gathered
 def train(asked: Asked) -> None:
     """Train the variants of Table III for several seeds at once and write one model file (safetensors)."""
-    from sstl_cli.cli.origin import provenance
+    from sstl_cli.cli.origin import provenance, refuse
     from sstl_cli.core.files import require_outputs
     from sstl_cli.core.parquet import write_table
     from sstl_cli.mapping.variants import chosen
 
     screen = Screen(asked.as_json)
     names = chosen(asked.variants, asked.weight_inv)
+    if asked.leave_out is not None:
+        refuse("--leave-out", ("--test-share", "--per-seed-split"), "a location is left out, or a share; not both")
     require_outputs(asked.force, asked.out, asked.history)
     table = _theta.read(asked.theta)
 

@@ -47,6 +47,7 @@ class Asked:
 def watch(asked: Asked) -> None:
     """Follow growing logs: one line (with --json one JSON line) a loop, and alarms at a stated false-alarm rate."""
     from sstl_cli.cli._watch_sources import source_of
+    from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import UsageError
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.importers.mapping import Mapping, read_mapping
@@ -56,6 +57,10 @@ def watch(asked: Asked) -> None:
 
     if asked.once and asked.until_idle is not None:
         raise UsageError("--once and --until-idle exclude one another", fix="give one", code="E250")
+    if not asked.diagnose:
+        refuse("--no-diagnose", ("--name-after",))
+    if asked.once:
+        refuse("--once", ("--poll",))
     screen = Screen(asked.as_json, lines=True)
     columns = read_mapping(asked.mapping) if asked.mapping is not None else Mapping()
     sources = [source_of(text, columns) for text in asked.logs]

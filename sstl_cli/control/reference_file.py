@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.control.references import Reference, from_samples
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.files import require_regular
 from sstl_cli.core.parquet import schema_id_of
 
 COLUMNS = ("time_s", "tension_ref_n")
@@ -33,6 +34,7 @@ def read(path: Path, dt_s: float) -> Reference:
 def _csv(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     import pandas as pd
 
+    require_regular(path)
     try:
         frame = pd.read_csv(path, sep="\t" if path.suffix.lower() == ".tsv" else ",")
     except (ValueError, OSError) as error:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from sstl_cli.core.errors import SstlError, nearest
-from sstl_cli.core.files import MAX_DEPTH, deeper_than
+from sstl_cli.core.files import MAX_DEPTH, deeper_than, require_regular
 
 MAX_TOML_BYTES = 4 << 20
 # strings and comments, to the end of the line or the text where they do not close
@@ -29,6 +29,7 @@ M = TypeVar("M", bound=BaseModel)
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Return a TOML document; SstlError where it cannot be read or parsed."""
+    require_regular(path)
     try:
         if path.stat().st_size > MAX_TOML_BYTES:
             raise SstlError("is larger than 4 MiB", where=str(path), fix="give a TOML file", code="E140")
@@ -41,7 +42,7 @@ def read_toml(path: Path) -> dict[str, Any]:
             raise SstlError(f"is nested deeper than {MAX_DEPTH} levels", where=str(path), fix="flatten it", code="E142")
         return document
     except OSError as error:
-        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E141") from None
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E141") from None
     except (ValueError, RecursionError) as error:
         raise SstlError(
             f"is not valid TOML ({str(error)[:120]})", where=str(path), fix="correct that place; texts stand in quotes", code="E142"

@@ -56,6 +56,16 @@ def require_followed(path: Path) -> None:
         raise SstlError(f"is a link to '{target}', which is not there", where=str(path), fix="remove the link", code="E107")
 
 
+def require_regular(path: Path | str) -> None:
+    """Raise SstlError E114 if an input is a pipe or a device: opening one waits for a writer, and it cannot be read twice.
+
+    Inputs are read twice: once for what they hold, once for the SHA-256 that outputs keep of them.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise SstlError("is no regular file (a device or a pipe)", where=str(path), fix="write it to a file first", code="E114")
+
+
 def make_folder(path: Path) -> None:
     """Make a folder for outputs, if it is not there.
 
@@ -186,17 +196,18 @@ def write_json(path: Path, document: Any, force: bool = False) -> None:
 
 def read_json(path: Path, schema: str | None = None) -> Any:
     """Return a JSON document; SstlError where it is missing, malformed or of another schema."""
+    require_regular(path)
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E110") from None
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E110") from None
     except (ValueError, RecursionError) as error:
-        raise SstlError(f"is not valid JSON ({str(error)[:120]})", where=str(path), code="E111") from None
+        raise SstlError(f"is not valid JSON ({str(error)[:120]})", where=str(path), fix="make it again", code="E111") from None
     if deeper_than(document, MAX_DEPTH):
         raise SstlError(f"is nested deeper than {MAX_DEPTH} levels", where=str(path), fix="make it again", code="E111")
     if schema is not None and (not isinstance(document, dict) or document.get("schema") != schema):
         found = document.get("schema") if isinstance(document, dict) else type(document).__name__
-        raise SstlError(f"holds {found!r}, not {schema!r}", where=str(path), code="E112")
+        raise SstlError(f"holds {found!r}, not {schema!r}", where=str(path), fix="give a document of that kind", code="E112")
     return document
 
 

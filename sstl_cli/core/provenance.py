@@ -9,6 +9,7 @@ from pathlib import Path
 
 from sstl_cli import __version__
 from sstl_cli.core.errors import printable
+from sstl_cli.core.files import require_regular
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ def by_another(version: object, what: str) -> list[str]:
 
 def sha256(path: Path | str) -> str:
     """Return the SHA-256 of a file as hexadecimal text, reading it in blocks."""
+    require_regular(path)
     digest = hashlib.sha256()
     with open(path, "rb") as file:
         while block := file.read(1 << 20):

@@ -106,8 +106,12 @@ def too_fast(time_s: Array) -> str:
     step = np.diff(time_s)
     if not len(step) or float(step.min()) >= FASTEST_S or float(step.min()) <= 0.0:
         return ""
-    period = float(np.median(step))
-    return f"a sampling period of {period:.3g} s, faster than any recorder: is time_s in s?" if period < FASTEST_S else ""
+    return too_short(float(np.median(step)))
+
+
+def too_short(period_s: float) -> str:
+    """Return why a sampling period cannot be a recorder's, else ''."""
+    return f"a sampling period of {period_s:.3g} s, faster than any recorder: is time_s in s?" if 0.0 < period_s < FASTEST_S else ""
 
 
 def sound(run: Run) -> tuple[list[Run], list[Aside]]:

@@ -135,14 +135,19 @@ def detect(path: Path, wanted: str | None = None) -> Format:
     raise SstlError("is in no known format", where=str(path), fix=f"give --format, one of {', '.join(known)}", code="E305")
 
 
+def require_recording(path: Path) -> None:
+    """Raise SstlError E306 where there is neither a file nor a folder: a name that is wrong, not a recording that is bad."""
+    if not path.is_dir() and not path.is_file():
+        what = "is not a regular file (a device or a pipe)" if path.exists() else "file not found"
+        raise SstlError(what, where=str(path), fix="give the path of a recording", code="E306")
+
+
 def head_of(path: Path) -> bytes:
     """Return the first bytes of a file; SstlError where there are none."""
     try:
+        require_recording(path)
         if path.is_dir():
             return b""
-        if not path.is_file():
-            what = "is not a regular file" if path.exists() else "file not found"
-            raise SstlError(what, where=str(path), fix="give the path of a recording", code="E306")
         with open(path, "rb") as file:
             head = file.read(HEAD_BYTES)
     except OSError as error:

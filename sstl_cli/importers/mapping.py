@@ -263,7 +263,7 @@ def open_questions(text: str) -> list[Question]:
 def still_open(path: Path, answered: Collection[str] = ()) -> list[Question]:
     """Return the open questions of a mapping file without those answered elsewhere."""
     try:
-        asked = open_questions(path.read_text(encoding="utf-8")) if path.stat().st_size <= MAX_TOML_BYTES else []
+        asked = open_questions(path.read_text(encoding="utf-8")) if path.is_file() and path.stat().st_size <= MAX_TOML_BYTES else []
     except (OSError, ValueError):
         # what is wrong with the file is said when it is read as TOML
         return []

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.core.files import require_regular
 from sstl_cli.importers.finder import Recording
 from sstl_cli.importers.mapping import LABELS, Mapping
 from sstl_cli.importers.pattern import search
@@ -113,6 +114,7 @@ def labels_of(path: Path, mapping: Mapping, manifest: dict[str, Labels]) -> Labe
 
 def read_manifest(path: Path) -> dict[str, Labels]:
     """Return ``{file name: labels}`` from a CSV with a column ``file`` and one column a label."""
+    require_regular(path)
     try:
         if path.stat().st_size > MAX_MANIFEST_BYTES:
             raise SstlError("is larger than 16 MiB", where=str(path), fix="give a manifest table", code="E343")

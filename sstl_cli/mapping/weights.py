@@ -62,7 +62,7 @@ def load_model(path: Path | str) -> MappingModel:
     path = Path(path)
     where = str(path)
     if not path.is_file():
-        raise SstlError("file not found" if not path.exists() else "is not a file", where=where, code="E130")
+        raise SstlError("file not found" if not path.exists() else "is not a file", where=where, fix="correct the path", code="E130")
     if path.stat().st_size > MAX_BYTES:
         raise SstlError("is larger than 1 GiB: not a mapping model", where=where, fix=FIX, code="E510")
     try:

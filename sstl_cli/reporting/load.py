@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.aside import Aside
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError, UsageError
-from sstl_cli.core.files import read_json
+from sstl_cli.core.files import read_json, require_regular
 from sstl_cli.core.parquet import open_table, schema_id_of
 from sstl_cli.core.provenance import sha256
 from sstl_cli.core.runs import read_runs
@@ -54,11 +54,12 @@ def kind_of(path: Path) -> str:
         E601 for a file that is none of the toolchain's outputs, E602 for a table of an unknown schema.
     """
     path = Path(path)
+    require_regular(path)
     try:
         with open(path, "rb") as file:
             head = file.read(16)
     except OSError as error:
-        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), code="E601") from None
+        raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E601") from None
     if head.startswith(b"PAR1"):
         return _table_kind(path)
     if path.suffix == ".safetensors":

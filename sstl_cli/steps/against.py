@@ -21,7 +21,7 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
     Raises
     ------
     SstlError
-        If a measured run has no simulated twin (same run_id), or the two inputs do not overlap in time.
+        If a measured run has no simulated twin (same run_id), the two inputs do not overlap in time, or both outputs are the same.
     """
     twins = {r.run_id: r for r in simulated}
     out = []
@@ -31,8 +31,13 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
             raise SstlError(f"run {run.run_id!r} has no twin in the simulated log", fix="use the same run_id in both", code="E910")
         inside = (run.time_s >= twin.time_s[0]) & (run.time_s <= twin.time_s[-1])
         if inside.sum() < 0.5 * len(run):
-            raise SstlError(f"run {run.run_id!r}: the two logs overlap in less than half of the time", code="E911")
+            fix = "give logs of the same recording, on one clock"
+            raise SstlError(f"run {run.run_id!r}: the two logs overlap in less than half of the time", fix=fix, code="E911")
         there = np.interp(run.time_s, twin.time_s, twin.tension_out_n)
+        if np.array_equal(run.tension_out_n[inside], there[inside]):
+            # what is left would be the base itself, without noise, which the gate takes for a sensor that is stuck
+            fix = "give --against the log of the other simulator"
+            raise SstlError(f"run {run.run_id!r}: both logs hold the same output, so that no gap is left", fix=fix, code="E911")
         theta = _theta(twin)
         n = run.passes
         base = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))

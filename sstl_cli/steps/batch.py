@@ -38,7 +38,7 @@ FORMS: dict[str, Form] = {
     "train": Form(".safetensors", side=("--history",)),
     "evaluate": Form(".parquet", side=("--predictions",)),
     "compensate": Form(".parquet", option="--theta", side=("--scores",)),
-    "diagnose": Form(".json", side=("--save-sim", "--next-out")),
+    "diagnose": Form(".json", side=("--save-sim", "--next-out", "--junit", "--summary")),
     "report": Form(".html"),
     "plot": Form(".svg"),
     "export": Form(".json"),

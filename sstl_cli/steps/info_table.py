@@ -17,7 +17,7 @@ import pyarrow.compute as pc
 from sstl_cli.core.aside import Aside
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
-from sstl_cli.core.sound import LARGEST, OPTIONAL, too_small, unsound, why_unsound
+from sstl_cli.core.sound import LARGEST, OPTIONAL, too_short, too_small, unsound, why_unsound
 from sstl_cli.core.tables import LOG, Schema
 from sstl_cli.steps import info
 from sstl_cli.steps.info import RunSummary, draw_loop
@@ -147,6 +147,8 @@ class _Lost:
             for name, ends in ranges.items():
                 if said := too_small(name, np.array(ends)):
                     yield Aside(run.run_id, run.samples, run.samples, said)
+            if run.samples > 1 and (said := too_short((run.end_s - run.start_s) / (run.samples - 1))):
+                yield Aside(run.run_id, run.samples, run.samples, said)
 
 
 def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:

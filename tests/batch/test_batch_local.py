@@ -145,6 +145,12 @@ def test_environment_of_the_subcommand_reaches_the_workers(logs: Path, tmp_path:
     assert document(sstl(*words))["done"] == 1
 
 
+def test_a_file_in_the_place_of_the_folder_is_named(logs: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine")
+    done = sstl("batch", "info", logs / "r0.parquet", "--out-dir", "out", cwd=tmp_path)
+    assert done.returncode == 1 and "[E032] out: is a file" in done.stderr and (tmp_path / "out").read_text() == "mine"
+
+
 def test_two_batches_do_not_share_a_folder(logs: Path, tmp_path: Path) -> None:
     import fcntl
 
@@ -250,3 +256,32 @@ def test_side_outputs_in_the_folder_of_the_call_are_resumed(logs: Path, tmp_path
     words = ("batch", "segment", logs / "r0.parquet", "--out-dir", ".", "--json", "--", "--phases", "{name}-phases.parquet")
     assert document(sstl(*words, cwd=tmp_path))["done"] == 1
     assert document(sstl(*words, cwd=tmp_path))["skipped"] == 1
+
+
+@pytest.mark.parametrize(
+    ("command", "rest", "says"),
+    [
+        ("segment", ["-omine.parquet"], "'mine.parquet' would be one output for all"),
+        ("segment", ["--config", "c.toml"], "--phases: 'p.parquet' would be one file for all"),
+        ("diagnose", ["--junit", "j.xml"], "--junit: 'j.xml' would be one file for all"),
+        ("diagnose", ["--summary", "s.md"], "--summary: 's.md' would be one file for all"),
+        ("export", ["-fcsv"], "'csv' is not the format that names the outputs"),
+        ("export", ["--config", "e.toml"], "'csv' is not the format that names the outputs"),
+    ],
+)
+def test_no_output_is_that_of_all_files(command: str, rest: list[str], says: str, logs: Path, tmp_path: Path) -> None:
+    """They were written beside the folder of the batch, each over the one before, or under the ending of another format."""
+    (tmp_path / "c.toml").write_text('phases = "p.parquet"\n')
+    (tmp_path / "e.toml").write_text('format = "csv"\n')
+    done = sstl("batch", command, *sorted(logs.glob("*.parquet")), "--out-dir", "out", "--", *rest, cwd=tmp_path)
+    assert done.returncode == 2 and says in done.stderr and {p.name for p in tmp_path.iterdir()} == {"c.toml", "e.toml"}
+
+
+def test_a_file_with_the_name_of_an_output_is_kept_where_an_option_reads_it(tmp_path: Path) -> None:
+    """Named like the output it was taken for the output."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "t.parquet").write_bytes(b"theta")
+    (tmp_path / "t.parquet").write_bytes(b"recorded")
+    words = ("--out-dir", ".", "--force", "--", "--recorded", "t.parquet")
+    done = sstl("batch", "compensate", "in/t.parquet", *words, cwd=tmp_path)
+    assert done.returncode == 2 and "[E109]" in done.stderr and (tmp_path / "t.parquet").read_bytes() == b"recorded"

@@ -179,6 +179,45 @@ def test_what_is_put_into_recordings_goes_with_no_model(more, monkeypatch, capsy
     assert f"{more[0]} has no meaning with --inject" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("export", SAMPLE, "-f", "csv", "--dt", "5", "-o", "x"), "a log as csv has nothing for --dt"),
+        (("export", SAMPLE, "-f", "mat", "--method", "DI", "--no-doubled", "-o", "x"), "a log as mat has nothing for --method, --doubled"),
+        (("export", SAMPLE, "-f", "mcap", "--config-id", "A", "-o", "x"), "a log as mcap has nothing for --config-id"),
+        (("export", SAMPLE, "-f", "onnx", "--t-max", "5", "-o", "x"), "a mapping as onnx has nothing for --t-max"),
+        (("export", SAMPLE, "-f", "json", "--real", "float", "-o", "x"), "a controller as json has nothing for --real"),
+        (("export", SAMPLE, "-f", "c", "--beta-p", "1", "-o", "x"), "without --model has nothing for --beta-p"),
+        (("compensate", "--theta", SAMPLE, "--bias-theta", SAMPLE), "without --model has nothing for --bias-theta"),
+        (("compensate", "--theta", SAMPLE, "--presliding", "0.5"), "--reversal paper has nothing for --presliding"),
+        (("compensate", "--theta", SAMPLE, "--timeout", "1"), "without --stream has nothing for --timeout"),
+        (("compensate", "--theta", SAMPLE, "--recorded", SAMPLE, "--cycles", "3"), "a recorded input has nothing for --cycles"),
+        (("compensate", "--theta", SAMPLE, "--stream", "--loop-tau", "1"), "a stream has nothing for --loop-tau"),
+        (("train", SAMPLE, "-o", "x", "--leave-out", "ND", "--test-share", "0.5"), "--leave-out has nothing for --test-share"),
+        (("import", SAMPLE, "--guess", "--on-gap", "fill"), "a proposal has nothing for --on-gap"),
+        (("watch", SAMPLE, "--no-diagnose", "--name-after", "3"), "--no-diagnose has nothing for --name-after"),
+        (("watch", SAMPLE, "--once", "--poll", "3"), "--once has nothing for --poll"),
+        (
+            ("batch", "info", SAMPLE, "--out-dir", "d", "--scheduler", "tcp://x:1", "--workers", "2"),
+            "--scheduler has nothing for --workers",
+        ),
+    ],
+)
+def test_options_without_effect_are_refused(words, says, tmp_path, monkeypatch, capsys) -> None:
+    """They were read, and nothing was done with them."""
+    monkeypatch.chdir(tmp_path)
+    assert run_here(monkeypatch, *words) == 2
+    err = capsys.readouterr().err
+    assert says in err and "[E006]" in err and err.count("\n") == 1 and list(tmp_path.iterdir()) == []
+
+
+def test_defaults_of_many_calls_may_be_without_effect(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SSTL_EXPORT_REAL", "float")
+    Path("rig.toml").write_text("t_max = 60.0\n")
+    assert run_here(monkeypatch, "export", SAMPLE, "-f", "csv", "--config", "rig.toml", "-o", "x.csv") == 0
+
+
 def test_a_recording_that_is_not_proposed_is_told(tmp_path, monkeypatch, capsys) -> None:
     """Nothing was written, and no word said; what another call had left looked like the answer."""
     monkeypatch.chdir(tmp_path)
@@ -241,3 +280,10 @@ def test_json_keeps_stdout_for_the_document(capsys) -> None:
     printed = capsys.readouterr()
     assert end.value.exit_code == 3 and json.loads(printed.out) == {"a": None, "b": 1}
     assert printed.err == "told\\x1b\n"
+
+
+def test_a_log_is_no_simulator_of_itself(monkeypatch, capsys) -> None:
+    """A sensor was said to be stuck: what was left is the base, which rests in its backlash without noise."""
+    assert run_here(monkeypatch, "diagnose", SAMPLE, "--against", SAMPLE) == 1
+    err = capsys.readouterr().err
+    assert "[E911]" in err and "both logs hold the same output" in err and err.count("\n") == 1

@@ -40,6 +40,8 @@ def test_a_value_of_the_environment_is_recorded(folder: Path) -> None:
     assert run("segment", "log.parquet", "--out", "a.parquet", SSTL_SEGMENT_CUTOFF_HZ="20", SSTL_SEGMENT_FORCE="1")[0] == 0
     origin = made(folder / "a.parquet")
     assert origin["extra"]["environment"] == {"SSTL_SEGMENT_CUTOFF_HZ": "20"}, "force decides no byte"
+    # the screen told of the command line alone, which does not give this table again
+    assert "  with SSTL_SEGMENT_CUTOFF_HZ=20" in run("info", "a.parquet")[1].splitlines()
     # a flag wins: then the value decided nothing
     words = ("segment", "log.parquet", "--cutoff-hz", "20", "--out", "b.parquet")
     assert run(*words, SSTL_SEGMENT_CUTOFF_HZ="30")[0] == 0

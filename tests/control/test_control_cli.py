@@ -184,6 +184,14 @@ def stream(theta, text, *args):
     return subprocess.run(command, input=text, capture_output=True, text=True, timeout=60)
 
 
+def test_a_pipe_is_no_reference(theta, tmp_path):
+    """It was waited for, without an end."""
+    os.mkfifo(tmp_path / "r.csv")
+    words = [sys.executable, "-m", "sstl_cli", "compensate", "--theta", theta, "--methods", "DI", "--reference", tmp_path / "r.csv"]
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and "[E114]" in done.stderr
+
+
 def test_stream_answers_as_the_offline_algorithm(theta):
     reference = (10 + 5 * np.sin(np.arange(300) * 0.05)).tolist()
     measured = ((np.array(reference) + 1.4) / 0.6).tolist()

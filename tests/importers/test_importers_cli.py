@@ -94,3 +94,12 @@ def test_recordings_of_one_file_come_from_one_file(tmp_path: Path) -> None:
                 file[f"{name}/{column}"] = values
     done = sstl("import", tmp_path / "two.h5", "--map", "system=act", "--out", tmp_path / "two.parquet")
     assert done.returncode == 0 and done.stdout.startswith("Imported 2 runs from 1 file ->"), done
+
+
+def test_a_recording_that_is_missing_among_others_is_named(tmp_path):
+    """The system's own words were shown, with advice on space and rights."""
+    (tmp_path / "there.csv").write_text("time_s,tension_in_n,tension_out_n,system\n" + "".join(f"{i},1,1,act\n" for i in range(20)))
+    for more in ([], ["--guess"]):
+        done = sstl("import", tmp_path / "there.csv", tmp_path / "absent.csv", *more, "--out", tmp_path / "x.parquet")
+        assert done.returncode == 1 and "[E306]" in done.stderr and "absent.csv: file not found" in done.stderr
+    assert not (tmp_path / "x.parquet").exists()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import resource
+import signal
 import subprocess
 from pathlib import Path
 
@@ -69,3 +71,48 @@ def test_two_processes_one_output(tmp_path: Path) -> None:
     assert any(code in told[codes.index(1)] for code in ("E102", "E105"))
     assert sstl("check", out).returncode == 0
     assert [p.name for p in tmp_path.iterdir() if "tmp" in p.name] == []
+
+
+# every kind of input beside the tables, which are opened in one place
+PIPES = [
+    "import {}.csv --out out",
+    "import log.csv {}.csv --format text --out out",
+    "import log.csv --manifest {}.csv --out out",
+    "import log.csv --mapping {}.toml --out out",
+    "info log.csv --config {}.toml",
+    "simulate --scenario {}.toml --out out",
+    "diagnose log.csv --sim {}.toml",
+    "diagnose log.csv --prior {}",
+    "compensate --sim {}.toml",
+    "compensate --theta {}.json",
+    "export {}.json --out out",
+    "plot {} --out out.svg",
+    "report {} --out out",
+    "watch log.csv --mapping {}.toml --once",
+    "blind real log.parquet --inject {}.toml",
+]
+
+
+@pytest.mark.parametrize("command", PIPES)
+def test_a_pipe_as_any_input_is_refused(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half of these waited for a writer for ever."""
+    monkeypatch.chdir(tmp_path)
+    write_csv(tmp_path / "log.csv", 50)
+    write_log(tmp_path / "log.parquet", runs=1)
+    there = set(os.listdir())
+
+    def waited(*_: object) -> None:
+        raise TimeoutError("waited for a writer")
+
+    before = signal.signal(signal.SIGALRM, waited)
+    words = command.format("pipe").split()
+    os.mkfifo(next(w for w in words if w.startswith("pipe")))
+    signal.alarm(20)
+    try:
+        done = inside(*words)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+    errors = [line for line in done.stderr.splitlines() if line.startswith("sstl:")]
+    assert done.returncode == 1 and len(errors) == 1 and "pipe" in errors[0], done
+    assert "E003" not in errors[0] and {n for n in os.listdir() if not n.startswith("pipe")} == there

@@ -192,3 +192,22 @@ def test_import_and_watch_count_absurd_values_too(tmp_path: Path) -> None:
     assert done.returncode == 3 and "1 samples, dropouts" in done.stderr
     done = inside("watch", tmp_path / "l.csv", "--once")
     assert done.returncode == 3 and "set aside: 1 (beyond any sensor or clock (over 1e+15))" in done.stderr
+
+
+def test_info_tells_a_clock_faster_than_any_recorder(tmp_path: Path) -> None:
+    """It printed a rate of inf, and no word."""
+
+    def change(columns: Columns) -> None:
+        columns["time_s"] *= 1e-310
+
+    done = inside("info", log(tmp_path / "log.parquet", change), "--json")
+    told = document(done).get("aside", done.stderr)
+    assert done.returncode == 3 and "faster than any recorder" in str(told) and "good" not in str(told)
+
+
+@pytest.mark.parametrize("factor", [1e-310, 1e300])
+def test_ranges_of_absurd_runs_are_short(factor: float, tmp_path: Path) -> None:
+    """They had 300 digits, or stood there as nan..nan."""
+    done = inside("info", log(tmp_path / "log.parquet", scaled(factor)))
+    row = next(line for line in done.stdout.splitlines() if line.startswith("bad "))
+    assert done.returncode == 3 and len(row) < 100 and "nan" not in row
