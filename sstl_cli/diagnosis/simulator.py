@@ -18,7 +18,7 @@ from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parame
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
-from sstl_cli.physics.transmission.batch import laid, predict_runs
+from sstl_cli.physics.transmission.batch import Case, laid, predict_runs
 from sstl_cli.physics.transmission.model import Hooked, drive_of, knots, sensed, unsensed
 
 Array = NDArray[np.float64]
@@ -202,7 +202,8 @@ class Simulator:
         seen, starts = active.of_hook("output"), self._starts
         if seen:
             starts = np.array([_true_start(r, s, seen) for r in records for s in starts_of(r)])
-        out = predict_runs(runs, theta[self._places], active, starts, None if given is runs.tension_n else given, load)
+        case = Case(theta[self._places], active, starts, None if given is runs.tension_n else given, load)
+        out = predict_runs(runs, [case])[0]
         if whole and self._known is not None:
             out = out + self._known
         if seen:
