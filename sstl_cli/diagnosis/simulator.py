@@ -18,7 +18,7 @@ from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parame
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
-from sstl_cli.physics.transmission.batch import laid, predict_runs
+from sstl_cli.physics.transmission.batch import Case, laid, predict_runs
 from sstl_cli.physics.transmission.model import Hooked, drive_of, knots, sensed, unsensed
 
 Array = NDArray[np.float64]
@@ -54,6 +54,16 @@ class Free:
     @property
     def width(self) -> float:
         return self.parameter.high - self.parameter.low
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A model to simulate: ``shift_n`` is added to the input, what is known to be left counts where the ``whole`` is asked for."""
+
+    theta: Array
+    effects: Effects
+    shift_n: float | Array = 0.0
+    whole: bool = True
 
 
 @dataclass
@@ -123,7 +133,12 @@ class Simulator:
 
     def predict(self, theta: Array, effects: Effects) -> Array:
         """Return the predicted measured output (N, shape (samples,)) for one theta per configuration."""
-        return _means(self._fine(theta, effects), self._share, self._fine_edges, self.edges, self._factors)
+        return self.predict_each([(theta, effects)])[0]
+
+    def predict_each(self, models: Sequence[tuple[Array, Effects]]) -> list[Array]:
+        """Return the predicted measured outputs (N, shape (samples,) each) of several models, which are simulated together."""
+        fine = self._fine([_Asked(theta, effects) for theta, effects in models])
+        return [_means(x, self._share, self._fine_edges, self.edges, self._factors) for x in fine]
 
     def phases(self, theta: Array, effects: Effects, noise: Noise | None = None) -> Phases:
         """Return where the model slides, how steeply, and where it may have slid.
@@ -131,10 +146,10 @@ class Simulator:
         From its answer to the latent input, to one that is shifted, and to those by the error of the input (with ``noise``
         also that of its sensor) higher and lower: a quadrature over that error with three points (Julier and Uhlmann 2004).
         """
-        here, moved = self._fine(theta, effects, 0.0, False), self._fine(theta, effects, SHIFT_N, False)
-        slide, gain = _phases(here, moved, self._runs.tension_n, self._fine_edges, self.edges, self._factors, self._driven)
         error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
-        high, low = (self._fine(theta, effects, sign * QUADRATURE * error, False) for sign in (1.0, -1.0))
+        shifts = (0.0, SHIFT_N, QUADRATURE * error, -QUADRATURE * error)
+        here, moved, high, low = self._fine([_Asked(theta, effects, shift, False) for shift in shifts])
+        slide, gain = _phases(here, moved, self._runs.tension_n, self._fine_edges, self.edges, self._factors, self._driven)
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
         doubt = _means(np.abs(bent), self._share, self._fine_edges, self.edges, self._factors) / QUADRATURE
         return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
@@ -179,22 +194,27 @@ class Simulator:
 
     def predict_fine(self, theta: Array, effects: Effects) -> list[Array]:
         """Return the prediction of each record at the rate of its simulation (N, shape (n * factor,))."""
-        return self._each(self._fine(theta, effects))
+        return self._each(self._fine([_Asked(theta, effects)])[0])
 
-    def _fine(self, theta: Array, effects: Effects, shift_n: float | Array = 0.0, whole: bool = True) -> Array:
-        """Return the predictions at the rate of the simulation, end to end; ``shift_n`` is added to the input.
+    def _fine(self, asked: Sequence[_Asked]) -> list[Array]:
+        """Return the predictions at the rate of the simulation, end to end.
 
-        What the simulator is known to leave is a part of the rig like any other, which sensors read and filters pass on; it
-        counts where the ``whole`` is asked for.
+        What the simulator is known to leave is a part of the rig like any other, which sensors read and filters pass on.
         """
-        load = None
+        made = [self._made(a) for a in asked]
+        outs = predict_runs(self._runs, [m[0] for m in made])
+        return [self._seen(out, read, seen, a.whole) for a, (_, read, seen), out in zip(asked, made, outs, strict=True)]
+
+    def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked]:
+        """Return what is to be simulated, the input as it is read (N), and what the output's sensor does."""
+        load, effects = None, asked.effects
         line = effects.get("line")
         if line is not None:
             effects = {k: v for k, v in effects.items() if k != "line"}
             load = line["load_mm_per_n"]
         active = activate({**self.fixed, **{k: self.changed(k, v) for k, v in effects.items()}})
         runs, records = self._runs, self.problem.records
-        read = runs.tension_n + shift_n if np.any(shift_n) else runs.tension_n
+        read = runs.tension_n + asked.shift_n if np.any(asked.shift_n) else runs.tension_n
         given = read
         if undo := active.of_hook("input_inverse"):
             rows = zip(self._samplings, self._each(read), records, strict=True)
@@ -202,7 +222,10 @@ class Simulator:
         seen, starts = active.of_hook("output"), self._starts
         if seen:
             starts = np.array([_true_start(r, s, seen) for r in records for s in starts_of(r)])
-        out = predict_runs(runs, theta[self._places], active, starts, None if given is runs.tension_n else given, load)
+        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load), read, seen
+
+    def _seen(self, out: Array, read: Array, seen: Hooked, whole: bool) -> Array:
+        """Return true outputs (N) as sensors show them."""
         if whole and self._known is not None:
             out = out + self._known
         if seen:

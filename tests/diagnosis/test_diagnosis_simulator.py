@@ -37,6 +37,15 @@ def changed(**fields):
     return replace(SIM, problem=replace(SIM.problem, records=records))
 
 
+def test_models_simulated_together_are_those_simulated_alone():
+    models = [
+        (THETA, {}), (1.1 * THETA, {"presliding": {"breakaway_mm": 0.2}, "line": {"load_mm_per_n": 0.3}}),
+        (THETA, {"viscous": {"c_l_n_s_per_mm": 0.01}, "zero_offset": {"z_in_act_n": 0.1}}), (THETA, {"friction_drift": {"d_mu": 0.2}, "stribeck": {"ratio": 1.1}}),
+    ]  # fmt: skip
+    for (theta, effects), together in zip(models, SIM.predict_each(models), strict=True):
+        assert (SIM.predict(theta, effects) == together).all()
+
+
 def test_a_line_is_a_play_between_its_two_slopes():
     assert SIM.predict(THETA, {}) == pytest.approx(expected(), abs=1e-9)
     fine = SIM.predict_fine(THETA, {})

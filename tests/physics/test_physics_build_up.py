@@ -2,16 +2,34 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.integrate import solve_ivp
 
 from sstl_cli.physics.transmission.build_up import built_up
+from sstl_cli.physics.transmission.lanes import put, row, rows
 
 TAILS = (0.0, 0.3, 1.0)
 
 
+@njit(error_model="numpy")
+def _built_up(given, found):
+    force, stays, follows = built_up(
+        row(given, 0), row(given, 1), row(given, 2), row(given, 3), row(given, 4), row(given, 5), row(given, 6), row(given, 7)
+    )
+    put(found, 0, force)
+    put(found, 1, stays)
+    put(found, 2, follows)
+
+
 def friction(way, force_old=-0.4, tension=10.0, tail=1.0, towards=0):
     """Force and slopes at a node whose limits are a tenth (pulling) and an eighth (releasing) of the tension before it."""
-    return built_up(way, towards, force_old, -0.125 * tension - 0.2, 0.1 * tension + 0.2, 0.1, 0.125, tail)
+    given = rows(8)
+    given[:, :] = np.array([[way], [towards], [force_old], [-0.125 * tension - 0.2], [0.1 * tension + 0.2], [0.1], [0.125], [tail]])
+    found = rows(3)
+    _built_up(given, found)
+    # lanes that are given alike answer alike
+    assert (found == found[:, :1]).all()
+    return tuple(found[:, 0].tolist())
 
 
 @pytest.mark.parametrize("tail", TAILS)

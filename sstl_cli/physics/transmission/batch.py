@@ -13,8 +13,9 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.effect import Drive, Law, Transition
 from sstl_cli.physics.transmission.active import Active
 from sstl_cli.physics.transmission.envelope import Line, envelopes
-from sstl_cli.physics.transmission.line import Geometry, elastic_lines, geometry
+from sstl_cli.physics.transmission.line import Geometry, elastic_lines, geometry, marched
 from sstl_cli.physics.transmission.play import bounded_runs, play_runs
+from sstl_cli.physics.transmission.state import Input, Lines
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -66,32 +67,44 @@ def laid(drives: Sequence[Drive]) -> Runs:
     )
 
 
-def predict_runs(
-    runs: Runs, theta: Array, active: Active, start_n: Array, tension_n: Array | None = None, load_mm_per_n: float | None = None
-) -> Array:
-    """Return the true output tensions (N, shape (n,)) of runs, end to end.
+@dataclass(frozen=True)
+class Case:
+    """One set of parameters for runs.
 
-    Parameters
-    ----------
-    theta, start_n : ndarray, shape (runs,)
-        mu Phi of one pass (rad); output tension before the first sample, NaN starts midway between the propagation lines.
-    tension_n : ndarray, shape (n,), optional
-        True input tensions, where they are not those of the runs.
-    load_mm_per_n : float, optional
-        Compliance of the load, where it is not that of the mechanics.
+    ``theta`` is mu Phi of one pass (rad), ``start_n`` the output tension before the first sample, NaN starts midway between the
+    propagation lines; both have shape (runs,). True input tensions and the load's compliance stand where they are not those of
+    the runs.
     """
+
+    theta: Array
+    active: Active
+    start_n: Array
+    tension_n: Array | None = None
+    load_mm_per_n: float | None = None
+
+
+def predict_runs(runs: Runs, cases: Sequence[Case]) -> list[Array]:
+    """Return the true output tensions (N, shape (n,) each) of runs, end to end, for each case; elastic lines are marched together."""
+    made = [_made(runs, case) for case in cases]
+    elastic = [m for m in made if isinstance(m, tuple)]
+    out = iter(marched(elastic) if elastic else [])
+    return [next(out) if isinstance(m, tuple) else m for m in made]
+
+
+def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
+    """Return the output of runs, or the elastic lines that have to be marched to it."""
     law = Law()
-    for effect, values in active.of_hook("law"):
+    for effect, values in case.active.of_hook("law"):
         effect.law(law, values)  # type: ignore[misc]
-    bent = active.of_hook("transition")
-    tension = runs.tension_n if tension_n is None else tension_n
+    bent = case.active.of_hook("transition")
+    tension = runs.tension_n if case.tension_n is None else case.tension_n
     driven = [d.slip is not None for d in runs.drives]
     if not bent and law == Law() and not any(driven):
         n = runs.passes
         # a tendon cannot push: below zero the lines stay at zero, as they do with effects
-        return play_runs(tension, runs.edges, np.exp(-n * theta), np.exp(n * theta), start_n)
+        return play_runs(tension, runs.edges, np.exp(-n * case.theta), np.exp(n * case.theta), case.start_n)
     drives: Sequence[Drive] = runs.drives
-    if (bent or law.friction_scale) and tension_n is not None:
+    if (bent or law.friction_scale) and case.tension_n is not None:
         drives = [replace(d, tension_n=x) for d, x in zip(drives, runs.each(tension), strict=True)]
     transitions = [Transition() for _ in drives]
     for effect, values in bent:
@@ -101,13 +114,11 @@ def predict_runs(
     if any(t != Transition() for t in transitions):
         if any(driven):
             raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
-        start = np.where(np.isnan(start_n), 0.5 * tension[runs.edges[:-1]], start_n)
-        load = runs.drives[0].mechanics.load_mm_per_n if load_mm_per_n is None else load_mm_per_n
-        return elastic_lines(
-            tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, runs.places, load, theta, law, transitions,
-            scale, start,
-        )  # fmt: skip
-    return _between_lines(runs, theta, law, scale, start_n, tension, np.array(driven))
+        start = np.where(np.isnan(case.start_n), 0.5 * tension[runs.edges[:-1]], case.start_n)
+        load = runs.drives[0].mechanics.load_mm_per_n if case.load_mm_per_n is None else case.load_mm_per_n
+        into = Input(tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, scale)
+        return into, elastic_lines(into, runs.places, load, case.theta, law, transitions, start)
+    return _between_lines(runs, case.theta, law, scale, case.start_n, tension, np.array(driven))
 
 
 def _scale(law: Law, drive: Drive) -> Array:

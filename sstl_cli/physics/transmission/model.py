@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.physics.effect import Drive, Effect, Mechanics, Sampling, Values
 from sstl_cli.physics.transmission.active import Active, activate
-from sstl_cli.physics.transmission.batch import laid, predict_runs
+from sstl_cli.physics.transmission.batch import Case, laid, predict_runs
 
 __all__ = ["Active", "activate", "drive_of", "knots", "measure", "observed_output", "predict", "sensed", "true_input", "unsensed"]
 
@@ -60,7 +60,7 @@ def predict(drive: Drive, theta: float, active: Active, start_n: float = float("
     start_n : float
         Output tension before the first sample; NaN starts midway between the propagation lines.
     """
-    return predict_runs(laid((drive,)), np.array([theta]), active, np.array([start_n]))
+    return predict_runs(laid((drive,)), [Case(np.array([theta]), active, np.array([start_n]))])[0]
 
 
 def knots(tension_n: Array, dt_s: float) -> NDArray[np.int64]:
