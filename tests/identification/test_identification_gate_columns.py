@@ -55,8 +55,23 @@ def test_a_position_that_falls_as_the_tension_rises_counts_the_wrong_way(top):
     turned = each(lambda r: replace(r, position_in_mm=-r.position_in_mm), rig(top=top))
     (said,) = gate.remarks(turned)
     assert said.rule == "position" and "sign = -1" in said.mend and len(said.run_ids) == 4
-    # one run of its own may have another loop
-    assert gate.remarks([turned[0], *rig(top=top)[1:]]) == ()
+
+
+@pytest.mark.parametrize(("size", "line"), [(-1.0, "sign = -1"), (1 / 25.4, 'unit = "in"'), (0.1, 'unit = "cm"'), (1e-3, 'unit = "m"'), (1e3, 'unit = "um"')])  # fmt: skip
+def test_a_position_of_one_run_that_is_another_than_that_of_the_others_is_told(size, line):
+    runs = rig()
+    (said,) = gate.remarks([*runs[:2], replace(runs[2], position_in_mm=size * runs[2].position_in_mm), runs[3]])
+    assert said.rule == "position" and said.run_ids == (runs[2].run_id,) and not said.failed
+    assert line in said.mend
+
+
+def test_a_softer_rig_beside_others_has_no_other_unit():
+    runs = rig()
+    for softer in (1.5, 5.0):
+        assert gate.remarks([*runs[:3], replace(runs[3], position_in_mm=softer * runs[3].position_in_mm)]) == ()
+    # of two halves neither is the others
+    halves = [replace(r, position_in_mm=s * r.position_in_mm) for r, s in zip(runs, (1.0, 1.0, -1.0, -1.0), strict=True)]
+    assert gate.remarks(halves) == ()
 
 
 @pytest.mark.parametrize("shape", [0.4, 1.0, 2.0, 3.7])
@@ -98,6 +113,7 @@ SPOILT = [
     ("all", "tension_out_n", 0.25), ("all", "tension_out_n", 0.11), ("all", "tension_in_n", 0.35), ("all", "tension_out_n", 3.1), ("all", "tension_out_n", 2.0),
     ("all", "tension_in_n", 2.0), ("all", "tension_out_n", 1.0 / 4.448222), ("all", "tension_in_n", 1.0 / 9.80665), ("all", "tension_out_n", -1.0),
     ("all", "tension_in_n tension_out_n", 1e-3), ("all", "tension_in_n tension_out_n", 1e3), ("all", "position_in_mm", -1.0), ("one", "tension_out_n", 2.0),
+    ("one", "position_in_mm", -1.0), ("one", "position_in_mm", 1.0 / 25.4), ("one", "position_in_mm", 0.1),
     ("one", "tension_in_n", 2.0), ("one", "tension_out_n", 0.4), ("one", "tension_in_n tension_out_n", 1.0 / 4.448222), ("time", "time_s", 1e3),
 ]  # fmt: skip
 

@@ -1,10 +1,13 @@
-"""A position in another unit than mm, with which the rig would be a thousand times too stiff or too soft, or one that counts the wrong way."""
+"""A position in another unit than mm, with which a rig (or one run beside the others) would be too stiff or too soft, or one that counts the wrong way."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from sstl_cli.core.units import UNITS
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 
@@ -13,6 +16,13 @@ RULE, RANK = "position", 80
 STIFF, SOFT = 800.0, 0.02
 # correlation of position and input in every run: an elastic line has +1, which hysteresis and creep lower, but do not turn
 AGAINST = -0.5
+LENGTHS = {name: math.log(mm) for name, (kind, mm) in UNITS.items() if kind == "length" and name != "mm"}
+# half of the smallest factor between two units of length, beyond which a run has another one than the others; bends of one rig are tens of percent apart
+NEAR = 0.5 * min(abs(a - b) for a in (0.0, *LENGTHS.values()) for b in LENGTHS.values() if a != b)
+# runs that agree before one of them can differ
+FEW = 3
+# logarithm of what the stiffness of one rig varies by from run to run
+ONE_RIG = 0.2
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -26,11 +36,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "a line that is pulled grows longer; the position probably counts the wrong way, or is that of the other end",
             "position_in_mm = { column = ..., sign = -1 }",
         )  # fmt: skip
+    alone = list(_apart(moved))
+    yield from alone
+    told = {name for r in alone for name in r.run_ids}
     for stiff in (True, False):
         hit = [
             e
             for e in log
-            if e.tendon_like and e.loaded and _stiffness(e) > 0.0 and (_stiffness(e) > STIFF if stiff else _stiffness(e) < SOFT)
+            if e.run_id not in told
+            and e.tendon_like
+            and e.loaded
+            and _stiffness(e) > 0.0
+            and (_stiffness(e) > STIFF if stiff else _stiffness(e) < SOFT)
         ]
         if hit:
             k = _stiffness(hit[0])
@@ -45,3 +62,61 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _stiffness(e: Evidence) -> float:
     return e.ranges[0].span / e.position_span_mm if e.position_span_mm > 0.0 else 0.0
+
+
+def _apart(moved: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose position goes another way, or by another unit, than that of most runs of the system (of the log, where these are few)."""
+    for system in dict.fromkeys(e.system for e in moved):
+        own = [e for e in moved if e.system == system]
+        beside = own if len(own) >= FEW else list(moved)
+        # where position and tension do not belong together, neither way nor size means anything
+        sure = [e for e in beside if abs(e.position_follows) > -AGAINST and _stiffness(e) > 0.0]
+        if len(sure) < FEW:
+            continue
+        yield from _turned([e for e in own if e in sure], sure)
+        yield from _scaled([e for e in own if e in sure], sure)
+
+
+def _turned(own: list[Evidence], beside: list[Evidence]) -> Iterator[Remark]:
+    """Yield the runs of few that count against the rest."""
+    hit = [e for e in own if e.position_follows < AGAINST]
+    if hit and 2 * sum(e.position_follows < AGAINST for e in beside) < len(beside):
+        worst = max(e.position_follows for e in hit)
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "remark", worst, "1",
+            f"{names([e.run_id for e in hit])}: the tension falls as the position rises (correlation {worst:.2f} or less), where it rises with it in "
+            "the other runs; the position probably counts the wrong way here",
+            "position_in_mm = { column = ..., sign = -1 } (for this file)",
+        )  # fmt: skip
+
+
+def _scaled(own: list[Evidence], beside: list[Evidence]) -> Iterator[Remark]:
+    """Yield the runs that are as much stiffer or softer than most as another unit of length makes them."""
+    usual = float(np.median([math.log(_stiffness(e)) for e in beside]))
+    rest = [e for e in beside if abs(math.log(_stiffness(e)) - usual) < NEAR]
+    if 2 * len(rest) <= len(beside):
+        return
+    hits: dict[int, list[tuple[float, Evidence]]] = {}
+    for e in own:
+        if e not in rest:
+            # the same bend in the same system has the same stiffness, in the other system nearly so
+            alike = (
+                [o for o in rest if (o.config_id, o.system) == (e.config_id, e.system)] or [o for o in rest if o.system == e.system] or rest
+            )
+            off = math.log(_stiffness(e)) - float(np.median([math.log(_stiffness(o)) for o in alike]))
+            hits.setdefault(round(off / NEAR), []).append((off, e))
+    for hit in hits.values():
+        off = float(np.median([v for v, _ in hit]))
+        unit = min(LENGTHS, key=lambda name: abs(LENGTHS[name] - off))
+        # the factor is known to what the stiffness of one rig varies by
+        error = min(max(ONE_RIG, *(abs(math.log(_stiffness(o)) - usual) for o in rest)), NEAR)
+        if abs(LENGTHS[unit] - off) > error:
+            # runs of other bends or other loads may be softer: that alone is no slip
+            continue
+        ids = tuple(e.run_id for _, e in hit)
+        yield Remark(
+            ids, RULE, "remark", math.exp(off), "1",
+            f"{names(ids)}: tension over position is {_stiffness(hit[0][1]):.3g} N/mm, {math.exp(off):.3g} times that of the other runs; "
+            f"the position is probably in units of '{unit}' here, not mm",
+            f'position_in_mm = {{ column = ..., unit = "{unit}" }} (for this file)',
+        )  # fmt: skip
