@@ -313,9 +313,9 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
     best = next((c for c in rows.candidates if c.ids == top and c.kind == OUTPUT), None)
     if best is None:
         return []
-    # more effects are charged for in their evidence already; with those of the top one among them they do not contradict it
-    alike = [c for c in rows.candidates if c.kind == OUTPUT and c.ids != top and (len(c.ids) <= len(top) or not set(top) <= set(c.ids))]
-    return [c.ids for c in alike if c.evidence > best.evidence - DECIDES_NATS]
+    # more effects are charged for in their evidence already; with all of the top one's among them they do not contradict it
+    others = [c for c in rows.candidates if c.kind == OUTPUT and not set(top) <= set(c.ids)]
+    return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
 
 
 def _sure(p: float, w: Weights, prior: Mapping[str, float] | None) -> float | None:
