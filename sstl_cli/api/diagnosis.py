@@ -187,7 +187,7 @@ def diagnose(
     Examples
     --------
     >>> from sstl_cli.api.log import simulate
-    >>> log = simulate(effects=["pulley_friction:m_p=0.1,m_r=0.1"], seed=1)
+    >>> log = simulate("sample", effects=["pulley_friction:m_p=0.1,m_r=0.1"], seed=1)
     >>> diagnose(log, effects=["pulley_friction", "const_friction"], max_effects=1)
     Diagnosis(identified: pulley_friction)
     """

@@ -29,7 +29,8 @@ from sstl_cli.diagnosis.constants import (
     WIDE,
     WIDE_ROUNDS,
 )
-from sstl_cli.diagnosis.smoother import CHAIN, Mask, Reading, chain, cost, costs, follow
+from sstl_cli.diagnosis.smoother import CHAIN, Mask, Reading, chain, costs, follow
+from sstl_cli.diagnosis.tries import costs_of
 
 Array = NDArray[np.float64]
 
@@ -121,7 +122,7 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         found, doubt = _rounded(y, use, noise, found, told.rounded), np.zeros(n)
         value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
     else:
-        rounds = np.array([found.nats - cost(y, use, noise, _spread(found.steps[0], w), found.steps[1]) for w in ROUNDINGS])
+        rounds = found.nats - costs_of(y, use, noise, [_spread(found.steps[0], w) for w in ROUNDINGS], [found.steps[1]])
     return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt, rounds)
 
 
@@ -164,9 +165,9 @@ def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) 
             # the readings do not tell follows the scale, a corner that they show does not
             known, open_ = found.squares[:, 2 * i], found.squares[:, 2 * i + 1]
             tries = [0.5 * (f * (scales[i] + open_) + known) for f in (WIDE if k < WIDE_ROUNDS else NEAR)]
-            costs = [cost(y, use, noise, *(t if j == i else steps[j] for j in range(2))) for t in tries]
-            best = int(np.argmin(costs))
-            steps[i], scales[i], nats = tries[best], WIDE[best] * scales[i], costs[best]
+            asked = costs_of(y, use, noise, *(tries if j == i else [steps[j]] for j in range(2)))
+            best = int(np.argmin(asked))
+            steps[i], scales[i], nats = tries[best], WIDE[best] * scales[i], float(asked[best])
         law, drive = chain(y, use, noise, *steps)
         mean, variance, squares = follow(law, drive)
         found = _Path(tuple(steps), tuple(scales), squares, law, mean, variance, nats)
@@ -180,7 +181,9 @@ def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> 
     steps = (_spread(path.steps[0], width), path.steps[1])
     law, drive = chain(y, use, noise, *steps)
     mean, variance, squares = follow(law, drive)
-    return replace(path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=cost(y, use, noise, *steps))
+    return replace(
+        path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=float(costs(y, use, noise, *steps).sum())
+    )
 
 
 def _spread(corners: Array, width: float) -> Array:

@@ -5,7 +5,7 @@ The order matters: frozen stretches hide spikes, and both fake a repeated maximu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,10 @@ class Faults:
     def bad(self) -> Mask:
         """Samples that say nothing of the tension."""
         return self.spike | self.frozen
+
+    def same(self, other: Faults) -> bool:
+        """Whether another look at the channel found the same."""
+        return all(np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
 
 
 def scan(signal: Array) -> Faults:

@@ -4,27 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import Corners, blurred, cornered, hiding, on_grid, tops
-from sstl_cli.diagnosis.constants import ANALYSIS_HZ, HALF, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
+from sstl_cli.diagnosis.clock import Corners, blurred, hiding, on_grid
+from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
+from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
-from sstl_cli.diagnosis.latent import NOTHING, Latent, Slow, Told, block_mean, latent
+from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
 from sstl_cli.diagnosis.recorder import Faults, stretches
-from sstl_cli.diagnosis.smoother import error_of_means
 from sstl_cli.diagnosis.wander import Wander
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# mean square of a number that is anywhere between 0 and 1
-WITHIN = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -98,6 +97,8 @@ class Record:
     rounded: float = 0.0
     rounds: Array = field(default_factory=lambda: np.zeros(len(ROUNDINGS)))
     passes: Passes | None = None
+    # its input behind drives that round corners, by width in samples: what smoothing costs is paid once
+    behind: dict[float, Input] = field(default_factory=dict, compare=False)
 
     def __len__(self) -> int:
         return len(self.y)
@@ -139,8 +140,13 @@ def starts_of(r: Record) -> tuple[Start, ...]:
     return (Start(0, r.start_n, r.start_error_n), *r.again)
 
 
-def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
+def prepare(runs: Sequence[Run], unit_n: float = 1.0, made: Mapping[str, Record] = MappingProxyType({})) -> Problem:
     """Return the problem that a set of runs poses.
+
+    Parameters
+    ----------
+    made : mapping of run to Record
+        Records of the same runs in the same units from an earlier call, perhaps beside others: smoothing is most of the work.
 
     Raises
     ------
@@ -166,7 +172,7 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0) -> Problem:
     # runs without a configuration share no theta with any other
     keys = [r.config_id if r.config_id is not None else f"(run {r.run_id})" for r, _, _ in usable]
     configs = tuple(sorted(set(keys)))
-    records = tuple(_record(*item, configs.index(key)) for item, key in zip(usable, keys, strict=True))
+    records = tuple(_made(made.get(item[0].run_id), *item, configs.index(key)) for item, key in zip(usable, keys, strict=True))
     if any(r.slip is not None for r in records):
         for r in records:
             if r.slip is None:
@@ -196,6 +202,13 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     return "", (run, faults_in, faults_out)
 
 
+def _made(before: Record | None, run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
+    """Return the record of a run: the one made before, unless the limits of its sensors are others beside other runs."""
+    if before is None or not (before.faults_in.same(faults_in) and before.faults_out.same(faults_out)):
+        return _record(run, faults_in, faults_out, config)
+    return replace(before, config=config)
+
+
 def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Record:
     thin = max(1, round(1.0 / (run.dt_s * SIMULATION_HZ)))
     dt = run.dt_s * thin
@@ -205,7 +218,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     good = (~(faults_in.bad | faults_out.bad)) & (gap == 0)
     fresh_out = known(run, "tension_out_n")
     fine_out = block_mean(bridged(run.tension_out_n, ~faults_out.bad), thin)[:n]
-    into = _input(run, faults_in, thin, factor, n, dt)
+    into = input_of(run, faults_in, thin, factor, n, dt)
     out = latent_means(bridged(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
     raw_weight = good.astype(float)
     raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
@@ -258,59 +271,19 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     )
 
 
-@dataclass(frozen=True)
-class _Input:
-    """The input of a record as the simulation is driven by it, and what is not known of it (see Record)."""
-
-    u: Array
-    rate: Array
-    error_n: Array
-    error_law: Array
-    corner: Corners | None
-    rounds: Array
-
-
 def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
     """Return the latent input behind every so many readings of a record, at most so many of them, beside slow noise.
 
     Of slow noise a sample is a sample; a mean of several would be smoother.
     """
     run, faults = r.raw, r.faults_in
-    good, fresh = _known_input(run, faults), known(run, "tension_in_n")
+    good, fresh = known_input(run, faults), known(run, "tension_in_n")
     signal = bridged(run.tension_in_n, ~faults.bad)
     if not fresh.all():
         return latent_means(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, Told(slow))
     white = white_of(signal, good, faults.rounding_n, run.dt_s, slow)
     part = slice(0, every * most, every)
     return latent(signal[part], run.dt_s * every, white, good[part], Told(slow))
-
-
-def _known_input(run: Run, faults: Faults) -> Mask:
-    return np.asarray(~(faults.bad | faults.clipped) & (gaps(run) == 0))
-
-
-def _input(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float, told: Told = NOTHING) -> _Input:
-    signal = bridged(run.tension_in_n, ~faults.bad)
-    into = latent_means(signal, _known_input(run, faults), known(run, "tension_in_n"), faults.rounding_n, thin, n, dt, told)
-    # no corner is quite sharp: the extreme is anywhere between the sample and where the lines meet
-    corner = None if told.rounded else cornered(into.value, dt)
-    # where it is rounded, it is highest between samples, though by no law that is known
-    top, most = tops(into.value) if told.rounded else (0.0, 0.0)
-    error_law, error_n = error_of_means(into.chain, factor)
-    open_ = np.hypot(HALF * most, into.doubt) if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
-    blur, shown = _at_corners(np.hypot(blurred(run, into.rate, thin), open_), factor)
-    error_law[:, MEAN_NEW] += (shown * blur) ** 2
-    error_law[:, TURN] += (1.0 - shown**2) * blur**2
-    return _Input(into.value + top, into.rate, np.hypot(error_n, blur), error_law, corner, into.rounds)
-
-
-def _at_corners(open_n: Array, factor: int) -> tuple[Array, Array]:
-    """Return what steps leave open of a corner (N), and the share of the step behind it, shape (n,) each.
-
-    The mean over a step shows a corner from there on; what is held shows all of it.
-    """
-    steps = open_n.reshape(-1, factor)
-    return steps.max(axis=1), 1.0 - np.argmax(steps, axis=1) / factor
 
 
 def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:
@@ -329,9 +302,20 @@ def rounded(problem: Problem, width: float) -> Problem:
 
 def _smoothed(r: Record, how: Told) -> Record:
     """Return a record whose input is smoothed again."""
-    into = _input(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, how)
+    into = _input_told(r, how)
     new = replace(r, **vars(into), rounded=how.rounded, passes=None, told_n=how.slow.sd_n, told_s=how.slow.correlation_s)
     return new if r.passes is None else _passing(new, r.passes)
+
+
+def _input_told(r: Record, how: Told) -> Input:
+    """Return the input of a record, smoothed as told; what hangs on the width alone is kept."""
+    kept = how == Told(rounded=how.rounded)
+    if kept and how.rounded in r.behind:
+        return r.behind[how.rounded]
+    into = input_of(r.raw, r.faults_in, r.thin, r.factor, len(r.u), r.dt_s, how)
+    if kept:
+        r.behind[how.rounded] = into
+    return into
 
 
 def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list[tuple[int, Start]]:
@@ -359,7 +343,7 @@ def _passing(r: Record, how: Passes) -> Record:
     """Return a record whose input goes on to its corners; anywhere between sample and corner leaves a third of the square open."""
     if r.corner is None:
         return replace(r, passes=how)
-    law, (blur, shown) = r.error_law.copy(), _at_corners(np.abs(r.corner.beyond), r.factor)
+    law, (blur, shown) = r.error_law.copy(), at_corners(np.abs(r.corner.beyond), r.factor)
     less = (WITHIN - how.doubt) * blur**2
     law[:, MEAN_NEW] -= shown**2 * less
     law[:, TURN] -= (1.0 - shown**2) * less

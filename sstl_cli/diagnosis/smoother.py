@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Row = tuple[float, float, float, float]
+Rows = tuple[Row, Row, Row, Row]
 # mean square of what is left of a step once a corner has come: at the sample before or at this one (a command that steps: 1/2)
 # or anywhere between them (1/3), half of each
 PART = 5.0 / 12.0
@@ -96,13 +98,6 @@ def costs(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> 
 
 
 @njit(cache=True, nogil=True)
-def cost(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> float:
-    """Return minus the log likelihood (nats, up to a constant) of all readings (see ``costs``)."""
-    total: float = costs(y, use, noise, corners, bends).sum()
-    return total
-
-
-@njit(cache=True, nogil=True)
 def _product(a: Array, b: Array, out: Array) -> None:
     """Write the product of two small matrices, without an allocation."""
     for i in range(STATES):
@@ -150,72 +145,127 @@ def _moved(move: Array, s: Array, new: Array, half: Array, out: Array) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _inverse_of_step(q: Array, info: Array, m: Array, out: Array) -> None:
-    """Write (I + Q L)^-1 by cofactors, which keep the scales of the states apart (Laplace's expansion by pairs of rows)."""
-    _product(q, info, m)
-    for i in range(STATES):
-        m[i, i] += 1.0
-    a, b, c, d = m[0], m[1], m[2], m[3]
+def _inverse(a: Row, b: Row, c: Row, d: Row) -> Rows:
+    """Return the rows of the inverse of a matrix by cofactors, which keep the scales of the states apart (Laplace, by pairs of rows)."""
     s0, s1, s2 = a[0] * b[1] - b[0] * a[1], a[0] * b[2] - b[0] * a[2], a[0] * b[3] - b[0] * a[3]
     s3, s4, s5 = a[1] * b[2] - b[1] * a[2], a[1] * b[3] - b[1] * a[3], a[2] * b[3] - b[2] * a[3]
     c0, c1, c2 = c[0] * d[1] - d[0] * c[1], c[0] * d[2] - d[0] * c[2], c[0] * d[3] - d[0] * c[3]
     c3, c4, c5 = c[1] * d[2] - d[1] * c[2], c[1] * d[3] - d[1] * c[3], c[2] * d[3] - d[2] * c[3]
     over = 1.0 / (s0 * c5 - s1 * c4 + s2 * c3 + s3 * c2 - s4 * c1 + s5 * c0)
-    out[0, 0], out[0, 1] = (b[1] * c5 - b[2] * c4 + b[3] * c3) * over, (-a[1] * c5 + a[2] * c4 - a[3] * c3) * over
-    out[0, 2], out[0, 3] = (d[1] * s5 - d[2] * s4 + d[3] * s3) * over, (-c[1] * s5 + c[2] * s4 - c[3] * s3) * over
-    out[1, 0], out[1, 1] = (-b[0] * c5 + b[2] * c2 - b[3] * c1) * over, (a[0] * c5 - a[2] * c2 + a[3] * c1) * over
-    out[1, 2], out[1, 3] = (-d[0] * s5 + d[2] * s2 - d[3] * s1) * over, (c[0] * s5 - c[2] * s2 + c[3] * s1) * over
-    out[2, 0], out[2, 1] = (b[0] * c4 - b[1] * c2 + b[3] * c0) * over, (-a[0] * c4 + a[1] * c2 - a[3] * c0) * over
-    out[2, 2], out[2, 3] = (d[0] * s4 - d[1] * s2 + d[3] * s0) * over, (-c[0] * s4 + c[1] * s2 - c[3] * s0) * over
-    out[3, 0], out[3, 1] = (-b[0] * c3 + b[1] * c1 - b[2] * c0) * over, (a[0] * c3 - a[1] * c1 + a[2] * c0) * over
-    out[3, 2], out[3, 3] = (-d[0] * s3 + d[1] * s1 - d[2] * s0) * over, (c[0] * s3 - c[1] * s1 + c[2] * s0) * over
+    return (
+        (
+            (b[1] * c5 - b[2] * c4 + b[3] * c3) * over,
+            (-a[1] * c5 + a[2] * c4 - a[3] * c3) * over,
+            (d[1] * s5 - d[2] * s4 + d[3] * s3) * over,
+            (-c[1] * s5 + c[2] * s4 - c[3] * s3) * over,
+        ),
+        (
+            (-b[0] * c5 + b[2] * c2 - b[3] * c1) * over,
+            (a[0] * c5 - a[2] * c2 + a[3] * c1) * over,
+            (-d[0] * s5 + d[2] * s2 - d[3] * s1) * over,
+            (c[0] * s5 - c[2] * s2 + c[3] * s1) * over,
+        ),
+        (
+            (b[0] * c4 - b[1] * c2 + b[3] * c0) * over,
+            (-a[0] * c4 + a[1] * c2 - a[3] * c0) * over,
+            (d[0] * s4 - d[1] * s2 + d[3] * s0) * over,
+            (-c[0] * s4 + c[1] * s2 - c[3] * s0) * over,
+        ),
+        (
+            (-b[0] * c3 + b[1] * c1 - b[2] * c0) * over,
+            (a[0] * c3 - a[1] * c1 + a[2] * c0) * over,
+            (-d[0] * s3 + d[1] * s1 - d[2] * s0) * over,
+            (c[0] * s3 - c[1] * s1 + c[2] * s0) * over,
+        ),
+    )
+
+
+@njit(cache=True, nogil=True)
+def _of_row(a: Row, b0: Row, b1: Row, b2: Row, b3: Row) -> Row:
+    """Return a row times a matrix."""
+    return (
+        a[0] * b0[0] + a[1] * b1[0] + a[2] * b2[0] + a[3] * b3[0],
+        a[0] * b0[1] + a[1] * b1[1] + a[2] * b2[1] + a[3] * b3[1],
+        a[0] * b0[2] + a[1] * b1[2] + a[2] * b2[2] + a[3] * b3[2],
+        a[0] * b0[3] + a[1] * b1[3] + a[2] * b2[3] + a[3] * b3[3],
+    )
+
+
+@njit(cache=True, nogil=True)
+def _dot(a: Row, b: Row) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+@njit(cache=True, nogil=True)
+def _ahead(a: Row, memory: float) -> Row:
+    """Return a row times the transition of one sample, which is mostly zeros."""
+    return (a[0], a[0] + a[1], 0.5 * a[0] + a[1] + a[2], memory * a[3])
+
+
+@njit(cache=True, nogil=True)
+def _mean(a: Row, b: Row) -> Row:
+    return (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]), 0.5 * (a[3] + b[3]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> tuple[Array, Array]:
-    """Return the law of the state given all readings: chain (n, 26) and the drive of its mean (n, 4)."""
+    """Return the law of the state given all readings: chain (n, 26) and the drive of its mean (n, 4).
+
+    Rows are tuples: they stay in registers, and the zeros of transition and covariance of a step cost nothing.
+    """
     n, r, memory = y.size, noise.white, noise.memory
-    law, drive = np.zeros((n, CHAIN)), np.zeros((n, STATES))
-    squares = np.zeros((6, STATES, STATES))
-    info, back, q, inv, new, f = squares[0], squares[1], squares[2], squares[3], squares[4], squares[5]
-    h, m = np.zeros(STATES), np.zeros(STATES)
-    f[0, 0] = f[0, 1] = f[1, 1] = f[1, 2] = f[2, 2] = 1.0
-    f[0, 2], f[3, 3] = 0.5, memory
+    law, drive = np.empty((n, CHAIN)), np.empty((n, STATES))
+    one = 1.0 / r
+    # information of the readings from a sample on, row by row, and their sum weighted by it
+    l0 = l1 = l2 = l3 = h = (0.0, 0.0, 0.0, 0.0)
     for k in range(n - 1, -1, -1):
         if use[k]:
-            for i in (0, 3):
-                h[i] += y[k] / r
-                for j in (0, 3):
-                    info[i, j] += 1.0 / r
+            z = y[k] / r
+            h = (h[0] + z, h[1], h[2], h[3] + z)
+            l0, l3 = (l0[0] + one, l0[1], l0[2], l0[3] + one), (l3[0] + one, l3[1], l3[2], l3[3] + one)
+        # covariance of the step that leads here: of value and increment (p, w, v), of the change, of the slow noise
         if k:
-            q[0, 0], q[0, 1], q[1, 0], q[1, 1], q[2, 2] = PART * corners[k], 0.5 * corners[k], 0.5 * corners[k], corners[k], bends[k]
-            q[3, 3] = noise.slow * (1.0 - memory**2)
+            p, w, v, b, u = PART * corners[k], 0.5 * corners[k], corners[k], bends[k], noise.slow * (1.0 - memory**2)
         else:
-            q[0, 1] = q[1, 0] = 0.0
-            q[0, 0] = q[1, 1] = q[2, 2] = DIFFUSE * r
-            q[3, 3] = noise.slow
-        _inverse_of_step(q, info, new, inv)
+            p, w, v, b, u = DIFFUSE * r, 0.0, DIFFUSE * r, DIFFUSE * r, noise.slow
+        i0, i1, i2, i3 = _inverse(
+            (1.0 + (p * l0[0] + w * l1[0]), p * l0[1] + w * l1[1], p * l0[2] + w * l1[2], p * l0[3] + w * l1[3]),
+            (w * l0[0] + v * l1[0], 1.0 + (w * l0[1] + v * l1[1]), w * l0[2] + v * l1[2], w * l0[3] + v * l1[3]),
+            (b * l2[0], b * l2[1], 1.0 + b * l2[2], b * l2[3]),
+            (u * l3[0], u * l3[1], u * l3[2], 1.0 + u * l3[3]),
+        )
+        row = law[k]
         if k:
-            _product(inv, f, new)
-            for i in range(STATES * STATES):
-                law[k, i] = new[i // STATES, i % STATES]
-        _product(inv, q, new)
-        _pairs(new, law[k, STATES * STATES :])
-        for i in range(STATES):
-            drive[k, i] = new[i, 0] * h[0] + new[i, 1] * h[1] + new[i, 2] * h[2] + new[i, 3] * h[3]
+            row[0], row[1], row[2], row[3] = _ahead(i0, memory)
+            row[4], row[5], row[6], row[7] = _ahead(i1, memory)
+            row[8], row[9], row[10], row[11] = _ahead(i2, memory)
+            row[12], row[13], row[14], row[15] = _ahead(i3, memory)
+        else:
+            row[: STATES * STATES] = 0.0
+        c0 = (p * i0[0] + w * i0[1], w * i0[0] + v * i0[1], b * i0[2], u * i0[3])
+        c1 = (p * i1[0] + w * i1[1], w * i1[0] + v * i1[1], b * i1[2], u * i1[3])
+        c2 = (p * i2[0] + w * i2[1], w * i2[0] + v * i2[1], b * i2[2], u * i2[3])
+        c3 = (p * i3[0] + w * i3[1], w * i3[0] + v * i3[1], b * i3[2], u * i3[3])
+        # rounding takes no variance below 0
+        row[16], row[20], row[23], row[25] = max(c0[0], 0.0), max(c1[1], 0.0), max(c2[2], 0.0), max(c3[3], 0.0)
+        row[17], row[18], row[19] = 0.5 * (c0[1] + c1[0]), 0.5 * (c0[2] + c2[0]), 0.5 * (c0[3] + c3[0])
+        row[21], row[22], row[24] = 0.5 * (c1[2] + c2[1]), 0.5 * (c1[3] + c3[1]), 0.5 * (c2[3] + c3[2])
+        drive[k, 0], drive[k, 1], drive[k, 2], drive[k, 3] = _dot(c0, h), _dot(c1, h), _dot(c2, h), _dot(c3, h)
         # one sample back: L <- F' (I + L Q)^-1 L F, and (I + L Q)^-1 is the transpose of the inverse above
-        for i in range(STATES):
-            for j in range(STATES):
-                back[i, j] = inv[0, i] * info[0, j] + inv[1, i] * info[1, j] + inv[2, i] * info[2, j] + inv[3, i] * info[3, j]
-            m[i] = inv[0, i] * h[0] + inv[1, i] * h[1] + inv[2, i] * h[2] + inv[3, i] * h[3]
-        h[0], h[1], h[2], h[3] = m[0], m[0] + m[1], 0.5 * m[0] + m[1] + m[2], memory * m[3]
-        _product(back, f, new)
-        for i in range(STATES):
-            for j in range(STATES):
-                back[i, j] = f[0, i] * new[0, j] + f[1, i] * new[1, j] + f[2, i] * new[2, j] + f[3, i] * new[3, j]
-        for i in range(STATES):
-            for j in range(STATES):
-                info[i, j] = 0.5 * (back[i, j] + back[j, i])
+        t0, t1, t2, t3 = (
+            (i0[0], i1[0], i2[0], i3[0]),
+            (i0[1], i1[1], i2[1], i3[1]),
+            (i0[2], i1[2], i2[2], i3[2]),
+            (i0[3], i1[3], i2[3], i3[3]),
+        )
+        h = _ahead((_dot(t0, h), _dot(t1, h), _dot(t2, h), _dot(t3, h)), memory)
+        # symmetric: rows times the transition, then columns, which are rows again
+        b0, b1 = _ahead(_of_row(t0, l0, l1, l2, l3), memory), _ahead(_of_row(t1, l0, l1, l2, l3), memory)
+        b2, b3 = _ahead(_of_row(t2, l0, l1, l2, l3), memory), _ahead(_of_row(t3, l0, l1, l2, l3), memory)
+        e0, e1 = _ahead((b0[0], b1[0], b2[0], b3[0]), memory), _ahead((b0[1], b1[1], b2[1], b3[1]), memory)
+        e2, e3 = _ahead((b0[2], b1[2], b2[2], b3[2]), memory), _ahead((b0[3], b1[3], b2[3], b3[3]), memory)
+        l0, l1 = _mean(e0, (e0[0], e1[0], e2[0], e3[0])), _mean(e1, (e0[1], e1[1], e2[1], e3[1]))
+        l2, l3 = _mean(e2, (e0[2], e1[2], e2[2], e3[2])), _mean(e3, (e0[3], e1[3], e2[3], e3[3]))
     return law, drive
 
 
@@ -226,24 +276,28 @@ def follow(law: Array, drive: Array) -> tuple[Array, Array, Array]:
     The columns of the last are squared mean and variance of the step of the increment, then of that of its change.
     """
     n = len(law)
-    mean, variance, steps = np.zeros((n, STATES)), np.zeros(n), np.zeros((n, 4))
-    squares = np.zeros((5, STATES, STATES))
-    s, g, t, a, v = squares[0], squares[1], squares[2], squares[3], squares[4]
+    mean, variance, steps = np.empty((n, STATES)), np.empty(n), np.empty((n, 4))
+    s0 = s1 = s2 = s3 = m = (0.0, 0.0, 0.0, 0.0)
     for k in range(n):
-        _matrix(law[k], a)
-        _covariance(law[k, STATES * STATES :], v)
-        _moved(a, s, v, g, t)
-        mean[k] = drive[k]
-        if k:
-            for i in range(STATES):
-                for j in range(STATES):
-                    mean[k, i] += a[i, j] * mean[k - 1, j]
-            steps[k, 0] = (mean[k, 1] - mean[k - 1, 1] - mean[k - 1, 2]) ** 2
-            steps[k, 1] = max(t[1, 1] + s[1, 1] + 2.0 * s[1, 2] + s[2, 2] - 2.0 * (g[1, 1] + g[1, 2]), 0.0)
-            steps[k, 2] = (mean[k, 2] - mean[k - 1, 2]) ** 2
-            steps[k, 3] = max(t[2, 2] + s[2, 2] - 2.0 * g[2, 2], 0.0)
-        s[:, :] = t
-        variance[k] = s[0, 0]
+        r, d = law[k], drive[k]
+        a0, a1 = (r[0], r[1], r[2], r[3]), (r[4], r[5], r[6], r[7])
+        a2, a3 = (r[8], r[9], r[10], r[11]), (r[12], r[13], r[14], r[15])
+        # covariance with the state before, then that of the state, which is symmetric
+        g0, g1 = _of_row(a0, s0, s1, s2, s3), _of_row(a1, s0, s1, s2, s3)
+        g2, g3 = _of_row(a2, s0, s1, s2, s3), _of_row(a3, s0, s1, s2, s3)
+        t01, t02, t03 = r[17] + _dot(g0, a1), r[18] + _dot(g0, a2), r[19] + _dot(g0, a3)
+        t11, t12, t13 = r[20] + _dot(g1, a1), r[21] + _dot(g1, a2), r[22] + _dot(g1, a3)
+        t22, t23 = r[23] + _dot(g2, a2), r[24] + _dot(g2, a3)
+        x = (d[0] + _dot(a0, m), d[1] + _dot(a1, m), d[2] + _dot(a2, m), d[3] + _dot(a3, m))
+        steps[k, 0] = (x[1] - m[1] - m[2]) ** 2
+        steps[k, 1] = max(t11 + s1[1] + 2.0 * s1[2] + s2[2] - 2.0 * (g1[1] + g1[2]), 0.0)
+        steps[k, 2] = (x[2] - m[2]) ** 2
+        steps[k, 3] = max(t22 + s2[2] - 2.0 * g2[2], 0.0)
+        s0, s1 = (r[16] + _dot(g0, a0), t01, t02, t03), (t01, t11, t12, t13)
+        s2, s3, m = (t02, t12, t22, t23), (t03, t13, t23, r[25] + _dot(g3, a3)), x
+        mean[k, 0], mean[k, 1], mean[k, 2], mean[k, 3] = x
+        variance[k] = s0[0]
+    # nothing leads to the first sample
     steps[0] = steps[1]
     return mean, variance, steps
 

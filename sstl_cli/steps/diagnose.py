@@ -22,8 +22,9 @@ from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.records import Problem, prepare
+from sstl_cli.diagnosis.records import Problem, Record, prepare
 from sstl_cli.diagnosis.residuals import leftover
+from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.identification import gate
@@ -200,8 +201,14 @@ def gather(
     options: DiagnoseOptions,
     advance: Callable[[float], None] = lambda _: None,
     passed: Callable[[str], bool] = lambda _: False,
+    before: Evidence | None = None,
 ) -> Evidence:
     """Return everything that a verdict on recorded runs is made from; what has ``passed`` (see core.deadline) is left out.
+
+    Parameters
+    ----------
+    before : Evidence, optional
+        What was found of these runs, perhaps beside others: they are not made ready again.
 
     Raises
     ------
@@ -214,7 +221,8 @@ def gather(
         runs = scale.in_newtons(runs, own)
     unit_n = scaling.unit_of(runs)
     scenario = options.sim or scaling.in_proportion(unit_n)
-    problem = misfit.applied(prepare(scaling.scaled(runs, unit_n), unit_n), scenario.misfits, unit_n)
+    prepared = prepare(scaling.scaled(runs, unit_n), unit_n, _ready(before, own, unit_n))
+    problem = misfit.applied(prepared, scenario.misfits, unit_n)
     # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
     ids = [i for i in candidates(options) if own is None or output is not None or i != "gain_error"]
     fitted = [i for i in ids if get(i).fitted and get(i).channel in _shown(problem)]
@@ -240,7 +248,14 @@ def gather(
     if options.position:
         beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
     rows = features.rows(found, _beside(found, recorder, beside), 1.0 if _propagates(problem) else 0.0)
-    return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, own, recorded)
+    return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, prepared, own, recorded)
+
+
+def _ready(before: Evidence | None, own: Scale | None, unit_n: float) -> dict[str, Record]:
+    """Return the records that were made before on the same scale."""
+    if before is None or (before.scale, before.prepared.unit_n) != (own, unit_n):
+        return {}
+    return {r.run_id: r for r in before.prepared.records}
 
 
 def _faults(found: Search, ids: Sequence[str], scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
@@ -278,7 +293,7 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
         if deadline.passed(ODD):
             return confirmed or None
         try:
-            then = decide(gather([r for r in found.runs if r.run_id != suspect.run_id], options).rows)
+            then = decide(gather([r for r in found.runs if r.run_id != suspect.run_id], options, before=found).rows)
         except SstlError:
             # the others alone cannot be diagnosed
             continue
@@ -297,11 +312,11 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
         return scenario
     known = replace(options, sim=scenario, max_effects=1)
     # the base alone
-    once = gather(found.runs, replace(known, exclude=tuple(catalogue()))).search
+    once = gather(found.runs, replace(known, exclude=tuple(catalogue())), before=found).search
     whole = variation.of_the_whole(once.sim, once.base, variation.ways(found.search.singles.values()))
     own = variation.rescaled(scenario.wander.model_copy(update={"whole": whole}), found.problem.unit_n)
     scenario = scenario.model_copy(update={"wander": scenario.wander.model_copy(update={"whole": own.whole})})
-    again = gather(found.runs, replace(known, sim=scenario))
+    again = gather(found.runs, replace(known, sim=scenario), before=found)
     usual = dict(scenario.dispersion)
     # models that add to it without being more evident are as right as it is
     tries = [(s, f) for s in (once, again.search) for f in [s.base, *(w.fit for w in s.ranked()[:EXAMINED])]]

@@ -24,7 +24,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Evidence:
-    """All that was found before anything is said: fits, faults of the recorder, channels beside, and their rows."""
+    """All that was found before anything is said: fits, faults of the recorder, channels beside, and their rows.
+
+    ``prepared`` is the problem as the runs alone pose it: no noise, no simulator has a part in it.
+    """
 
     problem: Problem
     search: Search
@@ -32,6 +35,7 @@ class Evidence:
     recorder: tuple[RecorderEffect, ...]
     beside: tuple[ChannelGap, ...]
     rows: features.Rows
+    prepared: Problem
     scale: Scale | None = None
     runs: tuple[Run, ...] = ()
 

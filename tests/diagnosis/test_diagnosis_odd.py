@@ -135,14 +135,14 @@ def test_the_run_that_alone_has_a_gap_is_named(runs, how):
 def test_no_run_is_odd_where_all_are_alike_and_nothing_is_diagnosed_again(runs, monkeypatch):
     calls = []
     real = diagnose.gather
-    monkeypatch.setattr(diagnose, "gather", lambda *a: calls.append(a) or real(*a))
+    monkeypatch.setattr(diagnose, "gather", lambda *a, **b: calls.append(a) or real(*a, **b))
     assert diagnose.run(runs, OPTIONS).document()["verdict"]["odd_runs"] == [] and len(calls) == 1
 
 
 def test_few_runs_are_confirmed_and_the_confirmation_asks_for_no_more(runs, monkeypatch):
     calls = []
     real = diagnose.gather
-    monkeypatch.setattr(diagnose, "gather", lambda *a: calls.append(a) or real(*a))
+    monkeypatch.setattr(diagnose, "gather", lambda *a, **b: calls.append(a) or real(*a, **b))
     every = [odd.Suspect(r.run_id, 0.5) for r in runs]
     monkeypatch.setattr(odd, "suspects", lambda *_: every)
     # whoever is left out, the others still say the same

@@ -10,7 +10,7 @@ from made_fits import simulator
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import records
+from sstl_cli.diagnosis import driven, records
 from sstl_cli.diagnosis.clock import Corners
 from sstl_cli.diagnosis.constants import MIN_SAMPLES
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
@@ -40,7 +40,7 @@ def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
 
 def test_what_is_open_of_a_corner_is_shown_from_there_on_and_held_whole():
     open_n = np.array([0.0, 0.0, 0.4, 0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    blur, shown = records._at_corners(open_n, 4)
+    blur, shown = driven.at_corners(open_n, 4)
     assert blur.tolist() == [0.4, 0.2, 0.0] and shown.tolist() == [0.5, 1.0, 1.0]
     r = PROBLEM.records[0]
     law = np.zeros_like(r.error_law)
@@ -140,3 +140,29 @@ def test_of_each_movement_one_configuration_stands_for_the_others_in_turn():
     assert [r.run_id for r in small.records] == ["am", "bn"] and small.configs == ("a", "b") and [r.config for r in small.records] == [0, 1]
     lone = representatives(prepare([run("x", config_id="z"), run("y", config_id="a", trajectory="m")]))
     assert len(lone.records) == 2 and lone.configs == ("a", "z") and lone.set_aside == {}
+
+
+def test_what_was_made_ready_is_taken_again_beside_other_runs():
+    # on a grid that readings do not repeat, so that no limit is found
+    first = prepare([run("a"), run("b", n=900)])
+    made = {r.run_id: r for r in first.records}
+    alone = prepare([run("b", n=900)], made=made).records[0]
+    assert alone.u is made["b"].u and alone.config == 0 != made["b"].config
+    assert np.array_equal(alone.y, prepare([run("b", n=900)]).records[0].y)
+    # a limit that the sensor has beside these runs is another look at it
+    limited = replace(made["b"], faults_out=replace(made["b"].faults_out, clip_level_n=3.0))
+    assert prepare([run("b", n=900)], made={"b": limited}).records[0].u is not made["b"].u
+
+
+def test_an_input_behind_a_drive_is_smoothed_once_and_one_beside_slow_noise_each_time(monkeypatch):
+    asked = []
+    real = records.input_of
+    monkeypatch.setattr(records, "input_of", lambda *a: asked.append(a[-1]) or real(*a))
+    problem = prepare([run()])
+    asked.clear()
+    one, two = records.rounded(problem, 2.0), records.rounded(problem, 2.0)
+    assert one.records[0].u is two.records[0].u and [t.rounded for t in asked] == [2.0]
+    records.rounded(problem, 4.0)
+    told(one, {"act": Slow(0.01, 0.5)})
+    told(one, {"act": Slow(0.01, 0.5)})
+    assert len(asked) == 4

@@ -7,7 +7,8 @@ import pytest
 from made_chain import pairs, posterior, states
 from scipy.signal import lfilter
 
-from sstl_cli.diagnosis.smoother import DIFFUSE, MOVES, PAIRS, STATES, Reading, chain, cost, error_of_means, follow
+from sstl_cli.diagnosis.smoother import DIFFUSE, MOVES, PAIRS, STATES, Reading, chain, costs, error_of_means, follow
+from sstl_cli.diagnosis.tries import TOGETHER, costs_of
 
 N, R = 40, 0.01
 RNG = np.random.default_rng(0)
@@ -111,10 +112,24 @@ def test_the_cost_is_the_dense_likelihood_of_the_readings():
 
     # a prior a million times as wide as a reading costs the dense matrix some digits
     for r in (Reading(0.01), Reading(0.03), Reading(0.01, 0.02, 0.8)):
-        assert cost(Y[few], known, r, CORNERS[few], BENDS[few]) == pytest.approx(dense(r), abs=1e-2)
-    assert cost(Y[:1], np.ones(1, bool), Reading(R), CORNERS, BENDS) == pytest.approx(
+        assert costs(Y[few], known, r, CORNERS[few], BENDS[few]).sum() == pytest.approx(dense(r), abs=1e-2)
+    assert costs(Y[:1], np.ones(1, bool), Reading(R), CORNERS, BENDS).sum() == pytest.approx(
         0.5 * Y[0] ** 2 / (R * (1.0 + DIFFUSE)) + 0.5 * np.log(R * (1.0 + DIFFUSE))
     )
+
+
+@pytest.mark.parametrize("n", [1, TOGETHER, TOGETHER + 1, 500])
+@pytest.mark.parametrize("noise", [Reading(R), Reading(1e-10, 2e-10, 0.9)], ids=["white", "slow, and very small"])
+def test_costs_side_by_side_are_those_one_after_the_other(n, noise):
+    rng = np.random.default_rng(n)
+    y, use = np.cumsum(rng.standard_normal(n)) * 1e-3, rng.random(n) > 0.2
+    one, others = rng.random(n) * 1e-6, [10.0**k * rng.random(n) for k in range(-9, -4)]
+
+    def single(corners, bends):
+        return costs(y, use, noise, corners, bends).sum()
+
+    np.testing.assert_allclose(costs_of(y, use, noise, others, [one]), [single(o, one) for o in others], rtol=1e-9)
+    np.testing.assert_allclose(costs_of(y, use, noise, [one], others[:2]), [single(one, o) for o in others[:2]], rtol=1e-9)
 
 
 def test_a_straight_line_has_no_steps_and_a_corner_one():
