@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_loops import play
-from identification_slips import bend, changed, lines, rig
+from identification_slips import BENDS, bend, changed, lines, rig
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -24,6 +24,7 @@ def led(leads=(20.0, 50.0, 80.0)):
     ("run", "lead", "words"),
     [
         ("act-b020", 200.0, "decimal point"),
+        ("act-b080", 800.0, "decimal point"),
         ("sstl-b080", 80.0 / 25.4, "in in, not mm"),
         ("act-b050", 5.0, "in cm, not mm"),
         ("act-b050", 80.0, "lead of configuration b080"),
@@ -129,3 +130,24 @@ def test_an_output_cut_off_once_at_no_tension_is_not_stuck():
     noise = 0.01 * np.random.default_rng(2).standard_normal((2, len(t)))
     said = gate.remarks([Run("r", "act", t, x + noise[0], np.maximum(y + noise[1], 0.0))])
     assert "stuck" not in [r.rule for r in said] and "does not fall below" in " ".join(r.sentence for r in said)
+
+
+def sheathed(more=0.25):
+    """Return the sound log once more, on another sheath: that adds a bend of its own to each pass."""
+    return [
+        replace(bend(n, v + more, s, 300 + 20 * i + len(s)), run_id=f"{s}-{n}-2")
+        for i, (n, v) in enumerate(BENDS.items())
+        for s in ("act", "sstl")
+    ]
+
+
+def test_a_later_half_that_rubs_more_in_every_bend_is_another_rig_whatever_its_law():
+    later = sheathed()
+    (said,) = gate.remarks([*rig(), *later])
+    assert said.rule == "two_rigs" and set(said.run_ids) == {r.run_id for r in later} and "1.42 to 2.2" in said.sentence
+    # in any order they are no two kinds, unless their recorders are
+    turned = [r for i, pair in enumerate(zip(rig(), later, strict=True)) for r in (pair if i % 2 else pair[::-1])]
+    assert "two_rigs" not in [r.rule for r in gate.remarks(turned)]
+    names = {r.run_id for r in later}
+    coarse = [replace(r, tension_in_n=np.round(r.tension_in_n / 0.01) * 0.01) if r.run_id in names else r for r in turned]
+    assert [r.rule for r in gate.remarks(coarse)] == ["two_rigs"]

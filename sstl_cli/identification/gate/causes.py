@@ -150,7 +150,7 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         reversed=best_fit(np.ascontiguousarray(x[::-1]), np.ascontiguousarray(y[::-1]), bundled(GAIN), floor),
     )
     if found.holds(found.gain.rms_n):
-        found = replace(found, scale=best_fit(x, y, bundled(GAIN_BESIDE), floor, play))
+        found = replace(found, scale=min(best_fit(x, y, bundled(GAIN_BESIDE), floor, play), found.gain, key=lambda c: c.rms_n))
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=_by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
 

@@ -19,6 +19,8 @@ READ, MET = 0.01, 0.05
 LENGTHS = {name: math.log(mm) for name, (kind, mm) in UNITS.items() if kind == "length" and name != "mm"}
 # of the logarithm: how well a slip meets its factor
 MEETS = 0.02
+# by how much (logarithm of the likelihood) one of two settings must be likelier to be the right one
+LIKELIER = 2.0
 Cell = list[Evidence]
 
 
@@ -32,8 +34,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for cell in cells.values():
         kinds = _kinds(cell, least)
         if len(kinds) > 1:
-            beside = [o for o in cells.values() if o is not cell and (o[0].location, o[0].tendon) == (cell[0].location, cell[0].tendon)]
-            yield _told(kinds, beside, least)
+            yield _told(kinds, [o for o in cells.values() if o is not cell], least)
 
 
 def contradicting(log: Sequence[Evidence]) -> set[str]:
@@ -54,8 +55,9 @@ def _least(cells: list[Cell]) -> float:
     if not cells:
         return math.inf
     size = float(np.median(np.abs([v for c in cells for v in _leads(c)])))
-    gaps = np.diff(np.unique([_usual(c) for c in cells]))
-    # configurations of several places have one setting in common
+    leads, own = zip(*sorted((v, i) for i, c in enumerate(cells) for v in _leads(c)), strict=True)
+    # from one configuration to the next: a wrong lead of one run makes no setting of its own; several places have settings in common
+    gaps = np.diff(leads)[np.diff(own) != 0]
     gaps = gaps[gaps > READ * size]
     return max(READ * size, APART * float(np.min(gaps))) if len(gaps) else MET * size
 
@@ -67,10 +69,11 @@ def _kinds(cell: Cell, least: float) -> list[Cell]:
     return sorted((runs[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)), key=len, reverse=True)
 
 
-def _told(kinds: list[Cell], beside: list[Cell], least: float) -> Remark:
-    """Return what is said of a configuration of several settings."""
+def _told(kinds: list[Cell], rest: list[Cell], least: float) -> Remark:
+    """Return what is said of a configuration of several settings beside the rest of the log."""
+    beside = [c for c in rest if (c[0].location, c[0].tendon) == (kinds[0][0].location, kinds[0][0].tendon)]
     others = {str(c[0].config_id): _usual(c) for c in beside}
-    right = _right(kinds, beside, least)
+    right = _right(kinds, beside, least) or _likely(kinds, rest)
     which = kinds[0][0].config_id
     line = "config_id and lead_mm from file_name = '(pattern that reads both from the name)', or a manifest"
     if right is None:
@@ -106,6 +109,17 @@ def _right(kinds: list[Cell], beside: list[Cell], least: float) -> Cell | None:
         return own[0]
     first, second = (_ordered(_usual(k), [e for kind in kinds for e in kind], beside) for k in kinds)
     return None if first == second else kinds[0] if first > second else kinds[1]
+
+
+def _likely(kinds: list[Cell], rest: list[Cell]) -> Cell | None:
+    """Return which of two settings is by far the likelier one of a rig that has the other leads, None where neither is."""
+    others, own = np.array([_usual(c) for c in rest]), np.array([_usual(k) for k in kinds])
+    if len(kinds) != 2 or len(kinds[0]) > len(kinds[1]) or not len(others) or min(np.min(others), np.min(own)) <= 0.0:
+        return None
+    # settings of one rig are of one size: of few others their spread is hardly known
+    spread = max(float(np.std(np.log(others))), math.log(2.0))
+    nats = 0.5 * (np.log(own / np.median(others)) / spread) ** 2
+    return kinds[int(np.argmin(nats))] if float(np.ptp(nats)) > LIKELIER else None
 
 
 def _ordered(lead: float, cell: Cell, beside: list[Cell]) -> int:
