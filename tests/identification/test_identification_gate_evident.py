@@ -54,8 +54,13 @@ def test_an_output_in_kn_is_told_whatever_its_zero():
         noise = 0.02 * np.random.default_rng(i).standard_normal((2, len(t)))
         return Run(f"r{i}", "act", t, x + noise[0], 1e-3 * (play(x, lines(wrap)) - 0.3 + noise[1]), config_id=f"b{i}")
 
-    (said,) = gate.remarks([of(i, wrap) for i, wrap in enumerate((0.3, 0.55, 0.8))])
+    log = [gate.evidence_of(of(i, wrap)) for i, wrap in enumerate((0.3, 0.55, 0.8))]
+    (said,) = gate.judge(log)
     assert said.rule == "gain" and said.mend == 'tension_out_n = { column = ..., unit = "kN" }'
+    # a bend that tells its gain badly has no slip of its own
+    c = log[2].causes
+    (said,) = gate.judge([*log[:2], replace(log[2], causes=replace(c, scale=replace(c.scale, size=c.scale.size - 0.8)))])
+    assert len(said.run_ids) == 3 and 'unit = "kN"' in said.mend
 
 
 def test_a_gain_of_one_run_is_told_beside_others_that_fit_friction_badly():

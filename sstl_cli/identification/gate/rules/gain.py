@@ -47,7 +47,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             continue
         if size > math.log(ODD):
             # one slip of all runs is told once, by what most of them show
-            most = usual[e.system] if abs(math.log(g / usual[e.system])) < LEVELS else g
+            most = usual[e.system] if abs(math.log(g / usual[e.system])) < max(LEVELS, WITHIN * abs(math.log(usual[e.system]))) else g
             severity: Severity = "failure" if abs(math.log(most)) > math.log(IMPOSSIBLE) else "remark"
             groups.setdefault((severity, round(math.log(most) / math.log(ALIKE) / 2.0)), []).append((g, e))
     for (severity, _), hit in groups.items():
