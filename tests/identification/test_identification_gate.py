@@ -143,6 +143,7 @@ SLIPS = {
     "joined (noise)": lambda: [joined(sample()[2], None)],
     "noiseless": lambda: each(lambda r: replace(r, tension_in_n=smooth(r.tension_in_n))),
     "unit_between_runs (half)": lambda: each(scaled(1 / 4.448), lambda r: r.config_id == "CP-020"),
+    "lead_mm": lambda: first(lambda r: replace(r, lead_mm=10.0 * r.lead_mm)),
     "labels (every file)": lambda: relabelled([r.run_id for r in (sample()[0], sample()[3], sample()[4], sample()[7])]),
     "stuck (dead)": lambda: first(dead),
     "dead": lambda: each(lambda r: replace(r, tension_out_n=noise(len(r))), lambda r: r.system == "sstl"),

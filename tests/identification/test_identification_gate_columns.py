@@ -65,6 +65,14 @@ def test_a_position_of_one_run_that_is_another_than_that_of_the_others_is_told(s
     assert line in said.mend
 
 
+def test_where_two_units_of_a_position_are_as_likely_both_are_named():
+    # where bends differ by as much as that, it may be either
+    runs = [*rig(), loop(4, wrap=0.4), loop(5, wrap=0.5)]
+    runs = [replace(r, position_in_mm=s * r.position_in_mm) for r, s in zip(runs, (1.0, 1.0, 1 / 16.5, 1.0, 1.55, 1.0), strict=True)]
+    (said,) = gate.remarks(runs)
+    assert said.run_ids == (runs[2].run_id,) and 'unit = "in"' in said.mend and 'unit = "cm"' in said.mend
+
+
 def test_a_softer_rig_beside_others_has_no_other_unit():
     runs = rig()
     for softer in (1.5, 5.0):

@@ -1,4 +1,4 @@
-"""What the columns beside the tensions tell: how far the position goes and whether it follows the input, and the scale of the reference."""
+"""What the columns beside the tensions tell: how far the position goes and whether it follows the input, and the scale and lag of the reference."""
 
 from __future__ import annotations
 
@@ -38,3 +38,22 @@ def reference_gain(reference: Array | None, x: Array) -> float:
     if float(np.corrcoef(r, x)[0, 1]) < 0.9:
         return math.nan
     return float(np.std(x) / np.std(r))
+
+
+def reference_lag(time_s: Array, reference: Array | None, x: Array) -> tuple[float, float]:
+    """Return by how much (s) the input comes after its reference, and the standard error; NaN where no reference is followed.
+
+    To first order, which is enough to compare two runs of one movement: what is missing of the reference is its speed times the lag.
+    """
+    if math.isnan(reference_gain(reference, x)) or reference is None:
+        return math.nan, math.nan
+    good = np.isfinite(reference)
+    r, v = reference[good], x[good]
+    speed = np.gradient(r, time_s[good])
+    missing = r - v
+    missing, speed = missing - np.mean(missing), speed - np.mean(speed)
+    power = float(speed @ speed)
+    if not power > 0.0:
+        return math.nan, math.nan
+    lag = float(speed @ missing) / power
+    return lag, float(np.std(missing - lag * speed)) / math.sqrt(power)

@@ -18,7 +18,7 @@ from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD
 
 Array = NDArray[np.float64]
 FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 2, 1), (0, 1, 2, 5), (0, 1, 2, LAG)
-ZERO_IN, ZERO_OUT, CREEP = (0, 3), (0, 4), (0, 1, 2, CREEPS)
+ZERO_IN, ZERO_OUT, CREEP, GAIN_BESIDE = (0, 3), (0, 4), (0, 1, 2, CREEPS), (0, 2, 4, 1)
 GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 7), (0, 2, 8), (0, 2, 9), (0, 2, 10)
 # first guess of the spread of the strands' friction
 FIRST_SPREAD = 0.4
@@ -72,6 +72,9 @@ class Causes:
     """What friction alone leaves of a run, and what it leaves with one slip: a gain, a zero, a delay, a low-pass of the output,
     a zero that creeps, or time reversed.
 
+    ``scale`` is the gain beside a zero of the output that is free as well: no slip, but how large a gain is where there is one. Sensors are tared to
+    some percent, which a gain alone takes for its own.
+
     ``speed`` is no slip but friction that falls or rises with speed, which moves the loop in time as well; it is asked for where a slip takes much away.
 
     Where friction alone leaves more than noise it may build up over a path in all of them: a bundle of plays, whose strands slide one after the other.
@@ -90,6 +93,7 @@ class Causes:
     slow: Cause
     speed: Cause
     creep: Cause
+    scale: Cause
 
     @property
     def enough(self) -> bool:
@@ -111,7 +115,7 @@ class Causes:
 
 
 UNKNOWN = Cause(math.nan, math.nan, math.nan)
-NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 9)
+NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 10)
 
 
 def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], play: PlayFit) -> Causes:
@@ -128,7 +132,7 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     """
     floor = max(noise[1], 1e-4 * float(np.ptp(y)))
     friction = best_fit(x, y, FRICTION, floor, play)
-    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 8)
+    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 9)
     if found.enough:
         return found
     bundle = best_fit(x, y, bundled(FRICTION), floor, play)
@@ -145,6 +149,8 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         creep=best_fit(x, y, bundled(CREEP), floor, play),
         reversed=best_fit(np.ascontiguousarray(x[::-1]), np.ascontiguousarray(y[::-1]), bundled(GAIN), floor),
     )
+    if found.holds(found.gain.rms_n):
+        found = replace(found, scale=min(best_fit(x, y, bundled(GAIN_BESIDE), floor, play), found.gain, key=lambda c: c.rms_n))
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=_by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
 

@@ -11,16 +11,19 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
-from sstl_cli.identification.filtering import median, noise_sd
-from sstl_cli.identification.gate.beside import follows_of, reference_gain, span_of
+from sstl_cli.identification.filtering import median
+from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
 from sstl_cli.identification.gate.dropouts import Dropouts, dropouts_of
 from sstl_cli.identification.gate.filled import NOT_FILLED, Filled, filled_of, held_while
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, Keys, Sketch, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import Hum, hum_of
+from sstl_cli.identification.gate.lost import Lost, lost_of
+from sstl_cli.identification.gate.movement import NO_MOVEMENT, Movement, movement_of
+from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
-from sstl_cli.identification.gate.sensors import Sensor, digits_lost, noisy, sensors_of
+from sstl_cli.identification.gate.sensors import Sensor, digits_lost, sensors_of
 from sstl_cli.identification.gate.sequence import Disorder, disorder_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, Shapes, shapes_of
 from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, NO_SLOPES, Slopes, agreed
@@ -75,11 +78,12 @@ class Evidence:
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
+    ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
     ``position_follows`` is the correlation of position and input, ``copies`` are the pairs of columns that hold the same numbers.
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
-    ``hums`` are lines of one frequency. ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
+    ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding.
     """
@@ -122,6 +126,7 @@ class Evidence:
     swapped_rms: float
     flipped_rms: float
     stuck_while_n: tuple[float, float]
+    lost: tuple[Lost | None, Lost | None]
     seam: tuple[float, float]
     seam_at_s: float
     noise_ratio: tuple[float, float]
@@ -130,6 +135,8 @@ class Evidence:
     position_span_mm: float
     position_follows: float
     reference_gain: float
+    reference_lag: tuple[float, float]
+    movement: Movement
     copies: tuple[tuple[str, str], ...]
     keys: Keys
     sketch: Sketch
@@ -206,9 +213,9 @@ def evidence_of(run: Run) -> Evidence:
         return Evidence(
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
             correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
-            swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0),
+            swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-            position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
+            position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
         )  # fmt: skip
     return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
 
@@ -255,7 +262,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         **_of_readings(run, raw, sensors),
         "loops": found.loops,
         "ranges": ranges,
-        "line_share": tuple(_line_share(t, v) for v in (x, y)),
+        "line_share": tuple(line_share(t, v) for v in (x, y)),
         "correlation": correlation,
         "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
@@ -265,11 +272,14 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "forward_rms": residuals[0],
         "swapped_rms": residuals[1],
         "flipped_rms": residuals[2],
+        "lost": (lost_of(t, x, y, noises[0]), lost_of(t, y, x, noises[1])),
         "seam": seam,
         "seam_at_s": seam_at,
         "position_span_mm": span_of(run.position_in_mm),
         "position_follows": follows_of(run.position_in_mm, run.tension_in_n),
         "reference_gain": reference_gain(run.tension_ref_n, run.tension_in_n),
+        "reference_lag": reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
+        "movement": movement_of(clean.tension_in_n),
         "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
     }
 
@@ -284,7 +294,7 @@ def _of_readings(run: Run, raw: tuple[Array, Array], sensors: tuple[Sensor, Sens
         "digits_lost": tuple(digits_lost(v) for v in raw),
         "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
         "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
-        "noise_correlation": _noise_correlation(*raw),
+        "noise_correlation": noise_correlation(*raw),
         "roughness": tuple(
             float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
         ),
@@ -295,7 +305,7 @@ def _of_readings(run: Run, raw: tuple[Array, Array], sensors: tuple[Sensor, Sens
         # what was filled in has no noise
         "noise_ratio": (math.nan, math.nan)
         if filled.length_s
-        else tuple(_noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
+        else tuple(noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
         "filled": filled,
         "held_while": (held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
         "keys": keys_of(*raw),
@@ -360,29 +370,6 @@ def _best(t: Array, x: Array, y: Array, slopes: Slopes, ranges: tuple[Range, Ran
         return fit_play(t, x, y, start, noise_n, timed)
     a, b = ((r.low, r.high) for r in ranges)
     return max((fit_play(t, x, y, corners(a, b, theta), noise_n, timed) for theta in (0.3, 1.0)), key=lambda f: f.explained)
-
-
-def _line_share(t: Array, v: Array) -> float:
-    """Return how much of a channel's variance a straight line in time explains."""
-    return float(np.corrcoef(t, v)[0, 1] ** 2) if float(np.std(v)) > 0.0 else math.nan
-
-
-def _noise_correlation(x: Array, y: Array) -> float:
-    """Return the correlation of second differences: sensors of their own share no noise."""
-    a, b = np.diff(x[:MOST_POINTS], 2), np.diff(y[:MOST_POINTS], 2)
-    limit_a, limit_b = (8.0 * median(np.abs(v)) for v in (a, b))
-    if limit_a == 0.0 or limit_b == 0.0:
-        return math.nan
-    quiet = (np.abs(a) < limit_a) & (np.abs(b) < limit_b)
-    a, b = a[quiet], b[quiet]
-    return float(a @ b / math.sqrt(float(a @ a) * float(b @ b))) if len(a) > 16 else math.nan
-
-
-def _noise_ratio(first: Array, second: Array, sensor: Sensor) -> float:
-    """Return the noise of the second half over that of the first, NaN where a channel shows none of its own."""
-    if sensor.held or sensor.step_n > 0.5 * sensor.noise_n or not (noisy(first) and noisy(second)):
-        return math.nan
-    return noise_sd(second) / max(noise_sd(first), 1e-300)
 
 
 def _moved_meanwhile(run: Run, channel: int, sensor: Sensor) -> float:

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
-from sstl_cli.identification.gate.causes import Causes, bundled, modelled
+from sstl_cli.identification.gate.causes import GAIN_BESIDE, Causes, bundled, modelled
 
 Array = NDArray[np.float64]
 # noises, part of the span and steps within which an output rests; part of the span that is too coarse to tell
@@ -24,7 +24,7 @@ LEAST_POINTS, LEAST_SHARE, DRIVEN = 12, 0.03, 0.05
 # parts of its span that friction must move the output by in a rest, and away from it
 MOVED, AWAY = 0.12, 0.1
 # n theta, constant friction, gain and zero of the output: the same with and without the rests
-FREE = bundled((0, 2, 4, 1))
+FREE = bundled(GAIN_BESIDE)
 # part of a run that an output may be moved by for what is left to count
 FAR = 0.2
 # part of the run that must remain, what may be left of it (part of the span), and of what any other explanation leaves
@@ -52,7 +52,7 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     if causes.enough or band > COARSE * span:
         return None
     rests = [
-        (a, b) for a, b in _rests(y, band, max(LEAST_POINTS, int(LEAST_SHARE * n))) if float(np.ptp(x[a:b])) > DRIVEN * float(np.ptp(x))
+        (a, b) for a, b in stretches(y, band, max(LEAST_POINTS, int(LEAST_SHARE * n))) if float(np.ptp(x[a:b])) > DRIVEN * float(np.ptp(x))
     ]
     floor = max(noise[1], 1e-4 * span)
     if not rests or _known(rests, n) < REMAINS:
@@ -73,10 +73,10 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     levels = np.array([median(y[i:j]) for i, j in odd])
     high, low = quantile(y, 0.999), quantile(y, 0.001)
     where: Literal["highest", "lowest", "between"] = "between"
-    # the end of a range is met more than once, a sensor stops anywhere
-    if len(odd) > 1 and np.all(levels > high - band):
+    # the end of a range is met more than once, or friction takes the output beyond it all the while; a sensor stops anywhere
+    if np.all(levels > high - band) and (len(odd) > 1 or _beyond(model[a:b], -1.0, y[a:b], found.rms_n)):
         where = "highest"
-    elif len(odd) > 1 and np.all(levels < low + band):
+    elif np.all(levels < low + band) and (len(odd) > 1 or _beyond(model[a:b], 1.0, y[a:b], found.rms_n)):
         where = "lowest"
     # the samples are means of some; the last one lasts as long as any
     period = float(t[-1] - t[0]) / (n - 1)
@@ -97,7 +97,7 @@ def _ends(y: Array, band: float) -> NDArray[np.int64]:
     return ends
 
 
-def _rests(y: Array, band: float, least: int) -> list[tuple[int, int]]:
+def stretches(y: Array, band: float, least: int) -> list[tuple[int, int]]:
     """Return the stretches in which a channel stays within a band (N), the longest first taken out."""
     ends, found, pieces = _ends(y, band), [], [(0, len(y))]
     while pieces:
@@ -129,3 +129,9 @@ def _against(model: Array, y: Array, span: float, rms_n: float) -> bool:
     """Whether friction moves an output that rests, and away from where it rests."""
     away = float(np.sqrt(np.mean((model - median(y)) ** 2)))
     return float(np.ptp(model)) > MOVED * span and away > max(AWAY * span, 3.0 * rms_n)
+
+
+def _beyond(model: Array, sign: float, y: Array, rms_n: float) -> bool:
+    """Whether friction behind a sensor that ends at this level (``sign`` 1 below, -1 above) explains a rest as well as it does the rest of the run."""
+    cut = np.maximum(sign * model, sign * median(y)) - sign * y
+    return float(np.sqrt(np.mean(cut**2))) < 3.0 * rms_n

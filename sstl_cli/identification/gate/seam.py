@@ -30,7 +30,10 @@ def seam_of(
     A movement in steps jumps again and again: there is no seam in it.
     """
     stride = max(strides)
-    jumps = [_jumps(c[::stride], span) for c, span in zip(channels, spans, strict=True)]
+    few = [c[::stride] for c in channels]
+    # a quiet input rests on one level of its converter as well; only a recorder holds both channels
+    stood = _repeats(few[0]) & _repeats(few[1])
+    jumps = [_jumps(c, span, stood) for c, span in zip(few, spans, strict=True)]
     if stride > 1:
         jumps = [np.maximum(j, np.maximum(np.append(j[1:], 0.0), np.insert(j[:-1], 0, 0.0))) for j in jumps]
     both = np.minimum(*jumps)
@@ -53,16 +56,24 @@ def seam_of(
     return (float(jumps[0][k]), float(jumps[1][k])), float(time_s[::stride][k + 1])
 
 
-def _jumps(v: Array, span: float) -> Array:
-    """Return how far a channel jumps for good after each sample (shares of its span)."""
+def _repeats(v: Array) -> NDArray[np.bool_]:
+    """Return for each step from one sample to the next whether the four samples before it are one value."""
+    same = np.diff(v, prepend=np.nan) == 0.0
+    found = np.zeros(max(0, len(v) - 1), np.bool_)
+    found[3:] = (same[1:-3] & same[2:-2] & same[3:-1])[: len(found) - 3]
+    return found
+
+
+def _jumps(v: Array, span: float, stood: NDArray[np.bool_]) -> Array:
+    """Return how far a channel jumps for good after each sample (shares of its span), but where the recorder ``stood`` still."""
     step = np.abs(np.diff(v))
     lasting = np.zeros(len(step))
     at = np.flatnonzero(step > LEAST_JUMP * span)
     if len(at) > MOST_JUMPS:
         at = at[np.argsort(step[at])[-MOST_JUMPS:]]
     for k in at[(at >= 4) & (at < len(v) - 5)]:
-        if np.all(v[k - 3 : k] == v[k]):
-            # a recorder that stood still catches up
+        if stood[k]:
+            # it catches up
             continue
         usual = max(float(s.max(initial=0.0)) for s in (step[max(0, k - AROUND) : k - 1], step[k + 2 : k + AROUND]))
         lasting[k] = abs(median(v[k + 1 : k + 6]) - median(v[k - 4 : k + 1])) - 5.0 * usual

@@ -6,15 +6,16 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.lost import NOISE
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.rules.stuck import dead
 from sstl_cli.identification.gate.units import CHANNELS, WORDS, column_line
 
 RULE, RANK = "dead", 44
-# spreads of the noise within which a channel that rests stays
-NOISE = 7.0
 # n theta that no bend has (a loop of two passes has 2 at the most), and the zero (share of the other's largest tension) a sensor may be off by
 MOST, ZERO = 2.3, 0.05
+# what friction, alone or with a slip, leaves (share of the output's span) of a run that it explains, and the part of it that an output may be moved by for that
+EXPLAINED, FAR = 0.12, 0.2
 # how much more than the friction that other runs show is beyond doubt
 BEYOND = 1.7
 
@@ -36,19 +37,60 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     "back; the sensor is probably dead or not connected",
                     column_line(i),
                 )  # fmt: skip
+            yield from _midway([e for e in log if resting[e.run_id] <= MOST], i, severity, seen)
+
+
+def _midway(log: Sequence[Evidence], i: int, severity: Severity, seen: float) -> Iterator[Remark]:
+    """Yield runs one of whose channels is such noise for a part of the run."""
+    hit = [
+        (e, found) for e in log if (found := e.lost[i]) is not None and (w := lost_by(e, i)) > MOST and _severity(e, w, seen) == severity
+    ]
+    if hit:
+        _, found = max(hit, key=lambda h: h[1].length_s)
+        yield Remark(
+            tuple(e.run_id for e, _ in hit), RULE, severity, found.length_s, "s",
+            f"{names([e.run_id for e, _ in hit])}: the {WORDS[i]} is noise about a constant ({found.level_n:.3g} N) for {found.length_s:.3g} s from "
+            f"{found.at_s:.4g} s on while the {WORDS[1 - i]} goes up to {found.reached_n:.3g} N, which no friction holds back; the sensor has probably "
+            "died or lost its connection there",
+            f"skip this stretch, or {CHANNELS[i]} = {{ column = (another sensor) }}",
+        )  # fmt: skip
 
 
 def needed(e: Evidence, i: int) -> float:
     """Return n theta that friction would need to keep a channel where it rests, 0 where it moves by more than its noise."""
-    s, rest, moves = e.sensors[i], e.ranges[i], e.ranges[1 - i]
+    rest, high = e.ranges[i], e.ranges[1 - i].high
+    if not _told_apart(e, i) or rest.span > NOISE * e.sensors[i].noise_n:
+        return 0.0
+    return math.log(high / (abs(rest.middle) + ZERO * high))
+
+
+def lost_by(e: Evidence, i: int) -> float:
+    """Return n theta that friction would need to keep a channel where it rests for a part of the run, 0 where it never does."""
+    found, high = e.lost[i], e.ranges[1 - i].high
+    if found is None or not _told_apart(e, i) or found.reached_n <= 0.0:
+        return 0.0
+    if _explained(e):
+        return 0.0
+    return math.log(found.reached_n / (abs(found.level_n) + ZERO * high))
+
+
+def _explained(e: Evidence) -> bool:
+    """Whether friction, alone or with a slip of the whole run (as a late output), explains the run, its rests with it."""
+    c = e.causes
+    # of what is moved far, too little is compared
+    known = [v for v in (*c.slips, c.reversed) if v is not c.moved or abs(v.size) < FAR * e.duration_s]
+    return min((v.rms_n for v in known if math.isfinite(v.rms_n)), default=math.inf) < EXPLAINED * e.ranges[1].span
+
+
+def _told_apart(e: Evidence, i: int) -> bool:
+    """Whether the noise of a channel shows, and the other one moves by much of its tension."""
+    s, moves = e.sensors[i], e.ranges[1 - i]
     if not e.usable or CHANNELS[i] not in e.tensions or not e.both_tensions or dead(e):
-        return 0.0
+        return False
     # between coarse levels a movement may hide
-    if not (s.fine and s.noise_n > 0.0) or rest.span > NOISE * s.noise_n or moves.high <= 0.0:
-        return 0.0
-    if moves.low < -0.25 * moves.high or moves.span < 0.5 * moves.high:
-        return 0.0
-    return math.log(moves.high / (abs(rest.middle) + ZERO * moves.high))
+    if not (s.fine and s.noise_n > 0.0) or moves.high <= 0.0:
+        return False
+    return moves.low >= -0.25 * moves.high and moves.span >= 0.5 * moves.high
 
 
 def _severity(e: Evidence, wrap: float, seen: float) -> Severity:

@@ -16,8 +16,8 @@ RULE, RANK = "gain", 28
 ODD, IMPOSSIBLE = 1.7, 3.0
 # spread of one log: units are the same for all of its runs
 ALIKE = 1.4
-# of the logarithm: a gain that is odd in one run, and one that is none in all the others
-SINGLE, NEAR = 0.35, 0.1
+# of the logarithm: a gain that is odd in one run, and the part of it that all others stay within: what friction that is no play makes of them
+SINGLE, WITHIN = 0.35, 0.29
 # runs that tell a sensor's gain though others tell none, and their spread (logarithm)
 AGREE, TOGETHER = 3, 0.1
 # logarithm of what middle levels may be off beyond friction
@@ -47,7 +47,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             continue
         if size > math.log(ODD):
             # one slip of all runs is told once, by what most of them show
-            most = usual[e.system] if abs(math.log(g / usual[e.system])) < LEVELS else g
+            most = usual[e.system] if abs(math.log(g / usual[e.system])) < max(LEVELS, WITHIN * abs(math.log(usual[e.system]))) else g
             severity: Severity = "failure" if abs(math.log(most)) > math.log(IMPOSSIBLE) else "remark"
             groups.setdefault((severity, round(math.log(most) / math.log(ALIKE) / 2.0)), []).append((g, e))
     for (severity, _), hit in groups.items():
@@ -66,11 +66,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
+def alone(log: Sequence[Evidence]) -> set[str]:
+    """Return the names of runs whose gain stands alone among those of the others."""
+    gains = [(gain_of(e), e) for e in log]
+    return {e.run_id for g, e in gains if g > 0.0 and abs(math.log(g)) > SINGLE and _others_fit(e, gains)}
+
+
 def _others_fit(e: Evidence, gains: list[tuple[float, Evidence]]) -> bool:
-    """Whether this run's gain stands alone: that of all others, in its own movement as well, is that of friction."""
+    """Whether this run's gain stands alone: that of all others, in its own movement as well, is far nearer to that of friction."""
+    mine = next(abs(math.log(g)) for g, o in gains if o is e)
     others = [(abs(math.log(g)), o) for g, o in gains if o is not e and g > 0.0 and o.slopes.known]
     alike = [o for _, o in others if (o.system, o.trajectory) == (e.system, e.trajectory)]
-    return len(others) >= 3 and bool(alike) and max(size for size, _ in others) < NEAR
+    return len(others) >= 3 and bool(alike) and max(size for size, _ in others) < WITHIN * mine
 
 
 def _usual(gains: list[float]) -> float:
@@ -93,7 +100,7 @@ def gain_of(e: Evidence) -> float:
         # friction alone leaves but noise
         return 1.0 if math.isfinite(g) else math.nan
     if _held(e):
-        return math.exp(e.causes.gain.size)
+        return math.exp(e.causes.scale.size)
     if not math.isfinite(g):
         # without slopes only the sizes speak: no output exceeds twice its input, none that moves is a hundredth
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
@@ -124,10 +131,12 @@ def _central(e: Evidence, g: float) -> bool:
 
 
 def _error(gains: list[float], e: Evidence) -> float:
-    """Return the error of the logarithm of a gain: its spread over the runs, of one run alone what its slopes are known to."""
+    """Return the error of the logarithm of a gain: its spread over the runs, of one run alone what a zero makes of it or its slopes are known to."""
     if len(gains) > 1:
         logs = np.log(gains)
         return float(np.std(logs)) / math.sqrt(len(logs))
+    if _held(e):
+        return abs(e.causes.scale.size - e.causes.gain.size)
     return e.slopes.friction_se if e.slopes.known else FITS
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.lead_mm import contradicting
 from sstl_cli.identification.gate.scatter import friction_errors
 
 RULE, RANK = "lead_order", 57
@@ -21,8 +22,9 @@ VARIES = 0.04
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield configurations out of the order of their lead."""
     groups: dict[object, list[Evidence]] = {}
+    doubtful = contradicting(log)
     for e in log:
-        if e.slopes.known and e.lead_mm is not None:
+        if e.slopes.known and e.lead_mm is not None and e.run_id not in doubtful:
             groups.setdefault((e.location, e.system, e.tendon), []).append(e)
     for group in groups.values():
         yield from _ordered(group)

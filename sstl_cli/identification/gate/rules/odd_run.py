@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.identification.gate.converters import odd_levels
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.gain import alone
 from sstl_cli.identification.gate.rules.two_rigs import second_rig
 from sstl_cli.identification.gate.rules.zero import zeros
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
@@ -46,9 +47,12 @@ ROUNDING = 1e-9
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that lie apart from the rest of their system."""
     rigs = bool(second_rig(log)[0])
+    # a gain makes a noise and a zero of its own
+    told = alone(log)
     for system in sorted({e.system for e in log}):
         runs = [e for e in log if e.system == system and e.tendon_like and e.correlation > 0.0]
         yield from _levels(runs)
+        runs = [e for e in runs if e.run_id not in told]
         if len(runs) < FEW:
             continue
         table = np.array([_values(e) for e in runs])

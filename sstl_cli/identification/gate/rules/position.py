@@ -23,6 +23,8 @@ NEAR = 0.5 * min(abs(a - b) for a in (0.0, *LENGTHS.values()) for b in LENGTHS.v
 FEW = 3
 # logarithm of what the stiffness of one rig varies by from run to run
 ONE_RIG = 0.2
+# by how much (logarithm of the likelihood) one unit must be likelier than another to be named alone
+LIKELIER = 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -107,16 +109,18 @@ def _scaled(own: list[Evidence], beside: list[Evidence]) -> Iterator[Remark]:
             hits.setdefault(round(off / NEAR), []).append((off, e))
     for hit in hits.values():
         off = float(np.median([v for v, _ in hit]))
-        unit = min(LENGTHS, key=lambda name: abs(LENGTHS[name] - off))
+        units = sorted(LENGTHS, key=lambda name: abs(LENGTHS[name] - off))
         # the factor is known to what the stiffness of one rig varies by
         error = min(max(ONE_RIG, *(abs(math.log(_stiffness(o)) - usual) for o in rest)), NEAR)
-        if abs(LENGTHS[unit] - off) > error:
+        nearest = abs(LENGTHS[units[0]] - off)
+        if nearest > error:
             # runs of other bends or other loads may be softer: that alone is no slip
             continue
+        likely = [name for name in units if (LENGTHS[name] - off) ** 2 - nearest**2 < 2.0 * LIKELIER * (0.5 * error) ** 2]
         ids = tuple(e.run_id for _, e in hit)
         yield Remark(
             ids, RULE, "remark", math.exp(off), "1",
             f"{names(ids)}: tension over position is {_stiffness(hit[0][1]):.3g} N/mm, {math.exp(off):.3g} times that of the other runs; "
-            f"the position is probably in units of '{unit}' here, not mm",
-            f'position_in_mm = {{ column = ..., unit = "{unit}" }} (for this file)',
+            f"the position is probably in units of {' or '.join(map(repr, likely))} here, not mm",
+            " or ".join(f'position_in_mm = {{ column = ..., unit = "{name}" }}' for name in likely) + " (for this file)",
         )  # fmt: skip

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "rate", 18
@@ -15,6 +17,11 @@ APART = 1.25
 LIKELY_S = 0.005
 # of the logarithm: loops of one movement, counted
 SAME_SPEED = 0.15
+# what the movement of one run leaves of that of another where they are the same by samples, and of what it leaves by the clocks
+ALIKE, LESS = 0.1, 0.3
+# standard errors from which on a lag is known, and the part of the difference in rate in it from which on, and below which, the clock is (not) off
+SURE, CLOCK, NO_CLOCK = 5.0, 0.7, 0.3
+Clock = Literal["", "other", "either"]
 # factors between units of time
 UNITS = {1e3: "ms", 1e6: "us", 60.0: "min"}
 
@@ -39,13 +46,14 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     rates = {(e.system, e.dt_s * (1.0 + 1e-9) > usual * APART, e.dt_s * APART < usual) for e in runs}
     own = len(rates) == len({e.system for e in runs})
     for (unit, _), hit in groups.items():
-        fast = [e for e in hit if unit is None and _speeded(e, runs, usual)]
-        yield from _told(fast, usual, None, True)
+        clocks = {e.run_id: _clock(e, runs, usual) if unit is None else "" for e in hit}
+        for clock in ("other", "either"):
+            yield from _told([e for e in hit if clocks[e.run_id] == clock], usual, None, clock)
         if unit is not None or not own:
-            yield from _told([e for e in hit if e not in fast], usual, unit, False)
+            yield from _told([e for e in hit if not clocks[e.run_id]], usual, unit)
 
 
-def _told(hit: list[Evidence], usual: float, unit: str | None, speeded: bool) -> Iterator[Remark]:
+def _told(hit: list[Evidence], usual: float, unit: str | None, clock: Clock = "") -> Iterator[Remark]:
     if not hit:
         return
     ids = tuple(e.run_id for e in hit)
@@ -56,9 +64,11 @@ def _told(hit: list[Evidence], usual: float, unit: str | None, speeded: bool) ->
         else "they were probably recorded or exported differently, which is no fault by itself"
     )
     mend = f'time_s = {{ column = ..., unit = "{unit}" }} (for this file)' if unit else "none needed if the logger was set so"
-    if speeded:
+    if clock:
         why = f"and the same movement goes {usual / step:.3g} times as fast in them, so that their clock is probably off by this factor"
         mend = f"time_s = {{ rate_hz = {1.0 / usual:.6g} }} (for this file)"
+    if clock == "either":
+        why += ", unless the movement was played sample by sample at this rate"
     yield Remark(
         ids, RULE, "failure" if unit else "remark", 1.0 / step, "Hz",
         f"{names(ids)}: sampled at {1.0 / step:.4g} Hz, the other runs at {1.0 / usual:.4g} Hz; {why}",
@@ -66,11 +76,36 @@ def _told(hit: list[Evidence], usual: float, unit: str | None, speeded: bool) ->
     )  # fmt: skip
 
 
-def _speeded(e: Evidence, runs: Sequence[Evidence], usual: float) -> bool:
+def _clock(e: Evidence, runs: Sequence[Evidence], usual: float) -> Clock:
+    """Return whether the clock of a run is another one, or may be: it goes the way of others of its movement, sample by sample."""
+    beside = [o for o in runs if o.trajectory == e.trajectory and max(o.dt_s / usual, usual / o.dt_s) < APART]
+    named = e.trajectory is not None and _speeded(e, beside, usual)
+    same = [o for o in beside if _same(e, o)]
+    if not named and not same:
+        return ""
+    # a drive has a lag of its own: it is as many samples as before where the clock is off, and as long where the movement is
+    lags = [w for o in (same or beside) if (w := _lag(e, o)) is not None]
+    off = float(np.median(lags)) if lags else math.nan
+    return "" if off < NO_CLOCK else "other" if named or off > CLOCK else "either"
+
+
+def _same(e: Evidence, o: Evidence) -> bool:
+    """Whether two runs move alike by their samples, and not at all by their clocks."""
+    by_sample = unlike(e.movement, o.movement)
+    return by_sample < ALIKE and by_sample < LESS * unlike(e.movement, o.movement, e.dt_s / o.dt_s)
+
+
+def _lag(e: Evidence, o: Evidence) -> float | None:
+    """Return the part of the difference in rate that the lags behind the reference show: 1 where the clock is off, 0 where it is not."""
+    (mine, error), (theirs, other) = e.reference_lag, o.reference_lag
+    if not (mine > SURE * error and theirs > SURE * other):
+        return None
+    return math.log(mine / theirs) / math.log(e.dt_s / o.dt_s)
+
+
+def _speeded(e: Evidence, beside: Sequence[Evidence], usual: float) -> bool:
     """Whether the movement is faster, or slower, than in the other runs of its trajectory by what the sampling period is."""
-    alike = [
-        o.loop_s for o in runs if o.trajectory == e.trajectory is not None and max(o.dt_s / usual, usual / o.dt_s) < APART and o.loops > 1
-    ]
+    alike = [o.loop_s for o in beside if o.loops > 1]
     # movements of one name may differ in speed by themselves
     one = bool(alike) and max(alike) < min(alike) * math.exp(SAME_SPEED)
     return one and e.loops > 1 and abs(math.log(e.loop_s / float(np.median(alike)) * usual / e.dt_s)) < SAME_SPEED

@@ -1,4 +1,4 @@
-"""Two rigs under one set of labels: every bend has its runs twice, and the one kind rubs more than the other by the same factor."""
+"""Two rigs under one set of labels: every bend has its runs twice, and the one kind rubs more than the other, by the same factor or in the runs that come later or have other sensors."""
 
 from __future__ import annotations
 
@@ -22,23 +22,29 @@ ALONE = 1.4
 TWO, PULLEY = 0.07, 0.5
 # cells (bend, system, movement) with both kinds that tell, and systems: a wrong label of the system makes a factor in one of them only
 CELLS, SYSTEMS = 3, 2
+# cells in all of which the runs of one kind come later in the log, by chance once in 2**(n - 1)
+IN_ORDER = 5
+# factor between steps of converters, or noises of the input, of two recorders: an output that rubs more may have another noise by itself
+OTHER, SENSED = 1.2, ((0, "step_n"), (1, "step_n"), (0, "noise_n"))
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the runs of the rig that rubs more."""
-    hit, factor = second_rig(log)
+    hit, factors = second_rig(log)
     if hit:
+        factor, least, most = (float(v) for v in np.quantile(factors, [0.5, 0.0, 1.0]))
+        times = f"{factor:.3g}" if most < least * FACTOR else f"{least:.3g} to {most:.3g}"
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "remark", factor, "1",
-            f"{names([e.run_id for e in hit])}: friction is {factor:.3g} times that of the other runs of the same bend, system and movement, "
+            f"{names([e.run_id for e in hit])}: friction is {times} times that of the other runs of the same bend, system and movement, "
             f"in every bend{' and in both systems' if len({e.system for e in hit}) > 1 else ''}; two rigs (or two sheaths) are probably under one set "
             "of labels",
             "import the two groups into logs of their own",
         )  # fmt: skip
 
 
-def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], float]:
-    """Return the runs that rub more than others of their cell by one factor, and the factor; none where the cells differ in it."""
+def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], list[float]]:
+    """Return the runs that rub more than others of their cell, and the factors of all cells; none where these are neither one nor in runs that differ by more."""
     cells: dict[object, list[Evidence]] = {}
     for e in log:
         if e.config_id is not None and e.wrap > 0.0:
@@ -46,20 +52,38 @@ def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], float]:
     both = [sorted(c, key=lambda e: e.wrap) for c in cells.values() if len(c) > 1]
     alone = len({c[0].system for c in both}) < SYSTEMS
     if len(both) < CELLS:
-        return [], math.nan
-    hit, gaps = [], []
+        return [], []
+    low, high = [], []
     for cell in both:
-        logs = np.log([e.wrap for e in cell])
-        at = 1 + int(np.argmax(np.diff(logs)))
-        gaps.append(float(np.mean(logs[at:]) - np.mean(logs[:at])))
-        hit += cell[at:]
+        at = 1 + int(np.argmax(np.diff(np.log([e.wrap for e in cell]))))
+        low.append(cell[:at])
+        high.append(cell[at:])
+    rubs = [np.array([float(np.mean(np.log([e.wrap for e in runs]))) for runs in kind]) for kind in (low, high)]
+    gaps = rubs[1] - rubs[0]
     usual = float(np.median(gaps))
     apart = usual > math.log(ALONE if alone else FACTOR)
     if alone and apart:
-        low, high = (np.exp([float(np.mean(np.log([e.wrap for e in c if (e in hit) == above]))) for c in both]) for above in (False, True))
-        apart = not second_pass(low, high, np.zeros(len(both)))
-    same = apart and max(abs(g - usual) for g in gaps) < AGREE * usual
-    return (hit, math.exp(usual)) if same else ([], math.nan)
+        apart = not second_pass(np.exp(rubs[0]), np.exp(rubs[1]), np.zeros(len(both)))
+    same = float(np.max(np.abs(gaps - usual))) < AGREE * usual or (
+        float(np.min(gaps)) > math.log(FACTOR) and (_in_order(low, high, log) or _sensed(low, high))
+    )
+    return ([e for runs in high for e in runs], np.exp(gaps).tolist()) if apart and same else ([], [])
+
+
+def _in_order(low: list[list[Evidence]], high: list[list[Evidence]], log: Sequence[Evidence]) -> bool:
+    """Whether the runs that rub more are the later ones in every cell, or the earlier ones: shuffled labels leave what they rub in all alike."""
+    place = {e.run_id: i for i, e in enumerate(log)}
+    at = [([place[e.run_id] for e in a], [place[e.run_id] for e in b]) for a, b in zip(low, high, strict=True)]
+    return len(at) >= IN_ORDER and (all(max(a) < min(b) for a, b in at) or all(max(b) < min(a) for a, b in at))
+
+
+def _sensed(low: list[list[Evidence]], high: list[list[Evidence]]) -> bool:
+    """Whether the recorder of all runs that rub more is another one than that of all others."""
+    for i, name in SENSED:
+        a, b = ([float(getattr(e.sensors[i], name)) for runs in kind for e in runs] for kind in (low, high))
+        if min(b) > OTHER * max(a) or min(a) > OTHER * max(b):
+            return True
+    return False
 
 
 def second_pass(low: Array, high: Array, errors: Array) -> bool:

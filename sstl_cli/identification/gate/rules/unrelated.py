@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.dead import MOST, lost_by
 
 RULE, RANK = "unrelated", 48
 # what the play operator leaves (share of the output's span), and how much the output must move (share of the input)
@@ -46,6 +47,9 @@ def explained_by(e: Evidence) -> float:
 
 def _unrelated(e: Evidence) -> bool:
     p = e.play
+    if max(lost_by(e, 0), lost_by(e, 1)) > MOST:
+        # a sensor that was lost midway follows nothing from there on
+        return False
     flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
     if not e.tendon_like or not e.wide or p is None or flipped:
         return False

@@ -1,0 +1,57 @@
+"""How the input moves, sample by sample: whether two runs went the same way, and on which clock."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# a movement shows in that many points, and at the most in twice as many
+POINTS = 128
+# part by which one recording may begin later in a movement, and part of the shorter one that must be compared
+SHIFT, LEAST = 0.1, 0.4
+
+
+@dataclass(frozen=True)
+class Movement:
+    """Means of the input (N) over ``block`` samples, a power of two."""
+
+    means: tuple[float, ...]
+    block: int
+
+    def over(self, block: int) -> Array:
+        """Return the means over a longer block."""
+        v, times = np.array(self.means), block // self.block
+        return np.asarray(v[: len(v) // times * times].reshape(-1, times).mean(axis=1), np.float64)
+
+
+NO_MOVEMENT = Movement((), 1)
+
+
+def movement_of(x: Array) -> Movement:
+    """Return how an input moves."""
+    block = 2 ** max(0, int(math.log2(len(x) / POINTS))) if len(x) else 1
+    n = len(x) // block * block
+    return Movement(tuple(x[:n].reshape(-1, block).mean(axis=1).tolist()), block)
+
+
+def unlike(a: Movement, b: Movement, faster: float = 1.0) -> float:
+    """Return what one movement, played ``faster``, leaves of another, whatever their scale: 0 where they are the same, 1 where they have nothing in common."""
+    block = max(a.block, b.block)
+    first, second = a.over(block), b.over(block)
+    if min(len(first), len(second)) < POINTS // 4:
+        return 1.0
+    at = faster * (np.arange(len(first)) + 0.5) - 0.5
+    most = int(SHIFT * len(second))
+    left = [1.0]
+    for shift in range(-most, most + 1):
+        inside = (at + shift >= 0.0) & (at + shift <= len(second) - 1)
+        if np.count_nonzero(inside) < LEAST * min(len(first), len(second) / faster):
+            continue
+        u, v = first[inside], np.interp(at[inside] + shift, np.arange(len(second)), second)
+        if float(np.std(u)) * float(np.std(v)) > 0.0:
+            left.append(math.sqrt(max(1.0 - max(float(np.corrcoef(u, v)[0, 1]), 0.0) ** 2, 0.0)))
+    return min(left)
