@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import CLIPPED_LEAST, CLIPPED_MOST, CLIPPED_SIGMA, FINEST, HALF, START_FACTORS
-from sstl_cli.diagnosis.recorder import stretches
 from sstl_cli.identification.gate.playfit import line_beside
 
 Array = NDArray[np.float64]

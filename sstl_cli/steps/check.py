@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 
@@ -267,9 +268,8 @@ def _cut_off(values: Array, top: float) -> float:
 
     A turn that repeats a level is as high as those slopes make it. What rests there as the record begins or ends was seen to do one of both.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], values == top, [False])).astype(np.int8)))
     beyond = 0.0
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in stretches(values == top):
         if b - a >= 3 and a >= 3 and b + 2 < len(values):
             slopes = max(values[a - 1] - values[a - 3], 0.0) + max(values[b] - values[b + 2], 0.0)
             # half of the mean slope at either end, over half of the time between
@@ -312,9 +312,8 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
 
 def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
     """Return which flags belong to a stretch of at least so many."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
     out = np.zeros(len(flags), np.bool_)
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in stretches(flags):
         out[a:b] = b - a >= least
     return out
 
@@ -360,6 +359,5 @@ def _ordered(found: list[Finding], first: Array, second: Array) -> list[Finding]
 
 def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:
     """Return the longest stretch of true values and how many are true."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    lengths = edges[1::2] - edges[::2]
-    return (int(lengths.max()), int(lengths.sum())) if len(lengths) else (0, 0)
+    lengths = [b - a for a, b in stretches(flags)]
+    return max(lengths, default=0), sum(lengths)
