@@ -19,6 +19,8 @@ LEAD = "lead_mm"
 STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
+# share of both by which two gaps of levels may differ and be one
+EVEN = 0.02
 # steps of a converter by which rounding alone makes a sample leave both neighbours
 ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
@@ -282,11 +284,11 @@ def _grain(values: Array) -> tuple[int, float]:
     levels = np.unique(values)
     if not 1 < len(levels) < len(values) / 4:
         return len(levels), 0.0
+    if len(levels) > 3:
+        return len(levels), quantisation(values)
+    # two levels, or three with one gap between them, are a converter's as well
     gaps = np.diff(levels)
-    grain = float(np.median(gaps))
-    # holds of a noise-free record repeat values too, but not on a regular grid
-    regular = float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * float(np.ptp(values))
-    return len(levels), grain if regular else 0.0
+    return len(levels), float(gaps.mean()) if float(np.ptp(gaps)) < EVEN * float(gaps.sum()) else 0.0
 
 
 def _frozen(first: Array, second: Array) -> list[Finding]:
