@@ -330,7 +330,7 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     # a sensor that stands still says nothing of its noise
     lively = ~_within(second == 0.0, STUCK_SAMPLES)
     # where noise crosses the edge between two levels a reading steps to and fro
-    threshold = max(SPIKE_SPREADS * 1.4826 * float(np.median(second[lively] if lively.any() else second)), ROUNDED * _grain(values)[1])
+    threshold = max(SPIKE_SPREADS * filtering.spread(second[lively] if lively.any() else second), ROUNDED * _grain(values)[1])
     # without noise half of the differences vanish and give no measure
     if threshold == 0.0:
         return found

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.identification.filtering import median
+from sstl_cli.identification.filtering import median, spread
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -135,7 +135,7 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
         rms_n=rms,
         delayed_rms_n=delayed_rms,
         drifting_rms_n=drifting_rms,
-        typical_n=1.4826 * median(np.abs(late)),
+        typical_n=spread(late),
         explained=1.0 - min(rms, delayed_rms) ** 2 / power,
         shares=shares,
         reaches=reaches,
@@ -281,8 +281,8 @@ def _descend(s: _Samples, start: Array, free: int) -> tuple[Array, float]:
     model, jacobian = _model(s, p, free)
     residual = s.y - model
     for _ in range(2):
-        size = np.abs(s.counted(residual))
-        limit = HUBER * max(1.4826 * median(size), 1e-3 * float(size.max()), 1e-300)
+        counted = s.counted(residual)
+        limit = HUBER * max(spread(counted), 1e-3 * float(np.abs(counted).max()), 1e-300)
         cost, weight = _loss(residual, limit)
         cost /= float(np.mean(_inside(s, p)))
         damping = 1e-3
