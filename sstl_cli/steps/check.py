@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 
 Array = NDArray[np.float64]
-FAILURE, REMARK = "failure", "remark"
+Level = Literal["failure", "remark"]
+FAILURE: Final = "failure"
+REMARK: Final = "remark"
 MIN_SAMPLES = 16
 LEAD = "lead_mm"
 STUCK_SAMPLES = 8
@@ -39,7 +42,7 @@ STEADY, BESIDE, FAR = 0.05, 8, 64
 class Finding:
     """One thing that is wrong (failure) or worth knowing (remark)."""
 
-    level: str
+    level: Level
     what: str
     column: str
     count: int
