@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -67,7 +68,7 @@ class _Samples:
     counts: Mask | None = None
     anew: tuple[int, ...] = ()
 
-    @property
+    @cached_property
     def middle(self) -> float:
         """Time (s) at which a drifting clock is right."""
         return 0.5 * float(self.time_s[0] + self.time_s[-1])
