@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from sstl_cli.steps import check as checking
 from sstl_cli.steps import judge as judging
 from sstl_cli.steps import segment as segmenting
 from sstl_cli.steps import simulate as simulating
+from sstl_cli.steps.check_table import Entry
 
 SHOWN = 20
 SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
@@ -128,11 +129,11 @@ class Log:
         """
         optional = tuple(c.name for c in LOG.columns if c.nullable)
         pieces = [checking.Piece(r.run_id, {n: x for n in SIGNALS if (x := getattr(r, n)) is not None}) for r in self.runs]
-        found = [{"run_id": p.run_id, **asdict(f)} for p in pieces for f in checking.run(p, optional)]
+        found = [Entry(f, p.run_id).of("log") for p in pieces for f in checking.run(p, optional)]
         if physics:
             found += judging.findings(judging.run(("log", r) for r in self.runs))
         columns = ["level", "run_id", "column", "what", "count", "detail", "fix"]
-        return pd.DataFrame([{c: f[c] for c in columns} for f in found], columns=columns)
+        return pd.DataFrame([{c: getattr(f, c) for c in columns} for f in found], columns=columns)
 
     def write(self, path: str | PathLike[str], force: bool = False) -> None:
         """Write the log as Parquet, whole or not at all.

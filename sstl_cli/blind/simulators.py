@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -69,10 +69,9 @@ class Hardware:
         if self.name == "rig":
             return read_rig(time_s, truth, rig.resolve_effects(values), system, noise, seed)
         if self.name == "bristle":
-            heard = bristle.NoiseSpec(**asdict(noise))
-            return read_bristle(time_s, truth, bristle.resolve_effects(values), system, heard, seed)
+            return read_bristle(time_s, truth, bristle.resolve_effects(values), system, noise, seed)
         run = variant.VariantRun(system, theta, None, time_s, "tension", truth[0])
-        return variant.read_variant(self._variant(), run, truth, values, variant.VariantNoise(**asdict(noise)), seed)
+        return variant.read_variant(self._variant(), run, truth, values, noise, seed)
 
     @property
     def bounds(self) -> Mapping[str, Mapping[str, Any]]:

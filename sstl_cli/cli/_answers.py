@@ -6,10 +6,11 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
+    from sstl_cli.core.documents.logs import FileInfo
     from sstl_cli.steps.check import Finding
 
 LONGEST = 256
@@ -47,9 +48,10 @@ def findings(path: Path) -> Iterator[Finding]:
         yield Finding(REMARK, "safe command", "phase", counts["safe command"], detail, "look at what the sensor sent")
 
 
-def describe(path: Path, screen: Screen) -> dict[str, Any]:
+def describe(path: Path, screen: Screen) -> FileInfo:
     """Show how many answers there are, their range and phases; return the entry in the document of ``info``."""
     from sstl_cli.control.streaming import ANSWER_HEADER
+    from sstl_cli.core.documents.logs import FileInfo
 
     rows = 0
     phases: Counter[str] = Counter()
@@ -62,7 +64,7 @@ def describe(path: Path, screen: Screen) -> dict[str, Any]:
     screen.say(f"{path.name} holds {rows} answers of compensate --stream, {path.stat().st_size / 1e6:.2f} MB.")
     if low <= high:
         screen.say(f"  command {low:.3f}..{high:.3f} N; " + ", ".join(f"{p} {n}" for p, n in phases.most_common(8)))
-    return {"file": str(path), "schema": "no schema", "version": 0, "rows": rows, "provenance": None, "columns": list(ANSWER_HEADER)}
+    return FileInfo(file=str(path), schema="no schema", version=0, rows=rows, provenance=None, columns=list(ANSWER_HEADER))
 
 
 def _rows(path: Path) -> Iterator[tuple[int, float, str]]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sstl_cli.cli import _controller as shared
 from sstl_cli.cli._compensate_asked import Job
 from sstl_cli.cli.render import Screen, cell
 
 if TYPE_CHECKING:
+    from sstl_cli.core.documents.control import CompensatedRun, MeanScore, ScoreRow
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.steps.compensate import Result
     from sstl_cli.steps.compensate_setup import Plan
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
 class Done:
     """Scores (a row a run and window) and what else is told of each run."""
 
-    rows: list[dict[str, Any]]
-    runs: list[dict[str, Any]]
+    rows: list[ScoreRow]
+    runs: list[CompensatedRun]
 
 
 def run(screen: Screen, job: Job) -> None:
     """Compensate, write what was asked for, show it, and end."""
     from sstl_cli.cli.origin import files_among, provenance
+    from sstl_cli.core.documents.control import CompensateDocument
     from sstl_cli.core.errors import GateError
     from sstl_cli.core.files import require_outputs
     from sstl_cli.steps import compensate_summary as summing
@@ -43,22 +45,22 @@ def run(screen: Screen, job: Job) -> None:
     summary, worst = summing.means(done.rows), summing.worst_rmse_n(done.rows)
     outside = sorted(c.config_id for c in plan.cases if c.outside)
     _show(screen, asked.mape_floor, plan, done, summary, outside)
-    document = {
-        "schema": "sstl.compensate/1",
-        "seed": asked.seed,
-        "out": str(asked.out) if asked.out else None,
-        "scores_file": str(asked.scores) if asked.scores else None,
-        "options": job.options.model_dump(mode="json"),
-        "methods": plan.methods,
-        "left_out_methods": plan.impossible,
-        "summary": summary,
-        "scores": done.rows,
-        "runs": done.runs,
-        "set_aside": plan.aside,
-        "outside_trained_range": outside,
-        "worst_rmse_n": worst,
-        "max_rmse_n": asked.max_rmse,
-    }
+    document = CompensateDocument(
+        schema="sstl.compensate/1",
+        seed=asked.seed,
+        out=str(asked.out) if asked.out else None,
+        scores_file=str(asked.scores) if asked.scores else None,
+        options=job.options.model_dump(mode="json"),
+        methods=plan.methods,
+        left_out_methods=plan.impossible,
+        summary=summary,
+        scores=done.rows,
+        runs=done.runs,
+        set_aside=plan.aside,
+        outside_trained_range=outside,
+        worst_rmse_n=worst,
+        max_rmse_n=asked.max_rmse,
+    )
     gate = None
     if asked.max_rmse is not None and worst > asked.max_rmse:
         gate = GateError(f"RMSE {worst:.4g} N is above --max-rmse {asked.max_rmse:g} N", code="E411")
@@ -129,7 +131,7 @@ def _run(screen: Screen, job: Job, plan: Plan, made: Provenance) -> Done:
     return done
 
 
-def _show(screen: Screen, floor_n: float, plan: Plan, done: Done, summary: list[dict[str, Any]], outside: list[str]) -> None:
+def _show(screen: Screen, floor_n: float, plan: Plan, done: Done, summary: list[MeanScore], outside: list[str]) -> None:
     from sstl_cli.steps.compensate_summary import gain
 
     screen.say(_sentence(gain(summary)))
@@ -138,10 +140,10 @@ def _show(screen: Screen, floor_n: float, plan: Plan, done: Done, summary: list[
         "Tension tracking",
         ["reference", "place", "method", "n", "RMSE N", "STD N", "MAPE %", "less %"],
         # an exact inverse leaves rounding errors: 1e-10 N is zero to a reader
-        [[round(v, 5) if isinstance(v, float) else v for v in (s[k] for k in shown)] for s in summary],
-        notes=f"Means over n configurations; window: {summary[0]['window']}; MAPE above a reference of {floor_n:g} N.",
+        [[round(v, 5) if isinstance(v, float) else v for v in (getattr(s, k) for k in shown)] for s in summary],
+        notes=f"Means over n configurations; window: {summary[0].window}; MAPE above a reference of {floor_n:g} N.",
     )
-    costs = [e["bound_cost_n"] for e in done.runs if e["bound_cost_n"] is not None]
+    costs = [e.bound_cost_n for e in done.runs if e.bound_cost_n is not None]
     if costs:
         screen.say(f"Bounds on rate and jump cost {max(costs):.3g} N of RMSE at most.")
     if outside:

@@ -11,6 +11,7 @@ from sstl_cli.cli.render import cell
 
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
+    from sstl_cli.core.documents.logs import FileInfo
     from sstl_cli.steps.check import Finding
 
 MAX_BYTES = 512 << 20
@@ -33,7 +34,7 @@ def other_kind(path: Path) -> str:
     return kind if kind in ("json", "safetensors") else ""
 
 
-def describe(path: Path, kind: str, screen: Screen) -> dict[str, Any]:
+def describe(path: Path, kind: str, screen: Screen) -> FileInfo:
     """Show a file of a kind that ``other_kind`` knows and return its entry in the document of ``info``."""
     from sstl_cli.cli import _answers
 
@@ -185,7 +186,7 @@ def _of_controller(document: dict[str, Any]) -> Iterator[Finding]:
             yield Finding(FAILURE, "no such controller", entry.config_id, 1, error.what, error.fix or "identify it again")
 
 
-def _describe_json(path: Path, screen: Screen) -> dict[str, Any]:
+def _describe_json(path: Path, screen: Screen) -> FileInfo:
     from sstl_cli.control.parameters import SCHEMA as CONTROLLER
 
     documents = _documents(path)
@@ -199,10 +200,12 @@ def _describe_json(path: Path, screen: Screen) -> dict[str, Any]:
     return _file_entry(path, schema, len(documents), list(first))
 
 
-def _file_entry(path: Path, schema: str, rows: int, columns: list[str]) -> dict[str, Any]:
+def _file_entry(path: Path, schema: str, rows: int, columns: list[str]) -> FileInfo:
+    from sstl_cli.core.documents.logs import FileInfo
+
     version = schema.rpartition("/")[2]
     number = int(version) if version.isdigit() else 0
-    return {"file": str(path), "schema": schema, "version": number, "rows": rows, "provenance": None, "columns": columns}
+    return FileInfo(file=str(path), schema=schema, version=number, rows=rows, provenance=None, columns=columns)
 
 
 def _show_controller(document: dict[str, Any], path: Path, screen: Screen) -> None:
@@ -215,7 +218,7 @@ def _show_controller(document: dict[str, Any], path: Path, screen: Screen) -> No
     screen.table("", ("config", "method", "Γ_p", "β_p N", "Γ_r", "β_r N"), rows, most=SHOWN)
 
 
-def _describe_toml(path: Path, screen: Screen) -> dict[str, Any]:
+def _describe_toml(path: Path, screen: Screen) -> FileInfo:
     from sstl_cli.core.config import read_toml
     from sstl_cli.importers.mapping import still_open
 
@@ -255,7 +258,8 @@ def _cut(text: str) -> str:
     return f"{words} ..."
 
 
-def _describe_model(path: Path, screen: Screen) -> dict[str, Any]:
+def _describe_model(path: Path, screen: Screen) -> FileInfo:
+    from sstl_cli.core.documents.logs import FileInfo
     from sstl_cli.mapping.weights import load_model
 
     header = load_model(path).header
@@ -263,11 +267,11 @@ def _describe_model(path: Path, screen: Screen) -> dict[str, Any]:
     screen.say(f"  sstl {header.package_version}, seed {header.seed}, trained on {len(header.configs)} configurations")
     rows = [(v.name, v.alpha, v.weight_inv, v.rmse_validation) for v in header.variants]
     screen.table("", ("variant", "shortcut", "lambda", "RMSE validation"), rows)
-    return {
-        "file": str(path),
-        "schema": header.schema_id,
-        "version": header.schema_version,
-        "rows": len(header.variants),
-        "provenance": {"data_sha256": header.data_sha256, "package_version": header.package_version, "seed": header.seed},
-        "columns": list(header.names),
-    }
+    return FileInfo(
+        file=str(path),
+        schema=header.schema_id,
+        version=header.schema_version,
+        rows=len(header.variants),
+        provenance={"data_sha256": header.data_sha256, "package_version": header.package_version, "seed": header.seed},
+        columns=list(header.names),
+    )

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
+    from sstl_cli.core.documents import gate as parts
     from sstl_cli.core.runs import Run
     from sstl_cli.identification.gate import Remark
     from sstl_cli.steps.judge import Channel, Judged
@@ -29,9 +30,11 @@ def show(screen: Screen, remarks: Sequence[Remark]) -> None:
         screen.line("  --no-physics goes on regardless")
 
 
-def document(remarks: Sequence[Remark]) -> list[dict[str, Any]]:
+def document(remarks: Sequence[Remark]) -> list[parts.Remark]:
     """Return remarks for a JSON document."""
-    return [asdict(r) for r in remarks]
+    from sstl_cli.core.documents import gate
+
+    return [gate.Remark(**asdict(r)) for r in remarks]
 
 
 def judge(paths: Sequence[Path], screen: Screen) -> Judged:
@@ -79,10 +82,12 @@ def _of_text(path: Path) -> Iterator[Run]:
     yield from runs_of((conform(b, LOG, str(path)) for b in batches), str(path), units_of(table.schema_arrow))
 
 
-def channels(judged: Judged) -> list[dict[str, Any]]:
+def channels(judged: Judged) -> list[parts.Sensor]:
     """Return how every channel was sampled for a JSON document."""
+    from sstl_cli.core.documents import gate
+
     return [
-        {"file": c.log, "run_id": c.run_id, "unit": c.unit, "rate_hz": c.sensor.rate_hz, "held": c.sensor.held} | asdict(c.sensor)
+        gate.Sensor(file=c.log, run_id=c.run_id, unit=c.unit, rate_hz=c.sensor.rate_hz, held=c.sensor.held, **asdict(c.sensor))
         for c in judged.channels
     ]
 

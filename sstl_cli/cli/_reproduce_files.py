@@ -95,7 +95,7 @@ def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, for
     from sstl_cli.core.tables import EVALUATION as EVALUATION_SCHEMA
     from sstl_cli.core.tables import SCORE
     from sstl_cli.core.tables import THETA as THETA_SCHEMA
-    from sstl_cli.steps.compensate import score_rows
+    from sstl_cli.steps.compensate import score_rows, score_table
 
     done = []
     for name, part in THETA.items():
@@ -113,8 +113,13 @@ def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, for
         write_table(folder / EVALUATION, table, EVALUATION_SCHEMA, provenance, force)
         done.append(EVALUATION)
     if found.blocks:
-        rows = [{**row, "run_id": f"{b.settings.name}-{row['run_id']}"} for b in found.blocks for r in b.results for row in score_rows(r)]
-        write_table(folder / SCORES, pa.Table.from_pylist(rows, schema=SCORE.arrow()), SCORE, provenance, force)
+        scores = [
+            row.model_copy(update={"run_id": f"{b.settings.name}-{row.run_id}"})
+            for b in found.blocks
+            for r in b.results
+            for row in score_rows(r)
+        ]
+        write_table(folder / SCORES, score_table(scores), SCORE, provenance, force)
         done.append(SCORES)
     return done
 

@@ -35,22 +35,21 @@ def check(
     told. Exit code 1 if there is any; remarks alone are fine.
     """
     from sstl_cli.cli import _physics
+    from sstl_cli.core.documents.logs import CheckDocument
     from sstl_cli.steps.judge import findings
 
     screen = Screen(as_json)
-    entries: list[dict[str, Any]] = []
-    for path in logs:
-        entries += [{"file": str(path), **e.document()} for e in _entries(path, screen)]
+    entries = [e.of(str(path)) for path in logs for e in _entries(path, screen)]
     judged = _physics.judge([] if no_physics else logs, screen)
     rows = [
-        (e["level"], Path(e["file"]).name, e["run_id"] or "", e["column"] or "", f"{e['what']}: {e['detail']}", e["fix"])
-        for e in sorted(entries, key=lambda e: e["level"])
+        (e.level, Path(e.file).name, e.run_id or "", e.column or "", f"{e.what}: {e.detail}", e.fix)
+        for e in sorted(entries, key=lambda e: e.level)
     ]
     # the headline counts what is said below it: a sentence on many runs is one
-    levels = [r.severity for r in judged.remarks] + [e["level"] for e in entries]
+    levels = [r.severity for r in judged.remarks] + [e.level for e in entries]
     told = {level: levels.count(level) for level in ("failure", "remark")}
     entries += findings(judged)
-    failures = [e for e in entries if e["level"] == "failure"]
+    failures = [e for e in entries if e.level == "failure"]
     remarks = len(entries) - len(failures)
     which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"
     screen.say(
@@ -64,16 +63,16 @@ def check(
         header = ("level", "file", "run", "column", "what", "do")
         screen.table("", [header[i] for i in keep], [[r[i] for i in keep] for r in rows], most=SHOWN)
     _physics.show_channels(screen, judged)
-    document = {
-        "schema": "sstl.check/1",
-        "ok": not failures,
-        "failures": len(failures),
-        "remarks": remarks,
-        "findings": entries,
-        "physics": _physics.document(judged.remarks),
-        "sensors": _physics.channels(judged),
-        "files": [str(p) for p in logs],
-    }
+    document = CheckDocument(
+        schema="sstl.check/1",
+        ok=not failures,
+        failures=len(failures),
+        remarks=remarks,
+        findings=entries,
+        physics=_physics.document(judged.remarks),
+        sensors=_physics.channels(judged),
+        files=[str(p) for p in logs],
+    )
     screen.finish(document, 1 if failures else 0)
 
 

@@ -12,6 +12,7 @@ from sstl_cli.cli.options import Config, Json
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
+    from sstl_cli.core.documents.logs import ColumnRange, FileInfo, LogRun
     from sstl_cli.steps.info import RunSummary
 
 EPILOG = "Example: sstl info log.parquet"
@@ -30,12 +31,14 @@ def info(
 ) -> None:
     """Summarise tables, documents and models: runs, samples, rates, ranges, provenance, and a small picture of the first loop."""
     screen = Screen(as_json)
-    documents = [_describe(path, screen) for path in files]
-    screen.finish({"schema": "sstl.info/1", "files": documents})
+    from sstl_cli.core.documents.logs import InfoDocument
+
+    screen.finish(InfoDocument(schema="sstl.info/1", files=[_describe(path, screen) for path in files]))
 
 
-def _describe(path: Path, screen: Screen) -> dict[str, Any]:
+def _describe(path: Path, screen: Screen) -> FileInfo:
     from sstl_cli.cli._other_files import describe, other_kind
+    from sstl_cli.core.documents.logs import FileInfo
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import open_table, schema_id_of
@@ -63,17 +66,15 @@ def _describe(path: Path, screen: Screen) -> dict[str, Any]:
             screen.line(f"  with {name}={value}")
     else:
         screen.line("  no provenance in the file")
-    document = {
-        "file": str(path),
-        "schema": schema.id,
-        "version": schema.version,
-        "rows": reader.rows,
-        "provenance": origin or None,
-        "columns": reader.file.schema_arrow.names,
-    }
-    if schema is LOG:
-        return {**document, "runs": _log(reader, screen)}
-    return {**document, "ranges": _other(reader, screen)}
+    held = FileInfo(
+        file=str(path),
+        schema=schema.id,
+        version=schema.version,
+        rows=reader.rows,
+        provenance=origin or None,
+        columns=reader.file.schema_arrow.names,
+    )
+    return held.model_copy(update={"runs": _log(reader, screen)} if schema is LOG else {"ranges": _other(reader, screen)})
 
 
 def _text(path: Path) -> Any:
@@ -86,9 +87,10 @@ def _text(path: Path) -> Any:
     return table
 
 
-def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
+def _log(reader: Any, screen: Screen) -> list[LogRun]:
     from dataclasses import asdict
 
+    from sstl_cli.core.documents.logs import LogRun
     from sstl_cli.core.runs import units_of
     from sstl_cli.steps import info_table as step
 
@@ -113,7 +115,7 @@ def _log(reader: Any, screen: Screen) -> list[dict[str, Any]]:
     if not screen.as_json and runs:
         for line in _loop(step.loop_of(reader, runs[0]), runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
-    return [{**asdict(r), "duration_s": r.end_s - r.start_s, "rate_hz": r.rate_hz} for r in runs]
+    return [LogRun(**asdict(r), duration_s=r.end_s - r.start_s, rate_hz=r.rate_hz) for r in runs]
 
 
 def _span(low: float, high: float) -> str:
@@ -153,17 +155,17 @@ def _loop(drawn: list[str], first: RunSummary, unit_in: str, unit_out: str) -> l
     return [*lines, " " * (10 + len(unit_out)) + low + high.rjust(len(drawn[0]) - len(low))]
 
 
-def _other(reader: Any, screen: Screen) -> dict[str, Any]:
+def _other(reader: Any, screen: Screen) -> dict[str, ColumnRange]:
     """Return the ranges of every column, and print them."""
     from sstl_cli.steps.info_table import ranges_of
 
     ranges = ranges_of(reader.table())
     rows = []
     for name, found in ranges.items():
-        if "mean" in found:
-            rows.append((name, _unit(reader, name), found["nulls"], found["min"], found["mean"], found["max"]))
-        elif "counts" in found:
-            screen.say(f"  {name}: " + ", ".join(f"{value} {n}" for value, n in list(found["counts"].items())[:8]))
+        if found.distinct is None:
+            rows.append((name, _unit(reader, name), found.nulls, found.min, found.mean, found.max))
+        elif found.counts is not None:
+            screen.say(f"  {name}: " + ", ".join(f"{value} {n}" for value, n in list(found.counts.items())[:8]))
     screen.table("", ("column", "unit", "nulls", "min", "mean", "max"), rows)
     return ranges
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +15,7 @@ from sstl_cli.cli.options import Config, Force, Json, NoPhysics, Out, Seed
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
+    from sstl_cli.core.documents.mapping import ThetaRow
     from sstl_cli.core.runs import Run
     from sstl_cli.identification.gate import Remark
 
@@ -57,6 +58,7 @@ def segment(asked: Asked) -> None:
     What cannot be right is said first; runs that fail the physics gate are set aside (exit code 3; 1 if all do).
     """
     from sstl_cli.cli import _physics
+    from sstl_cli.core.documents.mapping import Aside, SegmentDocument
     from sstl_cli.core.files import require_outputs
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import LOG
@@ -66,28 +68,28 @@ def segment(asked: Asked) -> None:
     total = sum(open_table(path, LOG).rows for path in asked.logs)
     found = _identified(screen, asked, total)
     rows = found.rows
-    aside = [{"run_id": r["run_id"], "status": r["status"]} for r in rows if r["status"] != "ok"]
+    aside = [Aside(run_id=r.run_id, status=r.status) for r in rows if r.status != "ok"]
     _physics.show(screen, found.remarks)
     screen.say(_sentence(rows, total, len(aside), asked.out))
     _show(screen, found)
     if aside:
-        told = [f"{entry['run_id']}: {entry['status']}" for entry in aside]
+        told = [f"{entry.run_id}: {entry.status}" for entry in aside]
         title = f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):"
         screen.note_some(title, told, SHOWN)
-    document = {
-        "schema": "sstl.segment/1",
-        "out": str(asked.out),
-        "phases": str(asked.phases) if asked.phases else None,
-        "runs": len(rows),
-        "samples": total,
-        "set_aside": len(aside),
-        "set_aside_runs": aside,
-        "remarks": _physics.document(found.remarks),
-        "theta": rows,
-        "unit": found.unit_out,
-        "unit_in": found.unit_in,
-        "seed": asked.seed,
-    }
+    document = SegmentDocument(
+        schema="sstl.segment/1",
+        out=str(asked.out),
+        phases=str(asked.phases) if asked.phases else None,
+        runs=len(rows),
+        samples=total,
+        set_aside=len(aside),
+        set_aside_runs=aside,
+        remarks=_physics.document(found.remarks),
+        theta=rows,
+        unit=found.unit_out,
+        unit_in=found.unit_in,
+        seed=asked.seed,
+    )
     screen.finish(document, aside=bool(aside))
 
 
@@ -95,7 +97,7 @@ def segment(asked: Asked) -> None:
 class Identified:
     """The rows of the Theta table, what the physics gate says of them, and units: of both channels, and of the slopes."""
 
-    rows: list[dict[str, Any]]
+    rows: list[ThetaRow]
     remarks: tuple[Remark, ...]
     unit_in: str
     unit_out: str
@@ -115,7 +117,7 @@ def _identified(screen: Screen, asked: Asked, total: int) -> Identified:
         asked.cutoff_hz, asked.prominence_n, asked.delta_bl_n, asked.ransac_threshold_n, asked.ransac_trials, asked.seed
     )
     made = provenance(asked.seed, asked.logs)
-    rows: list[dict[str, object]] = []
+    rows: list[ThetaRow] = []
     evidence: list[gate.Evidence] = []
     unit_in = unit_out = "N"
     writer = TableWriter(asked.phases, PHASES, made, asked.force) if asked.phases else nullcontext()
@@ -145,7 +147,7 @@ def _runs(logs: list[Path]) -> Iterator[Run]:
         yield from read_runs(path, UNUSED)
 
 
-def _sentence(rows: list[dict[str, Any]], samples: int, aside: int, out: Path) -> str:
+def _sentence(rows: list[ThetaRow], samples: int, aside: int, out: Path) -> str:
     whole = "both propagation lines of"
     found = f"{whole} all {len(rows)} runs" if not aside else f"{whole} {len(rows) - aside} of {len(rows)} runs"
     return f"Found {found} ({samples} samples) -> {out}"
@@ -154,19 +156,20 @@ def _sentence(rows: list[dict[str, Any]], samples: int, aside: int, out: Path) -
 def _show(screen: Screen, found: Identified) -> None:
     rows, slope, unit = found.rows, found.unit_slope, found.unit_out
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
-    shown = [[r["run_id"], *_rounded(r, names), _percent(r, "gamma_p"), _percent(r, "gamma_r"), r["loops"]] for r in rows]
+    shown = [[r.run_id, *_rounded(r, names), _percent(r.gamma_p, r.gamma_p_se), _percent(r.gamma_r, r.gamma_r_se), r.loops] for r in rows]
     per = f" {slope}" if slope else ""
     heads = (f"Γ_p{per}", f"β_p {unit}", f"Γ_r{per}", f"β_r {unit}", "± p %", "± r %", "loops")
     screen.table("Theta: slope Γ and bias β of pull (p) and release (r), standard errors of Γ", ("run", *heads), shown, most=SHOWN)
 
 
-def _rounded(row: dict[str, Any], names: tuple[str, ...]) -> list[float | None]:
+def _rounded(row: ThetaRow, names: tuple[str, ...]) -> list[float | None]:
     """Return slopes as they are, and biases to a thousandth of the larger slope: no tension of 1 shows more of them."""
     from math import floor, log10
 
-    scale = max((abs(row[n]) for n in names if n.startswith("gamma") and row[n]), default=1.0)
-    return [None if row[n] is None else row[n] if n.startswith("gamma") else round(row[n], 3 - floor(log10(scale))) + 0.0 for n in names]
+    values: dict[str, float | None] = {n: getattr(row, n) for n in names}
+    scale = max((abs(v) for n, v in values.items() if n.startswith("gamma") and v), default=1.0)
+    return [v if v is None or n.startswith("gamma") else round(v, 3 - floor(log10(scale))) + 0.0 for n, v in values.items()]
 
 
-def _percent(row: dict[str, Any], name: str) -> float | None:
-    return None if row[name] is None else float(f"{100.0 * row[name + '_se'] / row[name]:.2g}")
+def _percent(slope: float | None, error: float | None) -> float | None:
+    return None if slope is None or error is None else float(f"{100.0 * error / slope:.2g}")

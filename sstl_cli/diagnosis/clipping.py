@@ -10,21 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import (
-    CLIPPED_LEAST,
-    CLIPPED_MOST,
-    CLIPPED_SIGMA,
-    DAMPING,
-    DAMPING_FACTOR,
-    FINEST,
-    HALF,
-    MAX_ITERATIONS,
-    START_FACTORS,
-)
-from sstl_cli.diagnosis.recorder import stretches
+from sstl_cli.core.stretches import stretches
+from sstl_cli.diagnosis.constants import CLIPPED_LEAST, CLIPPED_MOST, CLIPPED_SIGMA, FINEST, HALF, START_FACTORS
+from sstl_cli.identification.gate.playfit import line_beside
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -103,51 +93,6 @@ def _line(p: Pair, there: Mask) -> Array:
     """Return the output (N) of the play between two free lines that is nearest to a run where it is not at a limit."""
     # what the tube holds back is not known yet: from as good as nothing to most of the tension
     starts = [np.array([np.exp(-wrap), 0.0, np.exp(wrap), 0.0]) for wrap in START_FACTORS]
-    return min((_descended(p, there, lines) for lines in starts), key=lambda found: found[0])[1]
-
-
-def _descended(p: Pair, there: Mask, lines: Array) -> tuple[float, Array]:
-    """Return squared error (N^2) and output (N) of the play nearest to a run, from a first guess of its lines (Levenberg-Marquardt)."""
-    made, left, normal, gradient = _play(p.into, p.out, there, not p.is_out, lines)
-    damping = DAMPING
-    for _ in range(MAX_ITERATIONS):
-        step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), gradient, rcond=None)[0]
-        tried = _play(p.into, p.out, there, not p.is_out, lines + step)
-        if tried[1] < left:
-            lines, damping = lines + step, damping / DAMPING_FACTOR
-            made, left, normal, gradient = tried
-        else:
-            damping *= DAMPING_FACTOR
-    return left, made
-
-
-@njit(cache=True, nogil=True)
-def _play(x: Array, y: Array, there: Mask, anew: bool, p: Array) -> tuple[Array, float, Array, Array]:
-    """Return the output of a play between the lines p[0] x + p[1] and p[2] x + p[3] (N, shape (n,)), its squared error (N^2) where it is
-    not ``there``, and the normal matrix and gradient of that error by the lines.
-
-    Behind a limit of the input it begins ``anew`` from the output, which went where no input is known.
-    """
-    n = x.size
-    made, slope = np.empty(n), np.zeros(4)
-    left, normal, gradient = 0.0, np.zeros((4, 4)), np.zeros(4)
-    v = y[0]
-    for k in range(n):
-        if anew and k > 0 and there[k - 1] and not there[k]:
-            v = y[k]
-            slope[:] = 0.0
-        low, high = p[0] * x[k] + p[1], p[2] * x[k] + p[3]
-        if v < low or v > high:
-            side = 0 if v < low else 2
-            v = low if v < low else high
-            slope[:] = 0.0
-            slope[side], slope[side + 1] = x[k], 1.0
-        made[k] = v
-        if not there[k]:
-            e = y[k] - v
-            left += e * e
-            for i in range(4):
-                gradient[i] += slope[i] * e
-                for j in range(4):
-                    normal[i, j] += slope[i] * slope[j]
-    return made, left, normal, gradient
+    # behind a limit of the input the output went where no input is known
+    behind = () if p.is_out else tuple(b for _, b in stretches(there) if b < len(there))
+    return min((line_beside(p.into, p.out, lines, ~there, behind) for lines in starts), key=lambda found: found[1])[0]

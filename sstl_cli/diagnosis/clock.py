@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, HALF, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
-from sstl_cli.diagnosis.recorder import slow_noise, stretches, white_noise
+from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, HELD, ROUNDINGS, THETA_STEP
 from sstl_cli.diagnosis.driven import WITHIN
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis
-from sstl_cli.diagnosis.recorder import stretches
 from sstl_cli.diagnosis.records import Passes, Problem, passing, rounded
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
     ALIKE,
     ALIKE_FROM,
@@ -45,7 +46,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.readings import gaps, known
-from sstl_cli.diagnosis.recorder import Faults, slow_noise, stretches, white_beside, white_noise
+from sstl_cli.diagnosis.recorder import Faults, slow_noise, white_beside, white_noise
 from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, constants, step_of, whitener
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.clipping import Limit, Pair, limit_of
 from sstl_cli.diagnosis.constants import (
     CHANCE_COPIES,
@@ -20,7 +21,7 @@ from sstl_cli.diagnosis.constants import (
     MIN_READINGS,
     MOST_ALIKE,
 )
-from sstl_cli.diagnosis.recorder import Faults, limited, scan, stretches
+from sstl_cli.diagnosis.recorder import Faults, limited, scan
 from sstl_cli.identification.gate import Sensor, sensors_of
 
 Array = NDArray[np.float64]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import poisson
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
     CLIPPED_LEAST,
     CLIPPED_MOST,
@@ -146,12 +147,6 @@ def slow_noise(signal: Array, time: Array) -> float:
     missed = np.abs(sum(share[i] * signal[i : n - 3 + i] for i in range(4))) / np.sqrt(np.sum(share**2, axis=0))
     # of normal noise three in ten are below this share of sigma
     return float(np.quantile(missed, 0.3)) / 0.385
-
-
-def stretches(flags: Mask) -> list[tuple[int, int]]:
-    """Return where stretches of set flags begin and end."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.view(np.int8), [0]))))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _spikes(signal: Array, noise: float, known: Mask) -> Mask:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.clock import Corners, blurred, hiding, on_grid
 from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
@@ -19,7 +20,7 @@ from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
-from sstl_cli.diagnosis.recorder import Faults, stretches
+from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.wander import Wander
 
 Array = NDArray[np.float64]

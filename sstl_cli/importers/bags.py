@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.importers.base import Block, Channel, Values, text_array
+from sstl_cli.importers.base import Block, Channel, Layout, Notes, Values, guarded, text_array
 from sstl_cli.importers.ros_messages import Flat
 
 TIME = "@time"
@@ -33,7 +33,25 @@ class Topic:
 Messages = Iterator[tuple[Topic, int, bytes, int]]
 
 
-def list_channels(messages: Messages, path: Path) -> list[Channel]:
+def functions(
+    title: str, messages: Callable[[Path], Messages]
+) -> tuple[Callable[[Path, Layout], list[Channel]], Callable[[Path, list[str], list[str], Layout, Notes], Iterator[Block]]]:
+    """Return the functions ``channels`` and ``read`` of a format, by the function that yields the messages of its files."""
+
+    def channels(path: Path, layout: Layout) -> list[Channel]:
+        """Return ``/topic.field`` for every number and text in the first messages of each topic."""
+        with guarded(path, title):
+            return _list_channels(messages(path), path)
+
+    def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
+        """Yield blocks of channels of one topic."""
+        with guarded(path, title):
+            yield from _read_blocks(messages(path), numbers, labels, path)
+
+    return channels, read
+
+
+def _list_channels(messages: Messages, path: Path) -> list[Channel]:
     """Return the channels seen in the first messages of each topic.
 
     Every field is one channel; ``/topic@time`` is the log time, ``/topic.header.stamp`` the sender's own.
@@ -62,7 +80,7 @@ def list_channels(messages: Messages, path: Path) -> list[Channel]:
     return list(found.values())
 
 
-def read_blocks(messages: Messages, numbers: list[str], labels: list[str], path: Path) -> Iterator[Block]:
+def _read_blocks(messages: Messages, numbers: list[str], labels: list[str], path: Path) -> Iterator[Block]:
     """Yield blocks of channels that stand in one topic; times are seconds since the first message of the file."""
     wanted = list(dict.fromkeys([*numbers, *labels]))
     rows: dict[str, list[Any]] = {w: [] for w in wanted}

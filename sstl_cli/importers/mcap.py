@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers import bags
 from sstl_cli.importers.bags import Messages, Topic
-from sstl_cli.importers.base import Block, Channel, Layout, Notes, guarded, members, need
+from sstl_cli.importers.base import members, need
 from sstl_cli.importers.ros_messages import decoder, definitions
 from sstl_cli.importers.unpack import unpacked
 
@@ -25,18 +24,6 @@ _MAGIC = b"\x89MCAP0\r\n"
 def sniff(head: bytes, path: Path) -> bool:
     """Return whether the file (or the first file of a bag folder) begins with the MCAP magic."""
     return head.startswith(_MAGIC) or (path.is_dir() and any(m.suffix == ".mcap" for m in members(path)))
-
-
-def channels(path: Path, layout: Layout) -> list[Channel]:
-    """Return ``/topic.field`` for every number and text in the first messages of each topic."""
-    with guarded(path, TITLE):
-        return bags.list_channels(messages(path), path)
-
-
-def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
-    """Yield blocks of channels of one topic."""
-    with guarded(path, TITLE):
-        yield from bags.read_blocks(messages(path), numbers, labels, path)
 
 
 def messages(path: Path) -> Messages:
@@ -97,3 +84,6 @@ def _units(schema: Any) -> dict[str, str]:
         return {str(name): str(field.get("description", "")) for name, field in fields}
     except (ValueError, KeyError, TypeError, AttributeError):
         return {}
+
+
+channels, read = bags.functions(TITLE, messages)

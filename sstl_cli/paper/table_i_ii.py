@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import pyarrow as pa
 
-from sstl_cli.core.tables import THETA
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.paper.statistics import Key, slope_entries
 from sstl_cli.physics.scenario import Scenario, load
@@ -29,7 +28,7 @@ def identify(scenario: Scenario, seed: int, show: str = "") -> tuple[pa.Table, t
         rows.append(one.row())
         if show and one.run.config_id == show:
             shown.append(one)
-    return pa.Table.from_pylist(rows, schema=THETA.arrow()), tuple(shown)
+    return segment.theta_table(rows), tuple(shown)
 
 
 def run(seed: int) -> Slopes:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.control import ScoreRow
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.runs import Run
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.reduce import keep
-from sstl_cli.reporting.rows import Epoch, Evaluated, MethodScore, Predicted
+from sstl_cli.reporting.rows import Epoch, Evaluated, Predicted
 from sstl_cli.reporting.scored import Scored
 
 Array = NDArray[np.float64]
@@ -126,7 +127,7 @@ class Inputs:
     predictions: list[Predicted] = field(default_factory=list)
     model: list[Model] = field(default_factory=list)
     command: list[CommandView] = field(default_factory=list)
-    score: list[MethodScore] = field(default_factory=list)
+    score: list[ScoreRow] = field(default_factory=list)
     diagnosis: list[Diagnosed] = field(default_factory=list)
     blind: list[Scored] = field(default_factory=list)
     document: list[tuple[str, dict[str, Any]]] = field(default_factory=list)

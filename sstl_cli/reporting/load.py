@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from sstl_cli.core.aside import Aside
+from sstl_cli.core.documents.control import ScoreRow
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.files import read_json, require_regular
@@ -26,7 +27,7 @@ from sstl_cli.core.tables import COMMAND, EVALUATION, LOG, PHASES, SCHEMAS, SCOR
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import PHASE_CODES, Inputs, Model, command_view, segments, view
-from sstl_cli.reporting.rows import Evaluated, MethodScore, epochs, predictions
+from sstl_cli.reporting.rows import Evaluated, epochs, predictions
 from sstl_cli.reporting.scored import Scored
 
 MAX_HEADER_BYTES = 16 << 20
@@ -134,7 +135,7 @@ def _read(path: Path, schema: Any = None) -> list[dict[str, Any]]:
 
 
 def _score(path: Path, inputs: Inputs) -> None:
-    inputs.score.extend(MethodScore(**{c.name: row[c.name] for c in SCORE.columns}) for row in _read(path, SCORE))
+    inputs.score.extend(ScoreRow.model_construct(**{c.name: row[c.name] for c in SCORE.columns}) for row in _read(path, SCORE))
 
 
 def _evaluation(path: Path, inputs: Inputs) -> None:

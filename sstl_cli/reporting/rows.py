@@ -33,24 +33,6 @@ class Evaluated:
 
 
 @dataclass(frozen=True)
-class MethodScore:
-    """The errors of one run under one method within one window."""
-
-    run_id: str
-    config_id: str | None
-    location: str | None
-    trajectory: str | None
-    method: str
-    window: str
-    rmse_n: float
-    std_n: float
-    mape_pct: float | None
-    mape_floor_n: float
-    masked_pct: float
-    reduction_pct: float | None
-
-
-@dataclass(frozen=True)
 class Predicted:
     """One parameter of one configuration, true and predicted; ``group`` is the location, else the variant."""
 

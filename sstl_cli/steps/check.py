@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 
 Array = NDArray[np.float64]
-FAILURE, REMARK = "failure", "remark"
+Level = Literal["failure", "remark"]
+FAILURE: Final = "failure"
+REMARK: Final = "remark"
 MIN_SAMPLES = 16
 LEAD = "lead_mm"
 STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
+# share of both by which two gaps of levels may differ and be one
+EVEN = 0.02
 # steps of a converter by which rounding alone makes a sample leave both neighbours
 ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
@@ -36,7 +42,7 @@ STEADY, BESIDE, FAR = 0.05, 8, 64
 class Finding:
     """One thing that is wrong (failure) or worth knowing (remark)."""
 
-    level: str
+    level: Level
     what: str
     column: str
     count: int
@@ -267,9 +273,8 @@ def _cut_off(values: Array, top: float) -> float:
 
     A turn that repeats a level is as high as those slopes make it. What rests there as the record begins or ends was seen to do one of both.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], values == top, [False])).astype(np.int8)))
     beyond = 0.0
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in stretches(values == top):
         if b - a >= 3 and a >= 3 and b + 2 < len(values):
             slopes = max(values[a - 1] - values[a - 3], 0.0) + max(values[b] - values[b + 2], 0.0)
             # half of the mean slope at either end, over half of the time between
@@ -282,11 +287,11 @@ def _grain(values: Array) -> tuple[int, float]:
     levels = np.unique(values)
     if not 1 < len(levels) < len(values) / 4:
         return len(levels), 0.0
+    if len(levels) > 3:
+        return len(levels), quantisation(values)
+    # two levels, or three with one gap between them, are a converter's as well
     gaps = np.diff(levels)
-    grain = float(np.median(gaps))
-    # holds of a noise-free record repeat values too, but not on a regular grid
-    regular = float(np.mean(np.abs(gaps / grain - np.round(gaps / grain)) < 0.02)) > 0.95 and grain > 1e-9 * float(np.ptp(values))
-    return len(levels), grain if regular else 0.0
+    return len(levels), float(gaps.mean()) if float(np.ptp(gaps)) < EVEN * float(gaps.sum()) else 0.0
 
 
 def _frozen(first: Array, second: Array) -> list[Finding]:
@@ -312,9 +317,8 @@ def _frozen(first: Array, second: Array) -> list[Finding]:
 
 def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
     """Return which flags belong to a stretch of at least so many."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
     out = np.zeros(len(flags), np.bool_)
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in stretches(flags):
         out[a:b] = b - a >= least
     return out
 
@@ -329,7 +333,7 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     # a sensor that stands still says nothing of its noise
     lively = ~_within(second == 0.0, STUCK_SAMPLES)
     # where noise crosses the edge between two levels a reading steps to and fro
-    threshold = max(SPIKE_SPREADS * 1.4826 * float(np.median(second[lively] if lively.any() else second)), ROUNDED * _grain(values)[1])
+    threshold = max(SPIKE_SPREADS * filtering.spread(second[lively] if lively.any() else second), ROUNDED * _grain(values)[1])
     # without noise half of the differences vanish and give no measure
     if threshold == 0.0:
         return found
@@ -360,6 +364,5 @@ def _ordered(found: list[Finding], first: Array, second: Array) -> list[Finding]
 
 def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:
     """Return the longest stretch of true values and how many are true."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    lengths = edges[1::2] - edges[::2]
-    return (int(lengths.max()), int(lengths.sum())) if len(lengths) else (0, 0)
+    lengths = [b - a for a, b in stretches(flags)]
+    return max(lengths, default=0), sum(lengths)

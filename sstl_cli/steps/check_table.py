@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sstl_cli.core.documents import logs
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.parquet import ROWS_PER_BLOCK
 from sstl_cli.core.tables import LOG, THETA, Schema
@@ -29,9 +30,9 @@ class Entry:
     finding: Finding
     run_id: str | None = None
 
-    def document(self) -> dict[str, Any]:
-        """Return the entry as plain values."""
-        return {"run_id": self.run_id, **asdict(self.finding)}
+    def of(self, file: str) -> logs.Finding:
+        """Return the entry as a part of the document of ``check``."""
+        return logs.Finding(file=file, run_id=self.run_id, **asdict(self.finding))
 
 
 def unreadable(error: SstlError) -> Entry:
@@ -85,7 +86,7 @@ def _of_log(reader: Any, numeric: list[str], advance: Callable[[float], None]) -
 
 def _few(entries: Iterator[Entry]) -> Iterator[Entry]:
     """Yield the first entries of every kind, then one that counts the others of it."""
-    kinds: dict[tuple[str, str, str, str], list[int]] = {}
+    kinds: dict[tuple[check.Level, str, str, str], list[int]] = {}
     for entry in entries:
         f = entry.finding
         seen = kinds.setdefault((f.level, f.what, f.column, f.fix), [0, 0])

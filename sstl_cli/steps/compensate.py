@@ -13,6 +13,7 @@ from sstl_cli.control.controller import IDENTITY, METHODS, PHASES, Controller, O
 from sstl_cli.control.plant import Plant, Track, replay, track
 from sstl_cli.control.references import Reference, first_cycle_s
 from sstl_cli.control.scoring import MAPE_FLOOR_N, Score, reduction_pct, score, windows
+from sstl_cli.core.documents.control import ScoreRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
@@ -283,30 +284,30 @@ def command_table(result: Result) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=COMMAND.arrow())
 
 
-def score_rows(result: Result) -> list[dict[str, object]]:
+def score_rows(result: Result) -> list[ScoreRow]:
     """Return the scores of a result as rows of the SCORE schema."""
     return [
-        {
-            "run_id": result.run_id,
-            "config_id": result.case.config_id,
-            "location": result.case.location,
-            "trajectory": result.trajectory,
-            "method": result.method,
-            "window": window,
-            "rmse_n": s.rmse_n,
-            "std_n": s.std_n,
-            "mape_pct": s.mape_pct,
-            "mape_floor_n": s.mape_floor_n,
-            "masked_pct": s.masked_pct,
-            "reduction_pct": result.reduction_pct[window],
-        }
+        ScoreRow(
+            run_id=result.run_id,
+            config_id=result.case.config_id,
+            location=result.case.location,
+            trajectory=result.trajectory,
+            method=result.method,
+            window=window,
+            rmse_n=s.rmse_n,
+            std_n=s.std_n,
+            mape_pct=s.mape_pct,
+            mape_floor_n=s.mape_floor_n,
+            masked_pct=s.masked_pct,
+            reduction_pct=result.reduction_pct[window],
+        )
         for window, s in result.scores.items()
     ]
 
 
-def score_table(rows: list[dict[str, object]]) -> pa.Table:
+def score_table(rows: Sequence[ScoreRow]) -> pa.Table:
     """Return score rows as a table of the SCORE schema."""
-    return pa.Table.from_pylist(rows, schema=SCORE.arrow())
+    return pa.Table.from_pylist([row.plain() for row in rows], schema=SCORE.arrow())
 
 
 def _mean(rows: list[dict[str, object]], name: str) -> float:

@@ -83,9 +83,9 @@ def self_test() -> Probe:
     )
     runs = list(simulate.run(scenario, {}, 1))
     rows = [found.row() for found in segment.run(runs, SegmentOptions())]
-    off = {name: abs(float(value) - PLANTED[name]) for row in rows for name in PARAMETERS if isinstance(value := row[name], float)}
+    off = {name: abs(float(value) - PLANTED[name]) for row in rows for name in PARAMETERS if isinstance(value := getattr(row, name), float)}
     good = len(off) == len(PARAMETERS) and all(np.isfinite(d) and d <= TOLERANCE[n] for n, d in off.items())
-    shown = ", ".join(f"{n} off by {d:.2g}" for n, d in off.items()) or f"no lines: {rows[0]['status']}"
+    shown = ", ".join(f"{n} off by {d:.2g}" for n, d in off.items()) or f"no lines: {rows[0].status}"
     return Probe("self-test", good, f"{shown} ({time.monotonic() - started:.1f} s)", "install again and report it")
 
 

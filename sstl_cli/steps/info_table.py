@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from sstl_cli.core.aside import Aside
+from sstl_cli.core.documents.logs import ColumnRange
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
 from sstl_cli.core.sound import LARGEST, OPTIONAL, too_short, too_small, unsound, why_unsound
@@ -55,20 +56,18 @@ def loop_of(reader: Any, first: RunSummary) -> list[str]:
     return draw_loop(x, y)
 
 
-def ranges_of(table: Any) -> dict[str, dict[str, Any]]:
+def ranges_of(table: Any) -> dict[str, ColumnRange]:
     """Return count of nulls, minimum, mean and maximum of each number column, and counts of each label, by column."""
-    ranges: dict[str, dict[str, Any]] = {}
+    ranges: dict[str, ColumnRange] = {}
     for name in table.column_names:
         column = table.column(name)
         if pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
             ends = pc.min_max(column).as_py()
-            mean = pc.mean(column).as_py()
-            ranges[name] = {"nulls": column.null_count, "min": ends["min"], "mean": mean, "max": ends["max"]}
+            ranges[name] = ColumnRange(nulls=column.null_count, min=ends["min"], mean=pc.mean(column).as_py(), max=ends["max"])
         else:
             counts = pc.value_counts(column).to_pylist()
-            ranges[name] = {"nulls": column.null_count, "distinct": len(counts)}
-            if name in LABELS:
-                ranges[name]["counts"] = {str(c["values"]): c["counts"] for c in counts}
+            by_label = {"counts": {str(c["values"]): int(c["counts"]) for c in counts}} if name in LABELS else {}
+            ranges[name] = ColumnRange(nulls=column.null_count, distinct=len(counts), **by_label)
     return ranges
 
 

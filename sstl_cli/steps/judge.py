@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
+from sstl_cli.core.documents.logs import Finding
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import sound
 from sstl_cli.identification import gate
@@ -50,20 +50,13 @@ def run(runs: Iterable[tuple[str, Run]]) -> Judged:
     return Judged(gate.judge(evidence), tuple(channels))
 
 
-def findings(judged: Judged) -> list[dict[str, Any]]:
+def findings(judged: Judged) -> list[Finding]:
     """Return remarks as findings of ``check``, one for each run."""
     logs = {c.run_id: c.log for c in judged.channels}
     return [
-        {
-            "file": logs[run_id],
-            "run_id": run_id,
-            "level": r.severity,
-            "what": f"physics: {r.rule}",
-            "column": "",
-            "count": 1,
-            "detail": r.sentence,
-            "fix": r.mend,
-        }
+        Finding(
+            file=logs[run_id], run_id=run_id, level=r.severity, what=f"physics: {r.rule}", column="", count=1, detail=r.sentence, fix=r.mend
+        )
         for r in judged.remarks
         for run_id in r.run_ids
     ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pyarrow as pa
 
+from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, THETA, Column
@@ -21,25 +22,25 @@ class Segmented:
     run: Run
     segmentation: Segmentation
 
-    def row(self) -> dict[str, object]:
+    def row(self) -> ThetaRow:
         """Return the row of the Theta table."""
         run, found = self.run, self.segmentation
-        return {
-            "run_id": run.run_id,
-            "config_id": run.config_id,
-            "system": run.system,
-            "location": run.location,
-            "lead_mm": run.lead_mm,
+        return ThetaRow(
+            run_id=run.run_id,
+            config_id=run.config_id,
+            system=run.system,
+            location=run.location,
+            lead_mm=run.lead_mm,
             **{p: found.theta[p] for p in PARAMETERS},
             **{p + "_se": found.theta_se[p] for p in PARAMETERS},
-            "inlier_p": found.inlier_p,
-            "inlier_r": found.inlier_r,
-            "rmse_p_n": found.rmse_p_n,
-            "rmse_r_n": found.rmse_r_n,
-            "loops": found.loops,
-            "status": found.status,
+            inlier_p=found.inlier_p,
+            inlier_r=found.inlier_r,
+            rmse_p_n=found.rmse_p_n,
+            rmse_r_n=found.rmse_r_n,
+            loops=found.loops,
+            status=found.status,
             **({"tendon": run.tendon} if run.tendon is not None else {}),
-        }
+        )
 
     def phase_table(self) -> pa.Table:
         """Return the phase PB, PP, RB or RP of every sample."""
@@ -74,7 +75,7 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
         yield Segmented(one, segment_run(one, options))
 
 
-def set_aside(rows: list[dict[str, object]], remarks: Sequence[Remark]) -> list[dict[str, object]]:
+def set_aside(rows: Sequence[ThetaRow], remarks: Sequence[Remark]) -> list[ThetaRow]:
     """Return the rows of the Theta table with those that fail the physics gate null and the reason in their status.
 
     Raises
@@ -86,27 +87,27 @@ def set_aside(rows: list[dict[str, object]], remarks: Sequence[Remark]) -> list[
     for remark in (r for r in reversed(remarks) if r.failed):
         failed.update(dict.fromkeys(remark.run_ids, remark))
     # a run that shows no slope anyway says itself why
-    told = {str(r["run_id"]) for r in rows if (r["gamma_p"], r["gamma_r"]) != (None, None)}
+    told = {r.run_id for r in rows if (r.gamma_p, r.gamma_r) != (None, None)}
     why = {name: remark for name, remark in failed.items() if name in told}
-    if why and all(str(row["run_id"]) in failed for row in rows):
+    if why and all(row.run_id in failed for row in rows):
         first = next(iter(why.values()))
         fix = f"in the mapping: {first.mend}; or --no-physics, if you know better"
         raise SstlError(f"cannot be right: {first.sentence}", fix=fix, code="E223")
     null = {c.name: None for c in THETA.columns if c.nullable and pa.types.is_floating(c.type) and c.name != "lead_mm"}
     return [
-        {**row, **null, "status": f"fails the physics gate ({said.rule}): {said.sentence}"}
-        if (said := why.get(str(row["run_id"])))
+        row.model_copy(update={**null, "status": f"fails the physics gate ({said.rule}): {said.sentence}"})
+        if (said := why.get(row.run_id))
         else row
         for row in rows
     ]
 
 
-def extra_columns(rows: list[dict[str, object]]) -> list[Column]:
+def extra_columns(rows: Sequence[ThetaRow]) -> list[Column]:
     """Return the columns that these rows of the Theta table have beyond its schema."""
-    return [TENDON] if any("tendon" in row for row in rows) else []
+    return [TENDON] if any(row.tendon is not None for row in rows) else []
 
 
-def theta_table(rows: list[dict[str, object]]) -> pa.Table:
+def theta_table(rows: Sequence[ThetaRow]) -> pa.Table:
     """Return the Theta table of these rows."""
     extra = [pa.field(c.name, c.type) for c in extra_columns(rows)]
-    return pa.Table.from_pylist(rows, schema=pa.schema([*THETA.arrow(), *extra]))
+    return pa.Table.from_pylist([row.plain() for row in rows], schema=pa.schema([*THETA.arrow(), *extra]))

@@ -9,7 +9,6 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
-from sstl_cli.physics.bristle import NoiseSpec as BristleNoise
 from sstl_cli.physics.bristle.catalogue import EFFECTS as BRISTLE_EFFECTS
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
@@ -17,7 +16,7 @@ from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.rig.catalogue import EFFECTS as RIG_EFFECTS
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.physics.variant import VariantNoise, VariantResult, VariantRun, VariantSpec, simulate_variant
+from sstl_cli.physics.variant import VariantResult, VariantRun, VariantSpec, simulate_variant
 from sstl_cli.physics.variant.catalogue import EFFECTS as VARIANT_EFFECTS
 
 KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": RIG_EFFECTS, "bristle": BRISTLE_EFFECTS, "variant": VARIANT_EFFECTS}
@@ -36,19 +35,19 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
         raise SstlError(f"configuration {c.id} gives no theta, which the {scenario.simulator} needs", fix="set theta", code="E718")
     time, command = input_path(scenario, p, seed)
     beside = neighbour_tension(scenario, p, seed)
-    built, heard = _built(scenario), scenario.noise.model_dump()
+    built, heard = _built(scenario), NoiseSpec(**scenario.noise.model_dump())
     given = (p.system, c.theta, c.location, time, "tension", command, beside)
     values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]) for effect_id, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
     result: RigResult | BristleResult | VariantResult
     try:
         if scenario.simulator == "bristle":
-            result = simulate_bristle(BristleSpec(**built), BristleRun(*given), values, BristleNoise(**heard), own)
+            result = simulate_bristle(BristleSpec(**built), BristleRun(*given), values, heard, own)
         elif scenario.simulator == "variant":
             spec = VariantSpec(**built, laws=scenario.laws, law_seed=_seed(seed, "laws", "") % 2**32)
-            result = simulate_variant(spec, VariantRun(*given), values, VariantNoise(**heard), own)
+            result = simulate_variant(spec, VariantRun(*given), values, heard, own)
         else:
-            result = simulate_rig(RigSpec(**built), RigRun(*given), values, NoiseSpec(**heard), own)
+            result = simulate_rig(RigSpec(**built), RigRun(*given), values, heard, own)
     except ValueError as error:
         # a simulator that stands in for hardware shares no code with the rest and so raises no error of ours
         raise SstlError(str(error), where=f"run {p.run_id}", fix="change the scenario or the effect", code="E720") from error

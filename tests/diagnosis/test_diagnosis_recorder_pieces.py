@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis import recorder
 from sstl_cli.diagnosis.constants import FROZEN_RUN, SPIKE_SIGMA, UNSEEN
-from sstl_cli.diagnosis.recorder import Faults, limited, scan, slow_noise, stretches, white_beside, white_noise
+from sstl_cli.diagnosis.recorder import Faults, limited, scan, slow_noise, white_beside, white_noise
 
 RNG = np.random.default_rng(11)
 NONE = np.zeros(3, bool)

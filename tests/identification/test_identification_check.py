@@ -48,6 +48,19 @@ def test_quantisation_names_the_step():
     assert coarse["quantised", "tension_in_n"].level == check.FAILURE
 
 
+def test_the_step_of_a_converter_is_the_smallest_gap_of_its_levels_not_the_usual_one():
+    # two levels in five were read
+    levels = 0.025 * np.sort(np.random.default_rng(1).choice(1100, 440, replace=False))
+    x = levels[np.searchsorted(levels[:-1], RUN.tension_in_n)]
+    assert "0.025 N apart" in findings(x=x)["quantised", "tension_in_n"].detail
+
+
+@pytest.mark.parametrize("levels", [2, 3])
+def test_few_levels_are_coarse(levels):
+    step = float(np.ptp(RUN.tension_in_n)) / (levels - 1)
+    assert findings(x=np.round(RUN.tension_in_n / step) * step)["quantised", "tension_in_n"].level == check.FAILURE
+
+
 def test_flat_frozen_spikes():
     assert findings(y=np.full(N, 2.0))["flat channel", "tension_out_n"].level == check.FAILURE
     frozen = RUN.tension_out_n.copy()

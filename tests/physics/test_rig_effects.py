@@ -254,7 +254,7 @@ def test_unknown_names_and_bad_values_are_refused():
         resolve_effects({"stribek": {}})
     with pytest.raises(ValueError, match="parameter of stribeck 'v_s'"):
         resolve_effects({"stribeck": {"v_s": 1.0}})
-    with pytest.raises(ValueError, match=r"pulley_friction.f0_n = 3.0 N is outside 0.0..2.0 N"):
+    with pytest.raises(ValueError, match=r"pulley_friction.f0_n = 3.0 N is outside 0..2 N"):
         resolve_effects({"pulley_friction": {"f0_n": 3.0}})
     with pytest.raises(ValueError, match="outside"):
         resolve_effects({"viscous": {"c_l_n_s_per_mm": float("nan")}})

@@ -12,7 +12,7 @@ from sstl_cli.physics.variant import (
     EFFECTS,
     LAWS,
     QUIET,
-    VariantNoise,
+    NoiseSpec,
     VariantRun,
     VariantSpec,
     march_variant,
@@ -86,9 +86,9 @@ def test_every_effect_of_the_catalogue_has_another_law() -> None:
 
 def test_neutral_values_change_nothing() -> None:
     given = run("sstl")
-    plain = simulate_variant(VariantSpec(law_seed=1), given, {}, VariantNoise(), 3)
+    plain = simulate_variant(VariantSpec(law_seed=1), given, {}, NoiseSpec(), 3)
     neutral = {e: {k: b.neutral for k, b in table.items()} for e, table in EFFECTS.items()}
-    same = simulate_variant(VariantSpec(law_seed=1), given, neutral, VariantNoise(), 3)
+    same = simulate_variant(VariantSpec(law_seed=1), given, neutral, NoiseSpec(), 3)
     for name in ("time_s", "tension_in_n", "tension_out_n", "position_in_mm"):
         assert np.array_equal(getattr(plain, name), getattr(same, name)), name
 
@@ -100,7 +100,7 @@ def test_neutral_values_change_nothing() -> None:
         (lambda: VariantSpec(load_k1_n_per_mm=0.0), "load_k1_n_per_mm = 0.0"),
         (lambda: VariantRun("act", 4.0, None, *_short()), "theta = 4.0"),
         (lambda: VariantRun("both", 0.4, None, *_short()), "system = 'both'"),
-        (lambda: VariantNoise(white_n=-1.0), "white_n = -1.0"),
+        (lambda: NoiseSpec(white_n=-1.0), "white_n = -1.0"),
         (lambda: resolve_effects({"viscos": {}}), "did you mean 'viscous'"),
         (lambda: resolve_effects({"viscous": {"c": 1.0}}), "parameter of viscous 'c'"),
         (lambda: resolve_effects({"viscous": {"c_l_n_s_per_mm": 0.11}}), "outside 0..0.1"),
@@ -110,7 +110,7 @@ def test_neutral_values_change_nothing() -> None:
     ],
 )
 def test_refuses(build: object, part: str) -> None:
-    with pytest.raises(ValueError, match="variant: ") as caught:
+    with pytest.raises(ValueError, match="(variant|noise): ") as caught:
         build()  # type: ignore[operator]
     assert part in str(caught.value)
 

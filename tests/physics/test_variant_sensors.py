@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sstl_cli.physics.variant import QUIET, VariantNoise, VariantRun, VariantSpec, laws_of, read_variant
+from sstl_cli.physics.variant import QUIET, NoiseSpec, VariantRun, VariantSpec, laws_of, read_variant
 
 HZ = 200.0
 TIME = np.arange(4000) / HZ
@@ -16,7 +16,7 @@ RAMP = np.minimum(2.0 + 2.0 * TIME, 22.0)
 MOVING = slice(200, 1900)
 
 
-def read(effect: str, law: str, values: dict[str, float], theta: float = 0.53, noise: VariantNoise = QUIET) -> SimpleNamespace:
+def read(effect: str, law: str, values: dict[str, float], theta: float = 0.53, noise: NoiseSpec = QUIET) -> SimpleNamespace:
     """Return what the recorder stores of an input of RAMP and an output of half of it."""
     spec = VariantSpec(laws={effect: law}, law_seed=1)
     run = VariantRun("act", theta, "CP", TIME, "tension", RAMP)
@@ -132,7 +132,7 @@ def test_faults_cover_about_their_share(law: str) -> None:
 
 
 def test_noise_has_the_asked_size_and_its_own_stream_for_each_sensor() -> None:
-    noise = VariantNoise(0.02, 0.03, 0.3, 0.01)
+    noise = NoiseSpec(0.02, 0.03, 0.3, 0.01)
     found = read("viscous", "power", {}, noise=noise)
     first, second = found.t_in - RAMP, found.t_out - 0.5 * RAMP
     assert first.std() == pytest.approx(np.hypot(0.02, 0.03), rel=0.3)

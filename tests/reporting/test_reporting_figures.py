@@ -9,6 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 from reporting_inputs import HOSTILE
 
+from sstl_cli.core.documents.control import ScoreRow
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
@@ -16,7 +17,7 @@ from sstl_cli.reporting import figures, palette
 from sstl_cli.reporting.diagnosed import Diagnosed, Loop, Residuals
 from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs, Segments, command_view, segments, view
-from sstl_cli.reporting.rows import Evaluated, MethodScore, columns, epochs, predictions
+from sstl_cli.reporting.rows import Evaluated, columns, epochs, predictions
 from sstl_cli.reporting.scored import Scored
 
 FOUND = figures.find()
@@ -176,7 +177,7 @@ def check_phase_error(f):
 
 def check_methods(f):
     errors = (("DI", 0.2), ("none", 4.0), ("none", 5.0))
-    rows = [MethodScore("r", None, None, None, m, "all", v, v, None, 1.0, 0.0, None) for m, v in errors]
+    rows = [ScoreRow.model_construct(method=m, window="all", rmse_n=v) for m, v in errors]
     found = f.data(rows)
     assert found.windows["all"] == {"none": f.Method([4, 5], 4.5), "DI": f.Method([0.2], 0.2)}
     assert list(found.windows["all"]) == ["none", "DI"]

@@ -9,6 +9,51 @@ from pydantic import Field
 from sstl_cli.core.documents.base import Document, Part
 
 
+class ScoreRow(Part):
+    """The tracking errors of one run under one method within one window."""
+
+    run_id: str
+    config_id: str | None
+    location: str | None
+    trajectory: str | None
+    method: str
+    window: str
+    rmse_n: float | None
+    std_n: float | None
+    mape_pct: float | None
+    mape_floor_n: float
+    masked_pct: float
+    reduction_pct: float | None
+
+
+class MeanScore(Part):
+    """Means over ``n`` configurations of one reference, place and method."""
+
+    trajectory: str | None
+    location: str | None
+    method: str
+    n: int
+    rmse_n: float | None
+    std_n: float | None
+    mape_pct: float | None
+    reduction_pct: float | None
+    window: str
+
+
+class CompensatedRun(Part):
+    """What is told of one run beside its scores."""
+
+    run_id: str
+    config_id: str | None
+    trajectory: str | None
+    method: str
+    theta: tuple[float, float, float, float] | None = Field(description="gamma_p, beta_p, gamma_r and beta_r of the controller")
+    slopes_from: Literal["mapping", "identified"] | None
+    outside_trained_range: bool
+    bound_cost_n: float | None = Field(description="RMSE that the bounds on rate and jump cost")
+    mape_bound_pct: dict[str, float | None] = Field(description="the least MAPE that these bounds allow, by window")
+
+
 class CompensateDocument(Document):
     """Command streams and their scores (``sstl compensate``)."""
 
@@ -19,9 +64,9 @@ class CompensateDocument(Document):
     options: dict[str, Any] = Field(description="settings of the controller")
     methods: list[str]
     left_out_methods: dict[str, str]
-    summary: list[dict[str, Any]] = Field(description="means over configurations in the steadiest window")
-    scores: list[dict[str, Any]]
-    runs: list[dict[str, Any]]
+    summary: list[MeanScore] = Field(description="means over configurations in the steadiest window")
+    scores: list[ScoreRow]
+    runs: list[CompensatedRun]
     set_aside: dict[str, str]
     outside_trained_range: list[str]
     worst_rmse_n: float | None

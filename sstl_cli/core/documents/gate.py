@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import Field
+
 from sstl_cli.core.documents.base import Part
 
 
@@ -24,14 +26,16 @@ class Sensor(Part):
 
     file: str
     run_id: str
-    column: str
     unit: str
     rate_hz: float | None
+    held: bool
+    column: str
     period_s: float | None
     refresh_s: float | None
-    held: bool
     step_n: float
     noise_n: float
     still_s: float
     still_at_s: float
     still_share: float
+    white: bool = Field(default=True, description="whether the noise is noise, and not the motion between slow samples")
+    still_left: bool = Field(default=False, description="whether the value jumps at the end of the stretch in which it stood still")

@@ -92,6 +92,35 @@ class CheckDocument(Document):
     files: list[str]
 
 
+class LogRun(Part):
+    """What one run of a log holds; times in s, tensions in their unit."""
+
+    run_id: str
+    system: str | None
+    config_id: str | None
+    location: str | None
+    samples: int
+    start_s: float | None
+    end_s: float | None
+    in_min_n: float | None
+    in_max_n: float | None
+    out_min_n: float | None
+    out_max_n: float | None
+    duration_s: float | None
+    rate_hz: float | None
+
+
+class ColumnRange(Part):
+    """What one column of a table holds: its range where it holds numbers, else how many values there are."""
+
+    nulls: int
+    min: int | float | None = None
+    mean: float | None = None
+    max: int | float | None = None
+    distinct: int | None = None
+    counts: dict[str, int] | None = Field(default=None, description="rows by label, of columns that hold few")
+
+
 class FileInfo(Part):
     """One table: ``runs`` for a log, ``ranges`` of the columns for others."""
 
@@ -101,8 +130,8 @@ class FileInfo(Part):
     rows: int
     provenance: dict[str, Any] | None
     columns: list[str]
-    runs: list[dict[str, Any]] | None = None
-    ranges: dict[str, dict[str, Any]] | None = None
+    runs: list[LogRun] | None = None
+    ranges: dict[str, ColumnRange] | None = None
 
 
 class InfoDocument(Document):

@@ -32,6 +32,7 @@ class ThetaRow(Part):
     rmse_r_n: float | None
     loops: int
     status: str
+    tendon: str | None = None
 
 
 class Aside(Part):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.filtering import quantile
 from sstl_cli.identification.gate.sensors import Sensor
 
@@ -47,11 +48,8 @@ def filled_of(time_s: Array, channels: tuple[Array, Array], sensors: tuple[Senso
         if not beside.any() or float(np.mean((off[1:] * off[:-1] < 0.0)[beside])) < TURNS:
             return NOT_FILLED
         on &= straight
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], on, [False])).astype(np.int8)))
-    stretches = [(int(a), int(b) + 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= LEAST]
-    moved = [
-        (a, b) for a, b in stretches if any(abs(float(v[b] - v[a])) > MOVES * s.noise_n for v, s in zip(channels, sensors, strict=True))
-    ]
+    lines = [(a, b + 1) for a, b in stretches(on) if b - a >= LEAST]
+    moved = [(a, b) for a, b in lines if any(abs(float(v[b] - v[a])) > MOVES * s.noise_n for v, s in zip(channels, sensors, strict=True))]
     if not moved:
         return NOT_FILLED
     a, b = max(moved, key=lambda s: s[1] - s[0])

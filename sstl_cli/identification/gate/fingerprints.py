@@ -9,14 +9,14 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.filtering import median
+from sstl_cli.identification.filtering import fast_part
 
 Array = NDArray[np.float64]
 Keys = NDArray[np.uint64]
 NO_KEYS = np.empty(0, np.uint64)
 FINGERPRINTS, WINDOW, LONG, FEW = 32_768, 16, 256, 64
-# second differences kept, the fewest that count, medians at which they are cut off, and correlation of neighbours in noise
-DRAWN, LEAST_DRAWN, CLIP, TURNS = 1024, 64, 6.0, -0.5
+# second differences kept, the fewest that count, and correlation of neighbours in noise
+DRAWN, LEAST_DRAWN, TURNS = 1024, 64, -0.5
 
 
 def copies_of(columns: Mapping[str, Array]) -> tuple[tuple[str, str], ...]:
@@ -81,13 +81,11 @@ def sketch_of(x: Array, y: Array, strides: tuple[int, int], fine: tuple[bool, bo
     """
     fast = np.zeros((2, DRAWN), np.float32)
     for i, (v, stride) in enumerate(zip((x, y), strides, strict=True)):
-        second = np.diff(v[: (DRAWN + 2) * stride : stride], 2)
-        limit = CLIP * median(np.abs(second)) if len(second) >= LEAST_DRAWN else 0.0
-        if limit > 0.0:
-            # corners of the movement return in every run
-            second = np.clip(second, -limit, limit)
+        # corners of the movement return in every run
+        second = fast_part(v[: (DRAWN + 2) * stride : stride])
+        if len(second) >= LEAST_DRAWN and second.any():
             fast[i, : len(second)] = second / np.linalg.norm(second)
-    # second differences of white noise alternate with -2/3, those of a movement follow each other
+    # those of white noise alternate with -2/3
     first, second = (np.sum(fast[:, 1:] * fast[:, :-1], axis=1) < TURNS).tolist()
     found = Sketch(fast, (first, second), (first and fine[0], second and fine[1]))
     return found if fast.any(axis=1).all() and (first or second) else NO_SKETCH

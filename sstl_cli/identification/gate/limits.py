@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.causes import FRICTION, Behind, Causes, best_fit, bundled
 
@@ -84,8 +85,7 @@ def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step:
         return math.nan
     # a channel that moves by what counts as rest moves the other one
     band = rest * reach / span
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], near, [False])).astype(np.int8)))
-    rests = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a > 0 and b - a >= LEAST_POINTS and t[b - 1] - t[a] > LEAST_S]
+    rests = [(a, b) for a, b in stretches(near) if a > 0 and b - a >= LEAST_POINTS and t[b - 1] - t[a] > LEAST_S]
     rests = [(a, b) for a, b in rests if _flat(v[a:b], max(noise[0], 1e-3 * span))]
     if len(rests) < STRETCHES:
         return math.nan

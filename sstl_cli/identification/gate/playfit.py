@@ -1,4 +1,4 @@
-"""The play operator of Eqs. (3) and (5) fitted to a whole recording, with the output's delay and clock drift.
+"""The play operator of Eqs. (3) and (5) fitted to a recording or a part of it, with the output's delay and clock drift.
 
 Unlike the lines of ``segment_run`` it needs no phases, so that it also judges recordings whose phases make no sense.
 """
@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.identification.filtering import median
+from sstl_cli.identification.filtering import median, spread
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 ITERATIONS = 10
 HUBER = 1.5
 # first guesses of the delay, as parts of the recording; residual over noise from which on they are tried, and what they must gain
@@ -53,6 +55,29 @@ class PlayFit:
     reaches: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class _Samples:
+    """Time (s), input and output (N), each of shape (n,); ``counts`` tells which readings of the output do (None: all).
+
+    At the samples ``anew`` the play begins again from the output.
+    """
+
+    time_s: Array
+    x: Array
+    y: Array
+    counts: Mask | None = None
+    anew: tuple[int, ...] = ()
+
+    @cached_property
+    def middle(self) -> float:
+        """Time (s) at which a drifting clock is right."""
+        return 0.5 * float(self.time_s[0] + self.time_s[-1])
+
+    def counted(self, values: Array) -> Array:
+        """Return those of the values, shape (n,), that count."""
+        return values if self.counts is None else values[self.counts]
+
+
 @njit(cache=True, nogil=True)
 def _play(x: Array, p: Array, start: float) -> tuple[Array, Array]:
     """Return the output of the play operator from ``start`` on, and its derivatives with respect to (Gp, bp, Gr, br)."""
@@ -86,18 +111,18 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
     timed : bool
         Whether delay and drift are fitted at all.
     """
-    middle = 0.5 * float(time_s[0] + time_s[-1])
-    still, rms = _descend(time_s, x, y, np.concatenate((start, [0.0, 0.0])), 4, middle)
+    s = _Samples(time_s, x, y)
+    still, rms = _descend(s, np.concatenate((start, [0.0, 0.0])), 4)
     best, delayed_rms, delay_se = still, rms, float("nan")
     if timed:
-        best, delayed_rms = _delayed(time_s, x, y, still, middle, noise_n)
-        delay_se = float(_errors(time_s, x, y, best, middle, 5)[4])
+        best, delayed_rms = _delayed(s, still, noise_n)
+        delay_se = float(_errors(s, best, 5)[4])
     drift, drift_se, drifting_rms = 0.0, float("nan"), delayed_rms
     if timed and delayed_rms > 1.5 * noise_n:
-        drifting, drifting_rms = _descend(time_s, x, y, best, 6, middle)
-        drift, drift_se = float(drifting[5]), float(_errors(time_s, x, y, drifting, middle, 6)[5])
+        drifting, drifting_rms = _descend(s, best, 6)
+        drift, drift_se = float(drifting[5]), float(_errors(s, drifting, 6)[5])
     power = max(float(np.var(y)), 1e-300)
-    late = (y - _model(time_s, x, y, best, middle, 5)[0])[_inside(time_s, best, middle)]
+    late = (y - _model(s, best, 5)[0])[_inside(s, best)]
     shares, reaches = _seen(x, float(y[0]), best)
     return PlayFit(
         gamma_p=float(best[0]),
@@ -111,11 +136,30 @@ def fit_play(time_s: Array, x: Array, y: Array, start: Array, noise_n: float = 0
         rms_n=rms,
         delayed_rms_n=delayed_rms,
         drifting_rms_n=drifting_rms,
-        typical_n=1.4826 * median(np.abs(late)),
+        typical_n=spread(late),
         explained=1.0 - min(rms, delayed_rms) ** 2 / power,
         shares=shares,
         reaches=reaches,
     )
+
+
+def line_beside(x: Array, y: Array, start: Array, counts: Mask, anew: tuple[int, ...] = ()) -> tuple[Array, float]:
+    """Return the output (N, shape (n,)) of the play that explains best those readings of an output that count, and what it leaves (N RMS).
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n,)
+        Input and output in N.
+    start : ndarray, shape (4,)
+        First guess of (Gp, bp, Gr, br).
+    counts : ndarray, shape (n,)
+        Which readings of the output count; one at least.
+    anew : tuple of int
+        Samples at which the play begins again from the output, as it came there in a way that no input tells.
+    """
+    s = _Samples(np.arange(float(len(x))), x, y, counts, anew)
+    p, rms = _descend(s, np.concatenate((start, [0.0, 0.0])), 4)
+    return _passed_on(s, p)[0], rms
 
 
 def corners(x: tuple[float, float], y: tuple[float, float], theta: float) -> Array:
@@ -125,31 +169,31 @@ def corners(x: tuple[float, float], y: tuple[float, float], theta: float) -> Arr
     return np.array([gp, y[1] - gp * x[1], gr, y[0] - gr * x[0]])
 
 
-def _delayed(time_s: Array, x: Array, y: Array, still: Array, middle: float, noise_n: float) -> tuple[Array, float]:
+def _delayed(s: _Samples, still: Array, noise_n: float) -> tuple[Array, float]:
     """Return the fit with a delay; where more than noise is left, from several first guesses of it."""
-    best, rms = _descend(time_s, x, y, still, 5, middle)
-    guesses = [(still, share * float(time_s[-1] - time_s[0])) for share in DELAYS] if rms > GUESSED * noise_n else []
-    if rms**2 > UNEXPLAINED * float(np.var(y)):
+    best, rms = _descend(s, still, 5)
+    guesses = [(still, share * float(s.time_s[-1] - s.time_s[0])) for share in DELAYS] if rms > GUESSED * noise_n else []
+    if rms**2 > UNEXPLAINED * float(np.var(s.y)):
         # a long delay leaves nothing of the lines fitted without it
-        a, b = ((float(low), float(high)) for low, high in (np.quantile(v, [0.005, 0.995]) for v in (x, y)))
-        shifts = _shifts(time_s, x, y) + [guess for _, guess in guesses]
+        a, b = ((float(low), float(high)) for low, high in (np.quantile(v, [0.005, 0.995]) for v in (s.x, s.y)))
+        shifts = _shifts(s) + [guess for _, guess in guesses]
         guesses += [(np.append(corners(a, b, 0.5), [0.0, 0.0]), shift) for shift in shifts]
     for first, guess in guesses:
         start = first.copy()
         start[4] = guess
-        found, left = _descend(time_s, x, y, start, 5, middle)
+        found, left = _descend(s, start, 5)
         if left < BETTER * rms:
             best, rms = found, left
     return best, rms
 
 
-def _shifts(time_s: Array, x: Array, y: Array) -> list[float]:
+def _shifts(s: _Samples) -> list[float]:
     """Return the delays (s), one either way, with which the output is most like the input, up to 0.4 of the recording."""
-    n = len(x)
-    a, b = x - np.mean(x), y - np.mean(y)
+    n = len(s.x)
+    a, b = s.x - np.mean(s.x), s.y - np.mean(s.y)
     both = np.fft.irfft(np.fft.rfft(b, 2 * n) * np.conj(np.fft.rfft(a, 2 * n)), 2 * n)
     reach = int(FARTHEST * n)
-    step = float(time_s[-1] - time_s[0]) / max(1, n - 1)
+    step = float(s.time_s[-1] - s.time_s[0]) / max(1, n - 1)
     # what is shifted overlaps less
     after, before = (both[1 : reach + 1], both[-1 : -reach - 1 : -1])
     share = 1.0 - np.arange(1, reach + 1) / n
@@ -168,19 +212,27 @@ def _seen(x: Array, start: float, p: Array) -> tuple[tuple[float, float], tuple[
     return (float(np.mean(pull)), float(np.mean(release))), (reach[0], reach[1])
 
 
-def _model(time_s: Array, x: Array, measured: Array, p: Array, middle: float, free: int) -> tuple[Array, Array]:
-    """Return the output and its derivatives with respect to the first ``free`` parameters."""
-    y, lines = _play(x, p[:4], median(measured[:3]))
+def _passed_on(s: _Samples, p: Array) -> tuple[Array, Array]:
+    """Return the output of the play on the input's clock, all of it, and its derivatives with respect to the lines."""
+    if not s.anew:
+        return _play(s.x, p[:4], median(s.y[:3]))
+    edges = (0, *s.anew, len(s.x))
+    starts = (median(s.y[:3]), *s.y[list(s.anew)].tolist())
+    parts = [_play(s.x[a:b], p[:4], start) for a, b, start in zip(edges[:-1], edges[1:], starts, strict=True)]
+    return np.concatenate([y for y, _ in parts]), np.concatenate([lines for _, lines in parts])
+
+
+def _model(s: _Samples, p: Array, free: int) -> tuple[Array, Array]:
+    """Return the output and its derivatives with respect to the first ``free`` parameters; what does not count is as measured."""
+    y, lines = _passed_on(s, p)
     if free == 4 and p[4] == 0.0:
-        return y, lines
-    known = _inside(time_s, p, middle)
-    return _moved(time_s, y, lines, measured, p, middle, known, free)
+        return (y, lines) if s.counts is None else (np.where(s.counts, y, s.y), lines * s.counts[:, None])
+    known = _inside(s, p)
+    return _moved(s.time_s, y, lines, s.y, p, s.middle, known if s.counts is None else known & s.counts, free)
 
 
 @njit(cache=True, nogil=True)
-def _moved(
-    time_s: Array, y: Array, lines: Array, measured: Array, p: Array, middle: float, known: NDArray[np.bool_], free: int
-) -> tuple[Array, Array]:
+def _moved(time_s: Array, y: Array, lines: Array, measured: Array, p: Array, middle: float, known: Mask, free: int) -> tuple[Array, Array]:
     """Return output and derivatives on the output's own clock, the derivatives by delay and drift with them."""
     n = len(time_s)
     rate = np.empty(n)
@@ -193,7 +245,7 @@ def _moved(
     model, columns = np.empty(n), np.zeros((n, max(free, 4)))
     k = 0
     for i in range(n):
-        if moves and not known[i]:
+        if not known[i]:
             # what belongs to an input that was not recorded says nothing
             model[i] = measured[i]
             continue
@@ -217,22 +269,23 @@ def _moved(
     return model, columns
 
 
-def _inside(time_s: Array, p: Array, middle: float) -> NDArray[np.bool_]:
+def _inside(s: _Samples, p: Array) -> Mask:
     """Return which samples of the output, moved in time, still have an input."""
-    at = time_s - p[4] - p[5] * (time_s - middle)
-    inside = (at >= time_s[0]) & (at <= time_s[-1])
-    return inside if np.count_nonzero(inside) > LEAST_OVERLAP * len(time_s) else np.ones(len(time_s), np.bool_)
+    at = s.time_s - p[4] - p[5] * (s.time_s - s.middle)
+    inside = (at >= s.time_s[0]) & (at <= s.time_s[-1])
+    return inside if np.count_nonzero(inside) > LEAST_OVERLAP * len(s.time_s) else np.ones(len(s.time_s), np.bool_)
 
 
-def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle: float) -> tuple[Array, float]:
+def _descend(s: _Samples, start: Array, free: int) -> tuple[Array, float]:
     """Levenberg-Marquardt on Huber's loss over the first ``free`` parameters; the scale follows the residual once."""
     p = start.copy()
-    model, jacobian = _model(time_s, x, y, p, middle, free)
-    residual = y - model
+    model, jacobian = _model(s, p, free)
+    residual = s.y - model
     for _ in range(2):
-        limit = HUBER * max(1.4826 * median(np.abs(residual)), 1e-3 * float(np.abs(residual).max()), 1e-300)
+        counted = s.counted(residual)
+        limit = HUBER * max(spread(counted), 1e-3 * float(np.abs(counted).max()), 1e-300)
         cost, weight = _loss(residual, limit)
-        cost /= float(np.mean(_inside(time_s, p, middle)))
+        cost /= float(np.mean(_inside(s, p)))
         damping = 1e-3
         for _ in range(ITERATIONS):
             weighted = (jacobian * weight[:, None]).T
@@ -240,13 +293,13 @@ def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle:
             scale = np.diag(normal) + 1e-12 * float(np.trace(normal)) + 1e-200
             trial = p.copy()
             trial[:free] += np.linalg.lstsq(normal + damping * np.diag(scale), gradient, rcond=1e-12)[0]
-            model, candidate = _model(time_s, x, y, trial, middle, free)
-            tried, tried_weight = _loss(y - model, limit)
-            tried /= float(np.mean(_inside(time_s, trial, middle)))
+            model, candidate = _model(s, trial, free)
+            tried, tried_weight = _loss(s.y - model, limit)
+            tried /= float(np.mean(_inside(s, trial)))
             # a step that overflows is no step
             if np.isfinite(tried) and tried < cost:
                 done = cost - tried < 1e-3 * cost
-                p, jacobian, residual, cost, weight = trial, candidate, y - model, tried, tried_weight
+                p, jacobian, residual, cost, weight = trial, candidate, s.y - model, tried, tried_weight
                 damping = max(0.2 * damping, 1e-9)
                 if done:
                     break
@@ -254,7 +307,8 @@ def _descend(time_s: Array, x: Array, y: Array, start: Array, free: int, middle:
                 damping *= 8.0
                 if damping > 1e5:
                     break
-    return p, float(np.sqrt(np.mean(residual[_inside(time_s, p, middle)] ** 2)))
+    inside = _inside(s, p)
+    return p, float(np.sqrt(np.mean(residual[inside if s.counts is None else inside & s.counts] ** 2)))
 
 
 def _loss(residual: Array, limit: float) -> tuple[float, Array]:
@@ -264,10 +318,10 @@ def _loss(residual: Array, limit: float) -> tuple[float, Array]:
     return float(np.mean(np.where(size <= limit, 0.5 * size**2, limit * (size - 0.5 * limit)))), weight
 
 
-def _errors(time_s: Array, x: Array, y: Array, p: Array, middle: float, free: int) -> Array:
+def _errors(s: _Samples, p: Array, free: int) -> Array:
     """Return standard errors of the first ``free`` parameters, widened for residuals that are not independent."""
-    model, jacobian = _model(time_s, x, y, p, middle, free)
-    residual = y - model
+    model, jacobian = _model(s, p, free)
+    residual = s.y - model
     power = float(np.mean(residual**2)) or 1e-300
     lag = float(np.clip(np.mean(residual[1:] * residual[:-1]) / power, 0.0, 0.98))
     normal = jacobian.T @ jacobian

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sstl_cli.identification.filtering import spread
 from sstl_cli.identification.gate.evidence import Evidence
 
 # runs that must tell their gain, the least scatter of it that is believed, and scatters at which a run stands apart
@@ -23,6 +24,6 @@ def friction_errors(runs: Sequence[Evidence]) -> dict[str, float]:
     gains = np.log([e.slopes.gain for e in runs])
     if len(gains) >= FEW:
         away = np.abs(gains - np.median(gains))
-        scatter = max(LEAST, 1.4826 * float(np.median(away)))
+        scatter = max(LEAST, spread(away))
         own = np.where(away > APART * scatter, np.maximum(own, away), np.minimum(own, scatter))
     return {e.run_id: float(v) for e, v in zip(runs, own, strict=True)}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
-from sstl_cli.identification.filtering import median, noise_sd, quantile
+from sstl_cli.identification.filtering import fast_part, median, noise_sd, quantile
 
 Array = NDArray[np.float64]
 CHANNELS = ("tension_in_n", "tension_out_n")
@@ -248,9 +248,7 @@ def _longest(long: NDArray[np.bool_], left: NDArray[np.bool_], edges: NDArray[np
 
 def noisy(v: Array) -> bool:
     """Return whether second differences alternate as those of noise do, and do not follow each other as a motion's."""
-    second = np.diff(v[:ENOUGH], 2)
+    second = fast_part(v[:ENOUGH])
     if len(second) < 16:
         return False
-    limit = 6.0 * median(np.abs(second))
-    second = np.clip(second, -limit, limit)
     return float(np.sum(second[1:] * second[:-1])) < -0.3 * float(np.sum(second**2))

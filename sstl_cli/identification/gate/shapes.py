@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit
 from sstl_cli.identification.gate.changes import Change, change_of
@@ -129,9 +130,8 @@ def _folded(x: Array, y: Array, noise_n: float) -> float:
     low = y < np.maximum(max(NEAR * noise_n, NEAR_SHARE * float(np.ptp(y))), step)
     if float(np.min(y)) < -NEAR * noise_n or not low.any() or low.all():
         return math.nan
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], ~low, [False])).astype(np.int8)))
     signed, ways = np.zeros(len(y)), []
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in stretches(~low):
         # from one touch of zero to the next the output goes either with its input or against it
         ways.append(float(np.sum(np.diff(y[a:b]) * np.sign(np.diff(x[a:b])))))
         signed[a:b] = np.sign(ways[-1]) * y[a:b]

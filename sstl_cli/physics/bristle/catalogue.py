@@ -3,18 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
-from math import isfinite
-from typing import NamedTuple
 
-
-class Bounds(NamedTuple):
-    """Neutral value, range and unit of one effect parameter."""
-
-    neutral: float
-    low: float
-    high: float
-    unit: str
+from sstl_cli.physics.given import Bounds, Values, resolved
 
 
 def _share(high: float, low: float = 0.0, neutral: float = 0.0) -> Bounds:
@@ -64,33 +54,12 @@ EFFECTS: dict[str, dict[str, Bounds]] = {
 }
 
 
-def resolve_effects(effects: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    """Every parameter of every effect, neutral where `effects` is silent.
-
-    Raises
-    ------
-    ValueError
-        An id or a parameter is unknown, or a value is not finite or outside its range.
+def resolve_effects(effects: Mapping[str, Mapping[str, float]]) -> Values:
+    """Return every parameter of every effect, neutral where `effects` is silent; ValueError where one is unknown or out of range.
 
     Examples
     --------
     >>> resolve_effects({"stribeck": {"ratio": 1.2}})["stribeck"]
     {'ratio': 1.2, 'v_s_mm_s': 1.0}
     """
-    full = {effect: {name: b.neutral for name, b in table.items()} for effect, table in EFFECTS.items()}
-    for effect, given in effects.items():
-        _known("effect", effect, EFFECTS)
-        for name, value in given.items():
-            _known(f"parameter of {effect}", name, EFFECTS[effect])
-            b = EFFECTS[effect][name]
-            if not isfinite(value) or not b.low <= value <= b.high:
-                raise ValueError(f"bristle: {effect}.{name} = {value} {b.unit} is outside {b.low}..{b.high} {b.unit}")
-            full[effect][name] = float(value)
-    return full
-
-
-def _known(kind: str, name: str, table: Mapping[str, object]) -> None:
-    if name not in table:
-        near = get_close_matches(name, table, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"bristle: unknown {kind} {name!r}{hint} (known: {', '.join(sorted(table))})")
+    return resolved("bristle", EFFECTS, effects)

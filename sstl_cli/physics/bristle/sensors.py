@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.physics.bristle.spec import NoiseSpec
+from sstl_cli.physics.given import NoiseSpec
 
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, Mapping[str, float]]

@@ -29,7 +29,8 @@ from sstl_cli.physics.bristle.march import (
     march,
 )
 from sstl_cli.physics.bristle.sensors import FloatArray, Values, record
-from sstl_cli.physics.bristle.spec import BristleResult, BristleRun, BristleSpec, NoiseSpec, bend_weights
+from sstl_cli.physics.bristle.spec import BristleResult, BristleRun, BristleSpec, bend_weights
+from sstl_cli.physics.given import NoiseSpec
 
 DRIVE_CODES = {"tension": TENSION, "position": POSITION, "loop": LOOP}
 # From rest to the first command in so many steps of so many seconds: slow enough for every rate effect.

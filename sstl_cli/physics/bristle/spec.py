@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sstl_cli.physics.given import require
 
 FloatArray = NDArray[np.float64]
 
@@ -18,9 +21,7 @@ POSITIVE = (
 NOT_NEGATIVE = ("pretension_n", "pid_kp_mm_per_n", "pid_ki_mm_per_n_s", "pid_kd_mm_s_per_n", "motor_lag_s")
 
 
-def _check(holds: object, name: str, value: object, rule: str) -> None:
-    if not holds:
-        raise ValueError(f"bristle: {name} = {value} must be {rule}")
+_check = partial(require, "bristle")
 
 
 @dataclass(frozen=True)
@@ -121,31 +122,6 @@ class BristleRun:
             _check(np.all(np.isfinite(given)), name, "[...]", "finite")
             object.__setattr__(self, name, given)
         _check(np.all(np.diff(self.time_s) > 0.0), "time_s", "[...]", "strictly increasing, s")
-
-
-@dataclass(frozen=True)
-class NoiseSpec:
-    """Noise, independent for each sensor: white and first-order coloured tension noise (N RMS), position (mm RMS).
-
-    Raises
-    ------
-    ValueError
-        A level is negative or the correlation time (s) is not positive.
-    """
-
-    white_n: float = 0.02
-    coloured_n: float = 0.0
-    correlation_s: float = 0.3
-    position_mm: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("white_n", "coloured_n", "position_mm"):
-            value = getattr(self, name)
-            _check(np.isfinite(value) and value >= 0.0, name, value, "finite and >= 0")
-        _check(0.0 < self.correlation_s < np.inf, "correlation_s", self.correlation_s, "> 0 s")
-
-
-QUIET = NoiseSpec(white_n=0.0)
 
 
 @dataclass(frozen=True)

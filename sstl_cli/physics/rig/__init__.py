@@ -1,10 +1,11 @@
 """Stand-in for hardware: a quasi-static elastic chain with friction at every node, its own solver, effects and sensors.
 
-Nothing here is shared with the fast model that `diagnose` fits, so that a model is never judged on data it made itself.
+No law here is shared with the fast model that `diagnose` fits, so that a model is never judged on data it made itself.
 """
 
-from sstl_cli.physics.rig.catalogue import EFFECTS, Bounds, resolve_effects
+from sstl_cli.physics.given import QUIET, Bounds, NoiseSpec
+from sstl_cli.physics.rig.catalogue import EFFECTS, resolve_effects
 from sstl_cli.physics.rig.simulate import simulate_rig
-from sstl_cli.physics.rig.spec import QUIET, NoiseSpec, RigResult, RigRun, RigSpec, bend_weights
+from sstl_cli.physics.rig.spec import RigResult, RigRun, RigSpec, bend_weights
 
 __all__ = ["EFFECTS", "QUIET", "Bounds", "NoiseSpec", "RigResult", "RigRun", "RigSpec", "bend_weights", "resolve_effects", "simulate_rig"]

@@ -3,18 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
-from math import isfinite
-from typing import NamedTuple
 
-
-class Bounds(NamedTuple):
-    """Neutral value, range and unit of one effect parameter."""
-
-    neutral: float
-    low: float
-    high: float
-    unit: str
+from sstl_cli.physics.given import Bounds, Values, resolved
 
 
 def _per_sensor(prefix: str, high: float, unit: str) -> dict[str, Bounds]:
@@ -66,44 +56,12 @@ EFFECTS: dict[str, dict[str, Bounds]] = {
 }
 
 
-def _unknown(kind: str, name: str, known: list[str]) -> ValueError:
-    near = get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return ValueError(f"rig: unknown {kind} {name!r}{hint} (known: {', '.join(known)})")
-
-
-def resolve_effects(effects: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    """Every parameter of every effect, neutral where `effects` is silent.
-
-    Parameters
-    ----------
-    effects : mapping of effect id to {parameter name: value}, units as in `EFFECTS`.
-
-    Returns
-    -------
-    dict of effect id to {parameter name: value}, complete.
-
-    Raises
-    ------
-    ValueError
-        An id or a parameter is unknown, or a value is not finite or outside its range.
+def resolve_effects(effects: Mapping[str, Mapping[str, float]]) -> Values:
+    """Return every parameter of every effect, neutral where `effects` is silent; ValueError where one is unknown or out of range.
 
     Examples
     --------
     >>> resolve_effects({"stribeck": {"ratio": 1.2}})["stribeck"]
     {'ratio': 1.2, 'v_s_mm_s': 1.0}
     """
-    full = {name: {key: bounds.neutral for key, bounds in table.items()} for name, table in EFFECTS.items()}
-    for name, given in effects.items():
-        if name not in EFFECTS:
-            raise _unknown("effect", name, sorted(EFFECTS))
-        for key, value in given.items():
-            if key not in EFFECTS[name]:
-                raise _unknown(f"parameter of {name}", key, list(EFFECTS[name]))
-            bounds = EFFECTS[name][key]
-            number = float(value)
-            if not isfinite(number) or not bounds.low <= number <= bounds.high:
-                span = f"{bounds.low}..{bounds.high} {bounds.unit}"
-                raise ValueError(f"rig: {name}.{key} = {value} {bounds.unit} is outside {span}")
-            full[name][key] = number
-    return full
+    return resolved("rig", EFFECTS, effects)

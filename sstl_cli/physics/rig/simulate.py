@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.optimize import brentq
 
+from sstl_cli.physics.given import NoiseSpec
 from sstl_cli.physics.rig.catalogue import resolve_effects
 from sstl_cli.physics.rig.chain import Chain, FloatArray, Load, TensionLaw
 from sstl_cli.physics.rig.drive import DRIVE_CODES, POSITION, TENSION, Motor, shape_command
@@ -25,7 +26,7 @@ from sstl_cli.physics.rig.march import (
     march,
 )
 from sstl_cli.physics.rig.sensors import Values, record
-from sstl_cli.physics.rig.spec import NoiseSpec, RigResult, RigRun, RigSpec, bend_weights
+from sstl_cli.physics.rig.spec import RigResult, RigRun, RigSpec, bend_weights
 
 # Steps in which the rig is brought from rest to the first command; one a second, slow enough for every rate effect.
 LEAD_IN_STEPS = 40

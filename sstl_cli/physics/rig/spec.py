@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sstl_cli.physics.given import require
 
 FloatArray = NDArray[np.float64]
 
@@ -13,9 +16,7 @@ SYSTEMS = ("act", "sstl")
 DRIVES = ("tension", "position", "loop")
 
 
-def _require(condition: bool, name: str, value: object, rule: str) -> None:
-    if not condition:
-        raise ValueError(f"rig: {name} = {value} must be {rule}")
+_require = partial(require, "rig")
 
 
 @dataclass(frozen=True)
@@ -119,31 +120,6 @@ class RigRun:
             object.__setattr__(self, "neighbour_n", beside)
         object.__setattr__(self, "time_s", time)
         object.__setattr__(self, "command", command)
-
-
-@dataclass(frozen=True)
-class NoiseSpec:
-    """Noise, independent for each sensor: white and first-order coloured tension noise (N RMS), position (mm RMS).
-
-    Raises
-    ------
-    ValueError
-        A level is negative or the correlation time (s) is not positive.
-    """
-
-    white_n: float = 0.02
-    coloured_n: float = 0.0
-    correlation_s: float = 0.3
-    position_mm: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("white_n", "coloured_n", "position_mm"):
-            value = getattr(self, name)
-            _require(np.isfinite(value) and value >= 0.0, name, value, "finite and >= 0")
-        _require(0.0 < self.correlation_s < np.inf, "correlation_s", self.correlation_s, "> 0 s")
-
-
-QUIET = NoiseSpec(white_n=0.0)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,14 @@
 """Rig of law variants: every effect by another published law than the catalogue's, in twice its range.
 
-Its own equations (tensions marched along the tube, see `cascade`), its own laws (`laws`) and sensors. Nothing here is
+Its own equations (tensions marched along the tube, see `cascade`), its own laws (`laws`) and sensors. No law here is
 shared with the fast model that `diagnose` fits, nor with the other simulators.
 """
 
-from sstl_cli.physics.variant.catalogue import EFFECTS, Bounds, resolve_effects
+from sstl_cli.physics.given import QUIET, Bounds, NoiseSpec
+from sstl_cli.physics.variant.catalogue import EFFECTS, resolve_effects
 from sstl_cli.physics.variant.laws import LAWS, Chosen, Law, choose
 from sstl_cli.physics.variant.simulate import VariantTruth, laws_of, march_variant, read_variant, simulate_variant
-from sstl_cli.physics.variant.spec import QUIET, VariantNoise, VariantResult, VariantRun, VariantSpec
+from sstl_cli.physics.variant.spec import VariantResult, VariantRun, VariantSpec
 
 __all__ = [
     "EFFECTS",
@@ -16,7 +17,7 @@ __all__ = [
     "Bounds",
     "Chosen",
     "Law",
-    "VariantNoise",
+    "NoiseSpec",
     "VariantResult",
     "VariantRun",
     "VariantSpec",

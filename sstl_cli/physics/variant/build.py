@@ -8,7 +8,7 @@ from zlib import crc32
 
 import numpy as np
 
-from sstl_cli.physics.variant.catalogue import Values
+from sstl_cli.physics.given import Values
 from sstl_cli.physics.variant.laws import Chosen
 from sstl_cli.physics.variant.line import REFERENCE_N, Array, Laws, Line, Rate, Rub, Spring, Trial
 from sstl_cli.physics.variant.spec import VariantRun, VariantSpec

@@ -3,20 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
-from math import isfinite
-from typing import NamedTuple
+
+from sstl_cli.physics.given import Bounds, Values, resolved
 
 WIDER = 2.0
-
-
-class Bounds(NamedTuple):
-    """Neutral value, range and unit of one effect parameter."""
-
-    neutral: float
-    low: float
-    high: float
-    unit: str
 
 
 def _wide(neutral: float, low: float, high: float, unit: str) -> Bounds:
@@ -68,39 +58,14 @@ EFFECTS: dict[str, dict[str, Bounds]] = {
         "jitter_pct": _wide(0.0, 0.0, 2.0, "%"),
     },
 }
-Values = dict[str, dict[str, float]]
 
 
 def resolve_effects(effects: Mapping[str, Mapping[str, float]]) -> Values:
-    """Return every parameter of every effect, neutral where `effects` is silent.
-
-    Raises
-    ------
-    ValueError
-        An id or a parameter is unknown, or a value is not finite or outside its range.
+    """Return every parameter of every effect, neutral where `effects` is silent; ValueError where one is unknown or out of range.
 
     Examples
     --------
     >>> resolve_effects({"stribeck": {"ratio": 1.2}})["stribeck"]
     {'ratio': 1.2, 'v_s_mm_s': 1.0}
     """
-    full = {name: {key: bounds.neutral for key, bounds in table.items()} for name, table in EFFECTS.items()}
-    for name, given in effects.items():
-        if name not in EFFECTS:
-            raise _unknown("effect", name, list(EFFECTS))
-        for key, value in given.items():
-            if key not in EFFECTS[name]:
-                raise _unknown(f"parameter of {name}", key, list(EFFECTS[name]))
-            _, low, high, unit = EFFECTS[name][key]
-            number = float(value)
-            # ranges are made by doubling: their ends may be a rounding off
-            if not isfinite(number) or not low - 1e-9 <= number <= high + 1e-9:
-                raise ValueError(f"variant: {name}.{key} = {value} {unit} is outside {low:g}..{high:g} {unit}")
-            full[name][key] = number
-    return full
-
-
-def _unknown(kind: str, name: str, known: list[str]) -> ValueError:
-    near = get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return ValueError(f"variant: unknown {kind} {name!r}{hint} (known: {', '.join(known)})")
+    return resolved("variant", EFFECTS, effects)

@@ -8,11 +8,10 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from sstl_cli.physics.variant.catalogue import Values
+from sstl_cli.physics.given import NoiseSpec, Values
 from sstl_cli.physics.variant.laws import Chosen
 from sstl_cli.physics.variant.line import Array
 from sstl_cli.physics.variant.sensors import Laws, sensor_noise, transduce
-from sstl_cli.physics.variant.spec import VariantNoise
 
 # mean length of a burst of lost or frozen samples
 BURST = 6.0
@@ -104,7 +103,7 @@ def wandering_clock(time: Array, share: float, law: Chosen, rng: np.random.Gener
 
 
 def read(
-    time: Array, truth: tuple[Array, Array, Array], v: Values, laws: Laws, system: str, theta: float, noise: VariantNoise, seed: int
+    time: Array, truth: tuple[Array, Array, Array], v: Values, laws: Laws, system: str, theta: float, noise: NoiseSpec, seed: int
 ) -> tuple[Array, Array, Array, Array]:
     """Return time stamps (s), tensions in and out (N) and position (mm) as the recorder stores them, each (n,).
 

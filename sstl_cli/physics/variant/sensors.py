@@ -8,11 +8,10 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from sstl_cli.physics.variant.catalogue import Values
+from sstl_cli.physics.given import NoiseSpec, Values
 from sstl_cli.physics.variant.filters import second_order, sliding_mean
 from sstl_cli.physics.variant.laws import Chosen
 from sstl_cli.physics.variant.line import Array
-from sstl_cli.physics.variant.spec import VariantNoise
 
 FULL_SCALE_N = 50.0
 NOMINAL_THETA = 0.53
@@ -29,7 +28,7 @@ def held_play(signal: Array, half_width: float) -> Array:
     return out
 
 
-def sensor_noise(time: Array, noise: VariantNoise, rng: np.random.Generator) -> Array:
+def sensor_noise(time: Array, noise: NoiseSpec, rng: np.random.Generator) -> Array:
     """Return white plus first-order coloured noise of one sensor (N)."""
     white = noise.white_n * rng.standard_normal(time.size)
     if noise.coloured_n == 0.0:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sstl_cli.physics.given import NoiseSpec
 from sstl_cli.physics.variant.build import build_laws, build_line, empty_trial
 from sstl_cli.physics.variant.cascade import Course, Recording, march
 from sstl_cli.physics.variant.catalogue import resolve_effects
@@ -14,7 +15,7 @@ from sstl_cli.physics.variant.ends import extra_travel, follow
 from sstl_cli.physics.variant.laws import Chosen, choose
 from sstl_cli.physics.variant.line import ITERATIONS, LEAST, SUBSTEPPED, UNCONVERGED, WORK, Array
 from sstl_cli.physics.variant.recorder import read
-from sstl_cli.physics.variant.spec import VariantNoise, VariantResult, VariantRun, VariantSpec
+from sstl_cli.physics.variant.spec import VariantResult, VariantRun, VariantSpec
 
 Effects = Mapping[str, Mapping[str, float]]
 # steps in which the line is brought from rest to the first command, one a second
@@ -90,7 +91,7 @@ def read_variant(
     run: VariantRun,
     truth: tuple[Array, Array, Array],
     effects: Effects | None = None,
-    noise: VariantNoise | None = None,
+    noise: NoiseSpec | None = None,
     seed: int = 0,
 ) -> tuple[Array, Array, Array, Array]:
     """Return time stamps (s), tensions in and out (N) and position (mm) that sensors and recorder make of the truth.
@@ -101,14 +102,14 @@ def read_variant(
         As `march_variant`.
     """
     v, laws = resolve_effects(effects or {}), laws_of(spec, seed)
-    return read(run.time_s, truth, v, laws, run.system, run.theta, noise or VariantNoise(), seed)
+    return read(run.time_s, truth, v, laws, run.system, run.theta, noise or NoiseSpec(), seed)
 
 
 def simulate_variant(
     spec: VariantSpec,
     run: VariantRun,
     effects: Effects | None = None,
-    noise: VariantNoise | None = None,
+    noise: NoiseSpec | None = None,
     seed: int = 0,
     keep_nodes: bool = False,
 ) -> VariantResult:

@@ -7,19 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.physics.given import require
+
 Array = NDArray[np.float64]
 PLACES = MappingProxyType({"NP": 0.2, "CP": 0.5, "ND": 0.8})
 
 
-def check(ok: bool, name: str, value: object, rule: str) -> None:
-    """Raise ValueError that names a field, its value and the rule it broke."""
-    if not ok:
-        raise ValueError(f"variant: {name} = {value} must be {rule}")
+check = partial(require, "variant")
 
 
 @dataclass(frozen=True)
@@ -102,31 +102,6 @@ class VariantRun:
             check(fits, name, f"shape {values.shape}", f"finite and of shape {time.shape}, as time_s")
             check(name != "friction" or bool(np.all(values > 0.0)), name, "[...]", "> 0")
             object.__setattr__(self, name, values)
-
-
-@dataclass(frozen=True)
-class VariantNoise:
-    """Noise, independent for each sensor: white and first-order coloured tension (N RMS), position (mm RMS).
-
-    Raises
-    ------
-    ValueError
-        A level is negative or the correlation time (s) is not positive.
-    """
-
-    white_n: float = 0.02
-    coloured_n: float = 0.0
-    correlation_s: float = 0.3
-    position_mm: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("white_n", "coloured_n", "position_mm"):
-            value = getattr(self, name)
-            check(bool(np.isfinite(value)) and value >= 0.0, name, value, "finite and >= 0")
-        check(0.0 < self.correlation_s < np.inf, "correlation_s", self.correlation_s, "> 0 s")
-
-
-QUIET = VariantNoise(white_n=0.0)
 
 
 @dataclass(frozen=True)

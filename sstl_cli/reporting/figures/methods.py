@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from sstl_cli.core.documents.control import ScoreRow
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import number
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.figures.tracking import ORDER
 from sstl_cli.reporting.inputs import Inputs
-from sstl_cli.reporting.rows import MethodScore
 
 NEEDS = ("score",)
 
@@ -32,7 +32,7 @@ class Windows:
     windows: dict[str, dict[str, Method]]
 
 
-def data(rows: list[MethodScore]) -> Windows:
+def data(rows: list[ScoreRow]) -> Windows:
     """Return the errors by window and method."""
     groups: dict[str, dict[str, list[float]]] = {}
     for row in rows:

@@ -10,6 +10,7 @@ import numpy as np
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.marks import points
 from sstl_cli.reporting.rows import Predicted
 
 NEEDS = ("predictions",)
@@ -73,14 +74,7 @@ def draw(axes: Any, data: Quantities) -> None:
     """Draw one quantity a panel with the line of equality."""
     for panel, (quantity, found) in zip(np.atleast_1d(axes).flat, data.quantities.items(), strict=False):
         for name, group in found.groups.items():
-            panel.plot(
-                group.true,
-                group.predicted,
-                "o",
-                markersize=4,
-                label=label(name),
-                color=palette.of(name, palette.LOCATIONS, list(found.groups)),
-            )
+            points(panel, group.true, group.predicted, name, list(found.groups))
         both = [v for g in found.groups.values() for v in (*g.true, *g.predicted)]
         panel.plot([min(both), max(both)], [min(both), max(both)], color=palette.INK, linestyle="--", linewidth=1, label="equal")
         unit = unit_of(quantity)

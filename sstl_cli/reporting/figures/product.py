@@ -10,8 +10,8 @@ import numpy as np
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import number
-from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.marks import with_errors
 
 NEEDS = ("theta",)
 
@@ -64,22 +64,8 @@ def figure(data: Products) -> tuple[tuple[float, float], tuple[int, int]]:
 def draw(axes: Any, data: Products) -> None:
     """Draw the product over lead with the line at one."""
     locations = sorted({location for _, location in data.series})
-    for (system, location), group in data.series.items():
-        colour = palette.of(location, palette.LOCATIONS, locations)
-        errors = [0.0 if e != e else e for e in group.se]
-        axes.errorbar(
-            group.x,
-            group.product,
-            yerr=errors,
-            fmt=palette.SYSTEM_MARKERS.get(system, "^"),
-            color=colour,
-            markersize=4.5,
-            markerfacecolor=colour if system == "act" else palette.PAPER,
-            elinewidth=1,
-            capsize=2,
-            linestyle="none",
-            label=label(f"{system} {location}"),
-        )
+    for place, group in data.series.items():
+        with_errors(axes, group.x, group.product, group.se, place, locations)
     axes.axhline(1.0, color=palette.INK, linewidth=1, linestyle="--")
     axes.set_xlabel("lead-screw displacement / mm" if data.by_lead else "row in file / 1")
     axes.set_ylabel("Γ pull · Γ release / 1")

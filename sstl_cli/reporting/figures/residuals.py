@@ -11,6 +11,7 @@ from sstl_cli.reporting import palette
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.figures import predicted
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.marks import points
 from sstl_cli.reporting.rows import Predicted
 
 NEEDS = ("predictions",)
@@ -63,14 +64,7 @@ def draw(axes: Any, data: Quantities) -> None:
     """Draw one quantity a panel with the line at zero."""
     for panel, (quantity, found) in zip(np.atleast_1d(axes).flat, data.quantities.items(), strict=False):
         for name, group in found.groups.items():
-            panel.plot(
-                group.true,
-                group.residual,
-                "o",
-                markersize=4,
-                label=label(name),
-                color=palette.of(name, palette.LOCATIONS, list(found.groups)),
-            )
+            points(panel, group.true, group.residual, name, list(found.groups))
         panel.axhline(0.0, color=palette.INK, linestyle="--", linewidth=1)
         unit = predicted.unit_of(quantity)
         panel.set_xlabel(label(f"true {quantity} / {unit}"))

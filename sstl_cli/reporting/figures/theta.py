@@ -7,10 +7,9 @@ from typing import Any
 
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.tables import PARAMETERS
-from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import number
-from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.marks import with_errors
 
 NEEDS = ("theta",)
 SYMBOLS = {"gamma_p": "Γ pull / 1", "gamma_r": "Γ release / 1", "beta_p": "β pull / N", "beta_r": "β release / N"}
@@ -64,22 +63,8 @@ def draw(axes: Any, data: Series) -> None:
     """Draw one parameter a panel; error bars are one standard error."""
     locations = sorted({location for _, location in data.series})
     for panel, p in zip(axes.flat, ("gamma_p", "gamma_r", "beta_p", "beta_r"), strict=True):
-        for (system, location), group in data.series.items():
-            colour = palette.of(location, palette.LOCATIONS, locations)
-            errors = [0.0 if e != e else e for e in group.errors[p]]
-            panel.errorbar(
-                group.x,
-                group.values[p],
-                yerr=errors,
-                fmt=palette.SYSTEM_MARKERS.get(system, "^"),
-                color=colour,
-                markersize=4.5,
-                markerfacecolor=colour if system == "act" else palette.PAPER,
-                elinewidth=1,
-                capsize=2,
-                linestyle="none",
-                label=label(f"{system} {location}"),
-            )
+        for place, group in data.series.items():
+            with_errors(panel, group.x, group.values[p], group.errors[p], place, locations)
         panel.set_ylabel(SYMBOLS[p])
         panel.set_xlabel("lead-screw displacement / mm" if data.by_lead else "row in file / 1")
     handles, names = axes[0, 0].get_legend_handles_labels()
