@@ -217,6 +217,8 @@ WIDE_ROUNDS = 4
 LATENT_ENOUGH_NATS = 0.5
 # samples over which a drive may round the corners of its input, and so many times further what it does counts
 ROUNDINGS, REACH = (1.0, 2.0, 4.0, 8.0), 4.0
+# samples by which a corner may be away from where the smoother holds it
+ELSEWHERE = 3
 # least start of a scale, in the variance of a reading and the share taken of the typical step
 LEAST_SCALE = 1e-6
 # of the noise, in spreads of the prior: the difference that shows a slope, a slope (nats) that is none, tries, curvature

@@ -13,10 +13,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
+from scipy.special import expit, softmax
 
 from sstl_cli.diagnosis.constants import (
     DECIDES_NATS,
+    ELSEWHERE,
     FINEST,
     LATENT_ENOUGH_NATS,
     LATENT_ROUNDS,
@@ -118,6 +119,11 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         sharp = corners.sharp()
         value = split + sharp * (found.mean[:, 0] - split)
         doubt = np.sqrt(sharp * (1.0 - sharp)) * np.abs(found.mean[:, 0] - split)
+    smooth = _as_smooth(y, use, noise, found)
+    value, found = value + smooth.mean[:, 0] - found.mean[:, 0], smooth
+    if not told.rounded:
+        moved, open_ = _elsewhere(y, use, noise, found)
+        value, doubt = value + moved, np.hypot(doubt, open_)
     if told.rounded:
         found, doubt = _rounded(y, use, noise, found, told.rounded), np.zeros(n)
         value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
@@ -176,14 +182,30 @@ def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) 
     return found
 
 
+def _as_smooth(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
+    """Return the path whose curvature changes over as many samples as readings allow.
+
+    Rounds that follow the expected squares end with few sharp bends, between which curvature stands still; a curvature that
+    changes all the time is as likely, and an error between the bends is then far larger than it is said to be.
+    """
+    tries = [_spread(path.steps[1], w) for w in ROUNDINGS]
+    allowed = np.flatnonzero(costs_of(y, use, noise, [path.steps[0]], tries) < path.nats + DECIDES_NATS)
+    if not len(allowed):
+        return path
+    return _by(y, use, noise, path, (path.steps[0], tries[allowed[-1]]))
+
+
 def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
     """Return the path whose corners may go on in the steps beside them."""
-    steps = (_spread(path.steps[0], width), path.steps[1])
+    return _by(y, use, noise, path, (_spread(path.steps[0], width), path.steps[1]))
+
+
+def _by(y: Array, use: Mask, noise: Reading, path: _Path, steps: tuple[Array, Array]) -> _Path:
+    """Return the path by other variances of its steps."""
     law, drive = chain(y, use, noise, *steps)
     mean, variance, squares = follow(law, drive)
-    return replace(
-        path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=float(costs(y, use, noise, *steps).sum())
-    )
+    nats = float(costs(y, use, noise, *steps).sum())
+    return replace(path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=nats)
 
 
 def _spread(corners: Array, width: float) -> Array:
@@ -231,6 +253,41 @@ def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> _Corners
     whole, pairs, best = old.copy(), pairs[better], best[better]
     whole[pairs + best], whole[pairs + 1 - best] = usual + 0.5 * (step[pairs] + step[pairs + 1]) ** 2, usual
     return _Corners(whole, pairs, likes)
+
+
+def _elsewhere(y: Array, use: Mask, noise: Reading, path: _Path) -> tuple[Array, Array]:
+    """Return by how much the path is another if its corners may be a few samples away, and the standard deviation of that, shape (n,).
+
+    A path holds each corner to one sample, and is as sure beside it as if that were known. Each place has the probability that
+    the readings until the next corner give it.
+    """
+    n, steps = len(y), path.steps
+    at = _places(path)
+    if not len(at):
+        return np.zeros(n), np.zeros(n)
+    known = costs(y, use, noise, *steps)
+    gains, means = [np.zeros(len(at))], [path.mean[:, 0]]
+    for by in (b for b in range(-ELSEWHERE, ELSEWHERE + 1) if b):
+        corners = steps[0].copy()
+        corners[at], corners[at + by] = steps[0][at + by], steps[0][at]
+        gains.append(-np.add.reduceat(costs(y, use, noise, corners, steps[1]) - known, at - ELSEWHERE))
+        means.append(follow(*chain(y, use, noise, corners, steps[1]))[0][:, 0])
+    p = softmax(gains, axis=0)[:, np.searchsorted((at[1:] + at[:-1]) // 2, np.arange(n))]
+    values = np.array(means) - path.mean[:, 0]
+    moved = np.sum(p * values, axis=0)
+    return moved, np.sqrt(np.sum(p * (values - moved) ** 2, axis=0))
+
+
+def _places(path: _Path) -> NDArray[np.int64]:
+    """Return the steps that are corners, beyond what is open of them: the largest, so far apart that none can take another's place."""
+    known, open_ = path.squares[:, 0], path.squares[:, 1] + path.scales[0]
+    large = np.flatnonzero(known[ELSEWHERE:-ELSEWHERE] > open_[ELSEWHERE:-ELSEWHERE]) + ELSEWHERE
+    free, found = np.ones(len(known), bool), []
+    for k in large[np.argsort(-known[large], kind="stable")]:
+        if free[k]:
+            found.append(k)
+            free[max(k - 2 * ELSEWHERE, 0) : k + 2 * ELSEWHERE + 1] = False
+    return np.sort(np.array(found, np.int64))
 
 
 def _typical_step(y: Array, order: int) -> float:

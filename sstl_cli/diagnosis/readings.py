@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.stretches import stretches
@@ -18,6 +19,7 @@ from sstl_cli.diagnosis.constants import (
     COPIED,
     COPIED_NOISE_N,
     DOUBT_NATS,
+    HALF,
     MIN_READINGS,
     MOST_ALIKE,
 )
@@ -73,11 +75,14 @@ def _alike(fresh: Mask, period: float) -> Mask:
         Samples between two renewals.
     """
     at = np.flatnonzero(fresh)
-    due = np.rint(np.diff(at) / period).astype(int)
-    missed = (due > 1) & (due <= MOST_ALIKE)
+    due = np.maximum(np.rint(np.diff(at) / period), 1.0).astype(int)
+    number = np.concatenate(([0], np.cumsum(due)))
+    # a renewal shows at the first sample after it, half a sample late in the mean of the readings around
+    clock = uniform_filter1d(at - period * number, 2 * MIN_READINGS + 1) - HALF
     found = np.zeros(len(fresh), bool)
-    for a, b, parts in zip(at[:-1][missed], at[1:][missed], due[missed], strict=True):
-        found[np.rint(np.linspace(a, b, parts + 1)[1:-1]).astype(int)] = True
+    for k in np.flatnonzero((due > 1) & (due <= MOST_ALIKE)):
+        places = np.ceil(clock[k] + period * (number[k] + np.arange(1, due[k]))).astype(int)
+        found[np.clip(places, at[k] + 1, at[k + 1] - 1)] = True
     return found
 
 

@@ -87,6 +87,19 @@ def test_renewals_that_change_nothing_are_readings_and_a_stuck_sensor_is_none():
     assert np.flatnonzero(_alike(fresh, 4.0)).tolist() == [12]
 
 
+@pytest.mark.parametrize("period", [1.5, 2.4, 7.3])
+def test_a_renewal_that_changes_nothing_comes_at_its_own_sample(period):
+    """One sample late it would be a copy of what was read before: an output on the move was off by a step there, at 18 stated errors."""
+    renewals = np.arange(0.3, 400.0, period)
+    at = np.ceil(renewals).astype(int)
+    fresh = np.zeros(401, bool)
+    fresh[at] = True
+    for k in range(20, len(at) - 20, 3):
+        shown = fresh.copy()
+        shown[at[k]] = False
+        assert np.flatnonzero(_alike(shown, period)).tolist() == [at[k]]
+
+
 def test_a_corner_between_two_samples_is_where_the_lines_meet_and_a_smooth_turn_is_none():
     dt = 0.02
     time = np.arange(400) * dt
