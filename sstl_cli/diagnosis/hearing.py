@@ -25,7 +25,6 @@ from sstl_cli.diagnosis.constants import (
     HEARD_S,
     HEARD_TRIES,
     MEASURED,
-    RICH_RIDGE,
     SHORT_ITERATIONS,
     UNMEASURED,
     UNSEEN,
@@ -35,7 +34,7 @@ from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.noise import some
 from sstl_cli.diagnosis.records import Record, sampled, told
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.whitening import Noise, Sensor, whitener
+from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 Array = NDArray[np.float64]
 
@@ -95,12 +94,7 @@ def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Arra
     """Return the most likely noise in what the best few models together leave, by the phases of the best, and its cost by system."""
     best = _leading(coarse)
     phases = sim.phases(best.theta, best.effects, measured)
-    whiten = whitener(sim.constants({}, measured), phases)
-    residual = sim.y - sim.predict(best.theta, best.effects)
-    j, r = whiten(columns), whiten(residual)
-    gram = j.T @ j
-    step = np.linalg.lstsq(gram + RICH_RIDGE * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0]
-    return noise_of.likely(sim.problem.records, phases, residual - columns @ step, columns, measured)
+    return noise_of.likely(sim.problem.records, phases, sim.y - sim.predict(best.theta, best.effects), columns, measured)
 
 
 def entering(records: Sequence[Record], noise: Noise, measured: Noise) -> dict[str, Sensor]:

@@ -35,6 +35,7 @@ from sstl_cli.diagnosis.constants import (
     LEVELS,
     MEASURED,
     RESOLVED,
+    RICH_RIDGE,
     SHORTEST_WINDOW,
     SMOOTHER,
     TRIES,
@@ -262,6 +263,7 @@ def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: 
     columns : ndarray, shape (samples, k)
         What the model could still change: projected out.
     """
+    residual = residual - columns @ _step(records, phases, residual, columns, start)
     into, out, smoother = dict(start.input), dict(start.output), dict(start.smoother)
     spread: dict[str, dict[str, float]] = {}
     nats: dict[str, float] = {}
@@ -282,6 +284,14 @@ def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: 
             into[system] = entering
         nats[system] = cost
     return Noise(into, out, smoother, spread, start.open, start.loose), nats
+
+
+def _step(records: Sequence[Record], phases: Phases, residual: Array, columns: Array, noise: Noise) -> Array:
+    """Return the most likely coefficients of columns given a noise, each within a hundred of its standard deviations, shape (k,)."""
+    w = whitener(constants(records, noise), phases)
+    j, r = w(columns), w(residual)
+    gram = j.T @ j
+    return np.asarray(np.linalg.lstsq(gram + RICH_RIDGE * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0])
 
 
 def some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
@@ -313,7 +323,8 @@ def _fitted(
         r, j = z[:, 0], z[:, 1:]
         gram = j.T @ j
         scale = np.sqrt(np.diag(gram)) + 1e-12
-        gram = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+        # a hundred standard deviations of each at most: columns that nearly cancel one another fit the error of the input by far more
+        gram = gram / np.outer(scale, scale) + RICH_RIDGE * np.eye(len(scale))
         lower = np.linalg.cholesky(gram)
         projected = np.linalg.solve(lower, (j.T @ r) / scale)
         rss = float(r @ r - projected @ projected)

@@ -199,3 +199,17 @@ def test_the_spread_of_a_number_is_one_over_the_root_of_the_curvature():
 
     assert of._spread(bent, np.zeros(2), 0, 7.0) == pytest.approx(0.25)
     assert of._spread(cost, np.zeros(2), 0, 7.0) == pytest.approx(0.25) and of._spread(cost, np.zeros(2), 1, 7.0) == 1.0
+
+
+def test_columns_that_nearly_cancel_one_another_take_no_noise_for_their_own():
+    """Three effects of one bend may leave, times a hundred thousand, what the smoothing of the input did: that is no size of any effect."""
+    rng = np.random.default_rng(14)
+    memory = np.exp(-0.02 / 0.2)
+    slow = np.concatenate([lfilter([1.0], [1.0, -memory], 0.03 * np.sqrt(1.0 - memory**2) * rng.standard_normal(2000)) for _ in RECORDS])
+    start = replace(QUIET, input={"act": Sensor(1e-6, 0.01, 0.2)}, output={"act": Sensor(NOISE_N, 0.002, 0.2)})
+    own, residual = phases(1.0, 1.0), noise(15) + slow
+    u = np.concatenate([r.u for r in RECORDS])
+    plain, _ = likely(RECORDS, own, residual, u[:, None], start)
+    # two columns that differ by the very noise, a thousandth of their size
+    found, _ = likely(RECORDS, own, residual, np.stack((u, u + 0.03 * slow), axis=1), start)
+    assert found.input["act"].coloured_n == pytest.approx(plain.input["act"].coloured_n, rel=0.2)
