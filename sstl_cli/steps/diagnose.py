@@ -28,6 +28,7 @@ from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.identification import gate
+from sstl_cli.identification.gate.rules import limit
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
@@ -146,7 +147,7 @@ def run(
     SstlError
         If no run can be used.
     """
-    remarks = gate.remarks(runs) if options.physics else ()
+    remarks = _to_answer(gate.remarks(runs)) if options.physics else ()
     runs, failed = _passed(runs, remarks)
     deadline = Deadline(options.max_seconds, since)
     found = gather(runs, options, advance, deadline.passed)
@@ -182,6 +183,11 @@ def _unsaid(sim: Scenario | None) -> list[str]:
     if sim is None or not sim.misfits or sim.wander is not None:
         return []
     return ["the simulator does not say how much the rig varies, which may be taken for a change: save it again with --save-sim"]
+
+
+def _to_answer(remarks: Sequence[gate.Remark]) -> tuple[gate.Remark, ...]:
+    """Return the remarks, a limit of a sensor as no failure: what it hides is left out reading by reading, and it is one of the answers."""
+    return tuple(replace(r, severity="remark") if r.rule == limit.RULE else r for r in remarks)
 
 
 def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[Run], dict[str, str]]:

@@ -11,6 +11,7 @@ from rig_logs import record
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import dumps
 from sstl_cli.core.runs import Run
+from sstl_cli.identification import gate
 from sstl_cli.physics.scenario import load
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
@@ -141,8 +142,13 @@ def test_without_propagation_nothing_is_named():
 )
 def test_the_numbers_of_a_fault_of_the_recorder_are_of_the_same_readings(effect, values):
     options = replace(OPTIONS, effects=(*OPTIONS.effects, effect))
-    document = run(record({effect: values}), options).document()
+    runs = record({effect: values})
+    document = run(runs, options).document()
     gap = document["gap"]
+    # a limit that every run meets is told by the gate, and keeps no run from being asked for it
+    failures = {r.rule for r in gate.remarks(runs) if r.failed}
+    assert failures == ({"limit"} if effect == "saturation" else set())
+    assert not document["analysis"]["set_aside"] and {r["severity"] for r in document.get("remarks", [])} <= {"remark"}
     assert document["verdict"]["effects"] == [effect] and gap["samples"] == "all as recorded"
     base, left, floor = gap["rmse_retuned_n"], gap["rmse_with_effect_n"], gap["noise_floor_n"]
     # what remains when the fault is taken out is the noise, not less
