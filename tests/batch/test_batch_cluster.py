@@ -21,7 +21,7 @@ from trust_program import SSTL, document, write_log
 
 from sstl_cli.core.errors import SstlError
 
-FILES = 24
+FILES = 16
 
 
 @dataclass
@@ -49,7 +49,7 @@ def cluster(folder: Path, workers: int) -> Iterator[Cluster]:
 
 
 def test_one_worker_killed_and_nothing_lost(tmp_path: Path) -> None:
-    first = write_log(tmp_path / "first.parquet", runs=6)
+    first = write_log(tmp_path / "first.parquet", runs=4)
     logs = [Path(shutil.copy(first, tmp_path / f"log-{i:03d}.parquet")) for i in range(FILES)]
     logs[7].write_bytes(first.read_bytes()[:900])
     local = inside("batch", "segment", *logs, "--out-dir", tmp_path / "local", "--workers", 1)
@@ -84,7 +84,7 @@ def test_ctrl_c_a_deadly_file_and_a_lost_cluster_end_the_batch(tmp_path: Path, m
     from sstl_cli.cli._batch_worker import Job
     from sstl_cli.steps import batch as step
 
-    first = write_log(tmp_path / "first.parquet", runs=40)
+    first = write_log(tmp_path / "first.parquet", runs=6)
     logs = [shutil.copy(first, tmp_path / f"log-{i:03d}.parquet") for i in range(60)]
     words = ["batch", "segment", *map(str, logs), "--out-dir", str(tmp_path / "out")]
     # one death is enough for dask to give a job up

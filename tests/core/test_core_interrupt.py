@@ -18,7 +18,7 @@ import os, signal, sys
 from sstl_cli.core.workers import stop_on_signals
 
 def ctrl_c():
-    os.kill(os.getpid(), signal.SIGINT)
+    os.kill(os.getpid(), getattr(signal, sys.argv[1]))
 
 stop_on_signals("")
 try:
@@ -107,8 +107,9 @@ def _start(folder: Path, text: str, *words: str) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def test_ctrl_c_in_code_from_a_string_keeps_the_exit_code(tmp_path: Path) -> None:
-    tried = _start(tmp_path, CAUGHT)
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_ctrl_c_in_code_from_a_string_keeps_the_exit_code(tmp_path: Path, how: str) -> None:
+    tried = _start(tmp_path, CAUGHT, how)
     _, told = tried.communicate(timeout=60)
     assert (tried.returncode, told) == (7, "")
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_fits import NOTHING, THETA, noise, simulator
-from rig_logs import record, theta_jump
+from rig_logs import SHORT, record, theta_jump
 from typer.testing import CliRunner
 
 from sstl_cli.api.diagnosis import diagnose as ask
@@ -110,7 +110,8 @@ def test_who_holds_most_of_an_unknown_rest_is_a_suspect_whatever_its_rows_say():
 
 @pytest.fixture(scope="module")
 def runs():
-    return record({}, 5)
+    """Two bends, two movements, both systems."""
+    return record({}, 5, moves=SHORT[1:])
 
 
 def spoilt(runs, how):
@@ -188,7 +189,7 @@ def test_time_that_runs_out_between_the_stages_keeps_what_is_done(runs, monkeypa
             return stage != "pairs"
 
     monkeypatch.setattr(diagnose, "Deadline", Late)
-    pulley = record({"pulley_friction": {"m_p": 0.03}, "zero_offset": {"z_out_act_n": 0.3}}, 5)
+    pulley = record({"pulley_friction": {"m_p": 0.03}, "zero_offset": {"z_out_act_n": 0.3}}, 5, moves=SHORT[1:])
     found = diagnose.run(pulley, replace(OPTIONS, max_effects=3, max_seconds=60.0))
     assert {len(k) for k in found.evidence.search.combined} == {2}
     # the next experiment is asked for where the verdict leaves something open

@@ -20,7 +20,8 @@ FEW = ("pulley_friction", "const_friction", "gain_error", "zero_offset", "zero_d
 
 
 def verdict(runs, **options):
-    return run(runs, DiagnoseOptions(**{"max_effects": 1, "workers": 2, "effects": FEW} | options)).document()
+    # that the gate lets such recordings through is asked elsewhere
+    return run(runs, DiagnoseOptions(**{"max_effects": 1, "workers": 2, "effects": FEW, "physics": False} | options)).document()
 
 
 def of_all(effects, seed=0, **rig):

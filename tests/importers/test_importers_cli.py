@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
+from program import inside as sstl
 from seeds import signals
 
 from sstl_cli.core.runs import read_runs
 
 HEAD = "run_id,system,time_s,tension_in_n,tension_out_n\n"
-
-
-def sstl(*words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "sstl_cli", *map(str, words)], capture_output=True, text=True, timeout=120)
 
 
 def log_csv(folder: Path, repeat: bool = False) -> Path:

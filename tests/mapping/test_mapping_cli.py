@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -14,13 +12,8 @@ from sstl_cli.core.tables import EVALUATION
 from sstl_cli.mapping.relations import relations
 
 
-def sstl(*words, code=0, apart=False):
-    """Run the program in this process, or in one ``apart``, whose start takes longer than most of what is asked here."""
-    words = [str(w) for w in words]
-    if apart:
-        done = subprocess.run([sys.executable, "-m", "sstl_cli", *words], capture_output=True, text=True, check=False)
-    else:
-        done = inside(*words)
+def sstl(*words, code=0):
+    done = inside(*words)
     assert done.returncode == code, done.stderr + done.stdout
     assert "Traceback" not in done.stderr
     return done
@@ -195,7 +188,7 @@ def test_identical_calls_write_identical_bytes(folder, tmp_path):
         (tmp_path / name).mkdir()
         out = tmp_path / name / "m.safetensors"
         words = ("--seeds", 2, "--epochs", 15, "--history", out.with_suffix(".parquet"))
-        sstl("train", folder / "theta.parquet", "-o", out, *words, apart=name == "b")
+        sstl("train", folder / "theta.parquet", "-o", out, *words)
         found.append((out.read_bytes(), out.with_suffix(".parquet").read_bytes()))
     assert found[0] == found[1]
 

@@ -1,15 +1,15 @@
 """``sstl reproduce`` as a user calls it."""
 
 import json
-import subprocess
 import sys
 
 import pyarrow.parquet as pq
 import pytest
+from program import inside
 
 
 def sstl(*words):
-    return subprocess.run([sys.executable, "-m", "sstl_cli", "reproduce", *words], capture_output=True, text=True, timeout=300)
+    return inside("reproduce", *words)
 
 
 def test_tables_and_files(tmp_path):

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import reporting_inputs as made
@@ -18,17 +19,12 @@ def folder(tmp_path_factory):
     return path
 
 
-def sstl(folder, *words, apart=False):
-    """Run the program in this process, or in one ``apart``, whose start takes longer than most of what is asked here."""
-    if apart:
-        return subprocess.run([sys.executable, "-m", "sstl_cli", *words], cwd=folder, capture_output=True, text=True, timeout=120)
+def sstl(folder, *words):
     return inside(*words, cwd=folder)
 
 
 def test_report_as_json(folder):
-    done = sstl(
-        folder, "report", "log.parquet", "theta.parquet", "diagnosis.json", "--out", "r.html", "--title", "My rig", "--json", apart=True
-    )
+    done = sstl(folder, "report", "log.parquet", "theta.parquet", "diagnosis.json", "--out", "r.html", "--title", "My rig", "--json")
     assert done.returncode == 0 and done.stderr == ""
     document = json.loads(done.stdout)
     assert document["schema"] == "sstl.report/1" and document["sections"] == ["diagnosis", "logs", "theta", "effects"]
@@ -39,19 +35,37 @@ def test_report_as_json(folder):
     assert (folder / "r.html").read_text() == html
 
 
-@pytest.mark.parametrize(("form", "files", "kind"), [
+PLOTS = [
     ("png", ["log.parquet", "phases.parquet", "theta.parquet"], "loop"), ("svg", ["diagnosis.json"], "waterfall"),
     ("pdf", ["theta.parquet"], "theta"), ("svg", ["commands.parquet"], "tracking"),
     ("svg", ["blind.json"], "confusion"),
-])  # fmt: skip
-def test_plot_chooses_the_figure_and_repeats_its_bytes(folder, form, files, kind):
-    outs = []
-    for name in ("a", "b"):
-        # one process and another: nothing that a process holds may show in the bytes
-        done = sstl(folder, "plot", *files, "--out", f"{name}-{kind}.{form}", "--json", apart=name == "b")
-        assert done.returncode == 0, done.stderr
-        assert json.loads(done.stdout)["kind"] == kind
-        outs.append((folder / f"{name}-{kind}.{form}").read_bytes())
+]  # fmt: skip
+# one process for all of them, as its start takes longer than they do; in an order of its own
+APART = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+from program import inside
+for words in json.loads(sys.argv[2]):
+    inside(*words).check_returncode()
+"""
+
+
+@pytest.fixture(scope="module")
+def apart(folder):
+    """The folder in which another process has drawn all figures of PLOTS."""
+    made = [["plot", *files, "--out", f"b-{kind}.{form}"] for form, files, kind in reversed(PLOTS)]
+    words = [sys.executable, "-c", APART, str(Path(__file__).parents[1]), json.dumps(made)]
+    subprocess.run(words, cwd=folder, check=True, timeout=120)
+    return folder
+
+
+@pytest.mark.parametrize(("form", "files", "kind"), PLOTS)
+def test_plot_chooses_the_figure_and_repeats_its_bytes(apart, form, files, kind):
+    done = sstl(apart, "plot", *files, "--out", f"a-{kind}.{form}", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["kind"] == kind
+    # one process and another: nothing that a process holds may show in the bytes
+    outs = [(apart / f"{name}-{kind}.{form}").read_bytes() for name in "ab"]
     assert outs[0] == outs[1] and outs[0].startswith(SIGNATURE[form])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from html import unescape
 from pathlib import Path
 
@@ -22,8 +23,14 @@ from sstl_cli.steps import report
 
 
 def shown(document, *more) -> str:
+    return _shown(json.dumps([{**document, "file": "d"}, *more]))
+
+
+@cache
+def _shown(documents: str) -> str:
+    """The page of documents, drawn once for all tests that ask for the same."""
     files = [("diagnosis", "d", "0")]
-    return report.run(Inputs(diagnosis=[read(Diagnosed, d) for d in ({**document, "file": "d"}, *more)], files=files)).html
+    return report.run(Inputs(diagnosis=[read(Diagnosed, d) for d in json.loads(documents)], files=files)).html
 
 
 def words_of(html: str) -> str:

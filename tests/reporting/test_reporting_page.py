@@ -53,13 +53,18 @@ def files(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def html(files):
-    return report.run(load(files)).html
+def whole(files):
+    return report.run(load(files))
 
 
-def test_every_section_is_there(files):
+@pytest.fixture(scope="module")
+def html(whole):
+    return whole.html
+
+
+def test_every_section_is_there(whole):
     names = [name for name, _ in sections.find()]
-    assert list(report.run(load(files)).sections) == names
+    assert list(whole.sections) == names
     assert names[0] == "diagnosis" and {"logs", "theta", "mapping", "compensation", "blind"} <= set(names)
 
 

@@ -14,22 +14,19 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from typer.testing import CliRunner
+from program import inside
 from watch_logs import HEAD, lines, loops, write
 
-from sstl_cli.cli.app import _register, app
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
 from sstl_cli.core.tables import THETA
 
-RUN = CliRunner()
 FRICTION = {"const_friction": {"w_l_n": 0.2}}
 
 
 def sstl(*words, code=0):
-    _register()
-    done = RUN.invoke(app, ["watch", *map(str, words)], catch_exceptions=True)
-    assert done.exit_code == code, (done.output, done.stderr, done.exception)
+    done = inside("watch", *words)
+    assert done.returncode == code, (done.stdout, done.stderr)
     return done
 
 
@@ -70,7 +67,7 @@ def model(tmp_path_factory):
             )
     pq.write_table(pa.Table.from_pylist(rows, schema=THETA.arrow()), folder / "theta.parquet")
     command = ["train", "theta.parquet", "--variants", "linear", "--seeds", "1", "--out", "model.safetensors"]
-    subprocess.run([sys.executable, "-m", "sstl_cli", *command], cwd=folder, check=True, capture_output=True)
+    inside(*command, cwd=folder).check_returncode()
     return folder / "model.safetensors"
 
 
@@ -208,6 +205,4 @@ def test_ctrl_c_is_the_usual_end(tmp_path):
 
 
 def test_wrong_use_is_told(tmp_path):
-    _register()
-    done = RUN.invoke(app, ["watch", str(tmp_path / "x.csv"), "--once", "--until-idle", "3"])
-    assert done.exception is not None and "exclude one another" in str(done.exception)
+    assert "exclude one another" in sstl(tmp_path / "x.csv", "--once", "--until-idle", "3", code=2).stderr
