@@ -16,8 +16,7 @@ from sstl_cli.physics.scenario import load
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
 PULLEY = {"pulley_friction": {"m_p": 0.06, "m_r": 0.05}}
-# the gate has tests of its own
-OPTIONS = DiagnoseOptions(max_effects=1, effects=("pulley_friction", "asymmetric_friction", "gain_error", "zero_offset"), physics=False)
+OPTIONS = DiagnoseOptions(max_effects=1, effects=("pulley_friction", "asymmetric_friction", "gain_error", "zero_offset"))
 
 
 @pytest.fixture(scope="module")

@@ -14,9 +14,7 @@ from sstl_cli.physics.scenario_file import dump
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 from tests.diagnosis.rig_logs import record
 
-OPTIONS = DiagnoseOptions(
-    effects=("zero_offset", "gain_error", "const_friction", "viscous", "friction_drift"), max_effects=1, physics=False
-)
+OPTIONS = DiagnoseOptions(effects=("zero_offset", "gain_error", "const_friction", "viscous", "friction_drift"), max_effects=1)
 
 
 def odd(runs: list[Run], seed: int) -> list[Run]:
