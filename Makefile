@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test tests compiled test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test tests compiled rigs test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -28,12 +28,15 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 test: $(STAMP) ## run linters, type check, layer check and the tests
-	$(MAKE) --no-print-directory -j2 lint compiled
+	$(MAKE) --no-print-directory -j2 lint compiled rigs
 	$(MAKE) --no-print-directory tests
 
-# machine code once, beside the type check: each worker of the suite would make it for itself
+# machine code once, beside the type check: each worker of the suite would make it for itself; of the diagnosis, then of the rigs
 compiled: $(STAMP)
 	$(BIN)/sstl diagnose data/samples/log.parquet --workers 1 --quiet --force --out $(VENV)/compiled.json >/dev/null
+
+rigs: $(STAMP)
+	$(BIN)/sstl blind make $(VENV)/rigs --cases 3 --quick --workers 1 --seed 1 --quiet --force
 
 tests: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
