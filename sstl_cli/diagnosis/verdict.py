@@ -230,7 +230,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE
     first = next((c for c in rows.candidates if c.ids == top), None)
-    if first is not None and _carried(first, rows) < HALF and p[NONE] < max(p[UNKNOWN], named):
+    if first is not None and (_carried(first, rows) < HALF or _strained(first)) and p[NONE] < max(p[UNKNOWN], named):
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
     tied = _tied(standing(rows), top)
     family = _family(top, p)
@@ -279,6 +279,11 @@ def _carried(c: CandidateRow, rows: Rows) -> float:
     # the channel beside states its share of the error, and what is left in units of the noise
     left = (1.0 - c.share) ** 2
     return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
+
+
+def _strained(c: CandidateRow) -> bool:
+    """Whether several effects explain by sizes alone that none of them usually has: together they describe a gap and are no cause of it."""
+    return c.kind == OUTPUT and len(c.ids) > 1 and c.outside >= c.strengths
 
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
@@ -351,6 +356,8 @@ def _left(rows: Rows, top: Ids) -> str:
     if row is None or not top:
         return f"something is left that no candidate explains ({worst.name})"
     best, carried = f"even the best candidate, {' + '.join(top)},", _carried(row, rows)
+    if _strained(row) and carried >= HALF:
+        return f"{best} would need sizes that none of its effects usually has"
     if row.kind == BESIDE:
         return f"{best} takes only {100.0 * carried:.0f} % off what noise is not in the channel beside"
     if row.held is not None and carried == row.held < HALF:

@@ -48,6 +48,17 @@ def test_one_effect_explains_all_and_the_others_little():
     assert found.confidence is not None and found.confidence > 0.6
 
 
+@pytest.mark.parametrize("outside", [0, 1, 2])
+def test_two_effects_of_sizes_that_neither_usually_has_describe_a_gap_and_are_no_cause(outside):
+    both = replace(row("pulley_friction", "zero_drift", evidence=3000.0, drop=2000.0), outside=outside)
+    parts = [row(i, evidence=1000.0, chi2=1.5, worst=200.0, mean=100.0, share=0.0) for i in both.ids]
+    found = said(both, *parts, *OTHERS, log=FAILING)
+    assert (found.status == "unknown") == ("sizes that none of its effects usually has" in found.why) == (outside == 2)
+    # one effect alone may be larger than rigs usually are
+    alone = replace(row("pulley_friction", evidence=2000.0), outside=1)
+    assert said(alone, *OTHERS, log=FAILING).effects == ("pulley_friction",)
+
+
 def test_two_that_explain_alike_are_not_told_apart():
     a, b = row("channel_delay", evidence=300.0), row("channel_lowpass", evidence=299.8)
     found = said(a, b, *OTHERS, log=FAILING)
