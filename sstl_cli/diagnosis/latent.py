@@ -9,6 +9,7 @@ Markov chain, so that the error is known in size and passed on, sample by sample
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -121,13 +122,12 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         doubt = np.sqrt(sharp * (1.0 - sharp)) * np.abs(found.mean[:, 0] - split)
     smooth = _as_smooth(y, use, noise, found)
     value, found = value + smooth.mean[:, 0] - found.mean[:, 0], smooth
-    if not told.rounded:
-        moved, open_ = _elsewhere(y, use, noise, found)
-        value, doubt = value + moved, np.hypot(doubt, open_)
     if told.rounded:
         found, doubt = _rounded(y, use, noise, found, told.rounded), np.zeros(n)
         value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
     else:
+        moved, open_ = _elsewhere(y, use, noise, found)
+        value, doubt = value + moved, np.hypot(doubt, open_)
         rounds = found.nats - costs_of(y, use, noise, [_spread(found.steps[0], w) for w in ROUNDINGS], [found.steps[1]])
     return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt, rounds)
 
@@ -174,9 +174,7 @@ def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) 
             asked = costs_of(y, use, noise, *(tries if j == i else [steps[j]] for j in range(2)))
             best = int(np.argmin(asked))
             steps[i], scales[i], nats = tries[best], WIDE[best] * scales[i], float(asked[best])
-        law, drive = chain(y, use, noise, *steps)
-        mean, variance, squares = follow(law, drive)
-        found = _Path(tuple(steps), tuple(scales), squares, law, mean, variance, nats)
+        found = replace(_by(y, use, noise, found, steps, nats), scales=tuple(scales))
         if before - nats < LATENT_ENOUGH_NATS:
             break
     return found
@@ -189,23 +187,24 @@ def _as_smooth(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
     changes all the time is as likely, and an error between the bends is then far larger than it is said to be.
     """
     tries = [_spread(path.steps[1], w) for w in ROUNDINGS]
-    allowed = np.flatnonzero(costs_of(y, use, noise, [path.steps[0]], tries) < path.nats + DECIDES_NATS)
+    asked = costs_of(y, use, noise, [path.steps[0]], tries)
+    allowed = np.flatnonzero(asked < path.nats + DECIDES_NATS)
     if not len(allowed):
         return path
-    return _by(y, use, noise, path, (path.steps[0], tries[allowed[-1]]))
+    return _by(y, use, noise, path, (path.steps[0], tries[allowed[-1]]), float(asked[allowed[-1]]))
 
 
 def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
     """Return the path whose corners may go on in the steps beside them."""
-    return _by(y, use, noise, path, (_spread(path.steps[0], width), path.steps[1]))
+    steps = (_spread(path.steps[0], width), path.steps[1])
+    return _by(y, use, noise, path, steps, float(costs(y, use, noise, *steps).sum()))
 
 
-def _by(y: Array, use: Mask, noise: Reading, path: _Path, steps: tuple[Array, Array]) -> _Path:
-    """Return the path by other variances of its steps."""
+def _by(y: Array, use: Mask, noise: Reading, path: _Path, steps: Sequence[Array], nats: float) -> _Path:
+    """Return the path by other variances of its steps, which the readings like by ``nats``."""
     law, drive = chain(y, use, noise, *steps)
     mean, variance, squares = follow(law, drive)
-    nats = float(costs(y, use, noise, *steps).sum())
-    return replace(path, steps=steps, squares=squares, law=law, mean=mean, variance=variance, nats=nats)
+    return replace(path, steps=tuple(steps), squares=squares, law=law, mean=mean, variance=variance, nats=nats)
 
 
 def _spread(corners: Array, width: float) -> Array:

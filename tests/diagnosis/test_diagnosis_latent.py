@@ -99,8 +99,10 @@ def test_a_bend_that_the_readings_show_stays_sharp():
     y, use = curve + 1e-5 * np.random.default_rng(1).standard_normal(len(TIME)), np.ones(len(TIME), bool)
     bends = np.full(len(TIME), 1e-16)
     bends[1500] = (8.0 * DT**2) ** 2
-    path = of._by(y, use, of.Reading(1e-10), of._Path((), (1e-16, 1e-16), np.zeros((len(TIME), 4))), (np.full(len(TIME), 1e-18), bends))
-    assert of._as_smooth(y, use, of.Reading(1e-10), path) is path
+    noise, steps = of.Reading(1e-10), (np.full(len(TIME), 1e-18), bends)
+    nats = float(of.costs(y, use, noise, *steps).sum())
+    path = of._by(y, use, noise, of._Path((), (1e-16, 1e-16), np.zeros((len(TIME), 4))), steps, nats)
+    assert of._as_smooth(y, use, noise, path) is path
 
 
 def test_the_rate_is_the_slope():
