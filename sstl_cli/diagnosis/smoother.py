@@ -241,7 +241,8 @@ def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> 
             row[8], row[9], row[10], row[11] = _ahead(i2, memory)
             row[12], row[13], row[14], row[15] = _ahead(i3, memory)
         else:
-            row[: STATES * STATES] = 0.0
+            for i in range(STATES * STATES):
+                row[i] = 0.0
         c0 = (p * i0[0] + w * i0[1], w * i0[0] + v * i0[1], b * i0[2], u * i0[3])
         c1 = (p * i1[0] + w * i1[1], w * i1[0] + v * i1[1], b * i1[2], u * i1[3])
         c2 = (p * i2[0] + w * i2[1], w * i2[0] + v * i2[1], b * i2[2], u * i2[3])
@@ -298,7 +299,8 @@ def follow(law: Array, drive: Array) -> tuple[Array, Array, Array]:
         mean[k, 0], mean[k, 1], mean[k, 2], mean[k, 3] = x
         variance[k] = s0[0]
     # nothing leads to the first sample
-    steps[0] = steps[1]
+    for i in range(4):
+        steps[0, i] = steps[1, i]
     return mean, variance, steps
 
 
@@ -309,29 +311,34 @@ def error_of_means(law: Array, factor: int) -> tuple[Array, Array]:
     out, sd = np.zeros((n, LAW)), np.zeros(n)
     squares = np.zeros((7, STATES, STATES))
     now, a, v, g, t, move, new = squares[0], squares[1], squares[2], squares[3], squares[4], squares[5], squares[6]
-    b, c, last, unit = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES), np.eye(STATES)
+    b, c = np.zeros(STATES), np.zeros(STATES)
     for block in range(n):
-        move[:, :], new[:, :], b[:], c[:], bb = unit, 0.0, 0.0, 0.0, 0.0
+        bb = 0.0
+        for i in range(STATES):
+            b[i] = c[i] = 0.0
+            for j in range(STATES):
+                move[i, j], new[i, j] = 1.0 if i == j else 0.0, 0.0
         for k in range(block * factor, (block + 1) * factor):
             _matrix(law[k], a)
             _covariance(law[k, STATES * STATES :], v)
             _product(a, move, t)
-            move[:, :] = t
+            move, t = t, move
             _moved(a, new, v, g, t)
-            new[:, :] = t
+            new, t = t, new
             # the value of this sample joins the mean
-            last[:] = b
+            b0, b1, b2, b3 = b[0], b[1], b[2], b[3]
             for i in range(STATES):
-                b[i] = a[i, 0] * last[0] + a[i, 1] * last[1] + a[i, 2] * last[2] + a[i, 3] * last[3]
+                b[i] = a[i, 0] * b0 + a[i, 1] * b1 + a[i, 2] * b2 + a[i, 3] * b3
             bb += (2.0 * b[0] + new[0, 0] / factor) / factor
             for i in range(STATES):
                 b[i] += new[i, 0] / factor
                 c[i] += move[0, i] / factor
         for i in range(STATES * STATES):
             out[block, i] = move[i // STATES, i % STATES]
-        out[block, STATES * STATES : MOVES] = c
         _pairs(new, out[block, MOVES : MOVES + PAIRS])
-        out[block, MOVES + PAIRS : LAW - 2], out[block, LAW - 2] = b, bb
+        for i in range(STATES):
+            out[block, STATES * STATES + i], out[block, MOVES + PAIRS + i] = c[i], b[i]
+        out[block, LAW - 2] = bb
         known, apart = 0.0, bb + new[0, 0] - 2.0 * b[0]
         for i in range(STATES):
             for j in range(STATES):
@@ -340,5 +347,5 @@ def error_of_means(law: Array, factor: int) -> tuple[Array, Array]:
         out[block, LAW - 1] = max(apart, 0.0)
         sd[block] = np.sqrt(max(known + bb, 0.0))
         _moved(move, now, new, g, t)
-        now[:, :] = t
+        now, t = t, now
     return out, sd

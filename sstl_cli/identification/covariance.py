@@ -86,11 +86,13 @@ def _grid(t: Array, x: Array, y: Array, taus: Array, slow: Array, white: Array) 
     # variance, three states, six sums, the log-determinant and what of it is still a product; correlation over one
     # step, what the step adds to the variance, the white variance
     w = np.zeros(15 * LANES)
-    w[11 * LANES : 12 * LANES] = 1.0
-    w[14 * LANES :] = 1.0
-    w[: times * shares] = slow.ravel()
-    w[13 * LANES : 13 * LANES + times * shares] = slow.ravel()
-    w[14 * LANES : 14 * LANES + times * shares] = white.ravel()
+    for j in range(LANES):
+        w[11 * LANES + j] = w[14 * LANES + j] = 1.0
+    for i in range(times):
+        for j in range(shares):
+            lane = i * shares + j
+            w[lane] = w[13 * LANES + lane] = slow[i, j]
+            w[14 * LANES + lane] = white[i, j]
     step = -1.0
     for k in range(t.size):
         dt = t[k] - t[k - 1] if k > 0 else 0.0
@@ -172,7 +174,7 @@ def _correlated(t: Array, x: Array, taus: Array) -> Array:
             c00 += 1.0 + 2.0 * s0
             c01 += x[k] + s1 + x[k] * s0
             c11 += x[k] * (x[k] + 2.0 * s1)
-        out[i] = c00, c01, c11
+        out[i, 0], out[i, 1], out[i, 2] = c00, c01, c11
     return out
 
 

@@ -223,7 +223,9 @@ def modelled(
     behind: Behind = NOTHING_BEHIND,
 ) -> tuple[Cause, Array]:
     """Return the best descent, and what it makes of the output (N) at all samples, those that are NaN with them."""
-    fast = np.zeros(len(x)) if speed is None else speed
+    # each layout of memory would be compiled for itself
+    x, y = np.ascontiguousarray(x), np.ascontiguousarray(y)
+    fast = np.zeros(len(x)) if speed is None else np.ascontiguousarray(speed)
     which, begins = np.array(free, np.int64), len(x) if behind.since is None else behind.since
     slip = free[-1]
     given = np.array([median(y[~np.isnan(y)][:3]), begins, behind.most_n, float(bool(behind.lags))])

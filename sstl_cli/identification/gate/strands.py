@@ -94,9 +94,9 @@ def left_of(x: Array, y: Array, fast: Array, p: Array, given: Array, free: Codes
 @njit(cache=True, nogil=True)
 def _rows(free: Codes) -> Codes:
     """Return for each free parameter the row of what strands slid with that tells its derivative, -1 where none does."""
-    rows = np.where(free < STEADY, free, -1)
-    rows[free == 8] = MOVED_BY
-    rows[free == 10] = MOVED
+    rows = np.empty(free.size, np.int64)
+    for i in range(free.size):
+        rows[i] = free[i] if free[i] < STEADY else MOVED_BY if free[i] == 8 else MOVED if free[i] == 10 else -1
     return rows
 
 
@@ -171,11 +171,22 @@ def _normal(left: Array, jacobian: Array, limit: float) -> tuple[Array, Array]:
 
 
 @njit(cache=True, nogil=True)
+def _sizes(left: Array, y: Array) -> Array:
+    """Return the absolute values of what is left where the output is known."""
+    sizes, count = np.empty(y.size), 0
+    for k in range(y.size):
+        if not np.isnan(y[k]):
+            sizes[count] = abs(left[k])
+            count += 1
+    return sizes[:count]
+
+
+@njit(cache=True, nogil=True)
 def tried(x: Array, y: Array, fast: Array, p: Array, given: Array, floor: float) -> float:
     """Return what a first guess leaves: the mean of what is left, single samples cut off."""
     left = np.empty(x.size)
     left_of(x, y, fast, p, given, np.empty(0, np.int64), left, np.empty((0, 0)))
-    known = np.abs(left[~np.isnan(y)])
+    known = _sizes(left, y)
     return float(np.mean(np.minimum(known, max(3.0 * np.median(known), floor))))
 
 
@@ -187,9 +198,9 @@ def descend(x: Array, y: Array, fast: Array, free: Codes, first: Array, given: A
     left, jacobian, trial_left, trial_jacobian = np.empty(n), np.empty((m, n)), np.empty(n), np.empty((m, n))
     p = first.copy()
     left_of(x, y, fast, p, given, free, left, jacobian)
-    known = ~np.isnan(y)
     for _ in range(2):
-        limit = HUBER * max(1.4826 * np.median(np.abs(left[known])), floor)
+        sizes = _sizes(left, y)
+        limit = HUBER * max(1.4826 * np.median(sizes), floor)
         cost = _cost(left, limit)
         damping = 1e-3
         normal, gradient = _normal(left, jacobian, limit)
@@ -226,4 +237,4 @@ def descend(x: Array, y: Array, fast: Array, free: Codes, first: Array, given: A
                 if damping > 1e5:
                     break
     # what is not known has left nothing
-    return p, math.sqrt(np.mean(left**2) / max(float(np.mean(known)), 1e-300))
+    return p, math.sqrt(np.mean(left**2) / max(sizes.size / n, 1e-300))
