@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import gamma
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, FINE_STEP, LEAST_GAP, LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FINE_STEP, LEAST_GAP, LEAST_SHARE, MIN_FAULTY
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
@@ -77,8 +77,9 @@ class _Carried:
         # what sound readings are off by, too, is not the fault's
         sound = (r.raw_weight[:n] > 0.0) & ~bad_in & ~bad_out & ~r.faults_out.clipped[:n]
         usual = float(error2[sound].mean()) if sound.any() else 0.0
-        self.faulty += max(float(error2[bad_out].sum() + input_error2.sum()) - usual * int(bad_out.sum()), 0.0)
-        self.fourth += float((error2[bad_out] ** 2).sum() + (input_error2**2).sum())
+        self.faulty += max(float(error2[bad_out].sum() + input_error2[bad_in].sum()) - usual * int(bad_out.sum()), 0.0)
+        self.fourth += float((error2[bad_out] ** 2).sum() + (input_error2[bad_in] ** 2).sum())
+        self.clipped += float(input_error2[~bad_in].sum())
         self.spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
         self.frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
         self.readings += n
@@ -108,11 +109,16 @@ class _Carried:
 
 
 def squared_errors(r: Record, prediction: Array) -> tuple[Array, Array, Array]:
-    """Return what is expected of the output (N), and the squared errors (N^2) of output and spoilt input (0 of others), all (n,)."""
+    """Return what is expected of the output (N), and squared errors (N^2) of output and input, the latter of spoilt readings alone.
+
+    All have shape (n,). A reading at a limit is off by how far the input went beyond it, where that is more than noise.
+    """
     thin = max(1, len(r.raw) // max(len(prediction), 1))
     expected = np.repeat(prediction, thin)
     n = len(expected)
-    into = np.where(r.faults_in.bad[:n], (r.raw.tension_in_n[:n] - np.repeat(r.u, thin)[:n]) ** 2, 0.0)
+    off = np.repeat(r.u, thin)[:n] - r.raw.tension_in_n[:n]
+    beyond = r.faults_in.clipped[:n] & (off > CLIPPED_SIGMA * r.faults_in.noise_n)
+    into = np.where(r.faults_in.bad[:n] | beyond, off**2, 0.0)
     return expected, (r.raw.tension_out_n[:n] - expected) ** 2, into
 
 

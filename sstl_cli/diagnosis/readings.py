@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import TENSIONS
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.clipping import Limit, Pair, limit_of
 from sstl_cli.diagnosis.constants import (
@@ -24,10 +25,39 @@ from sstl_cli.diagnosis.constants import (
     MOST_ALIKE,
 )
 from sstl_cli.diagnosis.recorder import Faults, limited, scan
-from sstl_cli.identification.gate import Sensor, sensors_of
+from sstl_cli.identification.gate import Sensor, overflows, sensors_of
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Ranges = Mapping[str, tuple[float, float]]
+
+
+def unfolded(run: Run, finite: Mask) -> tuple[Run, Ranges]:
+    """Return a run whose channels go on beyond their ranges where they overflow, and lowest and highest reading (N) of those that do.
+
+    Parameters
+    ----------
+    finite : ndarray of bool, shape (n,)
+        Samples that count.
+    """
+    ranges, whole = {}, {}
+    for column, other in (TENSIONS, TENSIONS[::-1]):
+        values = getattr(run, column)
+        count = overflows.turns(values[finite], getattr(run, other)[finite])
+        if count.any():
+            low, high = float(values[finite].min()), float(values[finite].max())
+            ranges[column], whole[column] = (low, high), values.copy()
+            whole[column][finite] += (high - low) * count
+    return replace(run, **whole), ranges
+
+
+def folded(run: Run, ranges: Ranges) -> Run:
+    """Return a run as its channels read where they overflow."""
+    read = {}
+    for column, (low, high) in ranges.items():
+        values = getattr(run, column)
+        read[column] = values - (high - low) * np.maximum(np.ceil((values - high) / (high - low)), 0.0)
+    return replace(run, **read)
 
 
 def renewed(run: Run, finite: Mask) -> Run:
@@ -120,9 +150,10 @@ def known(run: Run, column: str) -> Mask:
 def scanned(run: Run, column: str) -> Faults:
     """Return the recorder faults of a channel, looked for among its readings."""
     readings, values = known(run, column), getattr(run, column)
+    other = run.tension_in_n if column == "tension_out_n" else run.tension_out_n
+    found = _whole(values[readings], other[readings])
     if readings.all():
-        return scan(values)
-    found = scan(values[readings])
+        return found
 
     def spread(flags: Mask) -> Mask:
         out = np.zeros(len(values), bool)
@@ -130,6 +161,13 @@ def scanned(run: Run, column: str) -> Faults:
         return out
 
     return replace(found, spike=spread(found.spike), frozen=spread(found.frozen), clipped=spread(found.clipped))
+
+
+def _whole(values: Array, other: Array) -> Faults:
+    """Return the recorder faults of readings; what overflows is beyond the limit, and everything else is looked for as if it had not."""
+    count = overflows.turns(values, other)
+    found = scan(values + float(np.ptp(values)) * count)
+    return found if not count.any() else replace(found, clipped=count > 0, clip_level_n=float(values.max()))
 
 
 def agreed(usable: Sequence[tuple[Run, Faults, Faults]]) -> list[tuple[Run, Faults, Faults]]:

@@ -19,7 +19,7 @@ from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
 from sstl_cli.diagnosis.motion import slip_of
-from sstl_cli.diagnosis.readings import agreed, gaps, known, renewed, scanned
+from sstl_cli.diagnosis.readings import agreed, folded, gaps, known, renewed, scanned, unfolded
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.wander import Wander
 
@@ -192,7 +192,8 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     time = run.time_s[finite]
     if np.any(np.diff(time) <= 0):
         return "time is not strictly increasing", None
-    run = on_grid(renewed(run, finite), finite)
+    whole, ranges = unfolded(run, finite)
+    run = folded(on_grid(renewed(whole, finite), finite), ranges)
     faults_in, faults_out = scanned(run, "tension_in_n"), scanned(run, "tension_out_n")
     good = ~(faults_in.bad | faults_out.bad)
     if good.sum() < MIN_SAMPLES:

@@ -28,7 +28,7 @@ from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.identification import gate
-from sstl_cli.identification.gate.rules import limit
+from sstl_cli.identification.gate.rules import limit, overflow
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
@@ -186,8 +186,8 @@ def _unsaid(sim: Scenario | None) -> list[str]:
 
 
 def _to_answer(remarks: Sequence[gate.Remark]) -> tuple[gate.Remark, ...]:
-    """Return the remarks, a limit of a sensor as no failure: what it hides is left out reading by reading, and it is one of the answers."""
-    return tuple(replace(r, severity="remark") if r.rule == limit.RULE else r for r in remarks)
+    """Return the remarks, a sensor beyond its range as no failure: what it hides is left out reading by reading, and it is one of the answers."""
+    return tuple(replace(r, severity="remark") if r.rule in (limit.RULE, overflow.RULE) else r for r in remarks)
 
 
 def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[Run], dict[str, str]]:

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
-from sstl_cli.identification.filtering import median, quantile
+from sstl_cli.identification.gate import overflows
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit
 from sstl_cli.identification.gate.changes import Change, change_of
 from sstl_cli.identification.gate.limits import limits_of
@@ -21,10 +21,6 @@ Array = NDArray[np.float64]
 NOISES = 8.0
 # part of its span by which an input turns
 TURN = 0.1
-# a jump of a converter that overflows: least part of the span, what the other channel and neighbours may move by, spread of the sizes, and jumps each way
-JUMP, STEADY, ALIKE, TURNS = 0.7, 0.1, 0.1, 2
-# usual steps of the channel that a jump is beyond: what is but noise jumps from end to end as well
-BEYOND = 10.0
 # a fold: how near to zero (noise, part of the span) a channel must come, and the part of its way that an output goes against its input as it
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
@@ -62,7 +58,7 @@ def shapes_of(
     t, x, y = points
     against = against_of(x, y, noise)
     limits = limits_of(points, noise, steps, causes)
-    wraps = (wrap_of(*raw), wrap_of(*raw[::-1]))
+    wraps = (overflows.size_n(*raw), overflows.size_n(*raw[::-1]))
     far = abs(causes.moved.size) > MOVED * float(t[-1] - t[0])
     known = [c for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
     left = min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)
@@ -102,21 +98,6 @@ def _turns(x: Array, least: float) -> NDArray[np.int64]:
             low = k
     turns.append(len(x) - 1)
     return np.array(turns, np.int64)
-
-
-def wrap_of(v: Array, other: Array) -> float:
-    """Return the size (N) of the jumps from one end of a channel's range to the other and back, NaN where there are none."""
-    step, span = np.diff(v), float(np.ptp(v))
-    at = np.flatnonzero(np.abs(step) > JUMP * span)
-    if span <= 0.0 or len(at) < 2 * TURNS or min(np.count_nonzero(step[at] > 0), np.count_nonzero(step[at] < 0)) < TURNS:
-        return math.nan
-    size = np.abs(step[at])
-    steady = quantile(np.abs(np.diff(other))[at], 0.9) < STEADY * float(np.ptp(other))
-    # what overflows goes on in the same way; what drops out and comes back rests below
-    lively = bool(np.count_nonzero(np.diff(np.unique(v[at + 1]))) > 0.5 * len(at))
-    # an overflow is the whole of the range, so that the jump leaves no room beyond it
-    lively &= median(size) > BEYOND * median(np.abs(step))
-    return median(size) if steady and lively and float(np.ptp(size)) < ALIKE * median(size) else math.nan
 
 
 def _folded(x: Array, y: Array, noise_n: float) -> float:

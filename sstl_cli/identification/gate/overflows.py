@@ -1,0 +1,57 @@
+"""A number that overflows: beyond one end of its range a channel reads on from the other.
+
+One channel alone cannot tell it from a drop. What tells is that it goes over from its highest reading to its lowest and back,
+that with its range more it goes on as it came, and that the other end of the line takes no notice and is not at its lowest meanwhile.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.identification.filtering import median, noise_sd, quantile
+
+Array = NDArray[np.float64]
+# part of the span that a jump takes, usual steps of the channel that it is beyond, and part of its span that the other channel moves by meanwhile
+JUMP, BEYOND, STEADY = 0.7, 10.0, 0.1
+# by how many of the steps beside it, and by how many noises, a channel goes on over the end of its range
+AS_BESIDE, NOISES = 2.0, 8.0
+
+
+def turns(values: Array, other: Array) -> NDArray[np.int64]:
+    """Return how many times each reading has gone beyond the range of a channel, 0 everywhere where none overflows.
+
+    Parameters
+    ----------
+    values, other : ndarray, shape (n,)
+        Readings of the channel and of the other end of the line (N).
+
+    Examples
+    --------
+    >>> pull = np.concatenate((np.linspace(0.0, 12.0, 60), np.linspace(12.0, 0.0, 60)))
+    >>> int(turns(pull % 10.0, 0.5 * pull).sum()) == int((pull >= 10.0).sum())
+    True
+    >>> int(turns(np.where(abs(pull - 6.0) < 0.5, 0.0, pull), 0.5 * pull).sum())
+    0
+    """
+    none = np.zeros(len(values), np.int64)
+    step, span = np.diff(values), float(np.ptp(values))
+    over = np.abs(step) > JUMP * span
+    if not np.count_nonzero(over) >= 2 or median(np.abs(step[over])) <= BEYOND * median(np.abs(step)):
+        return none
+    count = np.concatenate(([0], np.cumsum(-np.sign(step) * over))).astype(np.int64)
+    count -= count.min()
+    whole = values + span * count
+    moved = np.abs(np.diff(whole))
+    near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
+    smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
+    steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
+    high = float(np.min(other[count > 0])) > float(np.min(other)) + STEADY * float(np.ptp(other))
+    return count if bool(smooth.all()) and steady and high else none
+
+
+def size_n(values: Array, other: Array) -> float:
+    """Return the range (N) that a channel overflows, NaN where it does not."""
+    return float(np.ptp(values)) if turns(values, other).any() else math.nan
