@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
     LAG_SCALES,
     LOOP_HALVINGS,
+    LOOP_SLEWS,
     MIN_SAMPLES,
     NO_LOOP,
     POSITION_STARTS,
@@ -26,10 +28,13 @@ from sstl_cli.diagnosis.constants import (
     SLOWEST_LOOP,
     TRACKS,
 )
+from sstl_cli.diagnosis.driven import known_input
 from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.diagnosis.features import BESIDE, CandidateRow
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.latent import block_mean
+from sstl_cli.diagnosis.means import bridged
+from sstl_cli.diagnosis.readings import gaps
 from sstl_cli.diagnosis.recorder import white_noise
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
@@ -64,37 +69,65 @@ class ChannelGap:
         return CandidateRow((self.effect,), BESIDE, k, self.gain, evidence, evidence, left, 0.0, 0.0, 0, 1.0, share)
 
 
+@dataclass(frozen=True)
+class _Piece:
+    """A stretch of a run without a gap: what the loop was asked for and what it gave (N), which samples were read, where it began (N)."""
+
+    asked: Array
+    given: Array
+    known: NDArray[np.bool_]
+    dt_s: float
+    begin_n: float
+
+    def left(self, tau_s: float, inverse_slew: float) -> Array:
+        """Return what a loop of these leaves of the readings (N)."""
+        return np.asarray((self.given - first_order(self.asked, self.dt_s, tau_s, inverse_slew, self.begin_n))[self.known])
+
+
 def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
     """Return the lag of the tension loop where the input follows a recorded reference."""
-    pairs = [(r.raw, r.faults_in.noise_n) for r in records if r.raw.tension_ref_n is not None and _tracks(r.raw)]
-    if not pairs:
+    following = [r for r in records if r.raw.tension_ref_n is not None and _tracks(r.raw)]
+    pieces = [p for r in following for p in _pieces(r)]
+    if not pieces:
         return []
-    noise = float(np.median([n for _, n in pairs]))
+    noise = float(np.median([r.faults_in.noise_n for r in following]))
 
     def residual(p: Array) -> Array:
-        parts = []
-        for run, _ in pairs:
-            reference = np.asarray(run.tension_ref_n)
-            lagged = first_order(np.nan_to_num(reference), run.dt_s, max(p[0], 0.0), max(p[1], 0.0))
-            parts.append(run.tension_in_n - lagged)
-        return np.concatenate(parts)
+        return np.concatenate([piece.left(max(p[0], 0.0), max(p[1], 0.0)) for piece in pieces])
 
     base = residual(np.zeros(2))
     low, high = np.zeros(2), np.array(SLOWEST_LOOP)
-    fits = [least_squares(residual, s, bounds=(low, high), x_scale=LAG_SCALES) for s in _starts(residual)]
+    fits = [least_squares(residual, s, bounds=(low, high), x_scale=LAG_SCALES) for s in _starts(residual, pieces)]
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
     return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), log_gain(base, left, left))]
 
 
-def _starts(residual: Callable[[Array], Array]) -> list[Array]:
-    """Return the best start with a lag alone, with a slew limit alone, and with both."""
-    lags, slews = ([none, *(most * 0.5 ** np.arange(1, LOOP_HALVINGS))] for none, most in zip(NO_LOOP, SLOWEST_LOOP, strict=True))
+def _pieces(r: Record) -> list[_Piece]:
+    """Return the stretches of a run between its gaps, in which nobody knows what was asked for."""
+    run, found = r.raw, []
+    reference = np.asarray(run.tension_ref_n)
+    asked = np.isfinite(reference)
+    whole = bridged(reference, asked)
+    known = known_input(run, r.faults_in) & asked
+    for a, b in stretches(gaps(run) == 0):
+        if known[a:b].any():
+            first = a + int(np.argmax(known[a:b]))
+            part = slice(first, b)
+            found.append(_Piece(whole[part], run.tension_in_n[part], known[part], run.dt_s, float(run.tension_in_n[first])))
+    return found
+
+
+def _starts(residual: Callable[[Array], Array], pieces: Sequence[_Piece]) -> list[Array]:
+    """Return the best start with a lag alone, with a slew limit alone, and with both; a limit faster than what is asked for does nothing."""
+    fastest = max(float(np.abs(np.diff(p.asked)).max(initial=0.0)) / p.dt_s for p in pieces)
+    lags = [NO_LOOP[0], *(SLOWEST_LOOP[0] * 0.5 ** np.arange(1, LOOP_HALVINGS))]
+    slews = [NO_LOOP[1], *(np.geomspace(1.0 / fastest, SLOWEST_LOOP[1], LOOP_SLEWS) if fastest * SLOWEST_LOOP[1] > 1.0 else ())]
     tries = {(i, k): np.array([tau, slew]) for i, tau in enumerate(lags) for k, slew in enumerate(slews)}
     left = {at: _rms(residual(p)) for at, p in tries.items()}
     parts = [[at for at in tries if (at[0] > 0, at[1] > 0) == there] for there in ((True, False), (False, True), (True, True))]
-    return [tries[min(part, key=lambda at: left[at])] for part in parts]
+    return [tries[min(part, key=lambda at: left[at])] for part in parts if part]
 
 
 def _tracks(run: Run) -> bool:
@@ -165,7 +198,8 @@ def _affine(x: Array, columns: Sequence[Array]) -> Array:
 class _Line:
     """One run as the position sees it: its drive, output and mean tension along it (N), and position (mm) of the rigid line.
 
-    ``load`` (N, as predicted and as read) and ``measured`` (mm) are on the analysis grid, ``factor`` times coarser.
+    ``load`` (N, as predicted and as read) and ``measured`` (mm) are on the analysis grid, ``factor`` times coarser, of which
+    ``known`` samples count: in a gap nobody knows where the line is.
     """
 
     theta: float
@@ -176,6 +210,7 @@ class _Line:
     factor: int
     load: tuple[Array, Array]
     measured: Array
+    known: NDArray[np.bool_]
 
 
 def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Sequence[Array]) -> list[_Line]:
@@ -188,7 +223,7 @@ def _lines(sim: Simulator, tension: Fit, records: Sequence[Record], measured: Se
         rigid = predict_position(drive, theta, none, out)
         # effects that stretch what carries the tension do not change it
         mean = mean_tension(drive, theta, own, out)
-        found.append(_Line(theta, drive, out, mean, rigid, r.factor, (block_mean(out, r.factor), r.y), x))
+        found.append(_Line(theta, drive, out, mean, rigid, r.factor, (block_mean(out, r.factor), r.y), x, r.weight > 0.0))
     return found
 
 
@@ -198,7 +233,8 @@ def _position_residual(sim: Simulator, lines: Sequence[_Line], extra: dict[str, 
     parts = []
     for line in lines:
         more = predict_position(line.drive, line.theta, active, line.out, line.mean) - line.rigid
-        parts.append(_affine(line.measured - block_mean(more, line.factor), line.load))
+        left = line.measured - block_mean(more, line.factor)
+        parts.append(_affine(left[line.known], [x[line.known] for x in line.load]))
     return np.concatenate(parts)
 
 

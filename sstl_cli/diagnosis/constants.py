@@ -227,9 +227,9 @@ DIFFERENCE, FLAT, TRIES, CURVATURE_STEP = 0.03, 0.5, 120, 0.1
 ENOUGH, HOLD_ROUNDS = 4000, 5
 # of the slow noise of an input: steps (s) in which its readings are asked, tries, how near (natural logarithm) is near enough
 HEARD_S, HEARD_TRIES, HEARD_NEAR = 0.01, 25, 0.1
-# lag (s) and inverse slew rate (s/N) next to none, and by how many halvings of the slowest a loop is looked for from them:
-# what does nothing yet has no slope
-NO_LOOP, LOOP_HALVINGS = (1e-4, 1e-6), 7
+# lag (s) and inverse slew rate (s/N) next to none, by how many halvings of the slowest a lag is looked for from them, and by how
+# many steps a slew rate from the fastest that is asked for: what does nothing yet has no slope, and just below it there is a cliff
+NO_LOOP, LOOP_HALVINGS, LOOP_SLEWS = (1e-4, 1e-6), 7, 25
 LAG_SCALES = (0.05, 0.01)
 # effects of the position: starts (share of the range), difference, evaluations
 POSITION_STARTS, POSITION_STEP, POSITION_TRIES = (0.02, 0.1, 0.5), 1e-3, 20

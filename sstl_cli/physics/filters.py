@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def first_order(signal: Array, dt_s: float, tau_s: float, inverse_slew: float = 0.0) -> Array:
-    """Return the response of a first-order lag with an optional slew limit, started at rest.
+def first_order(signal: Array, dt_s: float, tau_s: float, inverse_slew: float = 0.0, begin: float | None = None) -> Array:
+    """Return the response of a first-order lag with an optional slew limit.
 
     Parameters
     ----------
@@ -22,12 +22,14 @@ def first_order(signal: Array, dt_s: float, tau_s: float, inverse_slew: float = 
         Sampling period and time constant in s; ``tau_s = 0`` is the identity.
     inverse_slew : float
         One over the largest rate (s per unit); 0 is no limit.
+    begin : float, optional
+        Where it is before the first sample (default: at rest).
     """
     if tau_s <= 0.0 and inverse_slew <= 0.0:
         return signal
     gain = 1.0 - math.exp(-dt_s / tau_s) if tau_s > 0.0 else 1.0
     limit = dt_s / inverse_slew if inverse_slew > 0.0 else math.inf
-    return _lag(np.ascontiguousarray(signal), gain, limit)
+    return _lag(np.ascontiguousarray(signal), gain, limit, float(signal[0]) if begin is None else begin)
 
 
 def low_pass(signal: Array, dt_s: float, tau_s: float) -> Array:
@@ -83,9 +85,8 @@ def play(signal: Array, half_width: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _lag(signal: Array, gain: float, limit: float) -> Array:
-    out = np.empty_like(signal)
-    y = signal[0]
+def _lag(signal: Array, gain: float, limit: float, begin: float) -> Array:
+    out, y = np.empty_like(signal), begin
     for k in range(signal.size):
         step = gain * (signal[k] - y)
         y += min(max(step, -limit), limit)
