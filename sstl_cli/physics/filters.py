@@ -23,7 +23,7 @@ def first_order(signal: Array, dt_s: float, tau_s: float, inverse_slew: float = 
     inverse_slew : float
         One over the largest rate (s per unit); 0 is no limit.
     begin : float, optional
-        Where it is before the first sample (default: at rest).
+        Where it is at the first sample (default: at rest).
     """
     if tau_s <= 0.0 and inverse_slew <= 0.0:
         return signal
@@ -87,7 +87,8 @@ def play(signal: Array, half_width: float) -> Array:
 @njit(cache=True, nogil=True)
 def _lag(signal: Array, gain: float, limit: float, begin: float) -> Array:
     out, y = np.empty_like(signal), begin
-    for k in range(signal.size):
+    out[0] = begin
+    for k in range(1, signal.size):
         step = gain * (signal[k] - y)
         y += min(max(step, -limit), limit)
         out[k] = y
