@@ -39,14 +39,14 @@ rigs: $(STAMP)
 	$(BIN)/sstl blind make $(VENV)/rigs --cases 3 --quick --workers 1 --seed 1 --quiet --force
 
 tests: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m 'not slow'
 
 test-slow: $(STAMP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -m slow --timeout 3600
 
 # tests of how long something takes may fail while it is measured
 coverage: $(STAMP) ## lines and branches that the tests run, part by part (half an hour; compiled functions are not seen)
-	-$(BIN)/python -m coverage run -m pytest -n 2 --dist loadfile -m 'not slow'
+	-$(BIN)/python -m coverage run -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m 'not slow'
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python tools/coverage_table.py
 

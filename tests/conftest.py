@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -27,4 +28,16 @@ def measured_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(gate, "evidence_of", known_runs.evidence_of)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def drawn_once() -> Iterator[None]:
+    """Many tests ask for a page of the same recording: its pictures are drawn once. Where no test has drawing loaded, nor does this."""
+    drawing = sys.modules.get("sstl_cli.reporting.drawing")
+    with pytest.MonkeyPatch.context() as patch:
+        if drawing is not None:
+            from tests import known_pictures
+
+            patch.setattr(drawing, "picture", known_pictures.picture)
         yield

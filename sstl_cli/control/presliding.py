@@ -59,12 +59,14 @@ def fit_widths(theta: Theta, tension_in: Array, tension_out: Array, plays: int =
 @njit(cache=True)
 def play_sum(tension_in: Array, widths: Array, gp: float, bp: float, gr: float, br: float) -> Array:
     """Return the mean of plays of relative ``widths`` about the input (N, shape (n,)), each pulled at first."""
-    out = np.zeros_like(tension_in)
-    for j in range(widths.size):
-        c = widths[j]
-        y = -np.inf
-        for k in range(tension_in.size):
-            t = tension_in[k]
-            y = max(t + c * ((gp - 1.0) * t + bp), min(y, t + c * ((gr - 1.0) * t + br)))
-            out[k] += y
+    out = np.empty_like(tension_in)
+    held = np.full(widths.size, -np.inf)
+    for k in range(tension_in.size):
+        # all plays at once: each waits for its own last sample only
+        t, total = tension_in[k], 0.0
+        pull, release = (gp - 1.0) * t + bp, (gr - 1.0) * t + br
+        for j in range(widths.size):
+            held[j] = max(t + widths[j] * pull, min(held[j], t + widths[j] * release))
+            total += held[j]
+        out[k] = total
     return out / widths.size

@@ -216,7 +216,7 @@ def test_simulate_takes_what_the_program_takes(tmp_path: Path, monkeypatch) -> N
 
 
 def test_train_predict_and_keep(tmp_path: Path) -> None:
-    theta = sstl.simulate("paper-cp40", seed=1).segment()
+    theta = sstl.simulate("sample-40", seed=1).segment()
     made = sstl.train(theta, variants="linear", seeds=2)
     slopes = theta[theta["system"] == "sstl"][["gamma_p", "gamma_r"]].head(5)
     made.save(tmp_path / "m.safetensors")

@@ -32,7 +32,7 @@ FEW = ("--effects", "pulley_friction,const_friction", "--max-effects", 1)
 ONE = ("--methods", "proposed", "--config-id", "CP-020", "--cycles", 1)
 # words of a call, and the documents it prints; in the order of the work, in one folder
 CALLS = [
-    (("simulate", "--scenario", "paper-cp40", "--out", "training.parquet", "--seed", 1), ["simulate"]),
+    (("simulate", "--scenario", "sample-40", "--out", "training.parquet", "--seed", 1), ["simulate"]),
     (("check", "log.parquet"), ["check"]),
     (("info", "log.parquet"), ["info"]),
     (("segment", "log.parquet", "--out", "theta.parquet"), ["segment"]),
