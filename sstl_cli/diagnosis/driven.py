@@ -50,16 +50,21 @@ def input_of(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float
     top, most = tops(into.value) if told.rounded else (0.0, 0.0)
     error_law, error_n = error_of_means(into.chain, factor)
     open_ = np.hypot(HALF * most, into.doubt) if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
-    blur, shown = at_corners(np.hypot(blurred(run, into.rate, thin), open_), factor)
+    blur, shown = at_corners(np.hypot(blurred(run, into.rate, thin), open_), factor, None if corner is None else np.abs(corner.beyond))
     error_law[:, MEAN_NEW] += (shown * blur) ** 2
     error_law[:, TURN] += (1.0 - shown**2) * blur**2
     return Input(into.value + top, into.rate, np.hypot(error_n, blur), error_law, corner, into.rounds)
 
 
-def at_corners(open_n: Array, factor: int) -> tuple[Array, Array]:
+def at_corners(open_n: Array, factor: int, beyond: Array | None = None) -> tuple[Array, Array]:
     """Return what steps leave open of a corner (N), and the share of the step behind it, shape (n,) each.
 
-    The mean over a step shows a corner from there on; what is held shows all of it.
+    The mean over a step shows a corner from there on; what is held shows all of it. Where a corner goes ``beyond`` its sample, it is
+    there, whatever else is open in its step: what is known of it later is taken off again at the same place.
     """
     steps = open_n.reshape(-1, factor)
-    return steps.max(axis=1), 1.0 - np.argmax(steps, axis=1) / factor
+    at = np.argmax(steps, axis=1)
+    if beyond is not None:
+        corners = beyond.reshape(-1, factor)
+        at = np.where(corners.max(axis=1) > 0.0, np.argmax(corners, axis=1), at)
+    return steps.max(axis=1), 1.0 - at / factor

@@ -54,6 +54,18 @@ def test_what_is_open_of_a_corner_is_shown_from_there_on_and_held_whole():
     assert less[MEAN_NEW] == pytest.approx(share**2 * 0.03) and less[TURN] == pytest.approx((1.0 - share**2) * 0.03, abs=1e-15)
 
 
+def test_what_is_known_of_a_corner_is_taken_off_where_it_was_put():
+    """A larger doubt elsewhere in the step had its own place: what was taken off left a variance below 0, and a verdict of nan."""
+    beyond, doubt = np.zeros((2, 12))
+    beyond[2], doubt[1], doubt[5] = 0.4, 0.6, 0.3
+    blur, shown = driven.at_corners(np.hypot(beyond / np.sqrt(3.0), doubt), 4, beyond)
+    less, place = driven.at_corners(beyond, 4)
+    assert shown.tolist() == [0.5, 0.75, 1.0] and place[0] == shown[0]
+    assert np.all((1.0 - shown**2) * blur**2 - (1.0 - place**2) * less**2 / 3.0 >= 0.0)
+    # in any order
+    assert driven.at_corners(beyond + doubt, 4)[1].tolist() == [0.75, 0.75, 1.0]
+
+
 def test_an_input_that_passes_its_samples_goes_on_to_its_corners():
     r = PROBLEM.records[0]
     assert r.corner is None
