@@ -189,6 +189,9 @@ def _main() -> NoReturn:
             where = str(error.filename or "standard output")
             what = f"cannot be read or written: {error.strerror}"
             _end(SstlError(what, where=where, fix="check space and rights", code="E005"))
+        if isinstance(error, UnicodeEncodeError) and error.reason == "surrogates not allowed":
+            # names of files alone hold what no text does
+            _end(SstlError("its name is no UTF-8, which Parquet files have to have", where=error.object, fix="rename it", code="E005"))
         text = f"{type(error).__name__}: {error}"[:300]
         _end(SstlError(f"internal error, {text}", fix="set SSTL_DEBUG=1 for details and report it", code="E003"))
 

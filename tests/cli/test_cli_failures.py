@@ -38,6 +38,16 @@ def test_internal_error_is_one_line(error, monkeypatch, capsys) -> None:
     assert err.startswith(f"sstl: [E003] internal error, {type(error).__name__}") and "Traceback" not in err
 
 
+@pytest.mark.parametrize("words", [["info"], ["check"], ["diagnose", "--max-effects", "1"]])
+def test_a_name_that_is_no_text_is_told(words, tmp_path, monkeypatch, capsys) -> None:
+    named = os.path.join(os.fsencode(tmp_path), b"a\xff.parquet")
+    with open(named, "wb") as file:
+        file.write(SAMPLE.read_bytes())
+    assert run_here(monkeypatch, *words, os.fsdecode(named)) == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1 and err.startswith("sstl: [E005]") and err.rstrip().endswith("have to have; rename it") and "a\\udcff" in err
+
+
 def test_debug_shows_the_internal_error(monkeypatch) -> None:
     from sstl_cli.physics import effects
 
