@@ -45,7 +45,9 @@ def test_a_name_that_is_no_text_is_told(words, tmp_path, monkeypatch, capsys) ->
         file.write(SAMPLE.read_bytes())
     assert run_here(monkeypatch, *words, os.fsdecode(named)) == 1
     err = capsys.readouterr().err
-    assert err.count("\n") == 1 and err.startswith("sstl: [E005]") and err.rstrip().endswith("have to have; rename it") and "a\\udcff" in err
+    assert (
+        err.count("\n") == 1 and err.startswith("sstl: [E005]") and err.rstrip().endswith("have to have; rename it") and "a\\udcff" in err
+    )
 
 
 def test_debug_shows_the_internal_error(monkeypatch) -> None:
