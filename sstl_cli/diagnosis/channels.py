@@ -71,17 +71,17 @@ class ChannelGap:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A stretch of a run without a gap: what the loop was asked for and what it gave (N), which samples were read, where it began (N)."""
+    """A stretch of a run without a gap, from its first reading on: what the loop was asked for and what it gave (N), which samples were read."""
 
     asked: Array
     given: Array
     known: NDArray[np.bool_]
     dt_s: float
-    begin_n: float
 
     def left(self, tau_s: float, inverse_slew: float) -> Array:
         """Return what a loop of these leaves of the readings (N)."""
-        return np.asarray((self.given - first_order(self.asked, self.dt_s, tau_s, inverse_slew, self.begin_n))[self.known])
+        late = first_order(self.asked, self.dt_s, tau_s, inverse_slew, float(self.given[0]))
+        return np.asarray((self.given - late)[self.known])
 
 
 def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
@@ -113,9 +113,8 @@ def _pieces(r: Record) -> list[_Piece]:
     known = known_input(run, r.faults_in) & asked
     for a, b in stretches(gaps(run) == 0):
         if known[a:b].any():
-            first = a + int(np.argmax(known[a:b]))
-            part = slice(first, b)
-            found.append(_Piece(whole[part], run.tension_in_n[part], known[part], run.dt_s, float(run.tension_in_n[first])))
+            part = slice(a + int(np.argmax(known[a:b])), b)
+            found.append(_Piece(whole[part], run.tension_in_n[part], known[part], run.dt_s))
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
 from sstl_cli.steps import simulate
 
@@ -60,6 +61,12 @@ def scenario(
 
 def record(effects: dict, seed: int = 0, **rig) -> list:
     return list(simulate.run(scenario(**rig), effects, seed))
+
+
+def sound(n: int, noise_n: float) -> Faults:
+    """Return the faults of a channel of ``n`` readings, every one of them sound."""
+    none = np.zeros(n, bool)
+    return Faults(none, none, none, float("inf"), 0.0, noise_n)
 
 
 def theta_jump(runs: list, at: float = 0.5) -> list:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rig_logs import sound
 from scipy.signal import lfilter
 
 from sstl_cli.core.runs import Run
@@ -14,7 +15,6 @@ from sstl_cli.diagnosis.channels import ChannelGap, _independent, _tracks, log_g
 from sstl_cli.diagnosis.constants import JOINS_NATS
 from sstl_cli.diagnosis.fit import first_theta, fit
 from sstl_cli.diagnosis.found import NOTHING
-from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white
@@ -69,12 +69,6 @@ T = np.arange(0.0, 30.0, 0.02)
 REFERENCE = 10.0 + 5.0 * np.sin(2.0 * np.pi * T / 5.0) * (T % 10.0 < 7.0)
 
 
-def sound(noise_n, n=len(T)):
-    """Return the faults of an input of which every reading is sound."""
-    none = np.zeros(n, bool)
-    return Faults(none, none, none, np.inf, 0.0, noise_n)
-
-
 def followed(tension, reference=REFERENCE):
     noisy = tension + 0.01 * RNG.standard_normal(len(T))
     return Run("r", "act", T, noisy, 0.6 * noisy, tension_ref_n=reference)
@@ -99,7 +93,7 @@ def test_a_loop_is_judged_where_the_input_follows_its_reference(run, tracks):
 
 def looped(tension):
     run = followed(tension)
-    return loop_gaps([SimpleNamespace(raw=run, faults_in=sound(0.01))])
+    return loop_gaps([SimpleNamespace(raw=run, faults_in=sound(len(T), 0.01))])
 
 
 def test_the_lag_of_a_loop_is_found():
@@ -115,7 +109,7 @@ def test_a_lag_and_a_slew_limit_of_one_loop_are_found_together(tau, slew):
     asked = 10.0 + 12.0 * np.abs((0.35 * time) % 2.0 - 1.0) + 3.0 * (np.sin(2.0 * np.pi * 0.8 * time) > 0.0)
     read = first_order(asked, 0.005, tau, slew) + 0.01 * np.random.default_rng(0).standard_normal(len(time))
     run = Run("r", "act", time, read, read, tension_ref_n=asked)
-    (gap,) = loop_gaps([SimpleNamespace(raw=run, faults_in=sound(0.01, len(time)))])
+    (gap,) = loop_gaps([SimpleNamespace(raw=run, faults_in=sound(len(time), 0.01))])
     assert gap.rmse_with == pytest.approx(0.01, rel=0.05)
     assert gap.values == pytest.approx({"tau_s": tau, "inverse_slew_s_per_n": slew}, rel=0.05, abs=1e-3)
 
@@ -124,7 +118,7 @@ def test_a_slew_limit_is_found_though_a_faster_one_does_nothing():
     # ramps of 10 N/s in a loop that does 9: below 0.1 s/N nothing shows, and a little beyond 0.111 everything is off
     asked = np.interp(T % 12.0, [0.0, 1.5, 6.0, 7.5, 12.0], [5.0, 20.0, 20.0, 5.0, 5.0])
     run = followed(first_order(asked, 0.02, 0.0, 1.0 / 9.0), asked)
-    (gap,) = loop_gaps([SimpleNamespace(raw=run, faults_in=sound(0.01))])
+    (gap,) = loop_gaps([SimpleNamespace(raw=run, faults_in=sound(len(T), 0.01))])
     assert gap.values["inverse_slew_s_per_n"] == pytest.approx(1.0 / 9.0, rel=0.01) and gap.rmse_with == pytest.approx(0.01, rel=0.1)
 
 
@@ -133,7 +127,7 @@ def test_what_was_not_recorded_says_nothing_of_the_loop():
     gap = (T % 11.0 > 2.0) & (T % 11.0 < 4.0)
     bridged = np.interp(T, T[~gap], run.tension_in_n[~gap])
     broken = replace(run, tension_in_n=bridged, tension_ref_n=np.where(gap, np.nan, REFERENCE), extra={"gap": gap.astype(float)})
-    (found,) = loop_gaps([SimpleNamespace(raw=broken, faults_in=sound(0.01))])
+    (found,) = loop_gaps([SimpleNamespace(raw=broken, faults_in=sound(len(T), 0.01))])
     assert found.rmse_with == pytest.approx(0.01, rel=0.1)
     assert found.values == pytest.approx({"tau_s": 0.12, "inverse_slew_s_per_n": 0.05}, rel=0.05)
 

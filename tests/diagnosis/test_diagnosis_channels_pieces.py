@@ -6,23 +6,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rig_logs import sound
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import channels
 from sstl_cli.diagnosis.channels import ChannelGap, log_gain, loop_gaps
 from sstl_cli.diagnosis.constants import MIN_SAMPLES, SAME_SLOPE
 from sstl_cli.diagnosis.evidence import strengths_charge
-from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.physics.filters import first_order
 
 T = np.arange(0.0, 30.0, 0.02)
 REFERENCE = 10.0 + 5.0 * np.sin(2.0 * np.pi * T / 5.0)
-
-
-def sound(noise_n):
-    """Return the faults of an input of which every reading is sound."""
-    none = np.zeros(len(T), bool)
-    return Faults(none, none, none, np.inf, 0.0, noise_n)
 
 
 def gap(base=4.0, left=1.0, noise=0.5, gain=900.0):
@@ -98,7 +92,7 @@ def test_a_slew_limit_is_found_as_one_and_runs_are_fitted_together():
     noise = 0.01 * np.random.default_rng(3).standard_normal((2, len(T)))
     quick = np.interp(T % 10.0, [0.0, 4.0, 4.1, 9.0, 9.1, 10.0], [5.0, 5.0, 15.0, 15.0, 5.0, 5.0])
     records = [
-        SimpleNamespace(raw=run(r, first_order(r, 0.02, 0.0, 0.05) + x), faults_in=sound(s))
+        SimpleNamespace(raw=run(r, first_order(r, 0.02, 0.0, 0.05) + x), faults_in=sound(len(T), s))
         for r, x, s in ((REFERENCE, noise[0], 0.01), (quick, noise[1], 0.03))
     ]
     (found,) = loop_gaps(records)
@@ -107,5 +101,5 @@ def test_a_slew_limit_is_found_as_one_and_runs_are_fitted_together():
     lags = [r.raw.tension_in_n - r.raw.tension_ref_n for r in records]
     assert found.rmse_base == pytest.approx(np.sqrt(np.mean(np.concatenate(lags) ** 2))) and found.rmse_with == pytest.approx(0.01, rel=0.1)
     # a run that follows something else has no part in it
-    other = SimpleNamespace(raw=run(REFERENCE, 30.0 - REFERENCE), faults_in=sound(9.0))
+    other = SimpleNamespace(raw=run(REFERENCE, 30.0 - REFERENCE), faults_in=sound(len(T), 9.0))
     assert loop_gaps([*records, other]) == [found]

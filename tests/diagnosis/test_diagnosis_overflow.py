@@ -85,7 +85,7 @@ def test_a_jittering_clock_puts_no_reading_between_the_ends_of_the_range():
     runs, top = logs("tension_out_n", 0.9, lambda v, top: np.where(v >= top, v - top, v))
     r = max(runs, key=lambda r: np.count_nonzero(np.abs(np.diff(r.tension_out_n)) > 0.5 * top))
     early = 0.1 * r.dt_s * np.random.default_rng(5).uniform(-1.0, 1.0, len(r))
-    (made,) = [x for x in prepare([replace(r, time_s=r.time_s + early)]).records]
+    (made,) = prepare([replace(r, time_s=r.time_s + early)]).records
     over = turns(r.tension_out_n, r.tension_in_n)
     assert abs(np.count_nonzero(made.faults_out.clipped) - np.count_nonzero(over)) <= 4
     whole, ranges = unfolded(r, np.ones(len(r), bool))
