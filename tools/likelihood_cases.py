@@ -211,7 +211,7 @@ def kept(simulator: str, setting: Sequence[float], seed: int) -> list[float]:
     sim, noise = null.sim, setting
     r, s = null.problem.records[0], sim.slices()[0]
     seen = sim.phases(null.base.theta, {})
-    c = _exact(r, Phases(seen.slide[s], seen.gain[s], seen.doubt_n[s]), noise)
+    c = _exact(r, seen.at(s), noise)
     rows = np.zeros((len(sim.y), len(r)))
     rows[s] = np.eye(len(r))
     root = null.base.whiten(rows)[s]
@@ -242,14 +242,14 @@ def _exact(r: Record, seen: Phases, noise: Sequence[float]) -> Array:
     assumed = spread**2 * np.eye(len(x)) + slow.sd_n**2 * np.exp(-lag / slow.correlation_s)
     weights = np.linalg.solve(assumed, (means @ posterior[: n * r.factor]).T).T
     into = weights @ (noise[0] ** 2 * np.eye(len(x)) + noise[1] ** 2 * np.exp(-lag / noise[2])) @ weights.T
-    mix, begin = np.zeros((n, n)), np.zeros(n)
+    mix, begin, kept, held = np.zeros((n, n)), np.zeros(n), np.zeros(n), 1.0
     for t in range(n):
-        hold = 1.0 - seen.slide[t]
-        if t:
-            mix[t], begin[t] = hold * mix[t - 1], hold * begin[t - 1]
-        else:
-            begin[t] = hold
-        mix[t, t] += seen.slide[t] * seen.gain[t]
+        # what was held before the step, of which its mean and its end have the rest
+        slide, left = seen.slide[t], seen.left[t]
+        mix[t], begin[t] = (1.0 - slide) * kept, (1.0 - slide) * held
+        kept, held = (1.0 - left) * kept, (1.0 - left) * held
+        mix[t, t] += slide * seen.gain[t]
+        kept[t] += left * seen.gain[t]
     wide = means @ np.exp(-lag[: n * r.factor, : n * r.factor] / noise[2]) @ means.T
     out = noise[1] ** 2 * wide + noise[0] ** 2 / r.factor * np.eye(n)
     return mix @ into @ mix.T + np.outer(begin, begin) * (r.start_error_n**2 + noise[1] ** 2) + out

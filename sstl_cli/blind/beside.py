@@ -68,5 +68,5 @@ def _loop_d2(truth: Truth, values: dict[str, float]) -> float:
     still = np.zeros(sum(len(p) for p in parts))
     # nothing slides between two readings of one tension: the noise of the input sensor stands alone
     alone = Noise(noise.input, noise.input, noise.smoother)
-    z = whitener(constants(records, alone), Phases(still, still, still))(np.concatenate(parts))
+    z = whitener(constants(records, alone), Phases(still, still, still, still))(np.concatenate(parts))
     return float(z @ z)

@@ -72,6 +72,8 @@ EVEN = 0.01
 # a clock is near a steady one where its jitter is below this share of a step (any clock is below 0.29) and so many of its
 # readings have a step of their own; the first readings that show the step
 STEADY, PLACED, FIRST_PLACED = 0.2, 0.95, 64
+# groups of as many readings, by how fast the tension moves, that tell a clock's jitter from noise
+RATE_GROUPS = 8
 # a spike is so many standard deviations off its neighbours, beside what a steep ramp moves in seven samples
 SPIKE_SIGMA, SPIKE_TRAVEL = 8.0, 1.5
 # longer ones are no spikes: something moved
@@ -85,12 +87,8 @@ MOST_REPEATS = 0.9
 CLIPPED_LEAST, PILED_CHANCE, CLIPPED_SIGMA, CLIPPED_MOST = 3, 1e-6, 6.0, 0.9
 # on a grid a limit is repeated so often in a row, and twice as often in all; a rest is not
 CLIPPED_RUN = 5
-# a converter with more levels, or fewer, has no step that matters
-MAX_LEVELS, LEAST_LEVELS = 4000, 3
 # levels that differ by less than this share are one, told apart by arithmetic (a change of unit and back)
 SAME_LEVEL = 1e-12
-# gaps of levels up to this times the smallest are one step, and all are whole steps to this share
-STEP_GAP, WHOLE = 1.5, 0.05
 # a limit holds a rounded signal so many times longer than the longest rest
 REST = 2.0
 # noise below this share of the span is rounding: there is nothing to smooth, and plateaus of the movement are flat

@@ -93,7 +93,7 @@ def learned(problem: Problem, residual: Array, phases: Phases, noise: Noise) -> 
         records, where = [r for r, _ in part], np.concatenate([np.arange(s.start, s.stop) for _, s in part])
         if sum(np.count_nonzero(r.weight) for r in records) < LEAST_MAPPED:
             continue
-        own = Phases(phases.slide[where], phases.gain[where], phases.doubt_n[where])
+        own = phases.at(where)
         section = _section(records, residual[where], expected[where], own, noise, problem.configs[config])
         if section is not None:
             found.append(section)

@@ -31,15 +31,17 @@ def of_readings(signal: Array, fine: Array, good: Mask, fresh: Mask, thin: int, 
         Its means on the grid of the simulation.
     """
     n = len(fine)
-    if fresh.all():
-        return block_mean(fine, factor), np.full(n // factor, float(factor)), np.full(n, 1.0 / factor)
     read = good & fresh
+    # what is bridged, over a gap or a fault, is no reading of the blocks at its ends
+    if read[: n * thin].all():
+        return block_mean(fine, factor), np.full(n // factor, float(factor)), np.full(n, 1.0 / factor)
     count = block_mean(read[: n * thin].astype(float), thin) * thin
     readings = block_mean(count, factor) * factor
     total = block_mean((signal * read)[: n * thin], thin * factor) * thin * factor
     share = np.where(np.repeat(readings, factor) > 0.0, count / np.maximum(np.repeat(readings, factor), 1.0), 1.0 / factor)
-    means = np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(signal[: n * thin], thin * factor))
-    return means, np.maximum(readings, 1.0), share
+    means = np.where(readings > 0.0, total / np.maximum(readings, 1.0), block_mean(fine, factor))
+    # of a slow sensor a step of the simulation holds one reading at most; of others it is the mean of several that counts as one
+    return means, np.maximum(readings / thin if fresh.all() else readings, 1.0), share
 
 
 def latent_means(

@@ -34,7 +34,6 @@ from sstl_cli.diagnosis.constants import (
     LEAST_WINDOWS,
     LEVELS,
     MEASURED,
-    RESOLVED,
     RICH_RIDGE,
     SHORTEST_WINDOW,
     SMOOTHER,
@@ -46,10 +45,10 @@ from sstl_cli.diagnosis.constants import (
     WINDOWS_S,
 )
 from sstl_cli.diagnosis.latent import Slow
-from sstl_cli.diagnosis.readings import gaps, known
-from sstl_cli.diagnosis.recorder import Faults, slow_noise, white_beside, white_noise
+from sstl_cli.diagnosis.recorder import Faults, white_beside
 from sstl_cli.diagnosis.records import Record, content
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, constants, step_of, whitener
+from sstl_cli.diagnosis.white import averaged, least_white, spacing, typical, white_of, white_of_output
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, constants, late_n, step_of, whitener
 
 Array = NDArray[np.float64]
 # place of the input's coloured noise among the numbers that are fitted
@@ -80,25 +79,24 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
     ends = np.cumsum([len(r) for r in records])
     for system in sorted({r.system for r in records}):
         mine = [(r, slide[e - len(r) : e]) for r, e in zip(records, ends, strict=True) if r.system == system]
-        white_in = _typical([_white(r.raw.tension_in_n, r, "tension_in_n") for r, _ in mine])
-        white_out = _typical([_white(r.y_fine, r, "tension_out_n", np.repeat(s < HELD, r.factor)) for r, s in mine])
+        white_in = typical([white_of(r.raw.tension_in_n, r, "tension_in_n") for r, _ in mine])
+        white_out, off = white_of_output(mine)
         levels = white_out * LEVELS
         held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
         wide[system] = held.spread
         # of the output it is that of means over a step, of the input that of readings
-        alike = white_in / _averaged([r for r, _ in mine])
+        alike = white_in / averaged([r for r, _ in mine])
         ratio = float(np.clip(alike / max(white_out, 1e-12), ALIKE_FROM, ALIKE_TO))
         if held.spread < UNMEASURED:
             # third differences take some of the slow noise for white: the quicker it is the more
             seen, slow = white_out, Slow(held.coloured_n, held.correlation_s)
-            least_in, least_out = (_typical([_least(r, column) for r, _ in mine]) for column in ("tension_in_n", "tension_out_n"))
-            white_out = max(white_beside(white_out, slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_out_n"))), least_out)
-            white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(_spacing([r for r, _ in mine], "tension_in_n"))), least_in)
+            least_in, least_out = (typical([least_white(r, column) for r, _ in mine]) for column in ("tension_in_n", "tension_out_n"))
+            white_out = max(white_beside(white_out, slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_out_n"))), least_out)
+            white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_in_n"))), least_in)
             held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
             # a difference is known as well as what was taken off; there is no more of it than was seen
-            loose[system] = float(
-                min(np.hypot(WHITE, MEASURED * (seen**2 / white_out**2 - 1.0)), WHITE + np.log(seen / white_out) / AT_MOST)
-            )
+            off = float(min(np.hypot(off, MEASURED * (seen**2 / white_out**2 - 1.0)), off + np.log(seen / white_out) / AT_MOST))
+        loose[system] = off
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)
@@ -108,13 +106,8 @@ def of_readings(records: Sequence[Record], noise: Noise) -> Noise:
     """Return a noise whose white part of the output is that of one reading, not of the mean over a step of the simulation."""
     found = dict(noise.output)
     for system, s in found.items():
-        found[system] = replace(s, white_n=s.white_n * _averaged([r for r in records if r.system == system]))
+        found[system] = replace(s, white_n=s.white_n * averaged([r for r in records if r.system == system]))
     return replace(noise, output=found)
-
-
-def _averaged(records: Sequence[Record]) -> float:
-    """Return by what factor the white noise of an output falls in the mean over a step of the simulation."""
-    return float(np.sqrt(np.median([r.averaged("tension_out_n") for r in records])))
 
 
 def white_only(noise: Noise) -> Noise:
@@ -123,34 +116,6 @@ def white_only(noise: Noise) -> Noise:
         {k: Sensor(s.white_n, UNSEEN * s.white_n, s.correlation_s) for k, s in side.items()} for side in (noise.input, noise.output)
     )
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
-
-
-def _white(fine: Array, r: Record, column: str, held: NDArray[np.bool_] | None = None) -> float:
-    """Return the white noise (N) of a channel of a record, of a slow sensor that of its readings.
-
-    Where the output is ``held`` for long enough it shows there alone: what slides may jump.
-    """
-    readings, raw = known(r.raw, column), getattr(r.raw, column)
-    there = gaps(r.raw) == 0 if held is None else held
-    white = white_noise(fine, there) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
-    return max(white, _least(r, column))
-
-
-def _least(r: Record, column: str) -> float:
-    """Return the white noise (N) of a channel that its rounding and that of the model make by themselves."""
-    faults = r.faults_in if column == "tension_in_n" else r.faults_out
-    return max(faults.rounding_n, RESOLVED * float(np.ptp(getattr(r.raw, column))))
-
-
-def _spacing(records: Sequence[Record], column: str) -> float:
-    """Return the time (s) between the values whose third differences show the white noise of a channel."""
-    found = []
-    for r in records:
-        readings = known(r.raw, column)
-        found.append(
-            float(np.median(np.diff(r.raw.time_s[readings]))) if not readings.all() else r.dt_s if column == "tension_out_n" else r.raw.dt_s
-        )
-    return float(np.median(found))
 
 
 def _with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
@@ -177,16 +142,12 @@ def unrounded(records: Sequence[Record], noise: Noise) -> Noise:
     mine = {system: [r for r in records if r.system == system] for system in noise.output}
     into = {k: of(s, [r.faults_in for r in mine[k]], 1.0) for k, s in noise.input.items()}
     return replace(
-        noise, input=into, output={k: of(s, [r.faults_out for r in mine[k]], _averaged(mine[k])) for k, s in noise.output.items()}
+        noise, input=into, output={k: of(s, [r.faults_out for r in mine[k]], averaged(mine[k])) for k, s in noise.output.items()}
     )
 
 
 def _without(sd_n: float, part_n: float) -> float:
     return float(np.sqrt(max(sd_n**2 - part_n**2, (UNSEEN * sd_n) ** 2)))
-
-
-def _typical(values: Sequence[float]) -> float:
-    return max(float(np.median(values)), 1e-6)
 
 
 def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> _Held:
@@ -272,7 +233,7 @@ def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: 
         part = some([(r, slice(e - len(r), e)) for r, e in zip(records, ends, strict=True) if r.system == system])
         rows = np.concatenate([np.arange(s.start, s.stop) for _, s in part])
         mine = [r for r, _ in part]
-        own = Phases(phases.slide[rows], phases.gain[rows], phases.doubt_n[rows])
+        own = phases.at(rows)
         stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
         wide = start.open.get(system, MEASURED)
         near = (start.loose.get(system, WHITE), wide)
@@ -360,11 +321,11 @@ def variance(records: Sequence[Record], phases: Phases, noise: Noise) -> Array:
     """Return the variance (N^2, shape (samples,)) that a perfect model would leave: noise of both sensors where it enters."""
     parts, at = [], 0
     for r in records:
-        gain, into, out = phases.gain[at : at + len(r)], noise.input[r.system], noise.output[r.system]
-        at += len(r)
+        gain, slide = phases.gain[at : at + len(r)], phases.slide[at : at + len(r)]
+        into, out, at = noise.input[r.system], noise.output[r.system], at + len(r)
         entering = (noise.smoother[r.system] * r.error_n) ** 2 + (0.0 if r.told_n else into.coloured_n**2)
         slow = step_of(float(np.median(r.readings)), r.dt_s * r.factor / out.correlation_s).variance
-        parts.append(gain**2 * entering + slow * out.coloured_n**2 + out.white_n**2 / r.readings)
+        parts.append(gain**2 * (entering + (slide * late_n(r)) ** 2) + slow * out.coloured_n**2 + out.white_n**2 / r.readings)
     return np.concatenate(parts)
 
 

@@ -33,7 +33,7 @@ Ranges = Mapping[str, tuple[float, float]]
 
 
 def unfolded(run: Run, finite: Mask) -> tuple[Run, Ranges]:
-    """Return a run whose channels go on beyond their ranges where they overflow, and lowest and highest reading (N) of those that do.
+    """Return a run whose channels go on beyond their ranges where they overflow, and range and highest reading (N) of those that do.
 
     Parameters
     ----------
@@ -45,19 +45,24 @@ def unfolded(run: Run, finite: Mask) -> tuple[Run, Ranges]:
         values = getattr(run, column)
         count = overflows.turns(values[finite], getattr(run, other)[finite])
         if count.any():
-            low, high = float(values[finite].min()), float(values[finite].max())
-            ranges[column], whole[column] = (low, high), values.copy()
-            whole[column][finite] += (high - low) * count
+            size, whole[column] = overflows.size_n(values[finite], count), values.copy()
+            whole[column][finite] += size * count
+            gone, over = whole[column][finite], np.diff(count) != 0
+            # the highest reading, or where what is beyond the range has been seen to jump over its end
+            sides = np.sort(np.stack((gone[:-1][over], gone[1:][over])), axis=0)
+            top = float(values[finite].max())
+            ranges[column] = (size, top if size >= float(np.ptp(values[finite])) else float(np.median(sides)))
     return replace(run, **whole), ranges
 
 
 def folded(run: Run, ranges: Ranges) -> Run:
-    """Return a run as its channels read where they overflow."""
-    read = {}
-    for column, (low, high) in ranges.items():
+    """Return a run as its channels read where they overflow; by how much (N) they are beyond stands in ``extra`` under ``beyond_``."""
+    read, beyond = {}, {}
+    for column, (size, top) in ranges.items():
         values = getattr(run, column)
-        read[column] = values - (high - low) * np.maximum(np.ceil((values - high) / (high - low)), 0.0)
-    return replace(run, **read)
+        beyond[f"beyond_{column}"] = size * np.maximum(np.ceil((values - top) / size), 0.0)
+        read[column] = values - beyond[f"beyond_{column}"]
+    return replace(run, extra={**run.extra, **beyond}, **read)
 
 
 def renewed(run: Run, finite: Mask) -> Run:
@@ -150,8 +155,11 @@ def known(run: Run, column: str) -> Mask:
 def scanned(run: Run, column: str) -> Faults:
     """Return the recorder faults of a channel, looked for among its readings."""
     readings, values = known(run, column), getattr(run, column)
-    other = run.tension_in_n if column == "tension_out_n" else run.tension_out_n
-    found = _whole(values[readings], other[readings])
+    beyond = run.extra.get(f"beyond_{column}", np.zeros(len(values)))[readings]
+    found = scan(values[readings] + beyond, None if readings.all() else run.time_s[readings])
+    if beyond.any():
+        # what overflows is beyond the limit, and everything else was looked for as if it had not
+        found = replace(found, clipped=beyond > 0.0, clip_level_n=float(np.max(values[readings][beyond == 0.0])))
     if readings.all():
         return found
 
@@ -161,13 +169,6 @@ def scanned(run: Run, column: str) -> Faults:
         return out
 
     return replace(found, spike=spread(found.spike), frozen=spread(found.frozen), clipped=spread(found.clipped))
-
-
-def _whole(values: Array, other: Array) -> Faults:
-    """Return the recorder faults of readings; what overflows is beyond the limit, and everything else is looked for as if it had not."""
-    count = overflows.turns(values, other)
-    found = scan(values + float(np.ptp(values)) * count)
-    return found if not count.any() else replace(found, clipped=count > 0, clip_level_n=float(values.max()))
 
 
 def agreed(usable: Sequence[tuple[Run, Faults, Faults]]) -> list[tuple[Run, Faults, Faults]]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import poisson
+from scipy.stats import norm, poisson
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
@@ -22,8 +22,6 @@ from sstl_cli.diagnosis.constants import (
     FROZEN_CHANCE,
     FROZEN_LONGEST,
     FROZEN_RUN,
-    LEAST_LEVELS,
-    MAX_LEVELS,
     MOST_REPEATS,
     PILED_CHANCE,
     REST,
@@ -33,13 +31,16 @@ from sstl_cli.diagnosis.constants import (
     SPIKE_RUN,
     SPIKE_SIGMA,
     SPIKE_TRAVEL,
-    STEP_GAP,
     UNSEEN,
-    WHOLE,
 )
+from sstl_cli.identification.gate.sensors import quantisation
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# of normal noise this share of the readings is below that share of sigma; relative error of a sigma so found, times the root of n
+BELOW = 0.3
+LIES_AT = float(norm.ppf(0.5 * (1.0 + BELOW)))
+FOURTHS_ERROR = float(np.sqrt(BELOW * (1.0 - BELOW)) / (2.0 * norm.pdf(LIES_AT) * LIES_AT))
 # weights of a third difference
 THIRD = np.diff(np.eye(1)[0], 3, prepend=np.zeros(3), append=np.zeros(3))
 
@@ -70,16 +71,21 @@ class Faults:
         return all(np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
 
 
-def scan(signal: Array) -> Faults:
+def scan(signal: Array, time: Array | None = None) -> Faults:
     """Return the recorder faults of one channel (N, shape (n,)).
 
     White noise is estimated from third differences, robustly, so that slopes and corners do not count.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,), optional
+        Instants of readings that are not equally spaced, in any unit.
     """
     n = len(signal)
     none = np.zeros(n, bool)
     if n < SHORTEST_SCANNED:
         return Faults(none, none, none, float("inf"), 0.0, 0.0)
-    step = _step(signal)
+    step = quantisation(signal)
     noise = white_noise(signal)
     if noise <= FINEST * float(np.ptp(signal)):
         # without noise a plateau of the movement is as flat as a clipped or a frozen one
@@ -91,7 +97,12 @@ def scan(signal: Array) -> Faults:
         if dwell[-1] < REST * dwell[:-1].max():
             clipped, level = none, float("inf")
     frozen = _frozen(signal, noise, step) & ~clipped
-    spike = _spikes(signal, max(noise, 0.5 * step, 1e-6), frozen | clipped)
+    rest = noise
+    if time is not None:
+        # between the readings of a slow sensor the line moves: that is no noise to a spike, nor is what stands still
+        missed = fourths(signal, time)
+        rest = min(noise, white_of_fourths(missed[missed > 0.0])) if missed.any() else noise
+    spike = _spikes(signal, max(rest, 0.5 * step, 1e-6), frozen | clipped)
     return Faults(spike, frozen, clipped, level, step, noise)
 
 
@@ -107,9 +118,14 @@ def white_noise(signal: Array, where: Mask | None = None) -> float:
     if where is not None:
         inside = where[:-3] & where[1:-2] & where[2:-1] & where[3:]
         third = third[inside] if inside.sum() >= ENOUGH_HELD else third
-    quiet = third[third <= np.quantile(third, 0.95)]
+    return quiet(third) / float(np.sqrt(20.0))
+
+
+def quiet(sizes: Array) -> float:
+    """Return the standard deviation of normal numbers from their sizes without the loudest twentieth."""
+    rest = sizes[sizes <= np.quantile(sizes, 0.95)]
     # of normal noise the smaller 95 % have this mean over sigma
-    return float(quiet.mean()) / 0.717 / float(np.sqrt(20.0))
+    return float(rest.mean()) / 0.717
 
 
 def white_beside(white: float, slow: float, memory: float) -> float:
@@ -138,22 +154,49 @@ def slow_noise(signal: Array, time: Array) -> float:
     time : ndarray, shape (n,)
         Instants of the readings, in any unit.
     """
+    missed = fourths(signal, time)
+    return white_of_fourths(missed) if missed.size else 0.0
+
+
+def fourths(signal: Array, time: Array, where: Mask | None = None) -> Array:
+    """Return by how much (N) the parabola through three readings misses the fourth, over the noise that one reading has.
+
+    Parameters
+    ----------
+    where : ndarray of bool, shape (n,), optional
+        Readings that count; of four all have to (default: all).
+    """
     n = len(signal)
     if n < SHORTEST_READ:
-        return 0.0
+        return np.empty(0)
     near = np.stack([time[i : n - 3 + i] for i in range(4)])
     apart = near[:, None] - near[None, :] + np.eye(4)[:, :, None]
     share = 1.0 / np.prod(apart, axis=1)
     missed = np.abs(sum(share[i] * signal[i : n - 3 + i] for i in range(4))) / np.sqrt(np.sum(share**2, axis=0))
-    # of normal noise three in ten are below this share of sigma
-    return float(np.quantile(missed, 0.3)) / 0.385
+    return np.asarray(missed if where is None else missed[where[:-3] & where[1:-2] & where[2:-1] & where[3:]])
+
+
+def white_of_fourths(missed: Array) -> float:
+    """Return the white noise (N) of readings from what parabolas miss them by; its relative error is ``FOURTHS_ERROR`` over the root of n."""
+    return float(np.quantile(missed, BELOW)) / LIES_AT
 
 
 def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
     """Flag samples that leave both neighbours' line by far and come back within two samples.
 
-    At the ends of a record, where only one side is known, one sample alone.
+    They are looked for again without those found: where several are close to one another the largest hide the rest.
     """
+    spike, at = np.zeros(len(signal), bool), np.arange(len(signal))
+    while True:
+        rest = signal if not spike.any() else np.interp(at, at[~spike], signal[~spike])
+        found = _off(rest, noise, known | spike)
+        if not found.any():
+            return spike
+        spike |= found
+
+
+def _off(signal: Array, noise: float, known: Mask) -> Mask:
+    """Flag samples that stand off; at the ends of a record, where only one side is known, one sample alone."""
     spike = np.zeros(len(signal), bool)
     windows = np.lib.stride_tricks.sliding_window_view(signal, 7)
     # at the ends the first and the last seven: a sample repeated would be its own middle
@@ -161,11 +204,28 @@ def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
     middle = np.median(windows, axis=1)
     # a steep ramp or corner moves the median by less than the travel inside the window
     travel = np.percentile(windows, 75, axis=1) - np.percentile(windows, 25, axis=1)
-    far = np.abs(signal - middle) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * travel
+    far = (np.abs(signal - middle) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * travel) | _alone(signal, noise)
     for a, b in stretches(far & ~known):
         if b - a <= (SPIKE_RUN if a > 0 and b < len(signal) else 1):
             spike[a:b] = True
     return spike
+
+
+def _alone(signal: Array, noise: float) -> Mask:
+    """Flag samples that a cubic through two neighbours on either side misses by far, where those go on as before.
+
+    A ramp moves it by nothing; a corner or a jump by less than by how much the steps around differ.
+    """
+    alone = np.zeros(len(signal), bool)
+    step = np.diff(signal)
+    before, after = np.stack((step[:-5], step[1:-4])), np.stack((step[4:-1], step[5:]))
+    around = np.concatenate((before, after))
+    # over the sample itself the line goes on by twice a step
+    over = np.abs(signal[4:-2] - signal[2:-4] - 2.0 * np.median(around, axis=0))
+    near, far = signal[2:-4] + signal[4:-2], signal[1:-5] + signal[5:-1]
+    missed = np.abs(signal[3:-3] - 0.5 * near - (near - far) / 6.0)
+    alone[3:-3] = missed > SPIKE_SIGMA * noise + np.maximum(np.ptp(around, axis=0), over)
+    return alone
 
 
 def _frozen(signal: Array, noise: float, step: float) -> Mask:
@@ -190,7 +250,7 @@ def limited(signal: Array) -> Mask:
     """Return which samples of one channel stand at a limit of the recorder, shape (n,)."""
     noise = white_noise(signal)
     # without noise a plateau of the movement is as flat
-    return _clipped(signal, noise, _step(signal))[0] if noise > FINEST * float(np.ptp(signal)) else np.zeros(len(signal), bool)
+    return _clipped(signal, noise, quantisation(signal))[0] if noise > FINEST * float(np.ptp(signal)) else np.zeros(len(signal), bool)
 
 
 def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
@@ -221,15 +281,3 @@ def _levels(values: Array) -> tuple[Array, Array]:
     levels, counts = np.unique(values, return_counts=True)
     first = np.diff(levels, prepend=-np.inf) > SAME_LEVEL * np.abs(levels)
     return levels[first], np.bincount(np.cumsum(first) - 1, counts).astype(np.int64)
-
-
-def _step(signal: Array) -> float:
-    """Return the quantisation step (N), or 0 where levels are not discrete."""
-    levels = _levels(signal)[0]
-    if len(levels) < LEAST_LEVELS or len(levels) > MAX_LEVELS or len(levels) > 0.5 * len(signal):
-        return 0.0
-    gaps = np.diff(levels)
-    step = float(np.median(gaps[gaps <= STEP_GAP * np.min(gaps)]))
-    whole = gaps / step
-    # a real converter: every gap a whole number of steps
-    return step if np.all(np.abs(whole - np.round(whole)) < WHOLE * np.maximum(whole, 1.0)) else 0.0

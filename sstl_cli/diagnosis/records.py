@@ -15,6 +15,7 @@ from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.clock import Corners, blurred, hiding, on_grid
 from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
+from sstl_cli.diagnosis.jitter import Piece, unstamped
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
@@ -98,6 +99,7 @@ class Record:
     rounded: float = 0.0
     rounds: Array = field(default_factory=lambda: np.zeros(len(ROUNDINGS)))
     passes: Passes | None = None
+    jitter_s: float = 0.0
     # its input behind drives that round corners, by width in samples: what smoothing costs is paid once
     behind: dict[float, Input] = field(default_factory=dict, compare=False)
 
@@ -182,7 +184,19 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0, made: Mapping[str, Record]
         used = sorted({r.config for r in records})
         records = tuple(replace(r, config=used.index(r.config)) for r in records)
         configs = tuple(configs[c] for c in used)
+    late = unstamped([p for r in records for p in _about_clock(r)])
+    records = tuple(replace(r, jitter_s=late) for r in records)
     return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records), unit_n)
+
+
+def _about_clock(r: Record) -> list[Piece]:
+    """Return what the smoothed input of a record leaves of its readings, where a sensor was read at every instant of an even clock."""
+    run = r.raw
+    if r.slip is not None or not known(run, "tension_in_n").all():
+        return []
+    used = block_mean(known_input(run, r.faults_in).astype(float), r.thin)[: len(r.u)] == 1.0
+    left = block_mean(run.tension_in_n, r.thin)[: len(r.u)] - r.u
+    return [Piece(r.system, left[used], r.rate[used], r.dt_s)]
 
 
 def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:

@@ -149,10 +149,12 @@ class Simulator:
         error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
         shifts = (0.0, SHIFT_N, QUADRATURE * error, -QUADRATURE * error)
         here, moved, high, low = self._fine([_Asked(theta, effects, shift, False) for shift in shifts])
-        slide, gain = _phases(here, moved, self._runs.tension_n, self._fine_edges, self.edges, self._factors, self._driven)
+        slide, left, gain = _phases(
+            here, moved, self._runs.tension_n, self._share, self._fine_edges, self.edges, self._factors, self._driven
+        )
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
         doubt = _means(np.abs(bent), self._share, self._fine_edges, self.edges, self._factors) / QUADRATURE
-        return Phases(slide, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
+        return Phases(slide, left, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
 
     def where_noise_enters(self, theta: Array, effects: Effects, noise: Noise) -> Phases:
         """Return the phases by which a fit is whitened: its own, or those of a model that was accepted before.
@@ -253,29 +255,42 @@ def _means(fine: Array, share: Array, fine_edges: Counts, edges: Counts, factors
 
 @njit(cache=True, nogil=True)
 def _phases(
-    here: Array, moved: Array, u: Array, fine_edges: Counts, edges: Counts, factors: Counts, driven: NDArray[np.bool_]
-) -> tuple[Array, Array]:
-    """Return the share of each step spent sliding, and the gain, shape (samples,)."""
-    slide, gain = np.empty(edges[-1]), np.empty(edges[-1])
+    here: Array, moved: Array, u: Array, share: Array, fine_edges: Counts, edges: Counts, factors: Counts, driven: NDArray[np.bool_]
+) -> tuple[Array, Array, Array]:
+    """Return by which share the mean and the end of a step follow the input instead of what was held before, and gain, (samples,)."""
+    slide, left, gain = np.empty(edges[-1]), np.empty(edges[-1]), np.empty(edges[-1])
     for i in range(factors.size):
-        f, first = factors[i], fine_edges[i]
-        at = first
+        f, at, end = factors[i], fine_edges[i], fine_edges[i + 1]
+        before = follows = 0.0
         for k in range(edges[i], edges[i + 1]):
-            slopes, done, due = 0.0, 0.0, 0.0
+            slopes = slides = sloping = slid = 0.0
+            kept = 1.0
             for _ in range(f):
-                slope = (moved[at] - here[at]) / SHIFT_N
-                # no number where a fit asks for the absurd
-                slope = min(max(slope, 0.0), STEEPEST) if slope == slope else 0.0
+                slope = _slope(here[at], moved[at])
+                # the first reading after a hold is on the slide altogether, however late since the last one that began
+                now = 1.0 if follows > 0.0 and before == 0.0 else follows
+                kept *= 1.0 - now
+                slid += share[at] * (1.0 - kept)
                 slopes += slope
-                if at > first:
-                    done += abs(here[at] - here[at - 1])
-                    due += slope * abs(u[at] - u[at - 1])
+                slides += now
+                sloping += now * slope
                 at += 1
-            gain[k] = slopes / f
-            done, due = done / f, due / f
+                before, follows = follows, 0.0
+                if at < end:
+                    due = _slope(here[at], moved[at]) * abs(u[at] - u[at - 1])
+                    follows = min(abs(here[at] - here[at - 1]) / due, 1.0) if due > 1e-12 else 0.0
             # a line that a motion drives slides all the time
-            slide[k] = 1.0 if driven[i] else (min(done / max(due, 1e-12), 1.0) if due > 1e-12 else 0.0)
-    return slide, gain
+            slide[k] = 1.0 if driven[i] else slid
+            left[k] = 1.0 if driven[i] else 1.0 - kept
+            gain[k] = slopes / f if driven[i] or slides == 0.0 else sloping / slides
+    return slide, left, gain
+
+
+@njit(cache=True, nogil=True)
+def _slope(here: float, moved: float) -> float:
+    slope = (moved - here) / SHIFT_N
+    # no number where a fit asks for the absurd
+    return min(max(slope, 0.0), STEEPEST) if slope == slope else 0.0
 
 
 def _error_n(r: Record, noise: Noise | None) -> Array:

@@ -5,9 +5,9 @@ error is the gain times e; while it holds, the error is the one of the extreme t
 slide. The output sensor adds white and first-order coloured noise. Given the phases all of this is linear and Gaussian::
 
     e'   = error of the smoothed input, by the law that the smoother states (four numbers), averaged over the step
-    h'   = (1 - slide) h + slide gain e' + slip + turn
+    h'   = (1 - left) h + left gain e' + slip + turn
     c'   = first-order coloured noise of the output sensor
-    residual = h + mean of c over the step + white noise
+    residual = (1 - slide) h + slide gain e' + slip + turn + mean of c over the step + white noise
 
 where the smoother has not been told of the slow noise of the input's sensor, that noise is the last number of the error, and
 on its own. Sensors are read many times a step: of slow noise a step has the mean, which is smoother than a sample (a
@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import tails
 from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, STATES, TURN, filtered, gains
+from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record, starts_of
 from sstl_cli.diagnosis.smoother import MOVES
 from sstl_cli.diagnosis.wander import Levels, Turned, levels, turned
@@ -64,14 +65,20 @@ class Noise:
 
 @dataclass(frozen=True)
 class Phases:
-    """How the model's output follows its input, shape (samples,): share of a step spent sliding, and gain.
+    """How the model's output follows its input, shape (samples,): share of the mean over a step that does, and gain.
 
-    ``doubt_n`` is the standard deviation (N) of what is not linear in the input's error: of a hold that nearly slid.
+    The rest is what was held before the step; ``left`` is the share that the end of the step, which the next one holds, has of the
+    input. ``doubt_n`` is the standard deviation (N) of what is not linear in the input's error: of a hold that nearly slid.
     """
 
     slide: Array
+    left: Array
     gain: Array
     doubt_n: Array
+
+    def at(self, rows: NDArray[np.intp] | slice) -> Phases:
+        """Return the phases of some samples."""
+        return Phases(self.slide[rows], self.left[rows], self.gain[rows], self.doubt_n[rows])
 
 
 @dataclass(frozen=True)
@@ -129,6 +136,7 @@ class Whitener:
     weights: Array
     scale: Array
     slide: Array
+    left: Array
     gain: Array
     first: Mask
     log_det: float
@@ -154,7 +162,9 @@ class Whitener:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
-        out = filtered(x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.gain, self.first)
+        out = filtered(
+            x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.left, self.gain, self.first
+        )
         for turn in self.known:
             out = turn(out)
         if self.trust is not None:
@@ -179,7 +189,7 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     first[list(starts)] = True
     zero = np.zeros(n)
     log_det = 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n))
-    return _White(np.zeros((n, MOVES)), Own(zero, zero, zero, zero, zero), np.zeros((n, STATES)), scale, zero, zero, first, log_det)
+    return _White(np.zeros((n, MOVES)), Own(zero, zero, zero, zero, zero), np.zeros((n, STATES)), scale, zero, zero, zero, first, log_det)
 
 
 @dataclass(frozen=True)
@@ -195,6 +205,7 @@ class Constants:
     start: Array
     keep: Mask
     first: Mask
+    jitter_n: Array
     wander: Levels | None = None
 
 
@@ -208,12 +219,14 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -
     discrepancy_n : ndarray, shape (samples,), optional
         Standard deviation of what the model's law may be off (N).
     """
-    white_n = c.white_n if discrepancy_n is None else np.hypot(c.white_n, discrepancy_n)
+    # both readings of an instant are late together: what slides differs by as much from what the smooth input makes of it
+    white_n = np.hypot(c.white_n, phases.slide * phases.gain * c.jitter_n)
+    white_n = white_n if discrepancy_n is None else np.hypot(white_n, discrepancy_n)
     weights, scale, log_det = gains(
-        phases.slide, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,
+        phases.slide, phases.left, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,
         white_n, c.keep, c.first, c.start,
     )  # fmt: skip
-    plain = Whitener(c.moves, c.own, weights, scale, phases.slide, phases.gain, c.first, log_det)
+    plain = Whitener(c.moves, c.own, weights, scale, phases.slide, phases.left, phases.gain, c.first, log_det)
     return plain if c.wander is None else _varied(plain, c.wander)
 
 
@@ -253,8 +266,14 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
         start,
         np.concatenate([r.weight for r in records]) > 0,
         first,
+        np.concatenate([late_n(r) for r in records]),
         levels([r.wander for r in records], count, [(r.system, r.config) for r in records]),
     )
+
+
+def late_n(r: Record) -> Array:
+    """Return by how much (N, shape (n,)) the input differs where the clock is off: a standard deviation of the mean over a step."""
+    return np.asarray(r.jitter_s * np.abs(block_mean(r.rate, r.factor)) / np.sqrt(r.readings))
 
 
 def _entering(r: Record, into: Sensor, smoother: float) -> Array:

@@ -16,7 +16,7 @@ def plain(n: int) -> dict[str, np.ndarray]:
     zero = np.zeros(n)
     first = np.zeros(n, bool)
     first[0] = True
-    names = ("slide", "gain", "doubt_n", "decay", "fresh", "shown", "both", "mean", "start")
+    names = ("slide", "left", "gain", "doubt_n", "decay", "fresh", "shown", "both", "mean", "start")
     return {k: zero.copy() for k in names} | {
         "law": np.zeros((n, LAW)),
         "white_n": np.full(n, SIGMA),
@@ -28,7 +28,7 @@ def plain(n: int) -> dict[str, np.ndarray]:
 def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
     weights, scale, log_det = gains(**a)
     moves = np.ascontiguousarray(a["law"][:, :MOVES])
-    return filtered(x, moves, a["decay"], a["shown"], weights, scale, a["slide"], a["gain"], a["first"]), log_det
+    return filtered(x, moves, a["decay"], a["shown"], weights, scale, a["slide"], a["left"], a["gain"], a["first"]), log_det
 
 
 def agrees(a: dict[str, np.ndarray], covariance: np.ndarray) -> None:
@@ -62,7 +62,7 @@ def test_an_error_of_the_input_enters_while_the_line_slides_and_stays_while_it_h
     a, new, gain = plain(N), 0.7, 1.5
     a["law"][:, MEAN_NEW] = new
     a["gain"][:] = gain
-    a["slide"][:3] = 1.0
+    a["slide"][:3] = a["left"][:3] = 1.0
     c = SIGMA**2 * np.eye(N)
     power = gain**2 * new
     c[:3, :3] += power * np.eye(3)
@@ -74,7 +74,7 @@ def test_an_error_of_the_input_enters_while_the_line_slides_and_stays_while_it_h
 def test_a_hold_keeps_the_error_of_the_end_of_its_slide_not_of_its_mean() -> None:
     a, apart, gain = plain(N), 0.4, 1.5
     a["law"][:, TURN], a["gain"][:] = apart, gain
-    a["slide"][:] = [1.0, 1.0, 1.0, 0.25, 0.0, 0.0]
+    a["slide"][:] = a["left"][:] = [1.0, 1.0, 1.0, 0.25, 0.0, 0.0]
     c = SIGMA**2 * np.eye(N)
     # three quarters of the slide end with the third sample, all that is left of it with the fourth
     c[3:, 3:] += 0.75 * gain**2 * apart * np.ones((3, 3))

@@ -33,6 +33,17 @@ def test_of_a_slow_sensor_only_fresh_sound_readings_count():
     assert share.tolist() == [0.5, 0.0, 0.5, 0.0, 0.25, 0.25, 0.25, 0.25]
 
 
+def test_what_is_bridged_is_no_reading_of_the_block_that_it_reaches_into():
+    signal = np.array([2.0, 2.0, 2.0, 2.0, 50.0, 60.0, 4.0, 4.0])
+    good = np.array([True, True, True, True, False, False, True, True])
+    fine = np.array([2.0, 2.0, 2.7, 4.0])
+    means, readings, share = of_readings(signal, fine, good, ALL, 2, 2)
+    # of the second block the later step alone, which is the mean of two samples as every step is
+    assert means.tolist() == [2.0, 4.0] and readings.tolist() == [2.0, 1.0] and share.tolist() == [0.5, 0.5, 0.0, 1.0]
+    means, readings, share = of_readings(signal, fine, good & (np.arange(8) < 4), ALL, 2, 2)
+    assert means == pytest.approx([2.0, 3.35]) and readings.tolist() == [2.0, 1.0] and share.tolist() == [0.5] * 4
+
+
 def test_steps_of_two_samples_share_a_block_by_their_readings():
     signal = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0])
     read = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0], bool)

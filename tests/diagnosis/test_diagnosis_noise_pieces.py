@@ -11,6 +11,7 @@ from made_fits import NOISE_N, noise, simulator
 from scipy.signal import lfilter
 
 from sstl_cli.diagnosis import noise as of
+from sstl_cli.diagnosis import white
 from sstl_cli.diagnosis.constants import CORRELATIONS_S, ENOUGH, MEASURED, UNSEEN
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
 from sstl_cli.diagnosis.recorder import Faults
@@ -27,7 +28,7 @@ def faults(noise_n, step=0.0):
 
 
 def phases(slide=0.0, gain=0.5, doubt=0.0):
-    return Phases(*(np.full(len(SIM.y), v) for v in (slide, gain, doubt)))
+    return Phases(*(np.full(len(SIM.y), v) for v in (slide, slide, gain, doubt)))
 
 
 def test_a_coarse_converter_without_noise_keeps_one_error_throughout_a_rest():
@@ -64,22 +65,22 @@ def test_runs_are_taken_shortest_first_until_they_hold_enough():
 
 def test_the_least_white_noise_is_that_of_rounding_and_of_the_grid():
     r = replace(RECORDS[0], faults_in=faults(0.0, 0.6), faults_out=faults(0.0, 0.0))
-    assert of._least(r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
-    assert of._least(r, "tension_out_n") == pytest.approx(1e-4 * np.ptp(r.raw.tension_out_n))
-    assert of._white(r.raw.tension_in_n, r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
-    assert of._white(RECORDS[0].raw.tension_in_n, RECORDS[0], "tension_in_n") == pytest.approx(0.01, rel=0.05)
+    assert white.least_white(r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
+    assert white.least_white(r, "tension_out_n") == pytest.approx(1e-4 * np.ptp(r.raw.tension_out_n))
+    assert white.white_of(r.raw.tension_in_n, r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
+    assert white.white_of(RECORDS[0].raw.tension_in_n, RECORDS[0], "tension_in_n") == pytest.approx(0.01, rel=0.05)
     # where the output is held for long enough it shows there alone
     loud = RECORDS[0].y_fine + np.where(np.arange(2000) < 1000, 0.0, 0.5) * np.random.default_rng(1).standard_normal(2000)
-    assert of._white(loud, RECORDS[0], "tension_out_n", np.arange(2000) < 1000) == pytest.approx(0.01, rel=0.1)
-    assert of._typical([1.0, 5.0, 2.0]) == 2.0 and of._typical([0.0]) == 1e-6
+    assert white.white_of(loud, RECORDS[0], "tension_out_n", np.arange(2000) < 1000) == pytest.approx(0.01, rel=0.1)
+    assert white.typical([1.0, 5.0, 2.0]) == 2.0 and white.typical([0.0]) == 1e-6
 
 
 def test_values_are_spaced_as_they_are_read():
-    assert of._spacing(RECORDS, "tension_in_n") == pytest.approx(0.02)
+    assert white.spacing(RECORDS, "tension_in_n") == pytest.approx(0.02)
     slow = (np.arange(2000) % 5 == 0).astype(float)
     marked = [replace(r, raw=replace(r.raw, extra={"known_tension_out_n": slow})) for r in RECORDS]
-    assert of._spacing(marked, "tension_out_n") == pytest.approx(0.1) and of._spacing(marked, "tension_in_n") == pytest.approx(0.02)
-    assert of._spacing([replace(r, dt_s=0.04) for r in RECORDS], "tension_out_n") == 0.04
+    assert white.spacing(marked, "tension_out_n") == pytest.approx(0.1) and white.spacing(marked, "tension_in_n") == pytest.approx(0.02)
+    assert white.spacing([replace(r, dt_s=0.04) for r in RECORDS], "tension_out_n") == 0.04
 
 
 def test_windows_fill_a_hold_from_its_beginning():
@@ -143,7 +144,7 @@ def test_noise_is_most_likely_where_a_dense_restricted_likelihood_has_its_minimu
     part = [r for r, _ in some([(r, slice(0, 0)) for r in RECORDS])]
     rows = np.concatenate([np.arange(s.start, s.stop) for r, s in zip(RECORDS, SIM.slices(), strict=True) if r in part])
     own = phases(gain=0.0)
-    sub = Phases(own.slide[rows], own.gain[rows], own.doubt_n[rows])
+    sub = own.at(rows)
 
     def dense(scale):
         sensor = replace(found.output["act"], white_n=scale * found.output["act"].white_n)
@@ -167,7 +168,7 @@ def test_the_price_of_a_noise_is_that_of_the_output_alone():
     assert found.input["act"].coloured_n > 0.015 and 0.05 / np.e <= found.input["act"].correlation_s <= 0.8 * np.e
     part = [r for r, _ in some([(r, slice(0, 0)) for r in RECORDS])]
     rows = np.concatenate([np.arange(s.start, s.stop) for r, s in zip(RECORDS, SIM.slices(), strict=True) if r in part])
-    w = whitener(constants(part, found), Phases(own.slide[rows], own.gain[rows], own.doubt_n[rows]))
+    w = whitener(constants(part, found), own.at(rows))
     r, x = w(residual[rows]), w(column[rows])[:, 0]
     out = found.output["act"]
     off = [np.log(out.white_n / NOISE_N) / 0.05, np.log(out.coloured_n / 0.002) / MEASURED, np.log(found.smoother["act"]) / 0.2]

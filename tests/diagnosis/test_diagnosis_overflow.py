@@ -26,7 +26,16 @@ def test_readings_beyond_the_range_are_counted_though_noise_crosses_it_to_and_fr
     pull, other = HELD + NOISE[0], SENT + NOISE[1]
     count = turns(pull % range_n, other)
     np.testing.assert_array_equal(count, np.floor(pull / range_n))
-    assert size_n(pull % range_n, other) == pytest.approx(range_n, abs=0.05)
+    assert size_n(pull % range_n, count) == pytest.approx(range_n, abs=0.05)
+
+
+def test_a_reading_interpolated_beyond_the_range_makes_it_no_wider():
+    pull, other = HELD + NOISE[0], SENT + NOISE[1]
+    read = pull % 12.0
+    read[np.argmax(read)], read[np.argmin(read)] = 13.4, -0.9
+    count = turns(read, other)
+    np.testing.assert_array_equal(count, np.floor(pull / 12.0))
+    assert size_n(read, count) == pytest.approx(12.0, abs=0.05)
 
 
 def test_a_signed_number_goes_on_at_its_other_end():
@@ -52,7 +61,8 @@ def test_what_drops_or_moves_does_not_overflow(other_values):
         late[k] = late[k - 1] + 0.02 * (np.where(T[k] % 8.0 < 4.0, 14.0, 0.02) - late[k - 1])
     for other in (SENT + NOISE[1], late + NOISE[1]):
         values = other_values(HELD + NOISE[0])
-        assert not turns(values, other).any() and np.isnan(size_n(values, other))
+        count = turns(values, other)
+        assert not count.any() and np.isnan(size_n(values, count))
 
 
 def logs(column, share, beyond):

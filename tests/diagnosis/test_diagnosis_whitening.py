@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -32,6 +32,8 @@ class Made:
     misfit_n: np.ndarray | None = None
     wander: Wander | None = None
     told_n: float = 0.0
+    jitter_s: float = 0.0
+    rate: np.ndarray = field(default_factory=lambda: 3.0 + np.arange(N * FACTOR) / 100.0)
 
     @property
     def readings(self):
@@ -53,9 +55,11 @@ NOISE = Noise({"act": Sensor(0.02, 0.015, 0.3)}, {"act": Sensor(0.03, 0.02, 0.1)
 def phases():
     slide = np.zeros(N)
     slide[20:50] = slide[80:] = 1.0
-    slide[50] = 0.4
+    left = slide.copy()
+    # a slide that ends within a step and one that begins within it: the end of a step is farther than its mean
+    slide[50], left[50], slide[79], left[79] = 0.4, 0.7, 0.3, 1.0
     gain = np.where(np.arange(N) < 60, 0.6, 1.7)
-    return Phases(slide, gain, np.zeros(N))
+    return Phases(slide, left, gain, np.zeros(N))
 
 
 def dense(ph, told=False):
@@ -70,22 +74,24 @@ def dense(ph, told=False):
     into = means @ error @ means.T
     # the end of a step less its mean
     apart = np.kron(np.eye(N), np.eye(FACTOR)[-1:]) - means
-    turn = np.diag(apart @ error @ apart.T)
+    ends = np.diag(apart @ error @ apart.T)
     held = ph.gain[0] ** 2 * into[0, 0]
     mix, start, turned = np.zeros((N, N)), np.zeros(N), np.zeros((N, N))
+    # what the line holds at the end of a step, as the same mixes
+    kept, began, ended = np.zeros(N), 1.0, np.zeros(N)
     for t in range(N):
-        s, g = ph.slide[t], ph.gain[t]
-        if t:
-            mix[t], start[t], turned[t] = (1.0 - s) * mix[t - 1], (1.0 - s) * start[t - 1], (1.0 - s) * turned[t - 1]
-            before = ph.slide[t - 1]
-            if s < before:
-                turned[t, t] += np.sqrt(1.0 - s / before) * ph.gain[t - 1]
-        else:
-            start[t] = 1.0 - s
+        s, r, g = ph.slide[t], ph.left[t], ph.gain[t]
+        mix[t], start[t], turned[t] = (1.0 - s) * kept, (1.0 - s) * began, (1.0 - s) * ended
+        kept, began, ended = (1.0 - r) * kept, (1.0 - r) * began, (1.0 - r) * ended
         mix[t, t] += s * g
+        kept[t] += r * g
+        if t and s < ph.slide[t - 1]:
+            turn = np.sqrt(1.0 - s / ph.slide[t - 1]) * ph.gain[t - 1]
+            turned[t, t] += turn
+            ended[t] += turn
     white_n = 0.03 / np.sqrt(FACTOR)
     begin = np.outer(start, start) * (0.02**2 + 0.02**2 + held)
-    held_on = turned @ np.diag(np.roll(turn, 1)) @ turned.T
+    held_on = turned @ np.diag(np.roll(ends, 1)) @ turned.T
     return mix @ into @ mix.T + held_on + begin + means @ colour(0.02, 0.1) @ means.T + white_n**2 * np.eye(N)
 
 
@@ -122,7 +128,7 @@ def test_masked_samples_count_for_nothing():
 
 def test_runs_do_not_touch_one_another():
     ph = phases()
-    twice = Phases(np.tile(ph.slide, 2), np.tile(ph.gain, 2), np.tile(ph.doubt_n, 2))
+    twice = ph.at(np.tile(np.arange(N), 2))
     w, alone = whitener(constants([Made(), Made()], NOISE), twice), whitener(constants([Made()], NOISE), ph)
     x = np.random.default_rng(2).standard_normal(2 * N)
     assert np.allclose(w(x), np.concatenate((alone(x[:N]), alone(x[N:]))))
@@ -137,6 +143,14 @@ def test_what_a_law_may_be_off_adds_to_the_noise():
     assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + np.diag(off**2), x), rel=1e-8)
 
 
+def test_a_clock_that_is_off_shows_where_the_line_slides_as_much_as_the_input_moves_meanwhile():
+    ph = phases()
+    w = whitener(constants([Made(jitter_s=0.002)], NOISE), ph)
+    late = 0.002 * ph.slide * ph.gain * Made().rate.reshape(N, FACTOR).mean(axis=1) / np.sqrt(FACTOR)
+    x = np.random.default_rng(6).standard_normal(N)
+    assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + np.diag(late**2), x), rel=1e-8)
+
+
 def test_white_noise_is_only_scaled():
     w = white(0.5, np.ones(4), [0])
     assert w(np.array([1.0, -2.0, 0.0, 3.0])).tolist() == [2.0, -4.0, 0.0, 6.0]
@@ -145,7 +159,9 @@ def test_white_noise_is_only_scaled():
 
 def test_a_hold_that_nearly_slid_is_off_by_one_number_until_the_next_slide():
     ph = phases()
-    touched = (np.arange(N) >= 55) & (np.arange(N) < 80)
-    w = whitener(constants([Made()], NOISE), Phases(ph.slide, ph.gain, 0.05 * touched))
+    touched = (np.arange(N) >= 55) & (np.arange(N) < 79)
+    w = whitener(constants([Made()], NOISE), replace(ph, doubt_n=0.05 * touched))
+    # the slide that begins within the next step leaves its mean a part of that
+    touched = touched + (1.0 - ph.slide) * (np.arange(N) == 79)
     x = np.random.default_rng(4).standard_normal(N)
     assert w(x) @ w(x) == pytest.approx(x @ np.linalg.solve(dense(ph) + 0.05**2 * np.outer(touched, touched), x), rel=1e-8)

@@ -37,13 +37,17 @@ def turns(values: Array, other: Array) -> NDArray[np.int64]:
     0
     """
     none = np.zeros(len(values), np.int64)
-    step, span = np.diff(values), float(np.ptp(values))
-    over = np.abs(step) > JUMP * span
-    if not np.count_nonzero(over) >= 2 or median(np.abs(step[over])) <= BEYOND * median(np.abs(step)):
+    step = np.diff(values)
+    over = np.abs(step) > JUMP * float(np.ptp(values))
+    if not np.count_nonzero(over) >= 2:
+        return none
+    # as far as it jumps: its lowest and highest reading are farther apart where a recorder has interpolated between two
+    size = median(np.abs(step[over]))
+    if size <= BEYOND * median(np.abs(step)):
         return none
     count = np.concatenate(([0], np.cumsum(-np.sign(step) * over))).astype(np.int64)
     count -= count.min()
-    whole = values + span * count
+    whole = values + size * count
     moved = np.abs(np.diff(whole))
     near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
     smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
@@ -52,6 +56,9 @@ def turns(values: Array, other: Array) -> NDArray[np.int64]:
     return count if bool(smooth.all()) and steady and high else none
 
 
-def size_n(values: Array, other: Array) -> float:
-    """Return the range (N) that a channel overflows, NaN where it does not."""
-    return float(np.ptp(values)) if turns(values, other).any() else math.nan
+def size_n(values: Array, count: NDArray[np.int64]) -> float:
+    """Return the range (N) of a channel that overflows, NaN where it does not: that of its readings, or how far it jumps where they reach farther."""
+    if not count.any():
+        return math.nan
+    jump, span = median(np.abs(np.diff(values))[np.diff(count) != 0]), float(np.ptp(values))
+    return span if span <= jump * (1.0 + STEADY) else jump

@@ -22,6 +22,9 @@ MIN_CHANGES = 12
 HELD_SHARE = 0.3
 # quantisation step over the noise of renewed samples (which is never seen below half a step) of a coarse converter
 COARSE = 0.7
+# share of repeated readings that a step needs; share of the changes that may be strays below it, also beside those of about a step; so many
+# changes by a step and none below it are no chance (1e-6)
+REPEATS, STRAYS, STRAYS_BESIDE, RARE_NATS = 0.02, 0.02, 0.1, 14.0
 # part of a run over which one value must last where no noise tells a dead sensor from a resting one
 LONG_SHARE = 0.15
 # part of the span by which a sensor must jump that comes back
@@ -145,7 +148,7 @@ def digits_lost(values: Array) -> float:
 
 
 def quantisation(values: Array) -> float:
-    """Return the step (N) of a channel whose levels lie on a grid, 0 where they do not.
+    """Return the step (N) of a channel whose levels lie on a grid or that never changes by less, 0 where there is none.
 
     A grid is believed where levels repeat (fewer than half as many as samples) and nine in ten of the gaps between
     neighbouring levels are whole multiples of the smallest usual one, or where all of them are, exactly.
@@ -153,6 +156,8 @@ def quantisation(values: Array) -> float:
     levels = np.unique(values)
     if len(levels) < 4:
         return 0.0
+    if (least := _least_change(values)) > 0.0:
+        return least
     gaps = np.diff(levels)
     tiny = 1e-9 * max(abs(float(levels[0])), abs(float(levels[-1])))
     gaps = gaps[gaps > tiny]
@@ -171,6 +176,26 @@ def quantisation(values: Array) -> float:
         return step if bool(exact.all()) and float(np.mean(multiple > 1.5)) > 0.05 else 0.0
     whole = np.abs(multiple - np.round(multiple)) < 0.02 * np.maximum(1.0, np.sqrt(multiple))
     return step if float(np.mean(whole & (multiple > 0.5))) > 0.9 else 0.0
+
+
+def _least_change(values: Array) -> float:
+    """Return the size (N) below which a channel that often repeats a reading never changes it, 0 where small changes are as usual as others.
+
+    Noise changes readings by any size, by small ones more often than by large ones. None of those below a step, but for a few
+    strays, is what a converter leaves of them, also where a finer one reads it, or one that sends a value anew once it has moved by
+    a step (Miskowicz 2006), whose levels lie on no grid.
+    """
+    sizes = np.abs(np.diff(values))
+    sizes = sizes[sizes > 1e-9 * float(np.max(np.abs(values)))]
+    if len(sizes) < MIN_CHANGES or len(sizes) > (1.0 - REPEATS) * len(values):
+        return 0.0
+    step = quantile(sizes, STRAYS)
+    fewer, near = int(np.count_nonzero(sizes < 0.9 * step)), sizes[(sizes >= 0.9 * step) & (sizes < 1.8 * step)]
+    if len(near) < RARE_NATS + fewer / STRAYS_BESIDE:
+        return 0.0
+    # on a grid the least change is one step, which a finer converter reads as one of two neighbours; on none it is the step at least
+    first = near[near < 1.4 * step]
+    return float(first.mean()) if len(np.unique(np.round(first / step, 6))) <= 4 else step
 
 
 def _hold(v: Array, changed: NDArray[np.int64], step: float) -> float:

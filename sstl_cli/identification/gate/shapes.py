@@ -58,7 +58,8 @@ def shapes_of(
     t, x, y = points
     against = against_of(x, y, noise)
     limits = limits_of(points, noise, steps, causes)
-    wraps = (overflows.size_n(*raw), overflows.size_n(*raw[::-1]))
+    over, under = overflows.turns(*raw), overflows.turns(*raw[::-1])
+    wraps = (overflows.size_n(raw[0], over), overflows.size_n(raw[1], under))
     far = abs(causes.moved.size) > MOVED * float(t[-1] - t[0])
     known = [c for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
     left = min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)

@@ -1,0 +1,41 @@
+"""The step below which a channel never changes: grids, grids read through finer ones, and values sent once they have moved."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.identification.gate.sensors import quantisation
+from sstl_cli.physics.variant.recorder import deadband
+
+N = 4000
+RNG = np.random.default_rng(11)
+MOVED = 10.0 + 6.0 * np.sin(np.arange(N) / 150.0)
+NOISY = MOVED + 0.02 * RNG.standard_normal(N)
+
+
+@pytest.mark.parametrize("step", [0.015, 0.04, 0.2])
+def test_a_grid_and_a_value_that_is_sent_once_it_has_moved_have_a_step(step):
+    assert quantisation(step * np.round(NOISY / step)) == pytest.approx(step, rel=1e-6)
+    assert quantisation(step * np.floor(NOISY / step)) == pytest.approx(step, rel=1e-6)
+    # nearly: the least of some changes that are a step at least
+    assert step <= quantisation(deadband(NOISY, step)) < 1.08 * step
+
+
+def test_a_coarse_grid_is_seen_through_a_finer_one():
+    coarse = 0.04 * np.round(NOISY / 0.04)
+    assert quantisation(0.007 * np.round(coarse / 0.007)) == pytest.approx(0.04, rel=0.03)
+
+
+def test_a_few_readings_between_the_levels_hide_no_step():
+    read = 0.04 * np.round(NOISY / 0.04)
+    at = RNG.choice(N, 30, replace=False)
+    read[at] += RNG.uniform(-0.04, 0.04, 30)
+    assert quantisation(read) == pytest.approx(0.04, rel=0.05)
+
+
+def test_noise_has_no_step_however_often_the_last_value_is_repeated():
+    assert quantisation(NOISY) == 0.0
+    # a slow sensor, and one that stands still for a while
+    assert quantisation(np.repeat(NOISY[::10], 10)) == 0.0
+    assert quantisation(np.where((np.arange(N) % 400) < 100, NOISY[0], NOISY)) == 0.0
