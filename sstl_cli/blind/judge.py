@@ -42,6 +42,11 @@ class Judged:
         return frozenset(self.truth["effects"])
 
     @property
+    def also(self) -> frozenset[str]:
+        """What a disturbance from no list is by the catalogue's own words all the same: a reading that sticks is a fault of the recorder."""
+        return frozenset(self.truth.get("also", ()))
+
+    @property
     def band(self) -> float | None:
         band: float | None = self.truth["band"]
         return band
@@ -58,7 +63,7 @@ class Judged:
     @property
     def wrong_commit(self) -> bool:
         """The verdict commits itself to a name that was not withheld (or could not be seen as a candidate)."""
-        true = frozenset() if self.kind in ("outside", "none") else self.withheld
+        true = {"outside": self.also, "none": frozenset()}.get(self.kind, self.withheld)
         return self.status in COMMITTED and not self.named <= true
 
     @property
@@ -67,8 +72,15 @@ class Judged:
         return self.withheld <= set(self.group) | set(self.effects)
 
     @property
+    def recalled(self) -> bool:
+        """What no candidate explains is told as unknown, or by the name that it has all the same."""
+        return self.status == "unknown" or (self.status in COMMITTED and bool(self.also) and self.named == self.also)
+
+    @property
     def right(self) -> bool:
         """What the stated confidence is about: a group that holds the truth, or the right kind of no."""
+        if self.status in NAMED and self.kind == "outside":
+            return bool(self.also) and self.also <= set(self.group) | set(self.effects)
         if self.status in NAMED:
             return self.kind in ("single", "pair", "poor") and bool(self.withheld) and self.covered
         if self.kind == "poor" and self.band is None:

@@ -98,7 +98,7 @@ def examples(cases: Iterable[tuple[str, Mapping[str, Any], Rows]]) -> list[Examp
 def right_answer(truth: Mapping[str, Any]) -> Ids:
     """Return what should be said of a case."""
     if truth["excluded"] or truth["unlisted"]:
-        return UNKNOWN
+        return tuple(sorted(truth.get("also", ()))) or UNKNOWN
     return tuple(sorted(truth["effects"]))
 
 

@@ -124,7 +124,7 @@ def scores(cases: Sequence[Judged], ece: float | None) -> Scores:
         isolation=share(c.exact for c in single if c.band in STRENGTHS[1:]),
         isolation_weak=share(c.exact for c in single if c.band == STRENGTHS[0]),
         wrong_commits=share(c.wrong_commit for c in cases if c.kind != "none"),
-        unknown_recall=share(c.status == "unknown" for c in of(cases, "outside")),
+        unknown_recall=share(c.recalled for c in of(cases, "outside")),
         both_of_a_pair=share(c.withheld <= c.named for c in of(cases, "pair")),
         ece=ece,
         coverage=share(c.covered for c in of(cases, "single", "pair") if c.status in NAMED),
@@ -156,7 +156,7 @@ def _row(cases: Sequence[Judged], strength: float) -> StrengthRow:
         in_group=share(c.status in NAMED and c.covered for c in single),
         said_none=share(c.status == "none" for c in single),
         wrong_commits=share(c.wrong_commit for c in at if c.kind != "poor"),
-        unknown_recall=share(c.status == "unknown" for c in of(at, "outside")),
+        unknown_recall=share(c.recalled for c in of(at, "outside")),
         both_of_a_pair=share(c.withheld <= c.named for c in of(at, "pair")),
         coverage=share(c.covered for c in of(at, "single", "pair") if c.status in NAMED),
         group_size=_mean(len(c.group) for c in at if c.status in NAMED),
@@ -316,7 +316,7 @@ def baselines(cases: Sequence[Judged]) -> list[RuleRow]:
                 isolation=share(c.exact for c in single),
                 false_alarm=share(c.status != "none" for c in nothing),
                 wrong_commits=share(c.wrong_commit for c in something),
-                unknown_recall=share(c.status == "unknown" for c in outside),
+                unknown_recall=share(c.recalled for c in outside),
             )
         )
         for name, rule in rules.items():

@@ -58,7 +58,7 @@ def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[DistanceRow]
                 isolation=share(c.exact for c in single),
                 in_group=share(c.status in NAMED and c.covered for c in single),
                 ideal=sum(observed) / len(observed) if observed else None,
-                unknown_recall=share(c.status == "unknown" for c in outside),
+                unknown_recall=share(c.recalled for c in outside),
                 both_of_a_pair=share(c.withheld <= c.named for c in pair),
             )
         )

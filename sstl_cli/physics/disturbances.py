@@ -63,10 +63,15 @@ class Disturbance:
         return self.place in LINE
 
     @property
+    def sticks(self) -> bool:
+        """Whether it is a reading that stands still or drops out at times: what a catalogue of faults calls one of the recorder."""
+        return self.action in (HOLD, BLANK)
+
+    @property
     def description(self) -> str:
         """One sentence that says what it is."""
         who = "" if len(self.systems) == 2 else f" ({self.systems[0]} only)"
-        if self.action in (HOLD, BLANK):
+        if self.sticks:
             what = "sticks" if self.action == HOLD else f"falls to {self.level:.1f} N"
             return f"{self.place}{who} {what} at random for about {self.event_s:.2g} s"
         terms = " times ".join(f"{f.description} over {c}" for f, c in zip(self.functions, self.carriers, strict=True))
@@ -169,7 +174,7 @@ def in_reading(disturbance: Disturbance, amplitude: float, scene: Scene, tension
         return tension_in, tension_out
     first = disturbance.place == READINGS[0]
     reading = tension_in if first else tension_out
-    if disturbance.action in (HOLD, BLANK):
+    if disturbance.sticks:
         stuck = _events(disturbance, min(FULL_HELD * amplitude, 0.95), scene)
         if disturbance.action == BLANK:
             reading = np.where(stuck, disturbance.level, reading)

@@ -67,6 +67,21 @@ def test_verdict_is_judged(t, v, exact, wrong, right):
     assert (found.exact, found.wrong_commit, found.right) == (exact, wrong, right)
 
 
+@pytest.mark.parametrize(
+    ("v", "wrong", "right", "recalled"),
+    [
+        (verdict("unknown"), False, True, True),
+        (verdict("identified", ["stuck"]), False, True, True),
+        (verdict("ambiguous", ["b"], ["b", "stuck"]), False, True, False),
+        (verdict("identified", ["b"]), True, False, False),
+        (verdict("none"), False, False, False),
+    ],
+)
+def test_a_disturbance_from_no_list_that_the_catalogue_has_a_name_for_may_be_called_by_it(v, wrong, right, recalled):
+    found = case({**truth(["disturbance"], unlisted=["sticks"]), "also": ["stuck"]}, v)
+    assert (found.wrong_commit, found.right, found.recalled) == (wrong, right, recalled)
+
+
 @pytest.mark.parametrize(("k", "n"), [(0, 7), (3, 10), (20, 20), (57, 60)])
 def test_wilson_agrees_with_scipy(k, n):
     expected = binomtest(k, n).proportion_ci(0.95, "wilson")

@@ -111,6 +111,7 @@ TRUTH = case("single", "one", np.random.default_rng(0))[1]
         ({"effects": {"b": {}, "a": {}}}, ("a", "b")),
         ({"effects": {}}, NONE),
         ({"unlisted": ["x"]}, UNKNOWN),
+        ({"unlisted": ["x"], "also": ["b", "a"]}, ("a", "b")),
         ({"excluded": ["viscous"]}, UNKNOWN),
     ],
 )
