@@ -40,11 +40,27 @@ class Pair:
 
 @dataclass(frozen=True)
 class Limit:
-    """The level (N) of a sensor that may be its limit, which readings of each run stand there, and what a limit gains (nats)."""
+    """The level (N) of a sensor that may be its limit, which readings of each run stand there, by how much (N) the line goes beyond it on
+    average, and by how much it is off elsewhere (RMS, N).
+    """
 
     level_n: float
     there: tuple[Mask, ...]
-    nats: float
+    beyond_n: float
+    off_n: float
+
+    @property
+    def share(self) -> float:
+        """By which share of its tension the line is short of what it would give: friction that grows towards a turn does so for every sensor."""
+        return self.beyond_n / self.level_n if self.level_n < float("inf") else 0.0
+
+    def nats(self, usual: float = 0.0) -> float:
+        """Return what a limit gains, beside lines that are ``usual``-ly short by a share of their tension where they rest at their highest.
+
+        What a model misses in one rest it misses in all: together they are one number, that is off by as much as others are.
+        """
+        off = float(np.hypot(self.off_n, usual * self.level_n)) if usual > 0.0 else self.off_n
+        return 0.5 * (self.beyond_n / off) ** 2 if off > 0.0 else 0.0
 
 
 def limit_of(pairs: Sequence[Pair]) -> Limit:
@@ -53,7 +69,7 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
     values = [p.value for p in pairs]
     # without noise a plateau of the movement is as flat
     if noise <= FINEST * max(float(np.ptp(v)) for v in values):
-        return Limit(float("inf"), tuple(np.zeros(len(v), bool) for v in values), 0.0)
+        return Limit(float("inf"), tuple(np.zeros(len(v), bool) for v in values), 0.0, noise)
     level = _piled(np.concatenate(values), noise)
     first = np.concatenate([v[_resting(v, level, noise)] for v in values])
     level = float(np.median(first)) if len(first) else level
@@ -61,11 +77,10 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
     there = tuple(_resting(v, level, noise, HALF * CLIPPED_SIGMA) for v in values)
     lines = [(p, t, _line(p, t)) for p, t in zip(pairs, there, strict=True) if t.any()]
     if not lines:
-        return Limit(level, there, 0.0)
+        return Limit(level, there, 0.0, noise)
     beyond = np.concatenate([(line - p.out if p.is_out else p.out - line)[t] for p, t, line in lines])
     off = np.concatenate([(p.out - line)[~t] for p, t, line in lines])
-    # what a model misses in one rest it misses in all: together they are one number, that is off by as much as others are
-    return Limit(level, there, 0.5 * max(float(beyond.mean()), 0.0) ** 2 / max(float(np.mean(off**2)), noise**2))
+    return Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
 
 
 def _piled(values: Array, noise: float) -> float:

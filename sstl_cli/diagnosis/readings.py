@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,28 +177,46 @@ def agreed(usable: Sequence[tuple[Run, Faults, Faults]]) -> list[tuple[Run, Faul
     A level that readings share to the last digit is none where another run passes it. Where no reading repeats another, noise may
     enter behind the limit.
     """
-    found = list(usable)
-    for system in sorted({run.system for run, _, _ in usable}):
-        places = [i for i, (run, _, _) in enumerate(usable) if run.system == system]
-        mine = [usable[i] for i in places]
-        into, out = _limited(mine, False), _limited(mine, True)
-        for i, a, b in zip(places, into, out, strict=True):
-            found[i] = (usable[i][0], a, b)
-    return found
+    systems = [run.system for run, _, _ in usable]
+    sensors = [(system, is_out) for system in sorted(set(systems)) for is_out in (False, True)]
+    tried = {s: _limited([u for u, own in zip(usable, systems, strict=True) if own == s[0]], s[1]) for s in sensors}
+    limits = {s: t.limit for s, t in tried.items() if t.limit is not None}
+    sides = {s: iter(t.faults(_usual(s, limits))) for s, t in tried.items()}
+    return [(run, next(sides[run.system, False]), next(sides[run.system, True])) for run, _, _ in usable]
 
 
-def _limited(usable: Sequence[tuple[Run, Faults, Faults]], is_out: bool) -> list[Faults]:
-    """Return the faults of one sensor in all of its runs, with the limit that it has."""
+@dataclass(frozen=True)
+class _Tried:
+    """The faults of one sensor in all of its runs, which readings count, and the limit it may have; None where its readings say so themselves."""
+
+    given: list[Faults]
+    used: list[Mask]
+    limit: Limit | None = None
+
+    def faults(self, usual: float) -> list[Faults]:
+        """Return the faults with the limit, if it is beyond doubt where lines are usually short by a share of their tension."""
+        return self.given if self.limit is None else _behind_noise(self.given, self.used, self.limit, usual)
+
+
+def _usual(sensor: tuple[str, bool], limits: Mapping[tuple[str, bool], Limit]) -> float:
+    """Return by which share of its tension the line is short at the highest rests of the other sensors; those at one level may share a limit."""
+    own = limits.get(sensor)
+    others = [
+        o for s, o in limits.items() if own is not None and s[1] == sensor[1] and abs(o.level_n - own.level_n) > CLIPPED_SIGMA * own.off_n
+    ]
+    return max((o.share for o in others), default=0.0)
+
+
+def _limited(usable: Sequence[tuple[Run, Faults, Faults]], is_out: bool) -> _Tried:
+    """Return the faults of one sensor in all of its runs, and the limit that it may have."""
     column = "tension_out_n" if is_out else "tension_in_n"
     given = [b if is_out else a for _, a, b in usable]
     faults = _unpassed(given, max(float(getattr(run, column).max()) for run, _, _ in usable))
-    if any(f.clipped.any() for f in faults):
-        return faults
     used = [known(run, column) & ~(a.bad | b.bad) & (gaps(run) == 0) for run, a, b in usable]
-    if not all(u.any() for u in used):
-        return faults
+    if any(f.clipped.any() for f in faults) or not all(u.any() for u in used):
+        return _Tried(faults, used)
     pairs = [Pair(r.tension_in_n[u], r.tension_out_n[u], f.noise_n, is_out) for (r, _, _), f, u in zip(usable, faults, used, strict=True)]
-    return _behind_noise(faults, used, limit_of(pairs))
+    return _Tried(faults, used, limit_of(pairs))
 
 
 def _unpassed(faults: Sequence[Faults], top: float) -> list[Faults]:
@@ -210,9 +228,9 @@ def _unpassed(faults: Sequence[Faults], top: float) -> list[Faults]:
     return [replace(f, clipped=np.zeros_like(f.clipped), clip_level_n=float("inf")) if passed(f) else f for f in faults]
 
 
-def _behind_noise(faults: Sequence[Faults], used: Sequence[Mask], limit: Limit) -> list[Faults]:
+def _behind_noise(faults: Sequence[Faults], used: Sequence[Mask], limit: Limit, usual: float) -> list[Faults]:
     """Return the faults of a sensor with the limit about which those of its readings scatter that were ``used``, if it is beyond doubt."""
-    if limit.nats <= DOUBT_NATS:
+    if limit.nats(usual) <= DOUBT_NATS:
         return list(faults)
     found = []
     for f, u, there in zip(faults, used, limit.there, strict=True):

@@ -31,6 +31,7 @@ from sstl_cli.diagnosis.constants import (
     SPIKE_RUN,
     SPIKE_SIGMA,
     SPIKE_TRAVEL,
+    STEADY,
     UNSEEN,
 )
 from sstl_cli.identification.gate.sensors import quantisation
@@ -206,9 +207,19 @@ def _off(signal: Array, noise: float, known: Mask) -> Mask:
     travel = np.percentile(windows, 75, axis=1) - np.percentile(windows, 25, axis=1)
     far = (np.abs(signal - middle) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * travel) | _alone(signal, noise)
     for a, b in stretches(far & ~known):
-        if b - a <= (SPIKE_RUN if a > 0 and b < len(signal) else 1):
-            spike[a:b] = True
+        spike[a:b] = b - a <= (SPIKE_RUN if a > 0 and b < len(signal) else 1) and _back(signal, a, b, noise)
     return spike
+
+
+def _back(signal: Array, a: int, b: int, noise: float) -> bool:
+    """Whether the samples beside some that stand off are back on the line, but for what a clock that is off smears into them.
+
+    What rises and falls over several samples is a movement, or an impact, however short it is.
+    """
+    if a < 2 or b + 2 > len(signal):
+        return True
+    off = np.abs(signal[a - 1 : b + 1] - np.linspace(signal[a - 2], signal[b + 1], b - a + 4)[1:-1])
+    return bool(max(off[0], off[-1]) <= max(SPIKE_SIGMA * noise, STEADY * off[1:-1].max()))
 
 
 def _alone(signal: Array, noise: float) -> Mask:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from rig_logs import record
 
-from sstl_cli.diagnosis.clipping import Pair, _line, _piled, _resting, limit_of
+from sstl_cli.diagnosis.clipping import Limit, Pair, _line, _piled, _resting, limit_of
 from sstl_cli.diagnosis.constants import DOUBT_NATS
 from sstl_cli.diagnosis.faults import recorder_effects
+from sstl_cli.diagnosis.readings import _usual
 from sstl_cli.diagnosis.records import prepare
 
 NOISE_N = 0.02
@@ -117,21 +118,21 @@ def test_a_limit_gains_by_how_far_the_line_goes_beyond_what_it_is_off_elsewhere(
     found = limit_of([Pair(x, read(np.minimum(y, 9.0), 1), NOISE_N, True)])
     (there,) = found.there
     beyond = float(np.mean(y[there] - 9.0))
-    assert found.level_n == pytest.approx(9.0, abs=0.002) and found.nats == pytest.approx(0.5 * (beyond / NOISE_N) ** 2, rel=0.1)
+    assert found.level_n == pytest.approx(9.0, abs=0.002) and found.nats() == pytest.approx(0.5 * (beyond / NOISE_N) ** 2, rel=0.1)
     # the same line where the model of it is off by half a newton elsewhere
     odd = np.minimum(y, 9.0) + np.where(y < 9.0, 0.5 * np.sin(40.0 * T), 0.0)
-    assert limit_of([Pair(x, read(odd, 1), NOISE_N, True)]).nats < found.nats / 100.0
+    assert limit_of([Pair(x, read(odd, 1), NOISE_N, True)]).nats() < found.nats() / 100.0
     # no limit: a true rest at the top is where the line is
-    assert limit_of([Pair(x, read(y, 1), NOISE_N, True)]).nats < 1.0
+    assert limit_of([Pair(x, read(y, 1), NOISE_N, True)]).nats() < 1.0
 
 
 def test_a_limit_is_one_level_of_all_runs_of_a_sensor():
     x, y = moved()
     low, free = Pair(x, read(np.minimum(y, 9.0), 1), NOISE_N, True), Pair(x, read(y, 2), NOISE_N, True)
-    assert limit_of([low, low]).nats > DOUBT_NATS
+    assert limit_of([low, low]).nats() > DOUBT_NATS
     # another run passes it
     found = limit_of([low, free])
-    assert found.nats < 1.0 and not found.there[0].any()
+    assert found.nats() < 1.0 and not found.there[0].any()
 
 
 def test_a_level_is_where_readings_pile_up_below_the_highest_one():
@@ -154,4 +155,14 @@ def test_a_rest_lasts_from_the_first_to_the_last_reading_at_the_level():
 
 def test_without_noise_nothing_is_told():
     x, y = moved()
-    assert limit_of([Pair(x, np.minimum(y, 9.0), 0.0, True)]).nats == 0.0
+    assert limit_of([Pair(x, np.minimum(y, 9.0), 0.0, True)]).nats() == 0.0
+
+
+def test_a_line_that_every_sensor_shows_short_at_its_highest_is_at_no_limit():
+    # friction that grows towards a turn: short by 1.9 % in one loop, by 1.2 % in the other
+    loop, other = Limit(18.3, (), 0.35, 0.048), Limit(16.5, (), 0.2, 0.05)
+    assert loop.nats() > DOUBT_NATS > 2.0 > loop.nats(other.share)
+    assert _usual(("sstl", True), {("sstl", True): loop, ("act", True): other}) == pytest.approx(0.2 / 16.5)
+    # one level for both is a limit that they share, and the other end of the line says nothing of this one
+    same = Limit(18.2, (), 0.3, 0.05)
+    assert _usual(("sstl", True), {("sstl", True): loop, ("act", True): same, ("act", False): other}) == 0.0

@@ -124,9 +124,16 @@ def test_a_spike_leaves_by_more_than_noise_and_comes_back_within_two_samples():
         assert not recorder._spikes(bent, 1.0, flat > 0).any()
 
 
+def test_what_rises_and_falls_over_several_samples_is_no_spike_but_a_clock_that_is_off_smears_one():
+    y = np.zeros(60)
+    y[[19, 20, 21]] = [-40.0, -100.0, -45.0]
+    y[[39, 40, 41]] = [3.0, 100.0, 15.0]
+    assert np.flatnonzero(recorder._spikes(y, 0.5, y > 1e9)).tolist() == [40]
+
+
 def test_spikes_close_to_one_another_hide_none_of_them():
     y = np.zeros(60)
-    at = [20, 22, 25, 28, 30]
+    at = [20, 23, 26, 29, 32]
     y[at] = [5.0, 30.0, 90.0, 20.0, 7.0]
     assert np.flatnonzero(recorder._spikes(y, 0.5, y > 1e9)).tolist() == at
 
