@@ -47,6 +47,11 @@ class Judged:
         return frozenset(self.truth.get("also", ()))
 
     @property
+    def true(self) -> frozenset[str]:
+        """The names that are right: what was withheld, as far as a candidate or the catalogue has a name for it."""
+        return {"outside": self.also, "none": frozenset[str]()}.get(self.kind, self.withheld)
+
+    @property
     def band(self) -> float | None:
         band: float | None = self.truth["band"]
         return band
@@ -63,8 +68,7 @@ class Judged:
     @property
     def wrong_commit(self) -> bool:
         """The verdict commits itself to a name that was not withheld (or could not be seen as a candidate)."""
-        true = {"outside": self.also, "none": frozenset()}.get(self.kind, self.withheld)
-        return self.status in COMMITTED and not self.named <= true
+        return self.status in COMMITTED and not self.named <= self.true
 
     @property
     def covered(self) -> bool:
@@ -79,10 +83,8 @@ class Judged:
     @property
     def right(self) -> bool:
         """What the stated confidence is about: a group that holds the truth, or the right kind of no."""
-        if self.status in NAMED and self.kind == "outside":
-            return bool(self.also) and self.also <= set(self.group) | set(self.effects)
         if self.status in NAMED:
-            return self.kind in ("single", "pair", "poor") and bool(self.withheld) and self.covered
+            return bool(self.true) and self.true <= set(self.group) | set(self.effects)
         if self.kind == "poor" and self.band is None:
             # nothing shows on such a movement: to say so, in either way, is right
             return self.status in ("none", "unknown")

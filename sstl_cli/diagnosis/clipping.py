@@ -52,15 +52,15 @@ class Limit:
     @property
     def share(self) -> float:
         """By which share of its tension the line is short of what it would give: friction that grows towards a turn does so for every sensor."""
-        return self.beyond_n / self.level_n if self.level_n < float("inf") else 0.0
+        return self.beyond_n / max(abs(self.level_n), self.off_n)
 
     def nats(self, usual: float = 0.0) -> float:
         """Return what a limit gains, beside lines that are ``usual``-ly short by a share of their tension where they rest at their highest.
 
         What a model misses in one rest it misses in all: together they are one number, that is off by as much as others are.
         """
-        off = float(np.hypot(self.off_n, usual * self.level_n)) if usual > 0.0 else self.off_n
-        return 0.5 * (self.beyond_n / off) ** 2 if off > 0.0 else 0.0
+        # nothing at all beyond it, or no level
+        return 0.5 * (self.beyond_n / float(np.hypot(self.off_n, usual * self.level_n))) ** 2 if self.beyond_n > 0.0 else 0.0
 
 
 def limit_of(pairs: Sequence[Pair]) -> Limit:
