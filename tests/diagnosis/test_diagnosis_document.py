@@ -136,7 +136,7 @@ def test_without_propagation_nothing_is_named():
     [
         ("acquisition_faults", {"spike_pct": 0.5, "spike_n": 5.0}),
         ("acquisition_faults", {"frozen_pct": 1.5}),
-        ("saturation", {"t_max_out_n": 9.0}),
+        pytest.param("saturation", {"t_max_out_n": 9.0}, marks=pytest.mark.slow),
         ("quantisation", {"q_out_n": 0.3}),
     ],
 )

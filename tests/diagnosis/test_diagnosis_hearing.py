@@ -86,6 +86,7 @@ def test_a_smooth_input_with_white_noise_is_left_as_it_is():
     assert all(r.told_n < 0.3 * SLOW for r in found.problem.records)
 
 
+@pytest.mark.slow
 def test_a_model_of_such_a_record_says_none_of_it_and_of_its_like():
     runs = [recorded(k, 1.0, 0.0) for k in (7, 8, 9)]
     options = DiagnoseOptions(max_effects=1, effects=("viscous", "const_friction", "channel_lowpass"))

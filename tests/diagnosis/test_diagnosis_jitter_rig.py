@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from rig_logs import record
 
 from sstl_cli.diagnosis.records import prepare
@@ -22,6 +23,7 @@ def jittered(share):
     return found
 
 
+@pytest.mark.slow
 def test_nothing_is_missing_of_a_rig_whose_clock_jitters_unseen():
     late = prepare(jittered(0.08)).records[0]
     assert 0.5 * 0.08 < late.jitter_s / late.dt_s < 1.2 * 0.08

@@ -56,6 +56,7 @@ def test_another_recording_of_the_same_rig_is_none(monday):
     assert again["verdict"]["status"] == "none"
 
 
+@pytest.mark.slow
 def test_a_change_below_the_known_misfit_is_named(monday):
     # what one Monday did not show of a map all its Fridays have in common: two of each
     other = run(odd(record({}, 11), 11), OPTIONS).model()

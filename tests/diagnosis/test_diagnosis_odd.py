@@ -123,7 +123,11 @@ def shifted(runs):
 
 
 @pytest.mark.parametrize(
-    "how", [lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4), lambda r: theta_jump([r])[0]], ids=["offset", "moved"]
+    "how",
+    [
+        pytest.param(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4), id="offset"),
+        pytest.param(lambda r: theta_jump([r])[0], id="moved", marks=pytest.mark.slow),
+    ],
 )
 def test_the_run_that_alone_has_a_gap_is_named(runs, how):
     document = diagnose.run(spoilt(runs, how), OPTIONS).document()

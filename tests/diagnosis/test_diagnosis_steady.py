@@ -39,7 +39,7 @@ def said(lag_s, noise_n, seed, effects):
 @pytest.mark.parametrize(
     ("lag_s", "noise_n", "seed"),
     [
-        (0.0, 0.005, 2),
+        pytest.param(0.0, 0.005, 2, marks=pytest.mark.slow),
         pytest.param(0.0, 0.02, 1, marks=pytest.mark.slow),
         pytest.param(0.01, 0.02, 1, marks=pytest.mark.slow),
         pytest.param(0.01, 0.005, 2, marks=pytest.mark.slow),

@@ -21,7 +21,7 @@ def rig(top_n: float, *effects: str) -> Scenario:
     )
 
 
-@pytest.mark.parametrize("top_n", [20.0, 90.0])
+@pytest.mark.parametrize("top_n", [pytest.param(20.0, marks=pytest.mark.slow), 90.0])
 def test_a_given_simulator_predicts_its_own_recordings_at_any_tension(top_n):
     scenario = rig(top_n, *ELASTIC)
     found = run(list(simulate.run(scenario, {}, 1)), DiagnoseOptions(sim=scenario, max_effects=1, effects=("const_friction",)))

@@ -113,7 +113,8 @@ def test_unknown_says_what_is_left_and_where(jumped):
     assert left[0]["sigma"] > 5.0 and [t["sigma"] for t in left] == sorted((t["sigma"] for t in left), reverse=True)
 
 
-@pytest.mark.parametrize("effect", [pytest.param("channel_delay", marks=pytest.mark.slow), "channel_lowpass"])
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["channel_delay", "channel_lowpass"])
 def test_the_proposed_recording_separates_what_was_ambiguous(effect):
     """Ramps cannot tell a delay from a low-pass; the movement that is proposed, made on the rig, does."""
     truth, two = {effect: {"tau_act_s": 0.02}}, ("channel_delay", "channel_lowpass")

@@ -53,6 +53,7 @@ def test_one_tendon_alone_does_not_know_it():
     assert document["verdict"]["status"] != "none"
 
 
+@pytest.mark.slow
 def test_another_effect_is_not_taken_for_it():
     found = diagnose_tendons.run(log({}, {"gain_error": {"g_act": 1.05}}), OPTIONS).document()
     assert found["tendon"] == "B"
