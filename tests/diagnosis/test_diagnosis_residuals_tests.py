@@ -26,12 +26,12 @@ def test_means_and_spreads_of_bins_by_hand():
     count = LEAST_CELL + 1
     z = np.concatenate((np.full(count, 1.0), np.full(count, -2.0), [9.0, 9.0]))
     index = np.repeat([0, 1, 2], [count, count, 2])
-    mean, spread = residuals._binned("x", z, np.ones(len(z), bool), index, ["a", "b", "c"], {})
+    mean, spread = residuals._binned("x", z, 1.0, np.ones(len(z), bool), index, ["a", "b", "c"], {})
     # squared sums over counts, and the third bin is too small: 6 + 24 over two bins
     assert mean == Misfit("mean by x", pytest.approx((30.0 - 2.0) / 2.0), pytest.approx(14.0), "b", pytest.approx(15.0))
     # z^2 - 1 is 0 and 3, of variance 2
     assert spread == Misfit("spread by x", pytest.approx((27.0 - 2.0) / 2.0), pytest.approx(12.5), "b", pytest.approx(13.5))
-    masked = residuals._binned("x", z, index != 1, index, ["a", "b", "c"], {})
+    masked = residuals._binned("x", z, 1.0, index != 1, index, ["a", "b", "c"], {})
     assert masked[0].peak == "a" and masked[0].dispersion == pytest.approx(6.0)
 
 
@@ -126,3 +126,7 @@ def test_less_than_the_known_scatter_is_brought_to_it_and_more_is_not():
     assert leftover(known, made(0.3 * noise(8))).chi2 == pytest.approx(1.0)
     more = leftover(known, made(2.0 * noise(8)))
     assert more.chi2 == pytest.approx(4.0, rel=0.05) and leftover(simulator(), made(0.3 * noise(8))).chi2 == pytest.approx(0.09, rel=0.05)
+    # spreads are compared with what is left, a mean with what was known: to leave less makes none of them larger
+    quiet = 0.3 * noise(8) + 0.1 * NOISE_N * (simulator().run == 1)
+    a, b = ({t.name: t.z for t in leftover(s, made(quiet)).tests} for s in (known, simulator()))
+    assert a["mean by run"] == b["mean by run"] and a["spread by run"] < 10.0 < 30.0 < b["spread by run"]
