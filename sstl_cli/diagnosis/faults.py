@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import gamma
+from scipy.special import gammainccinv
 
 from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FINE_STEP, LEAST_GAP, LEAST_SHARE, MIN_FAULTY
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
@@ -43,7 +43,7 @@ class RecorderEffect:
         """The squared error that as many events could as well have brought, at 49 to 1 (N^2): their number is a matter of chance."""
         if not np.isfinite(self.events):
             return self.removed_n2
-        return self.removed_n2 * float(gamma.isf(np.exp(-DECIDES_NATS), self.events + 1.0)) / self.events
+        return self.removed_n2 * float(gammainccinv(self.events + 1.0, np.exp(-DECIDES_NATS))) / self.events
 
     def row(self) -> CandidateRow:
         """Return the fault as a candidate of the verdict."""

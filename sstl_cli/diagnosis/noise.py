@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
@@ -174,7 +174,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, le
     spread = rows.var(axis=1)
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
-    limit = chi2.ppf(1.0 - 0.5 / len(rows), rows.shape[1] - 2)
+    limit = chdtri(rows.shape[1] - 2, 0.5 / len(rows))
     best = 0
     for _ in range(HOLD_ROUNDS):
         best = int(np.argmin(costs[:, kept, 0].sum(axis=1)))

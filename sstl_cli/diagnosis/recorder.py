@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm, poisson
+from scipy.special import ndtri, pdtrc
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
@@ -40,8 +40,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 # of normal noise this share of the readings is below that share of sigma; relative error of a sigma so found, times the root of n
 BELOW = 0.3
-LIES_AT = float(norm.ppf(0.5 * (1.0 + BELOW)))
-FOURTHS_ERROR = float(np.sqrt(BELOW * (1.0 - BELOW)) / (2.0 * norm.pdf(LIES_AT) * LIES_AT))
+LIES_AT = float(ndtri(0.5 * (1.0 + BELOW)))
+FOURTHS_ERROR = float(np.sqrt(BELOW * (1.0 - BELOW)) / (2.0 * np.exp(-(LIES_AT**2) / 2.0) / np.sqrt(2.0 * np.pi) * LIES_AT))
 # weights of a third difference
 THIRD = np.diff(np.eye(1)[0], 3, prepend=np.zeros(3), append=np.zeros(3))
 
@@ -280,7 +280,7 @@ def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
         return none
     below = _levels(signal[(signal > top - window) & ~flat])
     finest = step if step > 0.0 else float(np.min(np.diff(below[0]), initial=window))
-    if poisson.sf(count - 1, below[1].sum() * finest / window) > PILED_CHANCE:
+    if pdtrc(count - 1, below[1].sum() * finest / window) > PILED_CHANCE:
         return none
     # on a grid a rest repeats its level as well, if not so often and in a row
     longest = max(b - a for a, b in stretches(flat))
