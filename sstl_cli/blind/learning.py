@@ -38,6 +38,18 @@ Array = NDArray[np.float64]
 PRIOR_TERM, PRIOR_EFFECT = 1.5, 0.7
 # and of how far the weights beside an accepted model are from those without: its cases are fewer
 PRIOR_APART = 0.6
+# more evidence never speaks against a candidate, nor more of what it leaves for it: terms whose weight has one sign
+FOR = {
+    "behind",
+    "ahead",
+    "weak_part",
+    "recorder_share",
+    "recorder_gain",
+    "beside_gain",
+    "beside_share",
+    *(f"log_behind_{m:g}" for m in MISFITS),
+}
+AGAINST = {"rank", "left_share", "means", "outside", "unstable", "strengths", "recorder_out", "beside_out"}
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 # kind of the cases whose effect is no candidate
 EXCLUDED = "excluded"
@@ -160,7 +172,9 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None,
         off = (w - start) / spread
         return total + 0.5 * float(off @ off), gradient + off / spread
 
-    w = minimize(cost, start, jac=True, method="L-BFGS-B", options={"maxiter": 500}).x
+    signed = [(0.0 if t in FOR else None, 0.0 if t in AGAINST else None) for t in CANDIDATE_TERMS]
+    bounds = signed + [(None, None)] * (len(start) - c)
+    w = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 500}).x
 
     def named(keys: Sequence[str], part: Array) -> dict[str, float]:
         return {k: round(float(v), 5) for k, v in zip(keys, part, strict=True)}

@@ -29,8 +29,8 @@ REACH_NATS = 60.0
 
 
 CANDIDATE_TERMS = (
-    *(f"behind_{m:g}" for m in MISFITS), *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "left_rms", "worst", "means", "more", "drop_one", "weak_part",
-    "outside", "unstable", "strengths", "recorder", "recorder_share", "recorder_gain", "recorder_out", "beside", "beside_gain", "beside_share", "beside_left", "beside_rank", "beside_out",
+    "behind", *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "means", "more", "weak_part", "outside", "unstable",
+    "strengths", "recorder", "recorder_share", "recorder_gain", "recorder_out", "beside", "beside_gain", "beside_share", "beside_out",
 )  # fmt: skip
 LOG_TERMS = (
     "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
@@ -105,19 +105,14 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
     ahead = c.evidence - max((o.evidence for o in alike if o.ids != c.ids), default=0.0)
     out = c.kind == OUTPUT
     # a fault of the recorder, or a lag beside, leaves of the output what the base leaves of its sound samples
-    chi2, worst, means = (c.chi2, c.worst_z, c.mean_z) if out else (log.base_chi2, log.base_worst_z, log.base_mean_z)
+    chi2, means = (c.chi2, c.mean_z) if out else (log.base_chi2, log.base_mean_z)
     left = max(chi2 - 1.0, 0.0) * log.samples / 2.0
     values = {
         "rank": float(np.log2(1.0 + above)) if out else 0.0,
         "ahead": _squash(max(ahead, 0.0)) if out else 0.0,
-        "beside_left": _squash(max(c.chi2 - 1.0, 0.0)) if c.kind == BESIDE else 0.0,
-        "beside_rank": float(np.log2(1.0 + above)) if c.kind == BESIDE else 0.0,
         "left_share": left / (left + max(c.gain, 1.0)),
-        "left_rms": _squash(10.0 * np.sqrt(max(chi2 - 1.0, 0.0))),
-        "worst": _squash(max(worst, 0.0)),
         "means": _squash(max(means, 0.0)),
         "more": float(len(c.ids) - 1),
-        "drop_one": _squash(c.drop_one) if len(c.ids) > 1 else 0.0,
         "weak_part": _squash(1e3 * np.clip(c.drop_one / max(c.evidence, 1e-9), 0.0, 1.0)) if len(c.ids) > 1 else 0.0,
         "outside": float(c.outside > 0),
         "unstable": _squash(max(c.unstable - 1.0, 0.0)) if out else 0.0,
@@ -132,10 +127,10 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
         "beside_gain": _squash(max(c.evidence, 0.0)) if c.kind == BESIDE else 0.0,
         "beside_share": c.share if c.kind == BESIDE else 0.0,
     }
+    values["behind"] = float(np.clip(c.evidence - top, -REACH_NATS, 0.0)) / 10.0 if out else 0.0
     apart = _apart(c, rows)
     for m in MISFITS:
         behind = discounted(c.evidence - top, m, apart) if out else 0.0
-        values[f"behind_{m:g}"] = float(np.clip(behind, -REACH_NATS, 0.0)) / 10.0
         values[f"log_behind_{m:g}"] = _squash(min(behind, 0.0))
     return np.array([values[t] for t in CANDIDATE_TERMS])
 

@@ -8,10 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sstl_cli.blind.learning import Example, calibrated, examples, is_right, learn, left_out, right_answer, to_document, without_answer
+from sstl_cli.blind.learning import (
+    AGAINST,
+    FOR,
+    Example,
+    calibrated,
+    examples,
+    is_right,
+    learn,
+    left_out,
+    right_answer,
+    to_document,
+    without_answer,
+)
 from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, probabilities, verdict
+from sstl_cli.diagnosis.verdict import CANDIDATE_TERMS, NONE, UNKNOWN, probabilities, verdict
 from sstl_cli.diagnosis.weights import from_document
 
 EFFECTS = ("pulley_friction", "viscous", "gain_error", "zero_offset", "crosstalk")
@@ -95,6 +107,14 @@ def test_a_library_of_coin_flips_is_not_committed_to(library):
     weights = calibrated(mixed, learn(mixed), left_out(mixed))
     sure = [e for e in mixed if e.kind == "single" and verdict(e.rows, weights).status == "identified"]
     assert len(sure) < 0.2 * sum(e.kind == "single" for e in mixed)
+
+
+def test_more_evidence_never_speaks_against_a_candidate(library):
+    """Here the answer is always the candidate that is furthest behind and leaves most."""
+    last = [replace(e, answer=min(e.rows.candidates, key=lambda c: c.evidence).ids) if e.kind == "single" else e for e in library]
+    own = learn(last).candidate
+    assert FOR | AGAINST <= set(own) == set(CANDIDATE_TERMS)
+    assert all(own[t] >= 0.0 for t in FOR) and all(own[t] <= 0.0 for t in AGAINST) and own["rank"] == own["log_behind_0"] == 0.0
 
 
 def test_weights_survive_their_document(library):
