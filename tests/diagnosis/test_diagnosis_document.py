@@ -137,7 +137,7 @@ def test_without_propagation_nothing_is_named():
         ("acquisition_faults", {"spike_pct": 0.5, "spike_n": 5.0}),
         ("acquisition_faults", {"frozen_pct": 1.5}),
         pytest.param("saturation", {"t_max_out_n": 9.0}, marks=pytest.mark.slow),
-        ("quantisation", {"q_out_n": 0.3}),
+        pytest.param("quantisation", {"q_out_n": 0.3}, marks=pytest.mark.slow),
     ],
 )
 def test_the_numbers_of_a_fault_of_the_recorder_are_of_the_same_readings(effect, values):

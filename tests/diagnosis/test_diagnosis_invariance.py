@@ -76,6 +76,7 @@ def test_order_names_and_dates_say_nothing(order, names, configs, movements, shi
 
 @given(unit=st.floats(-3.0, 3.0).map(lambda x: 10.0**x))
 @FEW
+@pytest.mark.slow
 def test_another_unit_of_force_says_the_same(unit):
     log = [replace(r, tension_in_n=unit * r.tension_in_n, tension_out_n=unit * r.tension_out_n) for r in runs()]
     verdict, numbers, offset_n = said(log)

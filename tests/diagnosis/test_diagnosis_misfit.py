@@ -69,6 +69,7 @@ def test_a_change_below_the_known_misfit_is_named(monday):
     assert np.mean(sizes) == pytest.approx(0.5, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_model_that_leaves_only_noise_carries_no_map():
     found = run(record({}, 4), OPTIONS)
     assert all(np.abs(s.mean_n).max() < 0.02 and max(s.sd_n) < 0.02 for s in found.model().misfits)

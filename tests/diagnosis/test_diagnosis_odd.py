@@ -205,6 +205,7 @@ def test_time_enough_leaves_nothing_out(runs):
     assert not [n for n in diagnose.run(runs[:4], replace(OPTIONS, max_seconds=600.0)).document()["notes"] if "left out" in n]
 
 
+@pytest.mark.slow
 def test_command_and_function_take_the_limit_and_look_for_odd_runs(runs, tmp_path):
     _register()
     path = tmp_path / "log.parquet"

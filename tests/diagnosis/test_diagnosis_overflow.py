@@ -82,6 +82,7 @@ def test_an_overflow_is_a_limit_and_no_failure_of_the_log(column):
     assert said.evidence.recorder[0].parameters[name] == pytest.approx(top, abs=0.2)
 
 
+@pytest.mark.slow
 def test_a_limit_of_the_input_is_named_though_the_model_bridges_it():
     runs, _ = logs("tension_in_n", 0.97, np.minimum)
     found = run(runs, DiagnoseOptions(max_effects=1))

@@ -75,6 +75,7 @@ def test_retuning_is_never_credited(nothing):
     assert gap["shrink_pct"] == 0.0 and gap["shrink_ci95_pct"] is None and gap["shrink_why"]
 
 
+@pytest.mark.slow
 def test_nothing_missing_is_none_with_coloured_noise():
     document = verdict(record({}, 0, white=0.01, coloured=0.02))
     assert document["verdict"]["status"] == "none", document["verdict"]

@@ -192,6 +192,7 @@ def test_the_scatter_of_the_gain_is_the_error_of_friction():
     assert errors["r2"] == pytest.approx(-0.5 * np.log(0.7), rel=0.1) and errors["r1"] < 0.02
 
 
+@pytest.mark.slow
 def test_a_movement_within_presliding_accuses_no_label():
     """Sound logs with slow sinusoids on which a play operator fits lines that do not go to zero."""
     for seed in (502_031, 502_037, 2046):

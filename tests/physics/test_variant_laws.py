@@ -75,7 +75,7 @@ def test_every_law_shows_and_vanishes_at_neutral(effect: str, law: str) -> None:
         assert sizes[2] < 1e-3
 
 
-@pytest.mark.parametrize("end", ["low", "high"])
+@pytest.mark.parametrize("end", [pytest.param("low", marks=pytest.mark.slow), "high"])
 @pytest.mark.parametrize(("effect", "law"), EVERY_LAW)
 def test_both_ends_of_twice_the_range_are_solved(effect: str, law: str, end: str) -> None:
     values = {k: getattr(b, end) for k, b in EFFECTS[effect].items()}

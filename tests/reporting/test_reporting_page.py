@@ -76,6 +76,7 @@ def test_a_section_appears_only_with_its_inputs(files):
         report.run(load([next(f for f in files if f.name == "phases.parquet")]))
 
 
+@pytest.mark.slow
 def test_same_inputs_same_bytes_in_any_order(files, html, monkeypatch):
     monkeypatch.setattr(drawing, "picture", known_pictures.draw)
     assert report.run(load(files[::-1])).html == html

@@ -64,6 +64,7 @@ def test_a_tendon_that_cannot_be_judged_is_said_to_be(runs):
     assert sorted(document["analysis"]["set_aside"]) == sorted(r.run_id for r in still if r.tendon == "A")
 
 
+@pytest.mark.slow
 def test_the_command_says_so_and_its_gates_see_the_worst(runs, tmp_path):
     _register()
     write_runs(tmp_path / "log.parquet", runs, Provenance("test"))
