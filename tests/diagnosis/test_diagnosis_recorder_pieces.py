@@ -105,6 +105,15 @@ def test_a_record_that_begins_or_ends_with_a_movement_has_no_spike_there():
         assert not recorder._spikes(y, 0.1, np.zeros(40, bool)).any() and not recorder._spikes(y[::-1], 0.1, np.zeros(40, bool)).any()
 
 
+@pytest.mark.parametrize("samples", [1500, 1733, 1801, 1990])
+def test_the_ends_of_a_fast_movement_are_no_spikes(samples):
+    """A sine of a hundred samples a period that swings by 2000 times its noise, begun and ended anywhere in it."""
+    t = 0.01 * np.arange(samples)
+    for seed in range(40):
+        y = 9.0 * np.sin(2.0 * np.pi * t + seed) + 0.01 * np.random.default_rng(seed).standard_normal(samples)
+        assert not scan(y).spike.any(), seed
+
+
 def test_a_spike_leaves_by_more_than_noise_and_comes_back_within_two_samples():
     flat = np.zeros(40)
     for height, seen in ((1.01 * SPIKE_SIGMA, True), (0.99 * SPIKE_SIGMA, False)):
