@@ -147,11 +147,11 @@ def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[
     sim, held = found.sim, found.held_out
     if not held.folds.honest:
         return {}
-    left = held.residual(found.base)
     if any(r.misfit_n is not None for r in sim.problem.records):
         # beside what an accepted rig is known to scatter by an error says little: the share of its gain that a model keeps
-        nats = found.base.nats(left)
-        return {w.ids: (nats - w.fit.nats(held.residual(w.fit))) / max(w.gain, 1.0) for w in examined}
+        nats = held.nats(found.base)
+        return {w.ids: (nats - held.nats(w.fit)) / max(w.gain, 1.0) for w in examined}
+    left = held.residual(found.base)
     block = blocks(sim)
     floor = max(_power(sim, found.base) - reducible, 0.0)
     base = np.bincount(block, sim.weight * left**2)

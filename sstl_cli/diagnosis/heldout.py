@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 from sstl_cli.diagnosis.constants import BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, RUN_PARTS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
@@ -73,6 +74,29 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
     return raw
 
 
+def predicted_nats(sim: Simulator, f: Fit, folds: Folds) -> float:
+    """Return the cost (minus log likelihood, nats) of every fold as the others foretell it, parameters as uncertain as they leave them.
+
+    Linear around the fit; beforehand a parameter is normal about nothing with its usual range as standard deviation, theta
+    anything. What the others do not tell of a parameter costs what it costs where nothing is held out.
+    """
+    j, r = f.whiten(f.jacobian), f.whiten(f.residual)
+    configs = len(f.theta)
+    prior = np.concatenate((np.full(configs, 1.0 / (THETA_HIGH - THETA_LOW) ** 2), [1.0 / x.width**2 for x in f.free]))
+    pull = np.concatenate((np.zeros(configs), prior[configs:] * f.values))
+
+    def cost(samples: Mask) -> float:
+        a, b = normal_equations(sim, j * samples[:, None], r)
+        factor = cho_factor(a + np.diag(prior), lower=True)
+        b = b - pull
+        log_det = 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
+        return 0.5 * float(r[samples] @ r[samples]) - 0.5 * float(b @ cho_solve(factor, b)) + 0.5 * log_det
+
+    whole = cost(np.ones(len(r), bool))
+    parts = [folds.of_sample == k for k in range(folds.count)]
+    return 0.5 * f.whiten.log_det + sum(whole - cost(~out) for out in parts if out.any())
+
+
 class HeldOut:
     """Held-out residuals of the models of one search: what the verdict asks for and what the document shows is worked out once."""
 
@@ -87,6 +111,10 @@ class HeldOut:
         if id(f) not in self._known:
             self._known[id(f)] = (f, held_out_residual(self._sim, f, self.folds))
         return self._known[id(f)][1]
+
+    def nats(self, f: Fit) -> float:
+        """Return the cost (nats) of every fold as the others foretell it."""
+        return predicted_nats(self._sim, f, self.folds)
 
 
 def _training(f: Fit, residual: Array, out: Mask) -> float:

@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_fits import NOTHING, made, simulator
+from made_fits import NOISE_N, NOTHING, made, named, noise, simulator
 from made_sims import sim
 
-from sstl_cli.diagnosis.constants import MAX_FOLDS
+from sstl_cli.diagnosis.constants import MAX_FOLDS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.heldout import Folds, blocks, held_out_residual, make_folds
+from sstl_cli.diagnosis.heldout import Folds, blocks, held_out_residual, make_folds, predicted_nats
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.whitening import white
 
 U = np.arange(20.0)
 OUT = Hypothesis(("zero_offset",), tuple(f for f in full("zero_offset", ("act",)).free if f.parameter.name == "z_out_act_n"))
@@ -110,3 +111,42 @@ def test_a_step_that_the_training_part_does_not_bear_is_damped():
     free = f.free[0].parameter
     assert min(free.most - 0.1, 50.0) > 1.0
     assert np.abs(left[run >= 2]).max() < 0.1
+
+
+def thinned(residual, h, values) -> Fit:
+    """Return a fit that sees one sample in eighty: a hundred in all."""
+    model = simulator()
+    return replace(made(residual, h, values), whiten=white(NOISE_N, np.arange(len(model.y)) % 80 == 7, [s.start for s in model.slices()]))
+
+
+def test_what_is_foretold_is_the_density_of_a_fold_given_the_others():
+    """By dense covariances: theta of two bends and a zero, of which the others leave what they leave."""
+    offset = named("zero_offset", "z_out_act_n")
+    f = thinned(noise(3), offset, (0.1,))
+    model, folds = simulator(), make_folds(simulator())
+    kept = np.flatnonzero(f.whiten.scale > 0)
+    j = np.zeros((len(kept), 3))
+    j[np.arange(len(kept)), model.config[kept]] = f.jacobian[kept, 0]
+    j[:, 2] = f.jacobian[kept, 1]
+    before = np.diag([(THETA_HIGH - THETA_LOW) ** 2] * 2 + [offset.free[0].width ** 2])
+    # the fit stands 0.1 N off what is expected beforehand
+    mean = j @ np.array([0.0, 0.0, -0.1])
+
+    def nats(at):
+        cov = NOISE_N**2 * np.eye(len(at)) + j[at] @ before @ j[at].T
+        left = f.residual[kept][at] - mean[at]
+        return 0.5 * float(left @ np.linalg.solve(cov, left)) + 0.5 * np.linalg.slogdet(cov)[1]
+
+    of = folds.of_sample[kept]
+    dense = sum(nats(np.arange(len(kept))) - nats(np.flatnonzero(of != k)) for k in range(folds.count))
+    assert predicted_nats(model, f, folds) == pytest.approx(dense, rel=1e-8)
+
+
+def test_a_cause_is_foretold_from_one_bend_to_the_other_and_what_differs_is_not():
+    offset, model = named("zero_offset", "z_out_act_n"), simulator()
+    folds, base = make_folds(model), NOTHING
+    for by_bend, foretold in (((0.1, 0.1), True), ((0.1, -0.1), False)):
+        moved = noise(4) + np.array(by_bend)[model.config]
+        found = float(np.mean(by_bend))
+        kept = predicted_nats(model, made(moved, base), folds) - predicted_nats(model, made(moved - found, offset, (found,)), folds)
+        assert (kept > 50.0) == foretold and (foretold or kept < 5.0)
