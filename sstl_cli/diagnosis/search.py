@@ -120,8 +120,8 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
 
     def begun(f: Fit) -> Fit:
         start = fit(sim, base.whiten, f.hypothesis, _spread(base.theta, chosen, f.theta), f.values, 0)
-        # what acts along the line has several valleys, which the unwhitened fit has looked into
-        if start.cost > base.cost and not any(x.effect.stage == TRANSITION for x in f.free):
+        # what acts along the line, or makes all of it late, has several valleys, which the unwhitened fit has looked into
+        if start.cost > base.cost and not any(x.effect.stage == TRANSITION or x.effect.late_s for x in f.free):
             return _near(found, f, SHORT_ITERATIONS, SHORT_ITERATIONS)
         return _containing(found, settle(sim, noise, start, 1, SHORT_ITERATIONS))
 

@@ -306,7 +306,8 @@ def _read_late(r: Record, late_s: float) -> Record:
         return r
     steps = late_s / (r.dt_s * r.factor)
     scatter = None if r.misfit_n is None else delayed(r.misfit_n, steps)
-    return replace(r, misfit_n=scatter, wander=None if r.wander is None else r.wander.late(steps))
+    lasting = delayed(r.misfit_s, steps) if isinstance(r.misfit_s, np.ndarray) else r.misfit_s
+    return replace(r, misfit_n=scatter, misfit_s=lasting, wander=None if r.wander is None else r.wander.late(steps))
 
 
 def neighbour_of(r: Record) -> Array | None:

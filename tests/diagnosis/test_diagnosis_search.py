@@ -70,6 +70,20 @@ def test_a_fit_that_ends_above_the_base_begins_once_more_from_the_base():
     assert again.cost < base.cost and again.values[0] == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.parametrize(("h", "value"), [(named("channel_delay", "tau_act_s"), 0.15), (OUT, 3.0)])
+def test_what_makes_all_late_is_judged_by_its_own_phases_where_the_unwhitened_fit_found_it(monkeypatch, h, value):
+    """By those of the base it seems far off; another effect begins near the base then."""
+    sim = replace(SIM)
+    sim.y = made().prediction + noise(9)
+    base = fit(sim, made().whiten, NOTHING, THETA, np.zeros(0))
+    rough = fit(sim, base.whiten, h, THETA, np.array([value]), 0)
+    assert rough.cost > base.cost
+    begun, real = [], of.settle
+    monkeypatch.setattr(of, "settle", lambda s, n, start, *a, **k: begun.append(float(start.values[0])) or real(s, n, start, *a, **k))
+    of._first_round(replace(searched(base), sim=sim), [rough], [0, 1], 1)
+    assert (begun[0] == value) == (h.ids == ("channel_delay",))
+
+
 @pytest.fixture(scope="module")
 def whole():
     """Return a search on records with a zero of the output and a little friction that does not propagate, and how far it said it was."""

@@ -174,10 +174,12 @@ def test_noise_enters_by_the_phases_of_an_accepted_model_whatever_is_fitted():
 def test_known_scatter_is_read_late_by_a_late_sensor():
     known = changed(
         misfit_n=lambda r: np.arange(len(r), dtype=float),
+        misfit_s=lambda r: 0.1 + np.arange(len(r)),
         wander=lambda r: replace(nowhere(len(r)), stretch=np.arange(len(r))[:, None] * 1.0, stretches=(slice(0, len(r)),)),
     )
     r = known.problem.records[0]
     (late, *_) = known.read_records({"channel_delay": {"tau_act_s": 3.0 * r.dt_s * r.factor}})
+    assert late.misfit_s[3:] == pytest.approx(r.misfit_s[:-3])
     assert late.misfit_n[3:] == pytest.approx(r.misfit_n[:-3]) and late.wander.stretch[3:] == pytest.approx(r.wander.stretch[:-3])
     assert known.read_records({})[0] is r
     (none, *_) = SIM.read_records({"channel_delay": {"tau_act_s": 0.1}})
