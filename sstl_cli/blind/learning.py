@@ -210,20 +210,11 @@ def left_out(found: Sequence[Example], around: Mapping[str, Weights] | None = No
     return {s: learn([e for e in found if e.simulator != s], around=around[s] if around else None) for s in simulators}
 
 
-def calibrated(
-    found: Sequence[Example], weights: Weights, others: Mapping[str, Weights], member: Mapping[str, float] | None = None
-) -> Weights:
-    """Return weights with thresholds and reliability from predictions of simulators that were left out.
-
-    Parameters
-    ----------
-    member : mapping of family to float, optional
-        By which share the laws of its members are off, where a larger library has told (default: asked of these examples).
-    """
+def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
+    """Return weights with thresholds and reliability from predictions of simulators that were left out."""
     judged = [(e, probabilities(e.rows, others[e.simulator])) for e in found]
     bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability=())
-    own = {title: _member(set(members), judged, bare) for title, members in FAMILIES.items()} if member is None else member
-    bare = replace(bare, member=own)
+    bare = replace(bare, member={title: _member(set(members), judged, bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(judged, bare))
     return replace(bare, reliability=_reliability([(e, decided(e.rows, p, bare)) for e, p in judged]))
 

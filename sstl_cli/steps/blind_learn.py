@@ -45,7 +45,7 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
         also, provenance = _lesson({p: facts[p] for p in changes})
         apart = learning.left_out(also, others)
         # how far laws are off does not depend on what a rig is known to leave
-        known = learning.calibrated(also, learning.learn(also, provenance, weights), apart, weights.member)
+        known = learning.calibrated(also, learning.learn(also, provenance, weights), apart)
         weights, also_rows = replace(weights, known=known), report(also, known, apart)
     advance(2)
     written = learning.to_document(weights)
