@@ -70,7 +70,12 @@ class Log:
             try:
                 arrays[name] = pa.array(values if none else values.to_numpy(), from_pandas=none)
             except (pa.ArrowException, ValueError, TypeError) as error:
-                raise SstlError(f"column '{name}' holds mixed values ({error})", where="DataFrame", code="E135") from None
+                raise SstlError(
+                    f"column '{name}' holds mixed values ({error})",
+                    where="DataFrame",
+                    fix="give each column one kind of value",
+                    code="E135",
+                ) from None
         table = conform(pa.table(arrays), LOG, "DataFrame")
         return cls(tuple(piece for run in runs_of([table], "DataFrame") for piece in noted(run)))
 

@@ -136,7 +136,9 @@ def _chosen(
 
     if not cases:
         reasons = "; ".join(sorted(set(aside.values()))[:3])
-        raise SstlError("no usable configuration" + (f" ({reasons})" if reasons else ""), where=str(path), code="E405")
+        raise SstlError(
+            "no usable configuration" + (f" ({reasons})" if reasons else ""), where=str(path), fix="see sstl check", code="E405"
+        )
     if model is not None:
         from sstl_cli.mapping import load_model
         from sstl_cli.steps import compensate_setup as setup

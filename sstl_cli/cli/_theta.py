@@ -31,7 +31,9 @@ def read(paths: list[Path]) -> Any:
                 table = table.set_column(at, TENDON.name, table.column(at).cast(TENDON.type))
             except pa.ArrowException:
                 kind = table.column(at).type
-                raise SstlError(f"column 'tendon' holds {kind}, not string", where=str(path), code="E135") from None
+                raise SstlError(
+                    f"column 'tendon' holds {kind}, not string", where=str(path), fix="segment the log again", code="E135"
+                ) from None
         pieces.append(table)
     return pa.concat_tables(pieces, promote_options="permissive")
 

@@ -48,7 +48,11 @@ def identify(command_n: Array, measured_n: Array, dt_s: float) -> LoopLag:
     """
     command, measured = (np.asarray(v, dtype=np.float64) for v in (command_n, measured_n))
     if len(command) != len(measured) or len(command) < LEAST_SAMPLES or not np.isfinite(command + measured).all():
-        raise SstlError(f"the lag of a loop needs {LEAST_SAMPLES} finite samples of command and tension", code="E416")
+        raise SstlError(
+            f"the lag of a loop needs {LEAST_SAMPLES} finite samples of command and tension",
+            fix="record longer, or without gaps",
+            code="E416",
+        )
     if float(np.ptp(command)) == 0.0:
         raise SstlError("the command does not move, so its loop shows no lag", fix="record a movement", code="E416")
     tau, squared, delay = _with_delay(command, measured, dt_s)

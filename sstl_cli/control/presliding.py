@@ -36,7 +36,7 @@ def fit_widths(theta: Theta, tension_in: Array, tension_out: Array, plays: int =
     t_in = np.ascontiguousarray(tension_in[::step], dtype=np.float64)
     t_out = np.asarray(tension_out[::step], dtype=np.float64)
     if len(t_in) < 10 or not (np.isfinite(t_in).all() and np.isfinite(t_out).all()):
-        raise SstlError("a loop to fit needs at least ten finite samples", code="E415")
+        raise SstlError("a loop to fit needs at least ten finite samples", fix="record a longer loop", code="E415")
     widest = 0.98 / (1.0 - theta.gamma_p) if theta.gamma_p < 1.0 else 10.0
     lines = (theta.gamma_p, theta.beta_p, theta.gamma_r, theta.beta_r)
 

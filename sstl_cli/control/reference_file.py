@@ -43,7 +43,9 @@ def _csv(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     try:
         time, tension = (frame[c].to_numpy(dtype=float) for c in COLUMNS)
     except (ValueError, TypeError):
-        raise SstlError("holds text where numbers belong", where=str(path), code="E407") from None
+        raise SstlError(
+            "holds text where numbers belong", where=str(path), fix="columns time_s and tension_n hold numbers", code="E407"
+        ) from None
     return time, tension
 
 
@@ -60,7 +62,9 @@ def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     try:
         time, tension = (table.column(c).cast("float64").to_numpy() for c in COLUMNS)
     except (ValueError, pa.ArrowException):
-        raise SstlError("holds text where numbers belong", where=str(path), code="E407") from None
+        raise SstlError(
+            "holds text where numbers belong", where=str(path), fix="columns time_s and tension_n hold numbers", code="E407"
+        ) from None
     return time, tension
 
 

@@ -60,5 +60,7 @@ def plant_of(scenario: Scenario, config_id: str | None, loop: TensionLoop | None
     elif found.theta is not None:
         tendon = SimulatedTendon(found.theta, found.location, scenario.rig.mechanics(), activate(effects))
     else:
-        raise SstlError(f"configuration '{config_id}' does not describe the actuation tendon", code="E406")
+        raise SstlError(
+            f"configuration '{config_id}' does not describe the actuation tendon", fix="give it theta or lines of act", code="E406"
+        )
     return Plant(tendon, loop)

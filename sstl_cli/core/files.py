@@ -163,7 +163,9 @@ def atomic(path: Path, force: bool = False) -> Iterator[Path]:
             os.link(temporary, path)
             temporary.unlink()
     except FileExistsError:
-        raise SstlError("was written by another process meanwhile", where=str(path), code="E105") from None
+        raise SstlError(
+            "was written by another process meanwhile", where=str(path), fix="choose another name, or give --force", code="E105"
+        ) from None
     except OSError as error:
         raise SstlError(
             f"cannot be written: {error.strerror or error}", where=str(path), fix="check space and rights", code="E106"

@@ -13,6 +13,8 @@ from sstl_cli.diagnosis.constants import DOUBT_NATS, ENOUGH_HELD, RATE_GROUPS, S
 from sstl_cli.diagnosis.recorder import quiet
 
 Array = NDArray[np.float64]
+# of a logarithm, whose exponential times any square is still a number
+LARGEST = 0.5 * float(np.log(np.finfo(float).max))
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,9 @@ def unstamped(pieces: Sequence[Piece]) -> float:
         return 0.0
 
     def cost(p: Array) -> float:
-        expected = np.exp(p[own]) + np.exp(p[-1]) * square
+        # a search may ask for the absurd; it must only stay a number
+        log = np.minimum(p, LARGEST)
+        expected = np.exp(log[own]) + np.exp(log[-1]) * square
         return 0.5 * float(np.sum(n * (np.log(expected) + v / expected)))
 
     white = np.array([np.log(np.min(v[own == k], initial=np.inf)) if np.any(own == k) else 0.0 for k in range(len(sensors))])

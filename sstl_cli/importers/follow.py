@@ -43,7 +43,9 @@ class TextFollower:
 
     def __init__(self, path: Path, mapping: Mapping) -> None:
         if mapping.files.merge != "no" or mapping.runs is not None:
-            raise SstlError("a mapping that merges or splits files cannot follow one", where=str(path), code="E356")
+            raise SstlError(
+                "a mapping that merges or splits files cannot follow one", where=str(path), fix="import the finished files", code="E356"
+            )
         self.path, self.mapping = path, mapping
         self.set_aside: dict[str, int] = {}
         self.restarts = 0
@@ -128,7 +130,7 @@ class TextFollower:
             at = self._rest.rfind(end)
             if at < 0:
                 if len(self._rest) > MAX_LINE_BYTES:
-                    raise SstlError("a line is longer than 1 MiB", where=str(self.path), code="E320")
+                    raise SstlError("a line is longer than 1 MiB", where=str(self.path), fix="is it text of one row a line?", code="E320")
                 continue
             body, self._rest = self._rest[: at + len(end)], self._rest[at + len(end) :]
             yield from self._chunk(body.replace(end, b"\n"))
@@ -165,7 +167,9 @@ class TextFollower:
         self._plan = plan_of([replace(found, prefix="")], self.mapping, labels, name)
         if len(self._plan.clocks) > 1:
             self._plan = None
-            raise SstlError("channels with clocks of their own cannot be followed", where=str(self.path), code="E356")
+            raise SstlError(
+                "channels with clocks of their own cannot be followed", where=str(self.path), fix="import the finished file", code="E356"
+            )
         self._layout: TextLayout = layout_of(self.path, found.layout)
         return True
 

@@ -91,7 +91,12 @@ def _first_look(plan: Plan, pairs: dict[TimeBase, Pair | None], notes: Notes, ad
             for signal in series:
                 look.series[signal.target].add(time[keep], value_of(signal, block)[keep])
         if not rows:
-            raise SstlError(f"clock '{clock.channel}' has no sample", where=str(plan.files[clock.file].path), code="E340")
+            raise SstlError(
+                f"clock '{clock.channel}' has no sample",
+                where=str(plan.files[clock.file].path),
+                fix="leave it out of the mapping, or record it",
+                code="E340",
+            )
         found[clock] = look
     return found
 

@@ -143,7 +143,7 @@ def _message(pipe: Any, path: Path, child: int) -> bytes:
 
 def _exactly(pipe: Any, n: int, path: Path, child: int) -> bytes:
     if n > MAX_MESSAGE:
-        raise SstlError("sends too much at once", where=str(path), code="E317")
+        raise SstlError("sends too much at once", where=str(path), fix="export it as CSV or Parquet", code="E317")
     pieces, left = [], n
     while left:
         ready, _, _ = select.select([pipe], [], [], TIMEOUT_S)

@@ -55,7 +55,9 @@ def messages(path: Path) -> Messages:
                         topics[item.id] = _topic(item, schemas)
                     elif isinstance(item, records.Message):
                         if item.channel_id not in topics:
-                            raise SstlError("has a message of an undeclared channel", where=str(path), code="E310")
+                            raise SstlError(
+                                "has a message of an undeclared channel", where=str(path), fix="record or convert it again", code="E310"
+                            )
                         yield topics[item.channel_id], item.log_time, item.data, done + file.tell()
         done += size
 

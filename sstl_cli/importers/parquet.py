@@ -61,7 +61,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         for group in range(min(file.metadata.num_row_groups, 100_000)):
             rows_in = file.metadata.row_group(group).num_rows
             if rows_in < 0:
-                raise SstlError("declares a negative number of rows", where=str(path), code="E312")
+                raise SstlError("declares a negative number of rows", where=str(path), fix="write it again", code="E312")
             if rows_in > rows or rows_in * 8 > (4 << 30):
                 check_declared(path, rows_in * 8 * len(wanted), "a row group")
         origins: dict[str, int] = {}

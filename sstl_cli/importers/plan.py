@@ -70,7 +70,9 @@ def recordings(path: Path, mapping: MappingFile, wanted: str | None) -> list[Rec
     layout = Layout(**mapping.text.model_dump())
     channels = tuple(chosen.channels(path, layout))
     if not channels:
-        raise SstlError(f"holds no channel with numbers ({chosen.TITLE})", where=str(path), code="E333")
+        raise SstlError(
+            f"holds no channel with numbers ({chosen.TITLE})", where=str(path), fix="sstl info FILE lists what is in it", code="E333"
+        )
     whole = Recording(path, chosen, channels, layout)
     prefixes = _prefixes([c.name for c in channels if not c.text], mapping)
     return [replace(whole, prefix=p) for p in prefixes] or [whole]

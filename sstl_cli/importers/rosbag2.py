@@ -49,7 +49,9 @@ def messages(path: Path) -> Messages:
             rows = base.execute("SELECT rowid, topic_id, timestamp, data FROM messages ORDER BY timestamp, rowid")
             for row, topic, time, data in rows:
                 if topic not in topics or not isinstance(time, int) or not isinstance(data, bytes):
-                    raise SstlError("has a message without topic, time or data", where=str(path), code="E310")
+                    raise SstlError(
+                        "has a message without topic, time or data", where=str(path), fix="record or convert it again", code="E310"
+                    )
                 yield topics[topic], time, data, done + int(size * min(row / total, 1.0))
         finally:
             base.close()

@@ -135,7 +135,12 @@ def read_manifest(path: Path) -> dict[str, Labels]:
     out: dict[str, Labels] = {}
     for row in rows:
         if None in row or None in row.values():
-            raise SstlError(f"row of '{row['file']}' has another number of columns", where=str(path), code="E343")
+            raise SstlError(
+                f"row of '{row['file']}' has another number of columns",
+                where=str(path),
+                fix="give every row a value for each column",
+                code="E343",
+            )
         out[Path(row["file"]).name] = {k.strip(): v.strip() for k, v in row.items() if k != "file" and v.strip()}
     return out
 

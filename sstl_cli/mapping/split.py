@@ -73,7 +73,9 @@ def make_splits(
         hint = nearest(leave_out, {str(p) for p in places if p})
         raise SstlError(f"no configuration at location '{leave_out}' ({hint})", where="--leave-out", code="E503")
     if leave_out is not None and (places != leave_out).sum() < 4:
-        raise SstlError("too few configurations at other locations to train on", where="--leave-out", code="E503")
+        raise SstlError(
+            "too few configurations at other locations to train on", where="--leave-out", fix="record at least 4 elsewhere", code="E503"
+        )
     roles = []
     for seed in seeds:
         if leave_out is None:

@@ -33,7 +33,11 @@ def lines_for(cases: Sequence[Case], method: str | None) -> tuple[dict[str, Thet
         if lines is not None:
             found[case.config_id] = lines
     if not found:
-        raise SstlError(f"method '{chosen}' is possible for no configuration", code="E405")
+        raise SstlError(
+            f"method '{chosen}' is possible for no configuration",
+            fix="segment runs of both systems, or choose another --method",
+            code="E405",
+        )
     return found, chosen
 
 
