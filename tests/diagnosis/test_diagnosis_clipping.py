@@ -166,3 +166,15 @@ def test_a_line_that_every_sensor_shows_short_at_its_highest_is_at_no_limit():
     # one level for both is a limit that they share, and the other end of the line says nothing of this one
     same = Limit(18.2, (), 0.3, 0.05)
     assert _usual(("sstl", True), {("sstl", True): loop, ("act", True): same, ("act", False): other}) == 0.0
+
+
+def test_a_level_that_a_reading_is_far_beyond_is_no_limit():
+    """A line that rests, short of what friction elsewhere gives, at a level in six runs, and goes eight times the noise higher in another."""
+    x, y = moved()
+    level = 0.8 * float(y.max())
+    short = Pair(read(x, 1), read(np.minimum(y, level), 2), NOISE_N, True)
+    beyond = Pair(read(x, 3), read(np.minimum(y, level + 8.0 * NOISE_N), 4), NOISE_N, True)
+    assert limit_of([short, short]).nats() > DOUBT_NATS
+    found = limit_of([*[short] * 6, beyond])
+    assert found.level_n == pytest.approx(level, abs=0.001)
+    assert found.nats() == 0.0 and not any(t.any() for t in found.there)
