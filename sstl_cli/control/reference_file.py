@@ -43,9 +43,7 @@ def _csv(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     try:
         time, tension = (frame[c].to_numpy(dtype=float) for c in COLUMNS)
     except (ValueError, TypeError):
-        raise SstlError(
-            "holds text where numbers belong", where=str(path), fix="columns time_s and tension_n hold numbers", code="E407"
-        ) from None
+        raise _text(path) from None
     return time, tension
 
 
@@ -62,10 +60,12 @@ def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     try:
         time, tension = (table.column(c).cast("float64").to_numpy() for c in COLUMNS)
     except (ValueError, pa.ArrowException):
-        raise SstlError(
-            "holds text where numbers belong", where=str(path), fix="columns time_s and tension_n hold numbers", code="E407"
-        ) from None
+        raise _text(path) from None
     return time, tension
+
+
+def _text(path: Path) -> SstlError:
+    return SstlError("holds text where numbers belong", where=str(path), fix=f"columns {' and '.join(COLUMNS)} hold numbers", code="E407")
 
 
 def _require(names: list[str], path: Path) -> None:

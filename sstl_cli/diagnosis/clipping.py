@@ -67,15 +67,16 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
     """Return the highest level about which readings of a sensor rest in its runs, and by how much it is likelier to be a limit."""
     noise = float(np.median([p.noise_n for p in pairs]))
     values = [p.value for p in pairs]
+    nowhere = tuple(np.zeros(len(v), bool) for v in values)
     # without noise a plateau of the movement is as flat
     if noise <= FINEST * max(float(np.ptp(v)) for v in values):
-        return Limit(float("inf"), tuple(np.zeros(len(v), bool) for v in values), 0.0, noise)
+        return Limit(float("inf"), nowhere, 0.0, noise)
     level = _piled(np.concatenate(values), noise)
     first = np.concatenate([v[_resting(v, level, noise)] for v in values])
     level = float(np.median(first)) if len(first) else level
     # a limit lets nothing pass but the noise behind it
     if max(float(v.max()) for v in values) > level + CLIPPED_SIGMA * noise:
-        return Limit(level, tuple(np.zeros(len(v), bool) for v in values), 0.0, noise)
+        return Limit(level, nowhere, 0.0, noise)
     # a reading at the limit is hardly ever further below it; what the line gives as well costs nothing to leave out
     there = tuple(_resting(v, level, noise, HALF * CLIPPED_SIGMA) for v in values)
     lines = [(p, t, _line(p, t)) for p, t in zip(pairs, there, strict=True) if t.any()]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from sstl_cli.diagnosis.constants import BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, RUN_PARTS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
@@ -82,15 +81,17 @@ def predicted_nats(sim: Simulator, f: Fit, folds: Folds) -> float:
     """
     j, r = f.whiten(f.jacobian), f.whiten(f.residual)
     configs = len(f.theta)
-    prior = np.concatenate((np.full(configs, 1.0 / (THETA_HIGH - THETA_LOW) ** 2), [1.0 / x.width**2 for x in f.free]))
-    pull = np.concatenate((np.zeros(configs), prior[configs:] * f.values))
+    # in units of what is expected of each beforehand, where the others tell nothing the information is none and not below
+    usual = np.concatenate((np.full(configs, THETA_HIGH - THETA_LOW), [x.width for x in f.free]))
+    pull = np.concatenate((np.zeros(configs), f.values)) / usual
 
     def cost(samples: Mask) -> float:
         a, b = normal_equations(sim, j * samples[:, None], r)
-        factor = cho_factor(a + np.diag(prior), lower=True)
-        b = b - pull
-        log_det = 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
-        return 0.5 * float(r[samples] @ r[samples]) - 0.5 * float(b @ cho_solve(factor, b)) + 0.5 * log_det
+        told, way = np.linalg.eigh(usual[:, None] * a * usual)
+        # as in the rank of a matrix: what rounding makes of nothing is nothing
+        known = 1.0 + np.where(told > len(told) * np.finfo(float).eps * told[-1], told, 0.0)
+        along = (usual * b - pull) @ way
+        return 0.5 * float(r[samples] @ r[samples] - np.sum(along**2 / known) + np.sum(np.log(known)))
 
     whole = cost(np.ones(len(r), bool))
     parts = [folds.of_sample == k for k in range(folds.count)]

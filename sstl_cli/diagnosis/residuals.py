@@ -65,23 +65,25 @@ def leftover(sim: Simulator, f: Fit) -> Leftover:
     code = phases(sim, f.prediction)
     kept = z[keep]
     n = max(len(kept), 1)
-    share = 1.0
+    compared = z
     if any(r.misfit_n is not None for r in sim.problem.records):
         # the known scatter is that of parts of the record left out: to leave less is no sign of anything, so spreads are
         # compared with what is left; a mean is still one of what was known
-        share = min(1.0, max(float(np.sqrt(kept @ kept / n)), 1e-6))
-        kept = kept / share
+        compared = z / min(1.0, max(float(np.sqrt(kept @ kept / n)), 1e-6))
+        kept = compared[keep]
     both = keep[1:] & keep[:-1]
     power = max(float(kept @ kept) / n, 1e-100)
     along = np.where(code == 1, 1.0, -1.0) * np.where((code == 1) | (code == 3), z, 0.0) * keep
     moving = max(int(np.count_nonzero(along)), 1)
     names = _names(sim)
-    tests = [t for name, index in _partitions(sim, code).items() for t in _binned(name, z, share, keep, index, names[name], sim.dispersion)]
-    tests += [_spectrum(sim, z / share, keep), *_lines(sim, z, keep)]
+    tests = [
+        t for name, index in _partitions(sim, code).items() for t in _binned(name, z, compared, keep, index, names[name], sim.dispersion)
+    ]
+    tests += [_spectrum(sim, compared, keep), *_lines(sim, z, keep)]
     return Leftover(
         n,
         power,
-        float(z[1:][both] @ z[:-1][both]) / share**2 / n / power,
+        float(compared[1:][both] @ compared[:-1][both]) / n / power,
         float(np.mean(kept**4)) / power**2 - 3.0,
         float(np.sum(along**3)) / moving / max(float(along @ along) / moving, 1e-100) ** 1.5,
         tuple(tests),
@@ -136,14 +138,14 @@ def _quartile(x: Array) -> Index:
 
 
 def _binned(
-    name: str, z: Array, share: float, keep: NDArray[np.bool_], index: Index, names: list[str], known: Mapping[str, float]
+    name: str, z: Array, compared: Array, keep: NDArray[np.bool_], index: Index, names: list[str], known: Mapping[str, float]
 ) -> list[Misfit]:
-    """Return the tests of equal means and of equal spreads over bins; spreads are compared with that share of what was known."""
+    """Return the tests of equal means and of equal spreads over bins: means of ``z``, spreads of ``compared``."""
     bins = int(index.max()) + 1
     count = np.bincount(index, keep, bins)
     used = count > LEAST_CELL
     found = []
-    for what, x, variance in (("mean", z, 1.0), ("spread", ((z / share) ** 2 - 1.0) * keep, 2.0)):
+    for what, x, variance in (("mean", z, 1.0), ("spread", (compared**2 - 1.0) * keep, 2.0)):
         total = np.bincount(index, x * keep, bins)
         chi2 = np.where(used, total**2 / np.maximum(count * variance, 1.0), 0.0)
         dof = max(int(used.sum()), 1)

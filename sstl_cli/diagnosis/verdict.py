@@ -108,6 +108,7 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
     chi2, means = (c.chi2, c.mean_z) if out else (log.base_chi2, log.base_mean_z)
     left = max(chi2 - 1.0, 0.0) * log.samples / 2.0
     values = {
+        "behind": float(np.clip(c.evidence - top, -REACH_NATS, 0.0)) / 10.0 if out else 0.0,
         "rank": float(np.log2(1.0 + above)) if out else 0.0,
         "ahead": _squash(max(ahead, 0.0)) if out else 0.0,
         "left_share": left / (left + max(c.gain, 1.0)),
@@ -127,7 +128,6 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
         "beside_gain": _squash(max(c.evidence, 0.0)) if c.kind == BESIDE else 0.0,
         "beside_share": c.share if c.kind == BESIDE else 0.0,
     }
-    values["behind"] = float(np.clip(c.evidence - top, -REACH_NATS, 0.0)) / 10.0 if out else 0.0
     apart = _apart(c, rows)
     for m in MISFITS:
         behind = discounted(c.evidence - top, m, apart) if out else 0.0

@@ -71,7 +71,7 @@ def recordings(path: Path, mapping: MappingFile, wanted: str | None) -> list[Rec
     channels = tuple(chosen.channels(path, layout))
     if not channels:
         raise SstlError(
-            f"holds no channel with numbers ({chosen.TITLE})", where=str(path), fix="sstl info FILE lists what is in it", code="E333"
+            f"holds no channel with numbers ({chosen.TITLE})", where=str(path), fix="check that it is the right file", code="E333"
         )
     whole = Recording(path, chosen, channels, layout)
     prefixes = _prefixes([c.name for c in channels if not c.text], mapping)

@@ -44,7 +44,6 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
         # what has changed is asked of the same evidence, but beside what a rig is known to leave
         also, provenance = _lesson({p: facts[p] for p in changes})
         apart = learning.left_out(also, others)
-        # how far laws are off does not depend on what a rig is known to leave
         known = learning.calibrated(also, learning.learn(also, provenance, weights), apart)
         weights, also_rows = replace(weights, known=known), report(also, known, apart)
     advance(2)

@@ -150,3 +150,12 @@ def test_a_cause_is_foretold_from_one_bend_to_the_other_and_what_differs_is_not(
         found = float(np.mean(by_bend))
         kept = predicted_nats(model, made(moved, base), folds) - predicted_nats(model, made(moved - found, offset, (found,)), folds)
         assert (kept > 50.0) == foretold and (foretold or kept < 5.0)
+
+
+def test_what_two_parameters_say_alike_is_said_once():
+    both = full("zero_offset", ("act",))
+    f = made(noise(5), both, (0.0, 0.0))
+    alike = replace(f, jacobian=1e9 * f.jacobian[:, [0, 1, 1]])
+    one = replace(alike, hypothesis=named("zero_offset", "z_in_act_n"), values=np.zeros(1), jacobian=1e9 * f.jacobian[:, [0, 1]])
+    folds = make_folds(simulator())
+    assert predicted_nats(simulator(), alike, folds) == pytest.approx(predicted_nats(simulator(), one, folds), abs=0.01)

@@ -26,12 +26,12 @@ def test_means_and_spreads_of_bins_by_hand():
     count = LEAST_CELL + 1
     z = np.concatenate((np.full(count, 1.0), np.full(count, -2.0), [9.0, 9.0]))
     index = np.repeat([0, 1, 2], [count, count, 2])
-    mean, spread = residuals._binned("x", z, 1.0, np.ones(len(z), bool), index, ["a", "b", "c"], {})
+    mean, spread = residuals._binned("x", z, z, np.ones(len(z), bool), index, ["a", "b", "c"], {})
     # squared sums over counts, and the third bin is too small: 6 + 24 over two bins
     assert mean == Misfit("mean by x", pytest.approx((30.0 - 2.0) / 2.0), pytest.approx(14.0), "b", pytest.approx(15.0))
     # z^2 - 1 is 0 and 3, of variance 2
     assert spread == Misfit("spread by x", pytest.approx((27.0 - 2.0) / 2.0), pytest.approx(12.5), "b", pytest.approx(13.5))
-    masked = residuals._binned("x", z, 1.0, index != 1, index, ["a", "b", "c"], {})
+    masked = residuals._binned("x", z, z, index != 1, index, ["a", "b", "c"], {})
     assert masked[0].peak == "a" and masked[0].dispersion == pytest.approx(6.0)
 
 
