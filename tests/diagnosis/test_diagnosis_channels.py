@@ -50,8 +50,19 @@ def test_a_residual_that_never_changes_has_no_correlation():
 def test_the_gain_is_that_of_an_unknown_scale():
     # half the error on n independent samples: n log 2 nats
     n = _independent(WHITE)
-    assert log_gain(2.0 * WHITE, WHITE, WHITE) == pytest.approx(n * np.log(2.0))
+    gap = np.sqrt(3.0) * np.std(WHITE) * np.tile([1.0, -1.0], len(WHITE) // 2)
+    base = WHITE - WHITE.mean() + gap
+    assert log_gain(base, WHITE, WHITE) == pytest.approx(n * np.log(2.0), rel=0.02)
     assert log_gain(WHITE, WHITE, WHITE) == 0.0 and log_gain(WHITE, 2.0 * WHITE, WHITE) < 0.0
+
+
+def test_a_gain_made_where_the_scatter_is_counts_as_few_samples_as_are_there():
+    # a clock that jitters: a lag shows on the fast tenth of the record, and so does all of the scatter
+    fast = np.where(np.arange(len(WHITE)) % 10 == 0, 1.0, 1e-3)
+    left = fast * WHITE
+    lag = 0.1 * np.std(WHITE) * fast
+    even = 0.5 * _independent(left) * 2.0 * np.log(np.std(left + lag) / np.std(left))
+    assert log_gain(left + lag, left, left) == pytest.approx(0.1 * even, rel=0.2)
 
 
 def test_a_slow_law_error_does_not_make_a_gain_large():
