@@ -139,7 +139,11 @@ HELD = 1e-3
 WINDOWS_S = (3.0, 1.0, 0.4)
 LEAST_WINDOWS, SHORTEST_WINDOW = 6, 8
 # correlation times (s) that sensors have
-CORRELATIONS_S = (0.05, 0.1, 0.2, 0.4, 0.8)
+CORRELATIONS_S = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
+# ... and the shortest (s) of the error that a rest keeps throughout
+RESTING_S = 0.4
+# white noise of means over that of third differences, where a sensor is behind a filter
+LOUDER = np.geomspace(1.0, 4.0, 13)
 # coloured noise that is tried, over the white one of a reading
 LEVELS = np.geomspace(0.03, 4.0, 15)
 # starts of the latent input's steps, as shares of what the readings show (they are noise for the most part)

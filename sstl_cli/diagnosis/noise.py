@@ -25,6 +25,7 @@ from sstl_cli.diagnosis.constants import (
     AT_MOST,
     CORRELATIONS_S,
     CURVATURE_STEP,
+    DECIDES_NATS,
     DIFFERENCE,
     ENOUGH,
     FLAT,
@@ -33,7 +34,9 @@ from sstl_cli.diagnosis.constants import (
     LEAST_COLOUR,
     LEAST_WINDOWS,
     LEVELS,
+    LOUDER,
     MEASURED,
+    RESTING_S,
     RICH_RIDGE,
     SHORTEST_WINDOW,
     SMOOTHER,
@@ -82,7 +85,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         white_in = typical([white_of(r.raw.tension_in_n, r, "tension_in_n") for r, _ in mine])
         white_out, off = white_of_output(mine)
         levels = white_out * LEVELS
-        held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+        held, louder = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
         wide[system] = held.spread
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / averaged([r for r, _ in mine])
@@ -93,9 +96,10 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             least_in, least_out = (typical([least_white(r, column) for r, _ in mine]) for column in ("tension_in_n", "tension_out_n"))
             white_out = max(white_beside(white_out, slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_out_n"))), least_out)
             white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_in_n"))), least_in)
-            held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+            held, louder = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
             # a difference is known as well as what was taken off; there is no more of it than was seen
             off = float(min(np.hypot(off, MEASURED * (seen**2 / white_out**2 - 1.0)), off + np.log(seen / white_out) / AT_MOST))
+        white_out = louder
         loose[system] = off
         out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
@@ -123,7 +127,7 @@ def _with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
     rounding = _rests(faults)
     if rounding == 0.0:
         return sensor
-    return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, CORRELATIONS_S[-2]))
+    return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, RESTING_S))
 
 
 def _rests(faults: Sequence[Faults]) -> float:
@@ -150,39 +154,77 @@ def _without(sd_n: float, part_n: float) -> float:
     return float(np.sqrt(max(sd_n**2 - part_n**2, (UNSEEN * sd_n) ** 2)))
 
 
-def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> _Held:
-    """Return the coloured noise that holds show beyond the white one, at one of several levels (N).
+def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> tuple[_Held, float]:
+    """Return the coloured noise that holds show beside the white one, at one of several levels (N), and the white noise (N) there.
 
-    The most likely one of windows without their straight line (restricted likelihood), from the quieter half of them at
-    first, then from all that it can have made: holds that something else disturbs do not count.
+    The most likely ones of windows without their straight line (restricted likelihood), from the quieter half of them at
+    first, then from all that they can have made: holds that something else disturbs do not count. A sensor behind a filter has
+    less noise from one reading to the next, where third differences look, than in means: the white one is then larger.
     """
-    first = records[0]
-    step_s, white = first.dt_s * first.factor, white_n / float(np.sqrt(np.median(first.readings)))
+    rows = _windows(records, slides)
+    if len(rows) < LEAST_WINDOWS:
+        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED), white_n
+    tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
+    every = [_costs(rows, records[0], white_n * louder, levels) for louder in LOUDER]
+    kept = _undisturbed(every[0], rows.shape[1])
+    usual = UNKNOWN_COLOUR * white_n
+    nats = np.array([_believed(tries, costs[:, kept, 0].sum(axis=1), usual)[1] for costs in every])
+    louder = int(np.argmin(nats)) if nats[0] - nats.min() > DECIDES_NATS else 0
+    costs = every[louder]
+    kept = _undisturbed(costs, rows.shape[1])
+    return _believed(tries, costs[:, kept, 0].sum(axis=1), usual)[0], white_n * float(LOUDER[louder])
+
+
+def _windows(records: Sequence[Record], slides: Sequence[Array]) -> Array:
+    """Return the longest windows of holds of which there are enough, one a row; the last tried where there are not."""
     rows = np.zeros((0, 0))
     for window_s in WINDOWS_S:
-        length = max(SHORTEST_WINDOW, round(window_s / step_s))
+        length = max(SHORTEST_WINDOW, round(window_s / (records[0].dt_s * records[0].factor)))
         rows = np.array(
             [p for r, slide in zip(records, slides, strict=True) for p in _pieces(r.y, (slide < HELD) & (r.weight > 0), length)]
         )
         if len(rows) >= LEAST_WINDOWS:
             break
-    if len(rows) < LEAST_WINDOWS:
-        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED)
-    tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
-    readings = float(np.median(first.readings))
-    costs = np.concatenate([_window_costs(rows, white, levels, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S])
-    spread = rows.var(axis=1)
+    return rows
+
+
+def _costs(rows: Array, first: Record, white_n: float, levels: Array) -> Array:
+    """Return what coloured noise of every time (s) and level (N) costs on each window (see ``_window_costs``), shape (tries, windows, 2)."""
+    readings, step_s = float(np.median(first.readings)), first.dt_s * first.factor
+    white = white_n / float(np.sqrt(readings))
+    return np.concatenate([_window_costs(rows, white, levels, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S])
+
+
+def _undisturbed(costs: Array, length: int) -> NDArray[np.bool_]:
+    """Return the windows that noise alone can have made, shape (windows,): of those that the quieter half of them allow."""
+    spread = costs[0, :, 1]
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
-    limit = chdtri(rows.shape[1] - 2, 0.5 / len(rows))
-    best = 0
+    limit = chdtri(length - 2, 0.5 / len(kept))
     for _ in range(HOLD_ROUNDS):
-        best = int(np.argmin(costs[:, kept, 0].sum(axis=1)))
-        now = costs[best, :, 1] <= limit
+        now = costs[int(np.argmin(costs[:, kept, 0].sum(axis=1))), :, 1] <= limit
         if (now == kept).all() or now.sum() < LEAST_WINDOWS:
             break
         kept = now
-    return _Held(float(tries[best][0]), tries[best][1])
+    return kept
+
+
+def _believed(tries: Sequence[tuple[float, float]], costs: Array, usual_n: float) -> tuple[_Held, float]:
+    """Return the noise that windows leave possible beside what is usual (N), and its cost (nats).
+
+    What is slower than a window shows next to nothing in it: its level is then what is usual, by a prior (Cauchy's of the
+    logarithm, as wide as two sensors are apart) that gives way to what windows say.
+    """
+    level = np.array([c for c, _ in tries])
+    costs = costs + np.log1p((np.log(level / usual_n) / ALIKE) ** 2)
+    weight = np.exp(costs.min() - costs)
+    nats = float(costs.min() - np.log(weight.mean()))
+    weight /= weight.sum()
+    centre = float(weight @ np.log(level))
+    spread = float(np.sqrt(weight @ (np.log(level) - centre) ** 2))
+    near = min(np.unique(level), key=lambda c: abs(np.log(c) - centre))
+    slow = [(cost, tau) for (c, tau), cost in zip(tries, costs, strict=True) if c == near]
+    return _Held(float(np.exp(centre)), min(slow)[1], float(np.clip(spread, MEASURED, ALIKE))), nats
 
 
 def _window_costs(rows: Array, white_n: float, coloured_n: Array, step: Step) -> Array:

@@ -232,11 +232,11 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
     if sure >= weights.commit and not _told(rows, top, family, weights.member):
-        group = (*family, *(k for k in tied if k not in family))
+        group = tuple(dict.fromkeys((*family, *tied, *_set(ranked, p, weights.cover))))
         why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, why)
     if sure >= weights.commit and tied:
-        group = (top, *sorted(tied, key=lambda k: (-p[k], k)))
+        group = tuple(dict.fromkeys((top, *sorted({*tied, *_set(ranked, p, weights.cover)}, key=lambda k: (-p[k], k)))))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
         said = f"{_explained(rows, top)}; {rivals} explain this data as well"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
@@ -313,8 +313,9 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
     best = next((c for c in rows.candidates if c.ids == top and c.kind == OUTPUT), None)
     if best is None:
         return []
-    # more effects are charged for in their evidence already; with all of the top one's among them they do not contradict it
-    others = [c for c in rows.candidates if c.kind == OUTPUT and not set(top) <= set(c.ids)]
+    # more effects are charged for in their evidence already; with all of the top one's, or their like, among them they do not contradict it
+    own = {_title(i) for i in top}
+    others = [c for c in rows.candidates if c.kind == OUTPUT and not own <= {_title(i) for i in c.ids}]
     return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
 
 

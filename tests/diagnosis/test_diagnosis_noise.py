@@ -5,7 +5,7 @@ import pytest
 from rig_logs import SHORT, record
 from scipy.signal import lfilter
 
-from sstl_cli.diagnosis.constants import LEVELS, MEASURED, UNKNOWN_COLOUR, UNMEASURED
+from sstl_cli.diagnosis.constants import ALIKE, LEVELS, MEASURED, UNKNOWN_COLOUR, UNMEASURED
 from sstl_cli.diagnosis.noise import _held, _window_costs, measured, of_readings
 from sstl_cli.diagnosis.recorder import white_beside, white_noise
 from sstl_cli.diagnosis.records import prepare
@@ -18,16 +18,16 @@ def test_slow_noise_is_found_in_holds_whatever_drifts_and_a_few_disturbed_holds_
     quiet = [
         Held(0.03 * rng.standard_normal(1200) + coloured(rng, 1200, 0.01, 0.02, 0.4) + 0.1 * np.linspace(0, k, 1200)) for k in range(8)
     ]
-    found = _held(quiet, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)
+    found, _ = _held(quiet, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)
     assert found.coloured_n == pytest.approx(0.02, rel=0.35) and 0.2 <= found.correlation_s <= 0.8
     loud = [Held(r.y + (np.arange(1200) > 600) * (i > 5)) for i, r in enumerate(quiet)]
-    assert _held(loud, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS).coloured_n == pytest.approx(found.coloured_n, rel=0.35)
+    assert _held(loud, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)[0].coloured_n == pytest.approx(found.coloured_n, rel=0.35)
 
 
 def test_without_slow_noise_nothing_is_found_but_the_least_level():
     rng = np.random.default_rng(4)
     records = [Held(0.03 * rng.standard_normal(1200)) for _ in range(6)]
-    assert _held(records, [np.zeros(1200)] * 6, 0.03, 0.03 * LEVELS).coloured_n < 0.006
+    assert _held(records, [np.zeros(1200)] * 6, 0.03, 0.03 * LEVELS)[0].coloured_n < 0.006
 
 
 def test_short_holds_show_slow_noise_too_and_where_there_are_too_few_it_may_be_anything():
@@ -35,10 +35,25 @@ def test_short_holds_show_slow_noise_too_and_where_there_are_too_few_it_may_be_a
     # half a second each, of a signal at 100 Hz: no window of a second fits
     short = [Held(0.03 * rng.standard_normal(900) + coloured(rng, 900, 0.01, 0.1, 0.2)) for _ in range(4)]
     slides = [np.where(np.arange(900) % 90 < 50, 0.0, 1.0)] * 4
-    found = _held(short, slides, 0.03, 0.03 * LEVELS)
-    assert found.coloured_n == pytest.approx(0.1, rel=0.4) and found.spread == MEASURED
-    blind = _held(short[:1], [np.where(np.arange(900) < 50, 0.0, 1.0)], 0.03, 0.03 * LEVELS)
+    found, _ = _held(short, slides, 0.03, 0.03 * LEVELS)
+    assert found.coloured_n == pytest.approx(0.1, rel=0.4) and MEASURED <= found.spread <= ALIKE
+    blind, _ = _held(short[:1], [np.where(np.arange(900) < 50, 0.0, 1.0)], 0.03, 0.03 * LEVELS)
     assert blind.coloured_n == UNKNOWN_COLOUR * 0.03 and blind.spread == UNMEASURED
+
+
+def test_what_is_slower_than_a_window_may_be_there_as_far_as_is_usual():
+    rng = np.random.default_rng(8)
+    slow = [Held(0.03 * rng.standard_normal(1200) + coloured(rng, 1200, 0.01, 0.01, 6.0)) for _ in range(8)]
+    found, white = _held(slow, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)
+    assert abs(np.log(found.coloured_n / 0.01)) < 3.0 * found.spread and white == 0.03
+
+
+def test_a_sensor_behind_a_filter_has_more_noise_in_means_than_from_reading_to_reading():
+    rng = np.random.default_rng(9)
+    records = [Held(0.03 * rng.standard_normal(1200)) for _ in range(6)]
+    # third differences of such readings see but 0.022 of the 0.03
+    found, white = _held(records, [np.zeros(1200)] * 6, 0.022, 0.022 * LEVELS)
+    assert white == pytest.approx(0.03, rel=0.1) and found.coloured_n < 0.01
 
 
 def test_the_cost_of_a_window_is_that_of_dense_linear_algebra():
