@@ -14,7 +14,7 @@ from typer.core import TyperCommand
 
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, many
 
 if TYPE_CHECKING:
     from sstl_cli.cli._batch_places import Place
@@ -196,7 +196,7 @@ def _locked(lock: Any) -> bool:
 def _show(screen: Screen, command: str, outcomes: list[Outcome]) -> None:
     count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
     parts = ", ".join(f"{n} {state}" for state, n in count.items() if n)
-    screen.say(f"{command}: {len(outcomes)} files: {parts}")
+    screen.say(f"{command}: {many(len(outcomes), 'file')}: {parts}")
     told = [o for o in outcomes if o.state not in ("done", "skipped")]
     for outcome in told[:SHOWN]:
         screen.note(f"{outcome.state}: {outcome.source}: {outcome.line}")

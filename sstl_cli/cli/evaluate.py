@@ -135,10 +135,10 @@ def _document(header: Any, found: Any, out: Path | None, predictions: Path | Non
 
 
 def _show(screen: Screen, header: Any, found: Any, everything: bool) -> None:
-    from sstl_cli.cli.render import cell
+    from sstl_cli.cli.render import cell, many
 
     def plus(mean: float, sd: float) -> str:
-        return f"{mean:.4f}±{sd:.4f}"
+        return f"{mean:.4f}±{sd:.4f}" if sd == sd else f"{mean:.4f}"
 
     rows = [
         (
@@ -155,10 +155,10 @@ def _show(screen: Screen, header: Any, found: Any, everything: bool) -> None:
         f"{'trained ones among them' if everything else 'all held out'})."
     )
     screen.table(
-        f"Table III: RMSE on {len(found.pairs)} pairs, {len(header.seeds)} seeds",
+        f"Table III: RMSE on {len(found.pairs)} pairs, {many(len(header.seeds), 'seed')}",
         ("variant", "Γ_p", "Γ_r", "Total", "sd|e| p/r", "mean"),
         rows,
-        "± over seeds; sd|e|: absolute errors over samples; mean: Total of the mean over seeds.",
+        ("± over seeds; " if len(header.seeds) > 1 else "") + "sd|e|: absolute errors over samples; mean: Total of the mean over seeds.",
     )
     tested = [c for c in found.comparisons if c.p_t == c.p_t]
     if tested:

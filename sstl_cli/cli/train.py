@@ -11,7 +11,7 @@ import typer
 from sstl_cli.cli import _theta
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed
-from sstl_cli.cli.render import Screen
+from sstl_cli.cli.render import Screen, many
 
 EPILOG = "Example: sstl train theta.parquet --out mapping.safetensors --seeds 20 --history history.parquet"
 
@@ -83,7 +83,7 @@ def _show(screen: Screen, result: Any, out: Path) -> None:
         f"{header.default} predicts best on the validation part (RMSE {best.rmse_validation:.3g} of the slopes); it is the default -> {out}"
     )
     screen.table(
-        f"{len(result.pairs)} pairs, {len(header.seeds)} seeds",
+        f"{len(result.pairs)} pairs, {many(len(header.seeds), 'seed')}",
         ("variant", "validation RMSE", "best epoch"),
         [(v.name, v.rmse_validation, result.epochs.get(v.name)) for v in header.variants],
         "Validation errors are means over seeds.",

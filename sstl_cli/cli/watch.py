@@ -79,7 +79,7 @@ def watch(asked: Asked) -> None:
         # the usual end of a watch, after which it sums up
         goes_on()
         screen.note("interrupted")
-    session.finish(asked.fail_on_alarm)
+    session.finish(asked.fail_on_alarm, asked.logs)
 
 
 class _Session:
@@ -185,9 +185,9 @@ class _Session:
             self.screen.say(text)
         sys.stdout.flush()
 
-    def finish(self, fail_on_alarm: bool) -> NoReturn:
-        """Name what is still unnamed, sum up, and end with the exit code."""
-        from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED
+    def finish(self, fail_on_alarm: bool, names: list[str]) -> NoReturn:
+        """Name what is still unnamed, sum up, and end with the exit code; ``names`` are the logs, as the call gave them."""
+        from sstl_cli.core.errors import SstlError
 
         for alarm in [a for a in self._unnamed if a.kind == "change"]:
             self._name(alarm)
@@ -200,8 +200,6 @@ class _Session:
         loops, samples = self.watcher.loops, self.watcher.intake.samples
         learning = self.watcher.not_armed()
         self._line(show.summary(loops, samples, len(self.alarms), learning, self.watcher.options.learn))
-        if samples == 0:
-            self.screen.note("no sample was read; is the name right, and are there whole lines?")
         document = {
             "schema": "sstl.watch/1",
             "loops": loops,
@@ -213,4 +211,8 @@ class _Session:
             "learn": self.watcher.options.learn,
         }
         missed = [f"{len(self.alarms)} alarms"] if fail_on_alarm and self.alarms else []
-        self.screen.finish(document, EXIT_FAILED if samples == 0 else EXIT_DONE, missed=missed, aside=bool(aside))
+        if samples == 0:
+            self.screen.document(document)
+            fix = "is the name right, and are there whole lines?"
+            raise SstlError("no sample was read", where=", ".join(names[:3]), fix=fix, code="E251")
+        self.screen.finish(document, missed=missed, aside=bool(aside))

@@ -56,7 +56,7 @@ def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     try:
         table = pq.read_table(path, columns=list(COLUMNS))
     except (pa.ArrowException, OSError) as error:
-        raise SstlError(f"is damaged ({str(error)[:120]})", where=str(path), code="E133") from None
+        raise SstlError(f"is damaged ({str(error)[:120]})", where=str(path), fix="copy it again, or make it again", code="E133") from None
     try:
         time, tension = (table.column(c).cast("float64").to_numpy() for c in COLUMNS)
     except (ValueError, pa.ArrowException):

@@ -45,7 +45,11 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise SstlError(f"cannot be read: {error.strerror}", where=str(path), fix="check path and rights", code="E141") from None
     except (ValueError, RecursionError) as error:
         raise SstlError(
-            f"is not valid TOML ({str(error)[:120]})", where=str(path), fix="correct that place; texts stand in quotes", code="E142"
+            # what follows is advice to programmers
+            f"is not valid TOML ({str(error).split('; use sys')[0][:120]})",
+            where=str(path),
+            fix="correct that place; texts stand in quotes",
+            code="E142",
         ) from None
 
 

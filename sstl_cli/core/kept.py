@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from sstl_cli.core.compiled import guard
+
 PACKAGE = Path(__file__).parents[1]
 
 
@@ -36,6 +38,7 @@ def at_start() -> Kept:
 
 def ensure() -> Kept:
     """Choose the folder, and tell numba and matplotlib before they are imported; costs a few system calls."""
+    guard()
     if os.name != "posix":
         return Kept(PACKAGE)
     home = Path(os.path.expanduser("~"))

@@ -21,6 +21,8 @@ from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.tables import Column, Schema
 
 ROWS_PER_BLOCK = 262_144
+# the footer keeps some kilobytes of each row group: what is shorter shares one
+LEAST_ROWS = 256
 
 
 class TableWriter:
@@ -31,6 +33,7 @@ class TableWriter:
         fields += [pa.field(c.name, c.type, c.nullable, {"unit": c.unit, "meaning": c.meaning}) for c in extra or []]
         self.schema = pa.schema(fields, metadata=provenance.metadata(schema.id, schema.version))
         self._stack = ExitStack()
+        self._held: list[pa.Table] = []
         self._path, self._force = Path(path), force
 
     def __enter__(self) -> TableWriter:
@@ -40,8 +43,10 @@ class TableWriter:
     @contextmanager
     def _opening(self) -> Iterator[None]:
         """Hold the output open; what goes wrong while opening it goes through the same doors as later errors."""
+        require_text(self._path)
         with atomic(self._path, self._force) as temporary, self._open(temporary) as self._writer:
             yield
+            self._write_held()
 
     def _open(self, temporary: Path) -> pq.ParquetWriter:
         floats = [f.name for f in self.schema if pa.types.is_floating(f.type)]
@@ -62,10 +67,28 @@ class TableWriter:
     def write(self, table: pa.Table) -> None:
         """Append a table whose columns are those of the schema."""
         table = pa.Table.from_arrays([table.column(n).cast(self.schema.field(n).type) for n in self.schema.names], schema=self.schema)
-        self._writer.write_table(table, row_group_size=ROWS_PER_BLOCK)
+        if len(table) >= LEAST_ROWS:
+            self._write_held()
+        self._held.append(table)
+        if sum(map(len, self._held)) >= LEAST_ROWS:
+            self._write_held()
+
+    def _write_held(self) -> None:
+        """Write the tables that wait for others, as one row group."""
+        if self._held:
+            self._writer.write_table(pa.concat_tables(self._held), row_group_size=ROWS_PER_BLOCK)
+            self._held = []
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._stack.__exit__(kind, error, trace)
+
+
+def require_text(path: Path) -> None:
+    """Raise SstlError E005 if the name of a Parquet file is no UTF-8: the library takes no other."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise SstlError("its name is no UTF-8, which Parquet files have to have", where=str(path), fix="rename it", code="E005") from None
 
 
 class TableReader:
@@ -108,7 +131,9 @@ class TableReader:
                     done += batch.num_rows
                     yield conform(table, schema, str(self.path), self.coded)
         except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-            raise SstlError(f"is damaged ({str(error)[:120]})", where=str(self.path), code="E133") from None
+            raise SstlError(
+                f"is damaged ({str(error)[:120]})", where=str(self.path), fix="copy it again, or make it again", code="E133"
+            ) from None
 
     def _constant(self, groups: list[int], skip: Collection[str]) -> dict[str, pa.Array]:
         """Return the coded columns that hold one text a row group, run-end encoded, by its statistics: they need no decoding.
@@ -171,7 +196,8 @@ def open_table(path: Path, schema: Schema, coded: Sequence[str] = ()) -> TableRe
     file = _open(Path(path), coded)
     found = metadata_of(file)
     if found and (found.get("schema") not in (schema.id, None)):
-        raise SstlError(f"holds {found['schema']!r}, not {schema.id!r}", where=str(path), code="E131")
+        what = f"holds {found['schema']!r}, not {schema.id!r}"
+        raise SstlError(what, where=str(path), fix="give a table of that kind; 'sstl info' shows what a file holds", code="E131")
     if found and found.get("schema") == schema.id and found.get("schema_version") != schema.version:
         raise SstlError(
             f"has {schema.id} version {found.get('schema_version')}, this program reads version {schema.version}",

@@ -81,7 +81,7 @@ class Finder:
         return SstlError(
             f"misses column '{name}'",
             where=self.where,
-            fix=f"{nearest(name, names)} Give a mapping, or try sstl import --guess",
+            fix=f"{nearest(name, names)}; give a mapping, or try sstl import --guess",
             code="E336",
         )
 

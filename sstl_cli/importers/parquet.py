@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.parquet import require_text
 from sstl_cli.importers.base import MAX_CHANNELS, ROWS_PER_BLOCK, Block, Channel, Layout, Notes, check_declared, guarded, text_array
 
 ID = "parquet"
@@ -26,6 +27,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the columns that are numbers, times or strings."""
+    require_text(path)
     with guarded(path, TITLE):
         _complete(path)
         file = pq.ParquetFile(path)

@@ -45,8 +45,8 @@ class Score:
 
     @property
     def spread(self) -> Array:
-        """Standard deviation over seeds (n - 1), 0 for a single one."""
-        return self.rmse.std(axis=0, ddof=1) if len(self.rmse) > 1 else np.zeros(3)
+        """Standard deviation over seeds (n - 1), NaN for a single one."""
+        return self.rmse.std(axis=0, ddof=1) if len(self.rmse) > 1 else np.full(3, np.nan)
 
 
 @dataclass(frozen=True)

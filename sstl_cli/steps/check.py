@@ -34,6 +34,8 @@ PILED = 4
 CUT = 2.0
 # noise over the step of a converter from which on a hold does not repeat a level
 COARSE = 0.7
+# second differences, as part of the span, that rounding to single precision makes of a record without noise
+ROUNDING = 1e-6
 # jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
 STEADY, BESIDE, FAR = 0.05, 8, 64
 
@@ -236,7 +238,7 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
         )
     second = np.abs(np.diff(values, 2))[inside[1:]]
     # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
-    if still < 0.05 and len(second) and float(np.median(second)) > 1e-9 * span:
+    if still < 0.05 and len(second) and float(np.median(second)) > ROUNDING * span:
         found += _saturated(name, values, grain or quantisation(values))
         longest, count = _stretches((step == 0.0) & inside)
         if longest >= STUCK_SAMPLES:

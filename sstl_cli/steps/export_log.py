@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError, UsageError, nearest
 from sstl_cli.core.files import atomic
+from sstl_cli.core.parquet import open_table
 from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs, units_of
 from sstl_cli.core.tables import LOG, TENDON
 
@@ -66,9 +66,14 @@ def run(path_in: Path, path_out: Path, fmt: str, force: bool = False) -> Export:
 export_log = run
 
 
+def _schema(source: Path) -> Any:
+    """Return the Arrow schema of a log; SstlError where the file holds none, before a run of it is read."""
+    return open_table(source, LOG).file.schema_arrow
+
+
 def _units(source: Path) -> dict[str, str]:
     """Return the unit of every column of a log; an input or output that is no tension has its own."""
-    stated = units_of(pq.read_schema(source))
+    stated = units_of(_schema(source))
     return {c.name: c.unit for c in LOG.columns} | {"tension_in_n": stated["unit_in"], "tension_out_n": stated["unit_out"]}
 
 
@@ -98,7 +103,7 @@ def safe_cell(text: str | None) -> str:
 def _csv(runs: _Counted, path: Path, source: Path) -> None:
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        names = [*_CSV_COLUMNS, *([TENDON.name] if TENDON.name in pq.read_schema(source).names else [])]
+        names = [*_CSV_COLUMNS, *([TENDON.name] if TENDON.name in _schema(source).names else [])]
         writer.writerow(names)
         units = _units(source)
         if (units["tension_in_n"], units["tension_out_n"]) != ("N", "N"):

@@ -61,7 +61,7 @@ CALLS = [
     (("reproduce", "--table", "I"), ["reproduce"]),
     (("blind", "make", "set", "--cases", 1, "--quick", "--workers", 1), ["blind.make"]),
     (("segment", "nope.parquet", "--out", "x.parquet"), ["error"]),
-    (("watch", "nope-*.csv", "--once"), ["watch"]),
+    (("watch", "nope-*.csv", "--once"), ["watch", "error"]),
 ]
 # minutes, or the part of other tests
 ELSEWHERE = {"blind.run", "blind.score", "blind.limit", "blind.library", "blind.learn", "blind.real", "blind.inject"}

@@ -38,8 +38,9 @@ def test_internal_error_is_one_line(error, monkeypatch, capsys) -> None:
     assert err.startswith(f"sstl: [E003] internal error, {type(error).__name__}") and "Traceback" not in err
 
 
-@pytest.mark.parametrize("words", [["info"], ["check"], ["diagnose", "--max-effects", "1"]])
+@pytest.mark.parametrize("words", [["info"], ["check"], ["diagnose", "--max-effects", "1"], ["import", "--out", "new.parquet"]])
 def test_a_name_that_is_no_text_is_told(words, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
     named = os.path.join(os.fsencode(tmp_path), b"a\xff.parquet")
     with open(named, "wb") as file:
         file.write(SAMPLE.read_bytes())
@@ -48,6 +49,13 @@ def test_a_name_that_is_no_text_is_told(words, tmp_path, monkeypatch, capsys) ->
     assert (
         err.count("\n") == 1 and err.startswith("sstl: [E005]") and err.rstrip().endswith("have to have; rename it") and "a\\udcff" in err
     )
+
+
+def test_an_output_whose_name_is_no_text_is_told_by_its_own_name(tmp_path, monkeypatch, capsys) -> None:
+    named = os.fsdecode(os.path.join(os.fsencode(tmp_path), b"a\xff.parquet"))
+    assert run_here(monkeypatch, "segment", str(SAMPLE), "--out", named) == 1
+    err = capsys.readouterr().err
+    assert err.startswith("sstl: [E005]") and "/a\\udcff.parquet: its name" in err and not list(tmp_path.iterdir())
 
 
 def test_debug_shows_the_internal_error(monkeypatch) -> None:

@@ -85,7 +85,7 @@ def test_integers_and_float32_are_taken_as_numbers(tmp_path: Path) -> None:
 def test_other_schema_and_other_version(tmp_path: Path) -> None:
     path = tmp_path / "p.parquet"
     write_table(path, phases(), PHASES, MADE)
-    with pytest.raises(SstlError, match=r"E131.*'sstl\.phases', not 'sstl\.log'"):
+    with pytest.raises(SstlError, match=r"E131.*'sstl\.phases', not 'sstl\.log'; give"):
         open_table(path, LOG)
     newer = dataclasses.replace(PHASES, version=2)
     with pytest.raises(SstlError, match="E132.*version 1, this program reads version 2"):
@@ -125,6 +125,18 @@ def test_empty_table_is_a_table(tmp_path: Path) -> None:
     path = tmp_path / "p.parquet"
     write_table(path, PHASES.arrow().empty_table(), PHASES, MADE)
     assert open_table(path, PHASES).table().num_rows == 0
+
+
+def test_short_pieces_share_a_row_group(tmp_path: Path) -> None:
+    path = tmp_path / "p.parquet"
+    lengths = [2] * 1000 + [300, 2, 300]
+    with TableWriter(path, PHASES, MADE) as writer:
+        for n in lengths:
+            writer.write(phases(n))
+    made = pq.ParquetFile(path).metadata
+    # two thousand rows of short pieces, and what begins with a piece of some length, in the order written
+    assert [made.row_group(i).num_rows for i in range(made.num_row_groups)] == [256] * 7 + [208, 300, 2, 300]
+    assert open_table(path, PHASES).table().column("time_s").to_pylist() == [0.1 * i for n in lengths for i in range(n)]
 
 
 def test_error_while_writing_leaves_nothing(tmp_path: Path) -> None:

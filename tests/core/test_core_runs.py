@@ -176,7 +176,7 @@ def test_columns_not_needed_are_not_read(tmp_path):
 
 
 def test_channels_that_hold_nothing_are_not_decoded(tmp_path, monkeypatch):
-    write_runs(tmp_path / "x.parquet", [make("a", 50), make("b", 50)], MADE)
+    write_runs(tmp_path / "x.parquet", [make("a", 300), make("b", 300)], MADE)
     asked = []
     whole = pq.ParquetFile.iter_batches
 

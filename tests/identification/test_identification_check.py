@@ -33,10 +33,11 @@ def test_saturation_is_a_flat_top_of_a_noisy_channel():
     assert found["saturation", "tension_in_n"].count == np.sum(RUN.tension_in_n >= 25.0)
 
 
-def test_holds_without_noise_are_not_saturation():
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_holds_without_noise_are_not_saturation(kind):
     t, x = trapezoid(rate=100.0)
     run = record(t, x, ACT, sd=0.0)
-    found = findings(time=t, x=run.tension_in_n, y=run.tension_out_n)
+    found = findings(time=t, x=run.tension_in_n.astype(kind).astype(float), y=run.tension_out_n.astype(kind).astype(float))
     assert not [k for k in found if k[0] in ("saturation", "frozen stretches")]
 
 

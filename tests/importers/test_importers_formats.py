@@ -108,6 +108,20 @@ def test_export_comes_back_bit_for_bit(fmt: str, log: Path, tmp_path: Path) -> N
     assert again.read_bytes() == out.read_bytes()
 
 
+@pytest.mark.parametrize("fmt", export_log.FORMATS)
+@pytest.mark.parametrize("end", [0, -200])
+def test_what_is_no_log_is_told_with_its_own_name(fmt: str, end: int, log: Path, tmp_path: Path) -> None:
+    if fmt == "mcap":
+        pytest.importorskip("mcap")
+    bad = tmp_path / "bad.parquet"
+    whole = log.read_bytes()
+    # text, and a log whose footer is damaged
+    bad.write_bytes(whole[: end - 200] + b"Z" * 200 + whole[end:] if end else b"run_id,time_s\na,1\n")
+    with pytest.raises(SstlError, match=r"E130.*bad\.parquet") as error:
+        export_log.run(bad, tmp_path / f"x.{fmt}", fmt)
+    assert error.value.fix and not (tmp_path / f"x.{fmt}").exists()
+
+
 @pytest.mark.parametrize("unit", ["deg", "div"])
 @pytest.mark.parametrize("fmt", export_log.FORMATS)
 def test_export_keeps_the_unit_of_an_output_that_is_no_tension(fmt: str, unit: str, tmp_path: Path) -> None:

@@ -113,6 +113,11 @@ def test_trained_configurations_are_not_judged_unless_asked(folder, tmp_path):
     assert json.loads(header.stdout)["configurations"]["held_out"] == 12
     left = sstl("evaluate", tmp_path / "m.safetensors", "--theta", folder / "theta.parquet", "--json")
     assert json.loads(left.stdout)["left_out"] == "ND" and json.loads(left.stdout)["pairs"] == 12
+    # one seed has no spread over seeds: neither a width of zero nor another
+    (only,) = json.loads(left.stdout)["variants"]
+    assert set(only["rmse_sd_over_seeds"].values()) == {None}
+    shown = sstl("evaluate", tmp_path / "m.safetensors", "--theta", folder / "theta.parquet").stdout
+    assert "±" not in shown and "12 pairs, 1 seed\n" in shown
     write(tmp_path / "cp.parquet", rows(12, places=("CP",)))
     line = sstl("evaluate", tmp_path / "m.safetensors", "--theta", tmp_path / "cp.parquet", code=1).stderr
     assert "E506" in line

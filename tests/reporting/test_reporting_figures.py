@@ -142,6 +142,9 @@ def check_variants(f):
     assert found.variants["a"]["rmse_total"].mean == pytest.approx(0.03)
     assert found.variants["a"]["rmse_total"].sd == pytest.approx(0.02 / math.sqrt(2))
     assert "rmse_gamma_r" not in found.variants["a"]
+    # one seed says nothing of a spread
+    alone = f.data(rows[:1])
+    assert alone.variants["a"]["rmse_total"].sd is None and "±" not in f.alt(alone)
     return found
 
 

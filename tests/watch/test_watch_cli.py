@@ -189,7 +189,10 @@ def test_samples_set_aside_end_with_three(tmp_path):
 
 
 def test_nothing_to_read_is_a_failure(tmp_path):
-    assert "no sample was read" in sstl(tmp_path / "none.csv", "--once", code=1).stderr
+    done = sstl(tmp_path / "none.csv", "--once", "--json", code=1)
+    assert "none.csv: no sample was read" in done.stderr and done.stderr.count("no sample was read") == 1
+    account, error = documents(done)
+    assert account["samples"] == 0 and (error["schema"], error["code"]) == ("sstl.error/1", "E251")
 
 
 def test_ctrl_c_is_the_usual_end(tmp_path):

@@ -17,6 +17,8 @@ NO_KEYS = np.empty(0, np.uint64)
 FINGERPRINTS, WINDOW, LONG, FEW = 32_768, 16, 256, 64
 # second differences kept, the fewest that count, and correlation of neighbours in noise
 DRAWN, LEAST_DRAWN, TURNS = 1024, 64, -0.5
+# part of the largest value below which they are rounding of single precision, which two runs of one movement share
+ROUNDING = 3e-7
 
 
 def copies_of(columns: Mapping[str, Array]) -> tuple[tuple[str, str], ...]:
@@ -80,13 +82,16 @@ def sketch_of(x: Array, y: Array, strides: tuple[int, int], fine: tuple[bool, bo
     ``strides`` are the samples for which a channel is held; ``fine`` tells whether noise shows between its levels.
     """
     fast = np.zeros((2, DRAWN), np.float32)
+    rounding = [False, False]
     for i, (v, stride) in enumerate(zip((x, y), strides, strict=True)):
         # corners of the movement return in every run
         second = fast_part(v[: (DRAWN + 2) * stride : stride])
         if len(second) >= LEAST_DRAWN and second.any():
-            fast[i, : len(second)] = second / np.linalg.norm(second)
+            size = float(np.linalg.norm(second))
+            fast[i, : len(second)] = second / size
+            rounding[i] = size < ROUNDING * np.sqrt(len(second)) * float(np.max(np.abs(v)))
     # those of white noise alternate with -2/3
-    first, second = (np.sum(fast[:, 1:] * fast[:, :-1], axis=1) < TURNS).tolist()
+    first, second = ((np.sum(fast[:, 1:] * fast[:, :-1], axis=1) < TURNS) & ~np.array(rounding)).tolist()
     found = Sketch(fast, (first, second), (first and fine[0], second and fine[1]))
     return found if fast.any(axis=1).all() and (first or second) else NO_SKETCH
 

@@ -23,11 +23,11 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Spread:
-    """Every seed's value, their mean and standard deviation."""
+    """Every seed's value, their mean and standard deviation (None for a single seed)."""
 
     values: list[float]
     mean: float
-    sd: float
+    sd: float | None
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def data(rows: list[Evaluated]) -> Spreads:
 
 
 def _spread(values: list[float]) -> Spread:
-    return Spread(values, float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else 0.0)
+    return Spread(values, float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None)
 
 
 def default(inputs: Inputs, run: str | None) -> Spreads | None:
@@ -75,7 +75,8 @@ def draw(axes: Any, data: Spreads) -> None:
                 continue
             found, place = group[measure], i + 0.24 * (k - 1)
             axes.barh(place, found.mean, height=0.22, color=colour, zorder=2, label=None if shown else name)
-            axes.plot([found.mean - found.sd, found.mean + found.sd], [place, place], color=palette.INK, linewidth=1.4, zorder=3)
+            if found.sd is not None:
+                axes.plot([found.mean - found.sd, found.mean + found.sd], [place, place], color=palette.INK, linewidth=1.4, zorder=3)
             axes.plot(
                 found.values,
                 [place] * len(found.values),
@@ -97,5 +98,6 @@ def draw(axes: Any, data: Spreads) -> None:
 
 def alt(data: Spreads) -> str:
     """Describe the picture in words."""
-    parts = [f"{v} {g['rmse_total'].mean:.3g} ± {g['rmse_total'].sd:.2g}" for v, g in data.variants.items() if "rmse_total" in g]
+    totals = {v: g["rmse_total"] for v, g in data.variants.items() if "rmse_total" in g}
+    parts = [f"{v} {t.mean:.3g}" + ("" if t.sd is None else f" ± {t.sd:.2g}") for v, t in totals.items()]
     return "Total slope RMSE by variant, mean and standard deviation over seeds: " + ", ".join(parts) + "."
