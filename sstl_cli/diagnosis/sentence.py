@@ -17,6 +17,11 @@ def sentence(document: dict[str, Any]) -> str:
     left = document["gap"].get("known_misfit_n")
     if status == "none" and left:
         much = quantity(small(left), document.get("unit") or "N")
+        if (document.get("analysis") or {}).get("theta_changed"):
+            return (
+                f"Theta has changed since the simulator was accepted ({_moved(document['analysis'])}): the tube bends otherwise, or "
+                f"rubs otherwise all along; as far as this data can show nothing else has{sure}."
+            )
         return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {much} as it did then{sure}."
     if status == "none":
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
@@ -28,6 +33,13 @@ def sentence(document: dict[str, Any]) -> str:
         rivals = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
         return f"{_much(document['gap'])} comes most likely from {names}{rivals}{sure}."
     return f"{_much(document['gap'])} comes from {names}{sure}."
+
+
+def _moved(analysis: dict[str, Any]) -> str:
+    """Return by how much theta has changed, bend by bend."""
+    now = analysis["theta"]
+    said = [f"{c} {was:.3g} -> {now[c]:.3g}, {100.0 * (now[c] / was - 1.0):+.0f} %" for c, was in analysis["theta_before"].items()]
+    return _listed(said)
 
 
 def _much(gap: dict[str, Any]) -> str:
@@ -78,6 +90,8 @@ def lines(document: dict[str, Any]) -> list[str]:
         places[key] = places.get(key, 0.0) + row["share_pct"]
     top = sorted(places.items(), key=lambda item: -item[1])[:PLACES]
     rest = 100.0 - sum(v for _, v in top)
+    if document["verdict"]["effects"] and (document.get("analysis") or {}).get("theta_changed"):
+        out.append(f"  theta has changed as well since the simulator was accepted: {_moved(document['analysis'])}")
     out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")
     group = [e for e in spelled_out(document["verdict"]) if e not in document["verdict"]["effects"]]
     if document["verdict"]["effects"]:

@@ -267,13 +267,24 @@ def _carried(c: CandidateRow, rows: Rows) -> float:
     if c.kind == OUTPUT:
         left = max(c.chi2 - 1.0, 0.0)
         share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
-        foretold = left > 1.0 or not any(get(i).averaged for i in c.ids)
+        if _only_scatters(c):
+            return 0.0
+        foretold = left > 1.0 or not _averaged(c)
         return share if c.held is None or not foretold else min(share, c.held)
     if c.kind != BESIDE:
         return 1.0
     # the channel beside states its share of the error, and what is left in units of the noise
     left = (1.0 - c.share) ** 2
     return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
+
+
+def _averaged(c: CandidateRow) -> bool:
+    return any(get(i).averaged for i in c.ids)
+
+
+def _only_scatters(c: CandidateRow) -> bool:
+    """Whether a mean over jumps is on the whole no nearer to the output than the base: its scatter takes up whatever there is."""
+    return _averaged(c) and c.share <= 0.0
 
 
 def _strained(c: CandidateRow) -> bool:
@@ -354,6 +365,8 @@ def _left(rows: Rows, top: Ids) -> str:
     best, carried = f"even the best candidate, {' + '.join(top)},", _carried(row, rows)
     if _strained(row) and carried >= HALF:
         return f"{best} would need sizes that none of its effects usually has"
+    if _only_scatters(row):
+        return f"{best} scatters by as much, but is on average no nearer to the output than nothing added"
     if row.kind == BESIDE:
         return f"{best} takes only {100.0 * carried:.0f} % off what noise is not in the channel beside"
     if row.held is not None and carried == row.held < HALF:

@@ -33,7 +33,7 @@ from sstl_cli.physics.effects import get
 from sstl_cli.steps import diagnose_drawn as drawn
 from sstl_cli.steps import diagnose_rows as rows
 from sstl_cli.steps.diagnose_given import Errors, Given, name
-from sstl_cli.steps.diagnose_numbers import RECORDED, below_floor, floor_interval, recorded_shares
+from sstl_cli.steps.diagnose_numbers import RECORDED, before, below_floor, floor_interval, recorded_shares
 
 Array = NDArray[np.float64]
 # tests of the residual that are told where the cause is not known
@@ -80,7 +80,8 @@ def document(g: Given) -> DiagnosisDocument:
     beside = rows.beside(g)
     restored = _in_own_units(g, found if beside is None else found.model_copy(update={"beside": beside}))
     notes = [*notes, *below_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
-    restored = restored.model_copy(update={"notes": notes})
+    analysis = None if restored.analysis is None else restored.analysis.model_copy(update=before(g, restored.gap))
+    restored = restored.model_copy(update={"notes": notes, "analysis": analysis})
     return restored.model_copy(update={"sentence": sentence.sentence(restored.plain())})
 
 

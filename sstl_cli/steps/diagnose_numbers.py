@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.documents.diagnosis import Gap, Place
 from sstl_cli.diagnosis import where
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF
+from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.diagnosis.faults import squared_errors
+from sstl_cli.diagnosis.fit import fit
+from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.steps.diagnose_given import Given
 
@@ -52,6 +56,23 @@ def recorded_shares(g: Given, code: Codes) -> list[Place]:
         for (system, phase, config), (error, n) in sums.items()
     ]
     return sorted(rows, key=lambda row: -row.share_pct)
+
+
+def before(g: Given, gap: Gap) -> dict[str, object]:
+    """Return theta of a model that was accepted before, by bend that it has seen, and whether it has changed; nothing without one.
+
+    It has where the odds of one that is fitted are beyond doubt (49 to 1, each bend charged for), and it explains at least half of
+    the squared error of the model as given.
+    """
+    had, base, sim = g.search.sim.accepted, g.search.base, g.search.sim
+    if had is None:
+        return {}
+    seen = [i for i, (a, n) in enumerate(zip(had, g.nominal, strict=True)) if a == n]
+    nats = fit(sim, base.whiten, NOTHING, had, np.zeros(0), 0).cost - base.cost
+    beyond_doubt = nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0)) > DECIDES_NATS
+    given, retuned = gap.rmse_base_n or 0.0, gap.rmse_retuned_n or 0.0
+    most = retuned**2 <= (1.0 - HALF) * given**2
+    return {"theta_before": {g.problem.configs[i]: float(had[i]) for i in seen}, "theta_changed": bool(seen) and beyond_doubt and most}
 
 
 def floor_interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float, float] | tuple[None, None]:

@@ -48,12 +48,22 @@ def test_what_the_model_leaves_is_known(monday):
     # the error is as large as it was said to be, and known
     assert again["gap"]["rmse_base_n"] == pytest.approx(found.document()["gap"]["rmse_with_effect_n"], rel=0.1)
     assert again["gap"]["known_misfit_n"] == pytest.approx(again["gap"]["rmse_base_n"], rel=0.15)
-    assert "nothing has changed" in again["sentence"]
+    assert "nothing has changed" in again["sentence"] and again["analysis"]["theta_changed"] is False
 
 
 def test_another_recording_of_the_same_rig_is_none(monday):
     again = run(odd(record({}, 2), 2), replace(OPTIONS, sim=monday[1])).document()
     assert again["verdict"]["status"] == "none"
+
+
+def test_friction_that_has_risen_all_along_is_said(monday):
+    # a rig of which the model had four fifths of the friction
+    less = tuple(c.model_copy(update={"theta": 0.8 * c.theta}) for c in monday[1].configurations)
+    again = run(odd(record({}, 2), 2), replace(OPTIONS, sim=monday[1].model_copy(update={"configurations": less}))).document()
+    now, was = again["analysis"]["theta"], again["analysis"]["theta_before"]
+    assert {c: now[c] / t for c, t in was.items()} == pytest.approx(dict.fromkeys(was, 1.25), rel=0.05)
+    assert again["verdict"]["status"] == "none" and again["analysis"]["theta_changed"]
+    assert again["sentence"].startswith("Theta has changed since the simulator was accepted (") and "+25 %" in again["sentence"]
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, probabilities, verdict
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities, verdict
 from sstl_cli.diagnosis.weights import learned
 
 CALM = Leftover(5000, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
@@ -127,6 +127,23 @@ def test_who_does_not_describe_what_was_held_out_is_not_its_cause(effect, chi2, 
     assert (found.effects == (effect,)) is named
     if not named:
         assert found.status == "unknown" and "held out" in found.why and found.confidence is not None
+
+
+def test_a_mean_over_jumps_that_is_no_nearer_than_the_base_is_no_cause_whatever_its_scatter_gains():
+    wide = replace(LOG, base_chi2=1e5, base_worst_z=1e5, base_mean_z=1e5)
+    others = [replace(r, evidence=300.0, gain=304.0, chi2=9e4) for r in OTHERS]
+    named = said(row("stribeck", evidence=2e6, share=0.4), *others, log=wide)
+    assert named.effects == ("stribeck",)
+    found = said(row("stribeck", evidence=2e6, share=0.0), *others, log=wide)
+    assert found.status == "unknown" and "no nearer" in found.why
+
+
+def test_a_set_holds_who_is_probable_beside_a_class_that_leads():
+    lag = [row("channel_delay", evidence=735.0), row("channel_lowpass", evidence=731.0)]
+    pair = row("channel_lowpass", "pulley_friction", evidence=737.0, drop=6.0)
+    p = {("channel_delay",): 0.36, ("channel_lowpass",): 0.28, ("viscous",): 0.26, pair.ids: 0.002, NONE: 0.05, UNKNOWN: 0.04}
+    found = decided(rows(*lag, row("viscous", evidence=609.0), pair, log=FAILING), p, learned())
+    assert found.status == "ambiguous" and set(found.group) == {("channel_delay",), ("channel_lowpass",), ("viscous",)}
 
 
 @pytest.mark.parametrize(("share", "left", "named"), [(0.76, 5.7, True), (0.07, 49.5, False)])

@@ -169,7 +169,10 @@ class OutputScale(Part):
 
 
 class Analysis(Part):
-    """What was analysed: rate, samples, runs and what was set aside, the re-tuned base by bend, and the noise by sensor."""
+    """What was analysed: rate, samples, runs and what was set aside, the re-tuned base by bend, and the noise by sensor.
+
+    ``theta_before`` is that of a model that was accepted before, ``theta_changed`` whether re-tuning it closes most of the gap.
+    """
 
     rate_hz: float
     samples: int
@@ -178,6 +181,8 @@ class Analysis(Part):
     theta: dict[str, float]
     noise: dict[str, dict[str, dict[str, Estimated]]]
     output_scale: OutputScale | None = None
+    theta_before: dict[str, float] | None = None
+    theta_changed: bool | None = None
 
 
 class Simple(Part):
