@@ -328,10 +328,8 @@ def test_runs_without_noise_are_no_copies_for_the_rounding_of_their_numbers():
     # straight up and down: rounding is all that second differences of one movement hold, and most of it is alike in both outputs
     t = np.arange(0.0, 30.0, 0.01)
     x = np.interp(t, [0.0, 15.0, 30.0], [1.0, 30.0, 1.0])
-    runs = []
-    for k, theta in enumerate((0.49, 0.56)):
-        y = play(x, (np.exp(-theta), 0.0, np.exp(theta), 0.0))
-        runs.append(Run(f"r{k}", "act", t, x, y, config_id=f"c{k}"))
+    outputs = {th: play(x, (np.exp(-th), 0.0, np.exp(th), 0.0)) for th in (0.49, 0.56)}
+    runs = [Run(f"r{th}", "act", t, x, y, config_id=f"c{th}") for th, y in outputs.items()]
     assert not [s for s in gate.remarks(runs) if s.rule == "duplicate"]
 
 
