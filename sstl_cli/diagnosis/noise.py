@@ -85,7 +85,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         white_in = typical([white_of(r.raw.tension_in_n, r, "tension_in_n") for r, _ in mine])
         white_out, off = white_of_output(mine)
         levels = white_out * LEVELS
-        held, louder = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+        held, white_held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
         wide[system] = held.spread
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / averaged([r for r, _ in mine])
@@ -96,12 +96,11 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             least_in, least_out = (typical([least_white(r, column) for r, _ in mine]) for column in ("tension_in_n", "tension_out_n"))
             white_out = max(white_beside(white_out, slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_out_n"))), least_out)
             white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_in_n"))), least_in)
-            held, louder = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+            held, white_held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
             # a difference is known as well as what was taken off; there is no more of it than was seen
             off = float(min(np.hypot(off, MEASURED * (seen**2 / white_out**2 - 1.0)), off + np.log(seen / white_out) / AT_MOST))
-        white_out = louder
         loose[system] = off
-        out[system] = _with_rounding(Sensor(white_out, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
+        out[system] = _with_rounding(Sensor(white_held, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)
 
@@ -165,7 +164,7 @@ def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, le
     if len(rows) < LEAST_WINDOWS:
         return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED), white_n
     tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
-    every = [_costs(rows, records[0], white_n * louder, levels) for louder in LOUDER]
+    every = _costs(rows, records[0], white_n * LOUDER, levels)
     kept = _undisturbed(every[0], rows.shape[1])
     usual = UNKNOWN_COLOUR * white_n
     nats = np.array([_believed(tries, costs[:, kept, 0].sum(axis=1), usual)[1] for costs in every])
@@ -188,11 +187,15 @@ def _windows(records: Sequence[Record], slides: Sequence[Array]) -> Array:
     return rows
 
 
-def _costs(rows: Array, first: Record, white_n: float, levels: Array) -> Array:
-    """Return what coloured noise of every time (s) and level (N) costs on each window (see ``_window_costs``), shape (tries, windows, 2)."""
+def _costs(rows: Array, first: Record, white_n: Array, levels: Array) -> Array:
+    """Return what coloured noise of every time (s) and level (N) costs on each window beside each white noise (N).
+
+    See ``_window_costs``; shape (whites, times x levels, windows, 2).
+    """
     readings, step_s = float(np.median(first.readings)), first.dt_s * first.factor
-    white = white_n / float(np.sqrt(readings))
-    return np.concatenate([_window_costs(rows, white, levels, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S])
+    white, coloured = np.repeat(white_n / np.sqrt(readings), len(levels)), np.tile(levels, len(white_n))
+    found = [_window_costs(rows, white, coloured, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S]
+    return np.concatenate([c.reshape(len(white_n), len(levels), *c.shape[1:]) for c in found], axis=1)
 
 
 def _undisturbed(costs: Array, length: int) -> NDArray[np.bool_]:
@@ -227,13 +230,14 @@ def _believed(tries: Sequence[tuple[float, float]], costs: Array, usual_n: float
     return _Held(float(np.exp(centre)), min(slow)[1], float(np.clip(spread, MEASURED, ALIKE))), nats
 
 
-def _window_costs(rows: Array, white_n: float, coloured_n: Array, step: Step) -> Array:
+def _window_costs(rows: Array, white_n: float | Array, coloured_n: Array, step: Step) -> Array:
     """Return minus the restricted log likelihood (nats) and the sum of whitened squares of each window.
 
-    Freed of its straight line, a window is turned into the axes of the coloured noise, which are those of every level of it.
+    Freed of its straight line, a window is turned into the axes of the coloured noise, which are those of every level of it, whatever is white.
 
     Parameters
     ----------
+    white_n : float or ndarray, shape (levels,)
     coloured_n : ndarray, shape (levels,)
 
     Returns
@@ -246,7 +250,7 @@ def _window_costs(rows: Array, white_n: float, coloured_n: Array, step: Step) ->
     line = np.stack((np.ones(length), np.linspace(-1.0, 1.0, length)), axis=1)
     free = np.linalg.qr(line, mode="complete")[0][:, 2:]
     power, axes = np.linalg.eigh(free.T @ alike @ free)
-    variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + white_n**2
+    variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + np.broadcast_to(white_n, coloured_n.shape)[:, None] ** 2
     square = (1.0 / variance) @ ((rows @ (free @ axes)) ** 2).T
     return np.stack((0.5 * (square + np.log(variance).sum(axis=1, keepdims=True)), square), axis=2)
 

@@ -228,15 +228,17 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if first is not None and (_carried(first, rows) < HALF or _strained(first)) and p[NONE] < max(p[UNKNOWN], named):
         return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
     tied = _tied(standing(rows), top)
+    # whoever leads, a set holds who is as evident, and who is probable
+    rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
     family = _family(top, p)
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
     if sure >= weights.commit and not _told(rows, top, family, weights.member):
-        group = tuple(dict.fromkeys((*family, *tied, *_set(ranked, p, weights.cover))))
+        group = tuple(dict.fromkeys((*family, *rivalling)))
         why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, why)
     if sure >= weights.commit and tied:
-        group = tuple(dict.fromkeys((top, *sorted({*tied, *_set(ranked, p, weights.cover)}, key=lambda k: (-p[k], k)))))
+        group = tuple(dict.fromkeys((top, *sorted(rivalling, key=lambda k: (-p[k], k)))))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
         said = f"{_explained(rows, top)}; {rivals} explain this data as well"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
