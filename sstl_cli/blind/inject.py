@@ -1,8 +1,7 @@
 """Known effects put into recordings of a real rig: transformations of what was recorded, not of any model.
 
 Each is the textbook's operation on the recorded output (and for cross-talk the recorded input), so that everything else
-that the rig did stays in. The sizes are the catalogue's parameters where the operation is that of the catalogue; friction
-at the output end is named `const_friction`, and its size compares with ``w_l_n`` where theta is small.
+that the rig did stays in. The sizes are the catalogue's parameters.
 """
 
 from __future__ import annotations
@@ -95,7 +94,7 @@ OPERATIONS: dict[str, tuple[Operation, str, float]] = {
     "channel_lowpass": (_lowpass, "tau_act_s", 0.01),
     "crosstalk": (_crosstalk, "c_in_to_out", 0.01),
     "sensor_nonlinearity": (_curved, "a_out", 0.01),
-    "const_friction": (_friction, "w_l_n", 1.0),
+    "const_friction": (_friction, "w_end_n", 1.0),
 }
 
 

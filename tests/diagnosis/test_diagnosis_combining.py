@@ -20,7 +20,8 @@ from sstl_cli.diagnosis.whitening import Noise, Sensor
 SIM = simulator()
 QUIET = Sensor(NOISE_N, 0.0, 0.1)
 NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
-ZERO, FRICTION, GAIN = (full(e, ("act",)) for e in ("zero_offset", "const_friction", "gain_error"))
+ZERO = full("zero_offset", ("act",))
+FRICTION, GAIN = (variants(e, ("act",))[0] for e in ("const_friction", "gain_error"))
 LATE = full("channel_delay", ("act",))
 
 

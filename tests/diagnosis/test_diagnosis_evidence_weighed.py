@@ -16,7 +16,7 @@ from sstl_cli.physics.effect import Parameter
 from sstl_cli.physics.effects import get
 
 SIM = simulator()
-GAIN, FRICTION = full("gain_error", ("act",)), full("const_friction", ("act",))
+GAIN, FRICTION = full("gain_error", ("act",)), variants("const_friction", ("act",))[0]
 ONE = made(noise(), GAIN, (1.05,))
 
 

@@ -50,7 +50,7 @@ def test_theta_of_a_noise_free_record_comes_back_and_another_start_does_not_matt
 
 def test_a_parameter_at_its_end_stays_there_and_the_others_move():
     sim = simulator()
-    h = full("const_friction", ["act"])
+    h = variants("const_friction", ("act",))[0]
     base = made()
     sim_y, sim.y = sim.y, sim.predict(0.9 * THETA, {})
     try:

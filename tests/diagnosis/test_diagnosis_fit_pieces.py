@@ -15,7 +15,7 @@ from sstl_cli.diagnosis.simulator import as_effects
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
-FRICTION, GAIN = full("const_friction", ("act",)), full("gain_error", ("act",))
+FRICTION, GAIN = variants("const_friction", ("act",))[0], full("gain_error", ("act",))
 QUIET = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 1e-4, 0.1)}, {"act": 1.0})
 
 

@@ -13,11 +13,11 @@ from sstl_cli.diagnosis import search
 from sstl_cli.diagnosis.constants import SHARES
 from sstl_cli.diagnosis.fit import fit, jacobian, settle
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.hypotheses import full
+from sstl_cli.diagnosis.hypotheses import variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
-FRICTION = full("const_friction", ("act",))
+FRICTION = variants("const_friction", ("act",))[0]
 QUIET = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 1e-4, 0.1)}, {"act": 1.0})
 
 
@@ -91,7 +91,7 @@ def test_a_fit_looks_at_the_model_less_often_than_its_slopes_would_ask() -> None
 
 
 def test_what_acts_along_the_line_has_its_slopes_made_afresh_at_every_step() -> None:
-    h = full("viscous", ("act",))
+    h = variants("viscous", ("act",))[0]
     start = np.array([f.parameter.neutral + 0.1 * f.width if not f.parameter.shape else f.parameter.neutral for f in h.free])
     made_afresh, steps, _ = slopes_and_steps(h, {"viscous": {"c_l_n_s_per_mm": 0.02}}, start)
     assert made_afresh >= steps - of.DAMPINGS

@@ -10,11 +10,11 @@ from sstl_cli.diagnosis.constants import MENU
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.following import Limits, best_experiment, isolability, sampling_s, scenario_of, table, within
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.hypotheses import variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 OFFSET = next(h for h in variants("zero_offset", ("act",)) if [f.parameter.name for f in h.free] == ["z_out_act_n"])
-FRICTION = full("const_friction", ("act",))
+FRICTION = variants("const_friction", ("act",))[0]
 
 
 def search():

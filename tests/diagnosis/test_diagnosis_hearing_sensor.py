@@ -17,7 +17,7 @@ from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
-ZERO, FRICTION = (full(e, ("act",)) for e in ("zero_offset", "const_friction"))
+ZERO, FRICTION = full("zero_offset", ("act",)), variants("const_friction", ("act",))[0]
 SENSOR = Sensor(0.02, 0.01, 0.2)
 MEASURED_NOISE = Noise({"act": Sensor(0.01, 0.005, 0.2)}, {"act": SENSOR}, {"act": 1.0})
 

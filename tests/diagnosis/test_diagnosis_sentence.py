@@ -34,9 +34,9 @@ def document(status="identified", effects=("viscous",), group=(), confidence=Non
 
 
 def test_the_cause_is_named_with_its_title_and_how_sure_that_is():
-    assert sentence(document()) == "The gap comes from viscous drag along the tendon (viscous)."
+    assert sentence(document()) == "The gap comes from viscous drag along the tendon or at its end (viscous)."
     two = document(effects=("viscous", "slack"), confidence=0.904)
-    assert sentence(two) == "The gap comes from viscous drag along the tendon (viscous) and slack (slack) (right in 90 of 100 such cases)."
+    assert sentence(two) == "The gap comes from viscous drag along the tendon or at its end (viscous) and slack (slack) (right in 90 of 100 such cases)."
     # no library is large enough to promise more
     assert sentence(document(confidence=0.9999)).endswith("(right in 99 of 100 such cases).")
 
@@ -61,7 +61,7 @@ def test_rivals_are_listed_up_to_four_and_counted_beyond():
     others = ["slack", "presliding", "stribeck", "dwell_aging", "stick_slip", "crosstalk"]
     said = sentence(document("ambiguous", group=["viscous", *others]))
     assert said == (
-        "The gap comes most likely from viscous drag along the tendon (viscous), or from slack, presliding, stribeck, dwell_aging and 2 more: "
+        "The gap comes most likely from viscous drag along the tendon or at its end (viscous), or from slack, presliding, stribeck, dwell_aging and 2 more: "
         "this data cannot tell them apart."
     )
     assert "or from slack: this" in sentence(document("ambiguous", group=["viscous", "slack"]))

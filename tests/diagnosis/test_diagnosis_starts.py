@@ -19,7 +19,8 @@ from sstl_cli.physics.effect import TRANSITION
 SIM = simulator()
 QUIET = Sensor(NOISE_N, 0.0, 0.1)
 NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
-ZERO, FRICTION, GAIN = (full(e, ("act",)) for e in ("zero_offset", "const_friction", "gain_error"))
+ZERO = full("zero_offset", ("act",))
+FRICTION, GAIN = (variants(e, ("act",))[0] for e in ("const_friction", "gain_error"))
 
 
 OUT = named("zero_offset", "z_out_act_n")

@@ -52,11 +52,12 @@ def test_fingerprint_table(system, n):
     z, g = 0.3, 1.06
     table = {
         "const_friction": ({"w_l_n": W}, (0, 0, -h * (1 - gp), h * (gr - 1))),
+        "const_friction, end": ({"w_end_n": W}, (0, 0, -W, W)),
         "gain_error": ({f"g_{system}": g}, (np.log(g), np.log(g), 0, 0)),
         "asymmetric_friction": ({"a": 0.1}, (-n * THETA * 0.1, -n * THETA * 0.1, 0, 0)),
     }
     for effect_id, (values, expected) in table.items():
-        assert shift({effect_id: values}, system) == pytest.approx(expected, abs=2e-3), effect_id
+        assert shift({effect_id.partition(",")[0]: values}, system) == pytest.approx(expected, abs=2e-3), effect_id
     out = shift({"zero_offset": {f"z_out_{system}_n": z}}, system)
     assert out == pytest.approx((0, 0, z, z), abs=2e-3)
     seen = shift({"zero_offset": {f"z_in_{system}_n": z}}, system, seen_input=True)
@@ -84,6 +85,14 @@ def test_drag_opens_both_lines_and_grows_with_the_rate(system):
         assert d[2] < 0.0 < d[3]
         assert abs(d[0]) < 0.01 and abs(d[1]) < 0.02
     assert strong[2:] == pytest.approx(2.0 * mild[2:], rel=0.15)
+
+
+@pytest.mark.parametrize(("system", "n"), [("act", 1), ("sstl", 2)])
+def test_drag_at_the_end_takes_the_speed_of_the_load(system, n):
+    # the end moves with the load spring: du/dt = (dT/dt) / k
+    c, k = 0.5, BENT.load_n_per_mm
+    drag = n * c * RATE / k
+    assert shift({"viscous": {"c_end_n_s_per_mm": c}}, system) == pytest.approx((0, 0, -drag * GP[n], drag * GR[n]), abs=3e-3)
 
 
 @pytest.mark.parametrize(("system", "n"), [("act", 1), ("sstl", 2)])

@@ -72,7 +72,7 @@ def envelopes(law: Law, wanted: Sequence[Line], mechanics: Mechanics) -> Envelop
             m = law.pulley_pull if zeta > 0 else law.pulley_release
             back = tension[twice] * np.exp(-zeta * m) - zeta * law.pulley_n
             tension[twice] = _one_pass(law, back, phi[twice], zeta, behind[twice], before[twice], linear)
-        tables.append(np.ascontiguousarray(tension))
+        tables.append(np.ascontiguousarray(tension - zeta * law.end_n))
     edges = np.concatenate(([0], np.cumsum(rows)))
     first = edges[:-1]
     step = np.where(rows > 1, factors[np.minimum(first + 1, len(factors) - 1)] - factors[first], 1.0)

@@ -43,9 +43,9 @@ ARC_NODES = 6
 RIGID_MM = 1e-5
 # least compliance between two nodes, as a share of a pass
 LEAST_COMPLIANCE = 1e-4
-# the numbers of a transition that differ between runs; from the fourth on the march takes them as they are
+# the numbers of a transition that differ between runs; from the fifth on the march takes them as they are
 SCALARS = attrgetter(
-    "drag_n_s_mm", "drag_bend_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
+    "drag_n_s_mm", "drag_bend_n_s_mm", "drag_end_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
     "stribeck_ratio", "stribeck_mm_s", "tail",
 )  # fmt: skip
 
@@ -95,8 +95,9 @@ def elastic_lines(
     elastic = places.gap.copy()
     elastic[last] += load_mm_per_n
     scalars = np.array([SCALARS(t) for t in transitions], np.float64)
-    # drag along the whole tendon, and drag where the bend presses it against the sheath
+    # drag along the whole tendon, where the bend presses it against the sheath, and at its end
     drag = scalars[:, :1] * places.share + scalars[:, 1:2] * bend
+    drag[last] += scalars[:, 2]
     top = np.maximum(np.maximum.reduceat(into.tension, into.edges[:-1]), 1.0)
     factor_step = 2.0 * top * np.exp(2.0 * theta) / (FACTOR_NODES - 1)
     factor = np.ones((runs, FACTOR_NODES))
@@ -110,11 +111,12 @@ def elastic_lines(
     given = np.empty((runs, GIVEN, bend.shape[1]))
     given[:, PHI_PULL], given[:, PHI_RELEASE] = bend * law.scale_pull, bend * law.scale_release
     given[:, HOLD] = law.constant_n * places.share + law.pulley_n * places.pulley
+    given[last[0], HOLD, last[1]] += law.end_n
     given[:, PULLEY_PULL], given[:, PULLEY_RELEASE] = law.pulley_pull * places.pulley, law.pulley_release * places.pulley
-    given[:, DRAG], given[:, ELASTIC], given[:, CREEP] = drag, elastic, places.gap * scalars[:, 2:3]
+    given[:, DRAG], given[:, ELASTIC], given[:, CREEP] = drag, elastic, places.gap * scalars[:, 3:4]
     loose = (given[:, PHI_PULL] == 0.0) & (given[:, HOLD] + given[:, PULLEY_PULL] + given[:, PULLEY_RELEASE] == 0.0)
     given[:, RIGID] = np.where(loose, 0.0, 1.0 / breakaway)
-    laws = np.column_stack((scalars[:, 3:], factor_step))
+    laws = np.column_stack((scalars[:, 4:], factor_step))
     return Lines(places.nodes, given, laws, factor, np.ascontiguousarray(start_n, np.float64))
 
 
