@@ -6,7 +6,7 @@ in squared standard deviations of this rig's noise (D^2), at the highest rate th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,7 @@ from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.limit import distance2
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.verdict import Verdict
 from sstl_cli.diagnosis.whitening import whitener
 from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
 from sstl_cli.physics.trajectories import tension_path, times
@@ -78,6 +79,12 @@ class Experiment:
     def settles(self) -> bool:
         """Whether the movement would tell the two apart."""
         return self.d2 >= DECIDABLE
+
+
+def rivals(models: Iterable[Weighed], verdict: Verdict) -> list[Weighed]:
+    """Return the models of one effect: those of the ambiguity group first, among them the most probable."""
+    p, group = verdict.probabilities, verdict.group
+    return sorted((w for w in models if len(w.ids) == 1), key=lambda w: (w.ids not in group, -p.get(w.ids, 0.0)))
 
 
 def isolability(found: Search, most: int = ISOLATED) -> tuple[list[str], Array]:

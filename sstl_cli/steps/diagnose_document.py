@@ -325,20 +325,23 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
 
 
 def _next(g: Given) -> NextExperiment | None:
-    """Propose the movement that separates the two most probable models of the output, if any of the menu can.
+    """Propose the movement that separates the two leading rivals, if any of the menu can.
 
-    Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
+    Where the two are told apart here, were laws exact, a movement that shows less of
+    the difference would add nothing.
     """
-    p = g.verdict.probabilities
-    ranked = sorted((w for w in g.search.ranked() if len(w.ids) == 1), key=lambda w: -p.get(w.ids, 0.0))
+    ranked = following.rivals(g.search.ranked(), g.verdict)
     if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2 or g.passed("next experiment"):
         return None
     first, second = ranked[:2]
     experiment = following.best_experiment(g.search, first, second, g.limits)
     if experiment is None or max(experiment.d2, DECIDABLE) <= experiment.d2_here:
         return None
+    here = f"24 settles it; here {experiment.d2_here:.3g}"
+    if experiment.d2_here >= DECIDABLE:
+        here = f"24 would settle it if laws were exact; here {experiment.d2_here:.3g}"
     does = (
-        f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} (24 settles it; here {experiment.d2_here:.3g})"
+        f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} ({here})"
         if experiment.settles
         else f"no movement of the menu settles it within these tensions and rates: at most D^2 = {experiment.d2:.3g} (24 would), "
         f"here {experiment.d2_here:.3g}"

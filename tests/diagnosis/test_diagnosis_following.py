@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from made_fits import NOISE_N, made, simulator
 
 from sstl_cli.diagnosis.constants import MENU
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.following import Limits, best_experiment, isolability, sampling_s, scenario_of, table, within
+from sstl_cli.diagnosis.following import Limits, best_experiment, isolability, rivals, sampling_s, scenario_of, table, within
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import variants
+from sstl_cli.diagnosis.verdict import Verdict
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 OFFSET = next(h for h in variants("zero_offset", ("act",)) if [f.parameter.name for f in h.free] == ["z_out_act_n"])
@@ -92,3 +95,13 @@ def test_a_plan_is_sampled_as_fast_as_the_log_but_no_faster_than_a_line_shows():
     scenario = scenario_of(found, experiment)
     assert [c.id for c in scenario.configurations] == ["a", "b"] and scenario.sampling_hz == pytest.approx(50.0)
     assert [c.theta for c in scenario.configurations] == pytest.approx([0.5, 0.6])
+
+
+def test_the_rivals_that_are_to_be_parted_are_those_of_the_group():
+    ids = [("viscous",), ("stribeck",), ("presliding",), ("slack", "viscous")]
+    models = [SimpleNamespace(ids=i) for i in ids]
+    p = dict(zip(ids, (0.5, 0.2, 0.15, 0.1), strict=True))
+    said = Verdict("ambiguous", ids[0], 0.8, (ids[0], ids[2], ids[3]), p, "")
+    assert [w.ids for w in rivals(models, said)] == [("viscous",), ("presliding",), ("stribeck",)]
+    unknown = Verdict("unknown", (), 0.8, (), p, "")
+    assert [w.ids for w in rivals(models, unknown)] == ids[:3]
