@@ -45,25 +45,35 @@ class Tracking:
     rmse_with_n: float
 
 
-def tracking(model: Scenario, config_id: str, theta_base: float) -> list[Tracking]:
+def tracking(model: Scenario, config_id: str, before: Scenario) -> list[Tracking]:
     """Return tracking errors on the accepted model of one configuration.
 
-    Without the effect the controller knows the lines exp(-+theta) of the re-tuned base. With it, it is fitted to what the accepted
-    model does on a full stroke and on the task itself, and kept as it was where the model says that this is better.
+    Without the effect the controller is fitted to a full stroke of the re-tuned simulator as it was given, with what it held. With
+    it, it is fitted to what the accepted model does on a full stroke and on the task itself, and kept as it was where the model says
+    that this is better.
+
+    Parameters
+    ----------
+    model, before : Scenario
+        The accepted simulator, and the re-tuned one without what was found.
 
     Raises
     ------
     SstlError
-        E920 if the model shows no propagation.
+        E920 if one of them shows no propagation.
     """
     plant = plant_of(model, config_id)
-    without = Controller(Theta(float(np.exp(-theta_base)), 0.0, float(np.exp(theta_base)), 0.0), OPTIONS)
-    t_in = _stroke()
-    t_out = plant.tendon(t_in, DT_S)
-    shown = _lines(t_in, t_out)
-    known = Controller(shown, OPTIONS.model_copy(update={"widths": _rounding(shown, t_in, t_out)}))
+    without, known = _designed(plant_of(before, config_id)), _designed(plant)
     references = (sinusoid(DT_S), random(stream(0, "downstream"), DT_S, RANDOM_S))
     return [_compared(without, known, plant, r) for r in references]
+
+
+def _designed(plant: Plant) -> Controller:
+    """Return the controller that is fitted to what a plant does on a full stroke."""
+    t_in = _stroke()
+    t_out = plant.tendon(t_in, DT_S)
+    lines = _lines(t_in, t_out)
+    return Controller(lines, OPTIONS.model_copy(update={"widths": _rounding(lines, t_in, t_out)}))
 
 
 def _compared(without: Controller, known: Controller, plant: Plant, reference: Reference) -> Tracking:

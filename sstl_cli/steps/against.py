@@ -28,7 +28,11 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
     for run in measured:
         twin = twins.get(run.run_id)
         if twin is None or not len(twin):
-            raise SstlError(f"run {run.run_id!r} has no twin in the simulated log", fix="use the same run_id in both", code="E910")
+            raise SstlError(
+                f"run {run.run_id!r} has no twin in the simulated log",
+                fix="use the same run_id in both; for what has changed since another session: --before LOG",
+                code="E910",
+            )
         inside = (run.time_s >= twin.time_s[0]) & (run.time_s <= twin.time_s[-1])
         if inside.sum() < 0.5 * len(run):
             fix = "give logs of the same recording, on one clock"

@@ -94,6 +94,13 @@ class Diagnosis:
         """Return the accepted simulator without what it is known to leave."""
         return model(self.evidence, self.verdict, self._given)
 
+    def before(self) -> Scenario:
+        """Return the simulator as it was given, theta re-tuned, without what was found."""
+        theta = self.evidence.search.base.theta.tolist()
+        found, given = self.bare(), self._given
+        tuned = [c.model_copy(update={"theta": t}) for c, t in zip(found.configurations, theta, strict=True)]
+        return found.model_copy(update={"configurations": tuple(tuned), "effects": given.effects, "rig": given.rig})
+
     @property
     def _given(self) -> Scenario:
         """The simulator that was given, or the one that was assumed."""
@@ -342,7 +349,7 @@ def _downstream(result: Diagnosis, deadline: Deadline) -> tuple[Downstream | Non
     middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
     name = result.evidence.problem.configs[middle]
     try:
-        found = downstream.tracking(result.bare(), name, float(result.evidence.search.base.theta[middle]))
+        found = downstream.tracking(result.bare(), name, result.before())
     except SstlError as error:
         return None, [f"downstream: {error.what}"]
     tracked = [Tracked(reference=t.reference, rmse_without_n=t.rmse_without_n, rmse_with_n=t.rmse_with_n) for t in found]

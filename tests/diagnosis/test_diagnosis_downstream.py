@@ -12,8 +12,8 @@ from sstl_cli.physics.scenario import Configuration, Scenario
 THETA = 0.55
 
 
-def model(**effects):
-    return Scenario(configurations=(Configuration(id="a", location="CP", theta=THETA),), effects=effects)
+def model(theta=THETA, **effects):
+    return Scenario(configurations=(Configuration(id="a", location="CP", theta=theta),), effects=effects)
 
 
 def test_lines_of_an_exact_plant_are_its_own():
@@ -25,9 +25,9 @@ def test_lines_of_an_exact_plant_are_its_own():
 
 
 def test_an_exact_plant_is_tracked_exactly():
-    for t in downstream.tracking(model(), "a", THETA):
+    for t in downstream.tracking(model(), "a", model()):
         assert t.rmse_without_n < 1e-6 and t.rmse_with_n < 1e-6
-    for t in downstream.tracking(model(), "a", THETA + 0.1):
+    for t in downstream.tracking(model(), "a", model(THETA + 0.1)):
         assert t.rmse_without_n > 0.3 and t.rmse_with_n < 1e-6
 
 
@@ -43,14 +43,24 @@ def test_an_exact_plant_is_tracked_exactly():
     ],
 )
 def test_a_controller_that_knows_the_effect_is_better(effect, values, at_most):
-    for t in downstream.tracking(model(**{effect: values}), "a", THETA):
+    for t in downstream.tracking(model(**{effect: values}), "a", model()):
         assert t.rmse_with_n < at_most * t.rmse_without_n, t.reference
+
+
+def test_a_controller_without_what_is_new_knows_what_the_simulator_held():
+    """A simulator that was given with its constant friction: the controller of before knew it."""
+    monday, friday = {"const_friction": {"w_l_n": 0.4}}, {"asymmetric_friction": {"a": 0.02}}
+    for t in downstream.tracking(model(**monday), "a", model(**monday)):
+        assert t.rmse_without_n < 0.01, t.reference
+    changed = downstream.tracking(model(**monday, **friday), "a", model(**monday))
+    for t, bare in zip(changed, downstream.tracking(model(**monday, **friday), "a", model()), strict=True):
+        assert t.rmse_with_n < 0.2 * t.rmse_without_n and t.rmse_without_n < bare.rmse_without_n, t.reference
 
 
 @pytest.mark.parametrize("theta", [THETA, THETA + 0.03, THETA + 0.1])
 def test_friction_that_drifts_on_its_way_is_met_where_the_task_is(theta):
     """Lines of a first full stroke are those of friction that the task has long left behind: 0.028 N became 0.047 N."""
-    for t in downstream.tracking(model(friction_drift={"d_mu": 0.2, "path_n": 200.0}), "a", theta):
+    for t in downstream.tracking(model(friction_drift={"d_mu": 0.2, "path_n": 200.0}), "a", model(theta)):
         assert t.rmse_with_n <= t.rmse_without_n and t.rmse_with_n < 0.2, t.reference
 
 
