@@ -60,7 +60,7 @@ def library(folder: Path) -> list[Example]:
 def judged(examples: Sequence[Example]) -> list[Judged]:
     """Return what is said of every case by weights learned without its simulator."""
     others = learning.left_out(examples)
-    weights = learning.calibrated(examples, learning.learn(examples, {}), others)
+    weights = learning.calibrated(learning.judged_by(examples, others), learning.learn(examples, {}))
     return [Judged(e, decided(e.rows, probabilities(e.rows, others[e.simulator]), weights)) for e in examples]
 
 

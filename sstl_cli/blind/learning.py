@@ -210,11 +210,21 @@ def left_out(found: Sequence[Example], around: Mapping[str, Weights] | None = No
     return {s: learn([e for e in found if e.simulator != s], around=around[s] if around else None) for s in simulators}
 
 
-def calibrated(found: Sequence[Example], weights: Weights, others: Mapping[str, Weights]) -> Weights:
-    """Return weights with thresholds and reliability from predictions of simulators that were left out."""
-    judged = [(e, probabilities(e.rows, others[e.simulator])) for e in found]
+def judged_by(found: Sequence[Example], others: Mapping[str, Weights]) -> Judged:
+    """Return examples as weights of the other simulators judge them."""
+    return [(e, probabilities(e.rows, others[e.simulator])) for e in found]
+
+
+def calibrated(judged: Judged, weights: Weights, more: Judged = ()) -> Weights:
+    """Return weights with thresholds and reliability from predictions of simulators that were left out.
+
+    Parameters
+    ----------
+    more : sequence of (example, probabilities), optional
+        Cases of another question that say as well by how much the laws of a family's members are off.
+    """
     bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability=())
-    bare = replace(bare, member={title: _member(set(members), judged, bare) for title, members in FAMILIES.items()})
+    bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(judged, bare))
     return replace(bare, reliability=_reliability([(e, decided(e.rows, p, bare)) for e, p in judged]))
 

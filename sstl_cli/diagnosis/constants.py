@@ -103,6 +103,9 @@ TOP_PCT = 99.0
 # a controller's stream has to last so many samples, and so many in each propagation
 MIN_STREAM, MIN_LINE = 200, 20
 
+# a spread from run to run is one of at least as many differences between runs of a bend
+FEWEST_CONTRASTS = 2
+
 # === believed: priors, and how far they may be left
 
 # sizes of a response between 0.1 and 100 standard deviations are alike in every decade

@@ -156,7 +156,8 @@ def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[
     floor = max(_power(sim, found.base) - reducible, 0.0)
     base = np.bincount(block, sim.weight * left**2)
     gap = base - floor * np.bincount(block, sim.weight)
-    errors = {w.ids: np.bincount(block, sim.weight * held.residual(w.fit) ** 2) for w in examined}
+    foretell = [w.fit for w in examined if w.fit.hypothesis.foretold]
+    errors = {f.ids: np.bincount(block, sim.weight * held.residual(f) ** 2) for f in foretell}
     return {ids: _at_most(np.asarray(base - left, np.float64), gap) for ids, left in errors.items()}
 
 

@@ -82,9 +82,11 @@ class Experiment:
 
 
 def rivals(models: Iterable[Weighed], verdict: Verdict) -> list[Weighed]:
-    """Return the models of one effect: those of the ambiguity group first, among them the most probable."""
+    """Return the models of one effect that foretell a recording: those of the ambiguity group first, among them the most probable."""
     p, group = verdict.probabilities, verdict.group
-    return sorted((w for w in models if len(w.ids) == 1), key=lambda w: (w.ids not in group, -p.get(w.ids, 0.0)))
+    return sorted(
+        (w for w in models if len(w.ids) == 1 and w.fit.hypothesis.foretold), key=lambda w: (w.ids not in group, -p.get(w.ids, 0.0))
+    )
 
 
 def isolability(found: Search, most: int = ISOLATED) -> tuple[list[str], Array]:

@@ -53,10 +53,13 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
     """Return the residual (N, shape (samples,)) with each fold predicted from the others.
 
     Parameters move by one Gauss-Newton step from the fit of all data to that of the training part; the
-    theta of a configuration that is held out as a whole is fitted to it, for base and candidates alike.
+    theta of a configuration that is held out as a whole is fitted to it, for base and candidates alike, and so is what is a
+    run's own.
     Where the training part holds a parameter so loosely that it does not fit better for the step when simulated,
     the step is damped as in any fit, and what it predicts is simulated, too.
     """
+    if not f.hypothesis.foretold:
+        return f.residual
     whitened = (f.whiten(f.jacobian), f.whiten(f.residual))
     raw = f.residual.copy()
     for fold in range(folds.count):

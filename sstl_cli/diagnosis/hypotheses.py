@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sstl_cli.diagnosis.simulator import Free, free_parameters
+from sstl_cli.diagnosis.simulator import RUNS, Free, free_parameters
 from sstl_cli.physics.effects import get
 
 # effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
@@ -24,6 +24,11 @@ class Hypothesis:
     def strengths(self) -> tuple[Free, ...]:
         """The free parameters that switch an effect on."""
         return tuple(f for f in self.free if not f.parameter.shape)
+
+    @property
+    def foretold(self) -> bool:
+        """Whether its parameters say what another run will be like."""
+        return all(f.effect is not RUNS for f in self.free)
 
     def joined(self, other: Hypothesis) -> Hypothesis:
         """Return both together; what they share is free once."""

@@ -49,7 +49,10 @@ def least_shown(found: Search) -> list[Shown]:
 
     An effect that would not have shown within its bounds has no row.
     """
-    rows = [_least(found, effect_id, models[0].fit) for effect_id, models in sorted(found.singles.items())]
+    rows = [
+        _least(found, effect_id, next(w.fit for w in models if w.fit.hypothesis.foretold))
+        for effect_id, models in sorted(found.singles.items())
+    ]
     return [row for row in rows if row is not None]
 
 

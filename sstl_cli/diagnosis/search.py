@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import hearing
+from sstl_cli.diagnosis import by_run, hearing
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -111,6 +111,7 @@ def run(
         if not combine(found, size, workers):
             break
         advance(COMBINED / max(max_effects - 1, 1))
+    by_run.add(found, max_effects)
     return found
 
 

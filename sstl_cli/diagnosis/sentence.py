@@ -6,6 +6,7 @@ from typing import Any
 
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.numbers import quantity, small
+from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES
 from sstl_cli.physics.effects import catalogue
 
@@ -78,7 +79,8 @@ def lines(document: dict[str, Any]) -> list[str]:
         else f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned; noise floor {_n(gap['noise_floor_n'])}"
     ]
     if document["verdict"]["effects"]:
-        held = "held-out error falls" if gap["held_out"] else "error falls (no other excitation to hold out)"
+        why = "the friction of each run is fitted to it" if gap["held_out_kind"] == OWN else "no other excitation to hold out"
+        held = "held-out error falls" if gap["held_out"] else f"error falls ({why})"
         interval = gap["shrink_ci95_pct"]
         between = "" if interval is None else f" [{interval[0]:.1f}, {interval[1]:.1f}]"
         share = gap["explained_of_reducible_pct"]

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.rng import stream
+from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.constants import DRAWS, WORSE, WORSE_OF_ALL
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.heldout import blocks
-from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.simulator import RUNS, Simulator
 
 Array = NDArray[np.float64]
 
@@ -83,7 +84,11 @@ def parameter_intervals(sim: Simulator, f: Fit) -> list[Interval | None]:
     sandwich = inverse @ (score.T @ score) @ inverse * (count / max(count - len(a), 1))
     # a direction without information gives a variance of rounding errors, of either sign
     se = np.sqrt(np.maximum(np.maximum(np.diag(sandwich), np.diag(inverse))[configs:], 0.0))
-    return [_interval(f, i, 1.96 * float(s)) for i, s in enumerate(se)]
+    found = [_interval(f, i, 1.96 * float(s)) for i, s in enumerate(se)]
+    for i, x in enumerate(f.free):
+        if x.effect is RUNS:
+            found[i] = Interval(float(f.values[i]), *by_run.interval(sim, float(f.values[i])))
+    return found
 
 
 def _interval(f: Fit, i: int, reach: float) -> Interval | None:

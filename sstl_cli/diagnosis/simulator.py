@@ -14,7 +14,7 @@ from sstl_cli.diagnosis.kalman import TURN
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener, constants
-from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
+from sstl_cli.physics.effect import FRICTION_LAW, TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
@@ -42,6 +42,20 @@ LINE = Effect(
     parameters=(Parameter("load_mm_per_n", "mm/N", 0.125, 0.02, 1.0, "compliance of the load spring", shape=True),),
     excitation="",
 )
+
+
+# What nobody can foretell of a run is no part of any simulation: it is fitted to what the run shows.
+RUNS = Effect(
+    id="runs",
+    title="Friction that differs from run to run",
+    stage=FRICTION_LAW,
+    equation="theta of a run = theta (1 + d), d normal about 0",
+    source="Mixed model (Harville 1977)",
+    parameters=(Parameter("d_run", "1", 0.0, 0.0, 0.3, "relative spread of friction from run to run"),),
+    excitation="",
+)
+# ids of what stands beside the catalogue
+ASIDE = (LINE.id, RUNS.id)
 
 
 @dataclass(frozen=True)
@@ -188,7 +202,7 @@ class Simulator:
         """Return by how much (s) each record is read late; all 0 where nothing is known to scatter."""
         if not self._scatters:
             return (0.0,) * len(self.problem.records)
-        active = activate({k: v for k, v in effects.items() if k != LINE.id}).of_hook("late_s")
+        active = activate({k: v for k, v in effects.items() if k not in ASIDE}).of_hook("late_s")
         return tuple(sum(e.late_s(r.system, v) for e, v in active) for r in self.problem.records)  # type: ignore[misc]
 
     def _read(self, late_s: Sequence[float]) -> tuple[Record, ...]:
@@ -210,10 +224,9 @@ class Simulator:
     def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked]:
         """Return what is to be simulated, the input as it is read (N), and what the output's sensor does."""
         load, effects = None, asked.effects
-        line = effects.get("line")
-        if line is not None:
-            effects = {k: v for k, v in effects.items() if k != "line"}
-            load = line["load_mm_per_n"]
+        if LINE.id in effects:
+            load = effects[LINE.id]["load_mm_per_n"]
+        effects = {k: v for k, v in effects.items() if k not in ASIDE}
         active = activate({**self.fixed, **{k: self.changed(k, v) for k, v in effects.items()}})
         runs, records = self._runs, self.problem.records
         read = runs.tension_n + asked.shift_n if np.any(asked.shift_n) else runs.tension_n

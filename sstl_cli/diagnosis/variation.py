@@ -14,7 +14,7 @@ from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record
-from sstl_cli.diagnosis.simulator import LINE, Effects, Simulator
+from sstl_cli.diagnosis.simulator import ASIDE, Effects, Simulator
 from sstl_cli.diagnosis.state import turning
 from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.physics.effects import get
@@ -52,7 +52,7 @@ def ways(singles: Iterable[Sequence[Weighed]]) -> Ways:
         effect_id = models[0].ids[0]
         for f in (m.fit for m in models):
             for x, v in zip(f.free, f.values, strict=True):
-                if x.effect is LINE:
+                if x.effect.id in ASIDE:
                     continue
                 if x.parameter.shape:
                     shapes.setdefault(effect_id, {}).setdefault(x.parameter.name, float(v))

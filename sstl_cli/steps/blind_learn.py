@@ -37,14 +37,15 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
     taught, provenance = _lesson({p: facts[p] for p in paths if p not in changes})
     advance(1)
     others = learning.left_out(taught)
-    weights = learning.calibrated(taught, learning.learn(taught, provenance), others)
+    judged = learning.judged_by(taught, others)
+    weights = learning.calibrated(judged, learning.learn(taught, provenance))
     rows, also_rows = report(taught, weights, others), None
     advance(2)
     if changes:
         # what has changed is asked of the same evidence, but beside what a rig is known to leave
         also, provenance = _lesson({p: facts[p] for p in changes})
         apart = learning.left_out(also, others)
-        known = learning.calibrated(also, learning.learn(also, provenance, weights), apart)
+        known = learning.calibrated(learning.judged_by(also, apart), learning.learn(also, provenance, weights), judged)
         weights, also_rows = replace(weights, known=known), report(also, known, apart)
     advance(2)
     written = learning.to_document(weights)

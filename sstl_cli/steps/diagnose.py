@@ -344,7 +344,12 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
 def _downstream(result: Diagnosis, deadline: Deadline) -> tuple[Downstream | None, list[str]]:
     """Return what the named effect is worth to a controller, on the configuration nearest the middle; or why that is not known."""
     fitted = result.accepted
-    if result.evidence.problem.unit_n != 1.0 or fitted is result.evidence.search.base or deadline.passed(DOWNSTREAM):
+    if (
+        result.evidence.problem.unit_n != 1.0
+        or fitted is result.evidence.search.base
+        or not fitted.hypothesis.foretold
+        or deadline.passed(DOWNSTREAM)
+    ):
         return None, []
     middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
     name = result.evidence.problem.configs[middle]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from sstl_cli import __version__
-from sstl_cli.diagnosis import discrepancy, misfit, scaling, variation, verdict
+from sstl_cli.diagnosis import by_run, discrepancy, misfit, scaling, variation, verdict
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.latent import WHITE_ONLY
@@ -34,7 +34,7 @@ def _fitted(found: Search, named: tuple[str, ...]) -> bool:
 
 def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     """Return a scenario that predicts the record as the accepted fit does, in the units of the recording."""
-    chosen = accepted(found, said)
+    chosen = by_run.lasting(found.search, accepted(found, said))
     unit_n = found.problem.unit_n
     effects = {**base.effects}
     for effect_id, values in chosen.effects.items():
@@ -84,7 +84,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
 
 def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     """Return the accepted simulator with what it leaves of the record, in N: what was known already, and what is new."""
-    sim, chosen = _unheard(found.search.sim, accepted(found, said))
+    sim, chosen = _unheard(found.search.sim, by_run.lasting(found.search, accepted(found, said)))
     problem, noise = sim.problem, white_only(found.search.measured)
     phases = sim.phases(chosen.theta, chosen.effects, noise)
     sections = discrepancy.learned(problem, chosen.residual + misfit.known(problem), phases, noise)

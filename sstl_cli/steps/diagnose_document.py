@@ -23,10 +23,12 @@ from sstl_cli.core.documents.diagnosis import (
     Simple,
     Verdict,
 )
-from sstl_cli.diagnosis import following, heldout, limit, misfit, scaling, sentence, shrink, where
+from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
+from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings, unrounded
+from sstl_cli.diagnosis.simulator import ASIDE
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effects import get
@@ -197,8 +199,8 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
         explained_of_reducible_pct=None if explained is None else float(np.clip(explained, -100.0, 100.0)),
         explained_scale="error (RMSE) above the noise floor",
         samples=samples,
-        held_out=g.search.held_out.folds.honest and fault is None,
-        held_out_kind=g.search.held_out.folds.kind,
+        held_out=g.search.held_out.folds.honest and fault is None and g.accepted.hypothesis.foretold,
+        held_out_kind=g.search.held_out.folds.kind if g.accepted.hypothesis.foretold else OWN,
         worse_regions=shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     )
 
@@ -315,11 +317,15 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         notes.append(f"only {p.systems[0]} was recorded: effects of the other system cannot show")
     if p.set_aside:
         notes.append(f"{len(p.set_aside)} runs set aside")
+    if not g.accepted.hypothesis.foretold:
+        own = by_run.shown(by_run.lasting(g.search, g.accepted), g.accepted, g.search.sim)
+        told = ", ".join(f"{run} {100.0 * part:+.1f} %" for run, part in own.items())
+        notes.append(f"friction of each run is fitted to it, nobody can foretell that of another: {told}")
     notes += [
         f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{x.parameter.high:g} {x.parameter.unit}"
         for k, x in enumerate(g.accepted.free)
         for i in (x.effect.id,)
-        if x.effect.id != "line" and g.accepted.at_bound(k) and not x.parameter.shape
+        if x.effect.id not in ASIDE and g.accepted.at_bound(k) and not x.parameter.shape
     ]
     return notes
 

@@ -13,6 +13,7 @@ from sstl_cli.blind.learning import (
     FOR,
     Example,
     calibrated,
+    judged_by,
     examples,
     is_right,
     learn,
@@ -92,7 +93,7 @@ def test_a_left_out_simulator_is_not_learned_from(library, others):
 
 
 def test_thresholds_keep_wrong_commits_few_and_sets_cover(library, others):
-    weights = calibrated(library, learn(library), others)
+    weights = calibrated(judged_by(library, others), learn(library))
     assert 0.5 <= weights.commit < 1.0 and 0.5 <= weights.cover < 1.0
     said = [(e, verdict(e.rows, replace(others[e.simulator], commit=weights.commit, cover=weights.cover))) for e in library]
     committed = [is_right(e, v) for e, v in said if v.status == "identified"]
@@ -104,7 +105,7 @@ def test_thresholds_keep_wrong_commits_few_and_sets_cover(library, others):
 def test_a_library_of_coin_flips_is_not_committed_to(library):
     rng = np.random.default_rng(2)
     mixed = [replace(e, answer=(EFFECTS[rng.integers(5)],)) if e.kind == "single" else e for e in library]
-    weights = calibrated(mixed, learn(mixed), left_out(mixed))
+    weights = calibrated(judged_by(mixed, left_out(mixed)), learn(mixed))
     sure = [e for e in mixed if e.kind == "single" and verdict(e.rows, weights).status == "identified"]
     assert len(sure) < 0.2 * sum(e.kind == "single" for e in mixed)
 

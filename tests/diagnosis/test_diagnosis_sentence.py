@@ -7,7 +7,7 @@ import pytest
 from sstl_cli.diagnosis.sentence import lines, sentence
 
 GAP = {
-    "rmse_base_n": 1.0, "rmse_retuned_n": 0.25, "rmse_with_effect_n": 0.125, "noise_floor_n": None, "held_out": True,
+    "rmse_base_n": 1.0, "rmse_retuned_n": 0.25, "rmse_with_effect_n": 0.125, "noise_floor_n": None, "held_out": True, "held_out_kind": "trajectory",
     "shrink_pct": 50.0, "shrink_ci95_pct": [40.0, 60.04], "explained_of_reducible_pct": 75.0,
 }  # fmt: skip
 WHERE = [
