@@ -18,7 +18,7 @@ def _law(law: Law, v: Values) -> None:
 
 EFFECT = Effect(
     id="friction_drift",
-    title="Friction that drifts with use",
+    title="Friction that drifts with use, or differs from run to run",
     stage=FRICTION_LAW,
     equation="mu = mu_inf (1 + d_mu exp(-W / path) + d_mu_time exp(-t / time)), W = path of the input tension",
     source="Run-in and wear go with the path, warming with time; catalogue entry [L]",

@@ -1,0 +1,138 @@
+"""Friction that differs from run to run: its likelihood by dense algebra, what it is named beside, and what is kept of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_fits import NOISE_N, THETA, made, named, noise, simulator
+from rig_logs import scenario
+from scipy.stats import chi2, multivariate_normal
+
+from sstl_cli.diagnosis import by_run
+from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.heldout import HeldOut
+from sstl_cli.diagnosis.shrink import parameter_intervals
+from sstl_cli.diagnosis.whitening import Noise, Sensor
+from sstl_cli.steps import simulate
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
+
+SIM = simulator()
+QUIET = Sensor(NOISE_N, 0.0, 0.1)
+NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
+OWN = np.array([0.04, -0.03, -0.05, 0.02])
+FEW = ("friction_drift", "pulley_friction", "gain_error", "zero_offset", "asymmetric_friction")
+
+
+def search(base, *singles):
+    return Search(SIM, NOISE, NOISE, base, {w.ids[0]: (w,) for w in singles}, {})
+
+
+def scattered(own=OWN, seed=3):
+    """The base where each run has friction of its own, to first order."""
+    column = made().jacobian[:, 0] * THETA[SIM.config]
+    return made(noise(seed) + column * own[SIM.run])
+
+
+def drift():
+    h = named("friction_drift", "d_mu", "path_n")
+    return Weighed(made(noise(3), h, (0.0, 200.0)), 0.0, -3.0)
+
+
+def test_gain_is_that_of_the_dense_covariance():
+    rng = np.random.default_rng(1)
+    place, told, score = np.array([0, 0, 0, 1, 1]), rng.uniform(5.0, 400.0, 5), rng.normal(0.0, 30.0, 5)
+    for spread in (0.02, 0.3):
+        gain, own, shared = by_run.gain_of(spread, told, score, place)
+        # one reading a run of its relative friction, as sure as it is told
+        cov = np.diag(1.0 / told + spread**2)
+        seen, which = score / told, np.eye(2)[place]
+        weight = np.linalg.inv(cov)
+        mean = which @ np.linalg.solve(which.T @ weight @ which, which.T @ weight @ seen)
+        assert shared == pytest.approx(mean)
+        assert own == pytest.approx(spread**2 * weight @ (seen - mean))
+        known = multivariate_normal(np.zeros(5), np.diag(1.0 / told)).logpdf(seen)
+        assert gain == pytest.approx(multivariate_normal(mean, cov).logpdf(seen) - known)
+
+
+def test_what_runs_have_of_their_own_is_found_to_size_and_taken_off():
+    base = scattered()
+    found = search(base, drift())
+    by_run.add(found, 1)
+    w = found.best(("friction_drift",))
+    # of four runs in two bends the base's theta shares the mean of each bend
+    apart = OWN - np.array([OWN[[0, 2]].mean(), OWN[[1, 3]].mean()])[[0, 1, 0, 1]]
+    own = by_run.shown(base, w.fit, SIM)
+    assert list(own) == ["run0", "run1", "run2", "run3"]
+    assert np.array(list(own.values())) == pytest.approx(OWN, abs=0.003)
+    assert w.fit.values[-1] == pytest.approx(np.sqrt(np.sum(apart**2) / 2.0), rel=0.4)
+    assert w.gain > 100.0 and 0.0 < w.gain - w.evidence < 10.0
+    assert np.std(w.fit.residual) == pytest.approx(NOISE_N, rel=0.02)
+    # nobody can foretell it: what is held out is fitted as well, and what lasts is the base
+    assert HeldOut(SIM).residual(w.fit) is w.fit.residual and by_run.lasting(found, w.fit) is base
+    (found_interval,) = parameter_intervals(SIM, w.fit)
+    spread = found_interval.estimate
+    assert (found_interval.low, found_interval.high) == pytest.approx(
+        tuple(spread * np.sqrt(2.0 / chi2.ppf(q, 2)) for q in (0.975, 0.025)), rel=1e-3
+    )
+
+
+def test_runs_that_are_alike_gain_nothing_by_it():
+    for seed in range(4):
+        found = search(made(noise(seed)), drift())
+        by_run.add(found, 1)
+        assert all(w.evidence < 1.0 for w in found.singles["friction_drift"])
+
+
+def test_one_contrast_is_no_spread_and_nothing_is_added_where_it_is_not_asked():
+    found = search(scattered())
+    by_run.add(found, 2)
+    assert not found.singles and not found.combined
+    few = replace(SIM, problem=replace(SIM.problem, records=SIM.problem.records[:3]))
+    assert by_run.contrasts(few) == 1
+    assert by_run.weighed(replace(found, sim=few), Weighed(found.base, 0.0, 0.0)) is None
+
+
+def differing(effects, spread, seed=0, moves=3):
+    """A rig recording of each movement in each bend, with friction of its own in every run."""
+    rng, asked = np.random.default_rng(seed), scenario(hz=100.0)
+    runs = []
+    for c in asked.configurations:
+        for move in asked.trajectories[:moves]:
+            for system in ("act", "sstl"):
+                own = c.model_copy(update={"theta": c.theta * (1.0 + spread * rng.standard_normal())})
+                alone = asked.model_copy(
+                    update={"configurations": (own,), "trajectories": (move.model_copy(update={"systems": (system,)}),)}
+                )
+                runs += simulate.run(alone, effects, int(rng.integers(1 << 30)))
+    return runs
+
+
+def diagnosed(runs):
+    return run(runs, DiagnoseOptions(effects=FEW, max_effects=2, workers=2))
+
+
+def test_a_rig_whose_friction_differs_from_run_to_run_has_no_pulley():
+    found = diagnosed(differing({}, 0.03))
+    document = found.document()
+    assert document["verdict"]["status"] == "identified" and document["verdict"]["effects"] == ["friction_drift"], document["verdict"]
+    (parameter,) = document["candidates"][0]["parameters"]
+    assert parameter["name"] == "d_run" and parameter["ci95"][0] < 0.03 < parameter["ci95"][1]
+    gap = document["gap"]
+    assert gap["explained_of_reducible_pct"] > 90.0 and not gap["held_out"] and "downstream" not in document
+    assert any("friction of each run is fitted to it" in note for note in document["notes"])
+    # the rig as it is kept does not hold what one run had: it is known to vary
+    kept = found.model()
+    assert "friction_drift" not in kept.effects
+    again = run(differing({}, 0.03, seed=5), DiagnoseOptions(sim=kept, effects=FEW, max_effects=1, workers=2)).document()
+    assert again["verdict"]["status"] == "none", again["verdict"]
+
+
+def test_a_pulley_beside_friction_that_differs_is_told_with_it():
+    document = diagnosed(differing({"pulley_friction": {"m_p": 0.08, "m_r": 0.08}}, 0.01)).document()
+    assert document["verdict"]["status"] in ("identified", "ambiguous")
+    assert "pulley_friction" in document["verdict"]["effects"], document["verdict"]
+    alone = diagnosed(differing({"pulley_friction": {"m_p": 0.08, "m_r": 0.08}}, 0.0)).document()
+    assert alone["verdict"]["effects"] == ["pulley_friction"], alone["verdict"]
