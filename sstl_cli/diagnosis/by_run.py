@@ -1,13 +1,13 @@
-"""Friction that differs from run to run: nobody can foretell it, so that its spread is fitted, and each run's own is what it shows.
+"""What differs from run to run, friction or a sensor's zero: its spread is fitted, and each run's own is what it shows.
 
-Theta of a run is that of its configuration times 1 + d with d normal about 0 (a mixed model, Harville 1977). Linear in d, its
-likelihood, theta and d integrated or fitted, has a closed form for each spread. A pulley, or a gain of one system, shows in
-the same contrasts between runs of a bend, by fewer numbers: without this rival it would be sure of whatever friction does.
+A mixed model (Harville 1977): a normal part of each run beside theta of its configuration. Linear in both, its likelihood has a
+closed form for each spread. A pulley, or a gain of one system, shows in the same differences between runs of a bend, by
+fewer numbers: without this rival it would be sure of whatever friction does.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,15 @@ from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import RUNS, Free, Simulator
 
 Array = NDArray[np.float64]
-EFFECT = "friction_drift"
 # what is held out of such a model
-OWN = "nothing: the friction of each run is fitted to it"
-SCATTERS = Hypothesis((EFFECT,), (Free(RUNS, RUNS.parameters[0]),))
+OWN = "nothing: what a run has of its own is fitted to it"
+FRICTION, OUTPUT, INPUT = (Free(RUNS, p) for p in RUNS.parameters)
+EFFECTS = {FRICTION: "friction_drift", OUTPUT: "zero_drift", INPUT: "zero_drift"}
+
+
+def scatter(kind: Free) -> Hypothesis:
+    """Return the hypothesis that something differs from run to run."""
+    return Hypothesis((EFFECTS[kind],), (kind,))
 
 
 def contrasts(sim: Simulator) -> int:
@@ -34,73 +39,92 @@ def contrasts(sim: Simulator) -> int:
 
 
 def add(found: Search, most: int) -> None:
-    """Add friction that differs from run to run to what was found: on the base, and beside the leading effects.
+    """Add what differs from run to run to what was found: on the base, and beside the leading effects.
 
     Parameters
     ----------
     most : int
         How many effects may stand together.
     """
-    if EFFECT not in found.singles:
+    sim = found.sim
+    known = any(r.misfit_n is not None or r.wander is not None for r in sim.problem.records)
+    if known or contrasts(sim) < FEWEST_CONTRASTS:
         return
-    leaders = [w for w in found.ranked() if len(w.ids) == 1 and w.ids != (EFFECT,) and w.evidence > 0.0][:LEADERS]
-    alone = weighed(found, Weighed(found.base, 0.0, 0.0))
-    if alone is None:
-        return
-    found.singles[EFFECT] = tuple(sorted((*found.singles[EFFECT], alone), key=lambda w: -w.evidence))
-    for leader in leaders if most > 1 else ():
-        both = weighed(found, leader)
-        key = tuple(sorted((*leader.ids, EFFECT)))
-        if both is not None and (key not in found.combined or both.evidence > found.combined[key].evidence):
-            found.combined[key] = both
+    leaders = [w for w in found.ranked() if len(w.ids) == 1 and w.evidence > 0.0][:LEADERS] if most > 1 else []
+    for kind, effect in EFFECTS.items():
+        if effect not in found.singles:
+            continue
+        alone = weighed(found, Weighed(found.base, 0.0, 0.0), kind)
+        found.singles[effect] = tuple(sorted((*found.singles[effect], alone), key=lambda w: -w.evidence))
+        for leader in leaders:
+            key = tuple(sorted((*leader.ids, effect)))
+            if leader.ids == (effect,):
+                continue
+            both = weighed(found, leader, kind)
+            if key not in found.combined or both.evidence > found.combined[key].evidence:
+                found.combined[key] = both
 
 
-def weighed(found: Search, on: Weighed) -> Weighed | None:
-    """Return a model with friction that differs from run to run; None where few runs say so, or where a rig is known to vary."""
+def column(sim: Simulator, f: Fit, kind: Free) -> Array:
+    """Return what one unit of a run's own does to its output, shape (samples,)."""
+    if kind is FRICTION:
+        return np.asarray(f.jacobian[:, 0] * f.theta[sim.config])
+    return np.ones(len(sim.y)) if kind is OUTPUT else -sim.by_input(f.theta, f.effects)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What each run tells (shape (runs,) each): of its own part ``own``, of theta ``theta``, of both ``both``, and their scores."""
+
+    own: Array
+    theta: Array
+    both: Array
+    own_score: Array
+    theta_score: Array
+    place: NDArray[np.int64]
+
+
+def weighed(found: Search, on: Weighed, kind: Free) -> Weighed:
+    """Return a model beside which something differs from run to run."""
     sim, base = found.sim, on.fit
-    if contrasts(sim) < FEWEST_CONTRASTS or any(r.misfit_n is not None or r.wander is not None for r in sim.problem.records):
-        return None
-    column = base.jacobian[:, 0] * base.theta[sim.config]
-    seen, left = base.whiten(column), base.whiten(base.residual)
+    own = column(sim, base, kind)
+    c, j, z = base.whiten(own), base.whiten(base.jacobian[:, 0]), base.whiten(base.residual)
     runs = len(sim.problem.records)
-    told, score = (np.bincount(sim.run, x, runs).astype(np.float64) for x in (seen**2, seen * left))
-    place = np.array([r.config for r in sim.problem.records])
-    if not told.any():
-        return None
-    # from what the noise of one run hides to all of friction
-    lowest = float(np.log(HALF / np.sqrt(told.max())))
-    best = minimize_scalar(lambda x: -gain_of(float(np.exp(x)), told, score, place)[0], bounds=(lowest, 0.0), method="bounded")
+    own_told, theta_told, both, own_score, theta_score = (
+        np.bincount(sim.run, x, runs).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z)
+    )
+    told = Told(own_told, theta_told, both, own_score, theta_score, np.array([r.config for r in sim.problem.records]))
+    # from what the noise of one run hides to ten thousand times as much
+    lowest = HALF / float(np.sqrt(max(told.own.max(), np.finfo(float).tiny)))
+    bounds = (float(np.log(lowest)), float(np.log(kind.parameter.most)))
+    best = minimize_scalar(lambda x: -gain_of(float(np.exp(x)), told)[0], bounds=bounds, method="bounded")
     spread = float(np.exp(best.x))
-    gain, own, shared = gain_of(spread, told, score, place)
-    moved = column * (own + shared)[sim.run]
+    gain, part, shift = gain_of(spread, told)
+    moved = base.jacobian[:, 0] * shift[sim.config] + own * part[sim.run]
     f = replace(
         base,
-        hypothesis=base.hypothesis.joined(SCATTERS),
+        hypothesis=base.hypothesis.joined(scatter(kind)),
+        theta=base.theta + shift,
         values=np.append(base.values, spread),
         cost=base.cost - gain,
         prediction=base.prediction + moved,
         residual=base.residual - moved,
-        jacobian=np.column_stack((base.jacobian, column * (own / spread)[sim.run])),
+        jacobian=np.column_stack((base.jacobian, own * (part / spread)[sim.run])),
     )
     return Weighed(f, on.gain + gain, on.evidence + gain - strengths_charge(1, 2.0 * max(gain, 0.0)))
 
 
-def gain_of(spread: float, told: Array, score: Array, place: NDArray[np.int64]) -> tuple[float, Array, Array]:
-    """Return what a spread gains (nats), the part of each run that is its own, and the part that its configuration shares.
-
-    Parameters
-    ----------
-    told, score : ndarray, shape (runs,)
-        Information on a run's relative friction, and the derivative of the log likelihood over it, where the base stands.
-    place : ndarray, shape (runs,)
-        Configuration of each run.
-    """
-    kept = 1.0 / (1.0 + told * spread**2)
-    shared = (np.bincount(place, score * kept) / np.maximum(np.bincount(place, told * kept), 1e-300))[place]
-    apart = score - told * shared
-    own = apart * kept * spread**2
-    gain = float(np.sum(score * shared - 0.5 * told * shared**2 + 0.5 * apart * own + 0.5 * np.log(kept)))
-    return gain, own, shared
+def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
+    """Return what a spread gains (nats), each run's own part (shape (runs,)), and by how much theta moves (shape (configurations,))."""
+    kept = spread**2 / (1.0 + told.own * spread**2)
+    power = told.theta - told.both**2 * kept
+    score = told.theta_score - told.both * told.own_score * kept
+    shift = np.bincount(told.place, score) / np.maximum(np.bincount(told.place, power), np.finfo(float).tiny)
+    moved = shift[told.place]
+    apart = told.own_score - told.both * moved
+    part = apart * kept
+    gain = moved * told.theta_score - 0.5 * told.theta * moved**2 + 0.5 * apart * part - 0.5 * np.log1p(told.own * spread**2)
+    return float(gain.sum()), part, shift
 
 
 def interval(sim: Simulator, spread: float) -> tuple[float, float]:
@@ -110,17 +134,26 @@ def interval(sim: Simulator, spread: float) -> tuple[float, float]:
     return spread * float(np.sqrt(2.0 * half / low)), spread * float(np.sqrt(2.0 * half / high))
 
 
+def kind_of(f: Fit) -> Free | None:
+    """Return what differs from run to run in a fit, None where nothing does."""
+    return next((x for x in f.free if x in EFFECTS), None)
+
+
 def lasting(found: Search, f: Fit) -> Fit:
     """Return a fit without what runs have of their own."""
-    if f.hypothesis.foretold:
+    kind = kind_of(f)
+    if kind is None:
         return f
-    rest = tuple(sorted(i for i in f.ids if i != EFFECT))
-    return found.best(rest).fit if rest else found.base
+    rest = Hypothesis(tuple(i for i in f.ids if i != EFFECTS[kind]), tuple(x for x in f.free if x is not kind))
+    others = (w.fit for models in found.singles.values() for w in models)
+    return next((x for x in others if rest.ids and x.hypothesis == rest), found.base)
 
 
-def shown(base: Fit, f: Fit, sim: Simulator) -> dict[str, float]:
-    """Return by which part the friction of each run is above that of its configuration, by run."""
-    column = base.jacobian[:, 0] * base.theta[sim.config]
-    power = np.maximum(np.bincount(sim.run, column**2), 1e-300)
-    level = np.bincount(sim.run, column * (f.prediction - base.prediction)) / power
-    return {r.raw.run_id: float(x) for r, x in zip(sim.problem.records, level, strict=True)}
+def shown(sim: Simulator, f: Fit) -> tuple[Free, dict[str, float]] | None:
+    """Return what differs from run to run in a fit, and how much of it each run has; None where nothing does."""
+    kind = kind_of(f)
+    if kind is None:
+        return None
+    own, by = column(sim, f, kind), f.jacobian[:, 1 + f.free.index(kind)] * f.values[f.free.index(kind)]
+    part = np.bincount(sim.run, own * by) / np.maximum(np.bincount(sim.run, own**2), np.finfo(float).tiny)
+    return kind, {r.raw.run_id: float(x) for r, x in zip(sim.problem.records, part, strict=True)}

@@ -79,7 +79,7 @@ def lines(document: dict[str, Any]) -> list[str]:
         else f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned; noise floor {_n(gap['noise_floor_n'])}"
     ]
     if document["verdict"]["effects"]:
-        why = "the friction of each run is fitted to it" if gap["held_out_kind"] == OWN else "no other excitation to hold out"
+        why = "what a run has of its own is fitted to it" if gap["held_out_kind"] == OWN else "no other excitation to hold out"
         held = "held-out error falls" if gap["held_out"] else f"error falls ({why})"
         interval = gap["shrink_ci95_pct"]
         between = "" if interval is None else f" [{interval[0]:.1f}, {interval[1]:.1f}]"

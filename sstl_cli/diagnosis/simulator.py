@@ -47,11 +47,15 @@ LINE = Effect(
 # What nobody can foretell of a run is no part of any simulation: it is fitted to what the run shows.
 RUNS = Effect(
     id="runs",
-    title="Friction that differs from run to run",
+    title="What differs from run to run",
     stage=FRICTION_LAW,
-    equation="theta of a run = theta (1 + d), d normal about 0",
+    equation="theta of a run = theta (1 + d), or a zero z of a sensor; d or z normal about 0",
     source="Mixed model (Harville 1977)",
-    parameters=(Parameter("d_run", "1", 0.0, 0.0, 0.3, "relative spread of friction from run to run"),),
+    parameters=(
+        Parameter("d_run", "1", 0.0, 0.0, 0.3, "relative spread of friction from run to run"),
+        Parameter("z_run_out_n", "N", 0.0, 0.0, 1.0, "spread of the output sensor's zero from run to run"),
+        Parameter("z_run_in_n", "N", 0.0, 0.0, 1.0, "spread of the input sensor's zero from run to run"),
+    ),
     excitation="",
 )
 # ids of what stands beside the catalogue
@@ -153,6 +157,11 @@ class Simulator:
         """Return the predicted measured outputs (N, shape (samples,) each) of several models, which are simulated together."""
         fine = self._fine([_Asked(theta, effects) for theta, effects in models])
         return [_means(x, self._share, self._fine_edges, self.edges, self._factors) for x in fine]
+
+    def by_input(self, theta: Array, effects: Effects) -> Array:
+        """Return d prediction / d input (shape (samples,)): what the output makes of a shift of all that is read."""
+        here, moved = self._fine([_Asked(theta, effects), _Asked(theta, effects, SHIFT_N)])
+        return _means((moved - here) / SHIFT_N, self._share, self._fine_edges, self.edges, self._factors)
 
     def phases(self, theta: Array, effects: Effects, noise: Noise | None = None) -> Phases:
         """Return where the model slides, how steeply, and where it may have slid.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -28,7 +29,7 @@ from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings, unrounded
-from sstl_cli.diagnosis.simulator import ASIDE
+from sstl_cli.diagnosis.simulator import ASIDE, Free
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effects import get
@@ -317,10 +318,8 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         notes.append(f"only {p.systems[0]} was recorded: effects of the other system cannot show")
     if p.set_aside:
         notes.append(f"{len(p.set_aside)} runs set aside")
-    if not g.accepted.hypothesis.foretold:
-        own = by_run.shown(by_run.lasting(g.search, g.accepted), g.accepted, g.search.sim)
-        told = ", ".join(f"{run} {100.0 * part:+.1f} %" for run, part in own.items())
-        notes.append(f"friction of each run is fitted to it, nobody can foretell that of another: {told}")
+    if (differs := by_run.shown(g.search.sim, g.accepted)) is not None:
+        notes.append(_by_run(g, *differs))
     notes += [
         f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{x.parameter.high:g} {x.parameter.unit}"
         for k, x in enumerate(g.accepted.free)
@@ -328,6 +327,14 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         if x.effect.id not in ASIDE and g.accepted.at_bound(k) and not x.parameter.shape
     ]
     return notes
+
+
+def _by_run(g: Given, kind: Free, parts: Mapping[str, float]) -> str:
+    """Return what each run has of its own, in words."""
+    friction, unit_n = kind is by_run.FRICTION, g.problem.unit_n
+    what = "friction" if friction else f"zero of the {'output' if kind is by_run.OUTPUT else 'input'} sensor"
+    told = (f"{run} {100.0 * x:+.1f} %" if friction else f"{run} {x * unit_n:+.3g}" for run, x in parts.items())
+    return f"{what} of each run is fitted to it, nobody can foretell that of another: {', '.join(told)}"
 
 
 def _next(g: Given) -> NextExperiment | None:

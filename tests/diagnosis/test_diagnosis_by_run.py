@@ -36,25 +36,44 @@ def scattered(own=OWN, seed=3):
     return made(noise(seed) + column * own[SIM.run])
 
 
+@pytest.mark.parametrize(("kind", "effect"), [(by_run.OUTPUT, "zero_drift"), (by_run.INPUT, "zero_drift")])
+def test_zeros_that_differ_are_told_by_the_sensor(kind, effect):
+    base = made()
+    zeros = np.array([0.1, -0.2, 0.15, 0.05])
+    base = made(noise(4) + by_run.column(SIM, base, kind) * zeros[SIM.run])
+    found = search(base, drift(), Weighed(made(noise(4), named(effect, "r_out_act_n", "warming"), (0.0, 0.0)), 0.0, -3.0))
+    by_run.add(found, 2)
+    best = found.ranked()[0]
+    assert best.ids == (effect,) and by_run.kind_of(best.fit) is kind
+    _, parts = by_run.shown(SIM, best.fit)
+    assert np.array(list(parts.values())) == pytest.approx(zeros, abs=0.02)
+
+
 def drift():
     h = named("friction_drift", "d_mu", "path_n")
     return Weighed(made(noise(3), h, (0.0, 200.0)), 0.0, -3.0)
 
 
-def test_gain_is_that_of_the_dense_covariance():
+@pytest.mark.parametrize("both", [0.0, 0.8])
+def test_gain_is_that_of_the_dense_covariance(both):
     rng = np.random.default_rng(1)
-    place, told, score = np.array([0, 0, 0, 1, 1]), rng.uniform(5.0, 400.0, 5), rng.normal(0.0, 30.0, 5)
+    place, n = np.repeat([0, 0, 0, 1, 1], 20), np.repeat(np.arange(5), 20)
+    theta = rng.normal(0.0, 3.0, 100)
+    own = both * theta + rng.normal(0.0, 2.0, 100)
+    z = own * rng.normal(0.0, 0.3, 5)[n] + rng.standard_normal(100)
+    sums = [np.bincount(n, x) for x in (own * own, theta * theta, own * theta, own * z, theta * z)]
+    told = by_run.Told(*sums, np.array([0, 0, 0, 1, 1]))
+    columns = theta[:, None] * np.eye(2)[place]
     for spread in (0.02, 0.3):
-        gain, own, shared = by_run.gain_of(spread, told, score, place)
-        # one reading a run of its relative friction, as sure as it is told
-        cov = np.diag(1.0 / told + spread**2)
-        seen, which = score / told, np.eye(2)[place]
+        gain, part, shift = by_run.gain_of(spread, told)
+        each = own[:, None] * np.eye(5)[n]
+        cov = np.eye(100) + spread**2 * each @ each.T
         weight = np.linalg.inv(cov)
-        mean = which @ np.linalg.solve(which.T @ weight @ which, which.T @ weight @ seen)
-        assert shared == pytest.approx(mean)
-        assert own == pytest.approx(spread**2 * weight @ (seen - mean))
-        known = multivariate_normal(np.zeros(5), np.diag(1.0 / told)).logpdf(seen)
-        assert gain == pytest.approx(multivariate_normal(mean, cov).logpdf(seen) - known)
+        mean = np.linalg.solve(columns.T @ weight @ columns, columns.T @ weight @ z)
+        assert shift == pytest.approx(mean)
+        assert part == pytest.approx(spread**2 * each.T @ weight @ (z - columns @ mean))
+        plain = multivariate_normal(np.zeros(100), np.eye(100)).logpdf(z)
+        assert gain == pytest.approx(multivariate_normal(columns @ mean, cov).logpdf(z) - plain)
 
 
 def test_what_runs_have_of_their_own_is_found_to_size_and_taken_off():
@@ -64,9 +83,9 @@ def test_what_runs_have_of_their_own_is_found_to_size_and_taken_off():
     w = found.best(("friction_drift",))
     # of four runs in two bends the base's theta shares the mean of each bend
     apart = OWN - np.array([OWN[[0, 2]].mean(), OWN[[1, 3]].mean()])[[0, 1, 0, 1]]
-    own = by_run.shown(base, w.fit, SIM)
-    assert list(own) == ["run0", "run1", "run2", "run3"]
-    assert np.array(list(own.values())) == pytest.approx(OWN, abs=0.003)
+    kind, own = by_run.shown(SIM, w.fit)
+    assert kind is by_run.FRICTION and list(own) == ["run0", "run1", "run2", "run3"]
+    assert np.array(list(own.values())) == pytest.approx(apart, abs=0.003)
     assert w.fit.values[-1] == pytest.approx(np.sqrt(np.sum(apart**2) / 2.0), rel=0.4)
     assert w.gain > 100.0 and 0.0 < w.gain - w.evidence < 10.0
     assert np.std(w.fit.residual) == pytest.approx(NOISE_N, rel=0.02)
@@ -92,7 +111,7 @@ def test_one_contrast_is_no_spread_and_nothing_is_added_where_it_is_not_asked():
     assert not found.singles and not found.combined
     few = replace(SIM, problem=replace(SIM.problem, records=SIM.problem.records[:3]))
     assert by_run.contrasts(few) == 1
-    assert by_run.weighed(replace(found, sim=few), Weighed(found.base, 0.0, 0.0)) is None
+    assert by_run.add(replace(found, sim=few), 1) is None and not found.singles
 
 
 def differing(effects, spread, seed=0, moves=3):

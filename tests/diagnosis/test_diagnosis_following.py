@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_fits import NOISE_N, made, simulator
 
-from sstl_cli.diagnosis.by_run import SCATTERS
+from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.constants import MENU
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.following import Limits, best_experiment, isolability, rivals, sampling_s, scenario_of, table, within
@@ -102,7 +102,7 @@ def test_the_rivals_that_are_to_be_parted_are_those_of_the_group():
     ids = [("viscous",), ("stribeck",), ("presliding",), ("slack", "viscous")]
     models = [SimpleNamespace(ids=i, fit=SimpleNamespace(hypothesis=Hypothesis(i, ()))) for i in ids]
     # what is a run's own says nothing of another movement
-    models.append(SimpleNamespace(ids=("friction_drift",), fit=SimpleNamespace(hypothesis=SCATTERS)))
+    models.append(SimpleNamespace(ids=("friction_drift",), fit=SimpleNamespace(hypothesis=by_run.scatter(by_run.FRICTION))))
     p = dict(zip(ids, (0.5, 0.2, 0.15, 0.1), strict=True))
     said = Verdict("ambiguous", ids[0], 0.8, (ids[0], ids[2], ids[3]), p, "")
     assert [w.ids for w in rivals(models, said)] == [("viscous",), ("presliding",), ("stribeck",)]

@@ -27,7 +27,7 @@ def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> A
 
 EFFECT = Effect(
     id="zero_drift",
-    title="Drift of a sensor's zero",
+    title="Zero of a sensor that drifts, or differs from run to run",
     stage=INSTRUMENT,
     equation="z(t) = r t / duration, or r (1 - exp(-w t / duration)) / (1 - exp(-w)) as a bridge warms up",
     source="Catalogue entry [L]",
