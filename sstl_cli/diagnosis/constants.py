@@ -177,6 +177,8 @@ RUN_PARTS, STRETCHES = 4, 8
 VARIANCES = np.geomspace(0.1, 1e6, 71)
 # trajectories and configurations share so many folds; what differs from block to block is drawn in blocks of so many seconds
 MAX_FOLDS, BLOCK_S = 6, 5.0
+# weight of all data beside a training part: who tells less than this of a direction does not foretell it
+ALL_COUNT = 0.001
 
 # === sought: starts, steps and budgets of the searches; more of them costs time
 

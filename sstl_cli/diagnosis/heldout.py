@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, RUN_PARTS, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.constants import ALL_COUNT, BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, RUN_PARTS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator, as_effects
@@ -52,7 +52,8 @@ def make_folds(sim: Simulator) -> Folds:
 def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
     """Return the residual (N, shape (samples,)) with each fold predicted from the others.
 
-    Parameters move by one Gauss-Newton step from the fit of all data to that of the training part; the
+    Parameters move by one Gauss-Newton step from the fit of all data to that of the training part, beside which all data count a
+    little (a power prior, Ibrahim and Chen 2000): what a training part does not tell at all it does not foretell wrongly. The
     theta of a configuration that is held out as a whole is fitted to it, for base and candidates alike, and so is what is a
     run's own.
     Where the training part holds a parameter so loosely that it does not fit better for the step when simulated,
@@ -61,17 +62,21 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
     if not f.hypothesis.foretold:
         return f.residual
     whitened = (f.whiten(f.jacobian), f.whiten(f.residual))
+    beforehand = ALL_COUNT * normal_equations(sim, *whitened)[0]
     raw = f.residual.copy()
     for fold in range(folds.count):
         out = folds.of_sample == fold
         if not out.any():
             continue
-        loose = _step(sim, f, whitened, out)
+        loose = _step(sim, f, whitened, beforehand, out)
         if _training(f, _moved(sim, f, loose), out) <= float(np.sum(whitened[1][~out] ** 2)):
             configs = len(f.theta)
             raw[out] -= f.jacobian[out, 1:] @ loose[configs:] + f.jacobian[out, 0] * loose[:configs][sim.config[out]]
             continue
-        tries = [f.residual, *(_moved(sim, f, _step(sim, f, whitened, out, d)) for d in DAMPING * DAMPING_FACTOR ** np.arange(DAMPINGS))]
+        tries = [
+            f.residual,
+            *(_moved(sim, f, _step(sim, f, whitened, beforehand, out, d)) for d in DAMPING * DAMPING_FACTOR ** np.arange(DAMPINGS)),
+        ]
         raw[out] = min(tries, key=lambda left: _training(f, left, out))[out]
     return raw
 
@@ -132,13 +137,14 @@ def _moved(sim: Simulator, f: Fit, step: Array) -> Array:
     return np.asarray(f.residual + f.prediction - sim.predict(theta, as_effects(f.free, f.values + step[len(f.theta) :])))
 
 
-def _step(sim: Simulator, f: Fit, whitened: tuple[Array, Array], out: Mask, damping: float = 1e-9) -> Array:
-    """Return the step of theta and parameters to the fit of what is not held out."""
+def _step(sim: Simulator, f: Fit, whitened: tuple[Array, Array], beforehand: Array, out: Mask, damping: float = 1e-9) -> Array:
+    """Return the step of theta and parameters to the fit of what is not held out, with the information there is beforehand."""
     (jw, rw), configs = whitened, len(f.theta)
     low = np.array([x.parameter.least for x in f.free])
     high = np.array([x.parameter.most for x in f.free])
     a, b = normal_equations(sim, jw * ~out[:, None], rw)
     seen = np.diag(a)[:configs] > 1e-9
+    a = a + beforehand
     index = np.concatenate((np.flatnonzero(seen), np.arange(configs, len(b))))
     step = np.zeros(len(b))
     inner = a[np.ix_(index, index)]

@@ -74,6 +74,21 @@ def _sizeable(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
     return {**{k: v for k, v in p.items() if k not in slight}, NONE: p[NONE] + sum(p[k] for k in slight)}
 
 
+def _causes(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
+    """Return probabilities in which a fault of the recorder is no cause of what a model of the output explains more of.
+
+    It is there, but carries less than half of the squared error; what has a name keeps its probability.
+    """
+    explained = max((c.share for c in rows.candidates if c.kind == OUTPUT and c.evidence > DECIDES_NATS), default=0.0)
+    slight = {c.ids for c in rows.candidates if c.kind == RECORDER and c.share < min(HALF, explained) and c.ids in p}
+    named = [k for k in p if k not in (NONE, UNKNOWN)]
+    rest = sum(p[k] for k in named if k not in slight)
+    if not slight or rest <= 0.0:
+        return dict(p)
+    whole = sum(p[k] for k in named)
+    return {k: v if k in (NONE, UNKNOWN) else v * whole / rest for k, v in p.items() if k not in slight}
+
+
 def _gap(c: CandidateRow) -> float:
     """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
     left = (1.0 - c.share) ** 2
@@ -220,7 +235,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if rows.log.propagates < 1.0:
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)
-    p = _sizeable(rows, p)
+    p = _causes(rows, _sizeable(rows, p))
     ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: (-p[k], k))
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE

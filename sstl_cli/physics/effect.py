@@ -63,7 +63,7 @@ class Parameter:
 
 @dataclass
 class Law:
-    """The friction law of one pass, of the pulley between two passes and of the end behind the last, built up by effects.
+    """The friction law of one pass, of the pulley between two passes and of both ends, built up by effects.
 
     ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N.
     """
@@ -72,6 +72,7 @@ class Law:
     scale_release: float = 1.0
     factors: list[Callable[[Array], Array]] = field(default_factory=list)
     constant_n: float = 0.0
+    begin_n: float = 0.0
     end_n: float = 0.0
     pulley_pull: float = 0.0
     pulley_release: float = 0.0

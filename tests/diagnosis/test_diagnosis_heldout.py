@@ -9,9 +9,9 @@ import pytest
 from made_fits import NOISE_N, NOTHING, made, named, noise, simulator
 from made_sims import sim
 
-from sstl_cli.diagnosis.constants import MAX_FOLDS, THETA_HIGH, THETA_LOW
-from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.heldout import Folds, blocks, held_out_residual, make_folds, predicted_nats
+from sstl_cli.diagnosis.constants import ALL_COUNT, MAX_FOLDS, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.heldout import Folds, _step, blocks, held_out_residual, make_folds, predicted_nats
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white
@@ -70,7 +70,8 @@ def test_a_trajectory_held_out_is_predicted_by_the_theta_of_the_others():
     left = held_out_residual(labelled, f, make_folds(labelled))
     # runs 0 and 2 are of one configuration: each is predicted as the other asks for
     expected = f.jacobian[:, 0] * np.array([-0.03, 0.0, 0.03, 0.0])[labelled.run]
-    assert left == pytest.approx(expected, abs=1e-7) and f.hypothesis is NOTHING
+    # all that there is beforehand draws by a thousandth
+    assert left == pytest.approx(expected, rel=5e-3, abs=1e-7) and f.hypothesis is NOTHING
 
 
 def test_what_is_held_out_takes_no_part_in_its_own_prediction():
@@ -95,10 +96,24 @@ def test_parameters_follow_the_training_part_too():
     by_half = Folds((simulator().run // 2).astype(np.int64), 2, "run", False)
     left = held_out_residual(simulator(), f, by_half)
     # each half is predicted with the offset of the other: 0.2 N too little or too much
-    assert left == pytest.approx(f.jacobian[:, 1] * np.array([-0.2, -0.2, 0.2, 0.2])[simulator().run], abs=1e-6)
+    assert left == pytest.approx(f.jacobian[:, 1] * np.array([-0.2, -0.2, 0.2, 0.2])[simulator().run], rel=6e-3)
     configuration = held_out_residual(simulator(), f, make_folds(simulator()))
     # with theta of its own a configuration still takes the offset of the other, which is the mean of the same two
     assert np.abs(configuration).max() < np.abs(f.residual).max()
+
+
+def test_what_a_training_part_cannot_tell_it_does_not_foretell_wrongly():
+    """A pulley where each movement was recorded of one system in a bend: without the other movement theta says the same."""
+    f = made(noise(8), OUT, (0.1,))
+    run, theta = simulator().run, f.jacobian[:, 0]
+    # runs 0 (of a) and 3 (of b) have it, like theta there to a ten-thousandth
+    like = np.where((run == 0) | (run == 3), theta * (1.0 + 1e-4 * np.sin(np.arange(len(run)))), 0.0)
+    # what is left has a trace that only so little a difference explains
+    f = replace(f, jacobian=np.column_stack((theta, like)), residual=np.where(run == 0, like - theta, 0.0))
+    whitened, out = (f.whiten(f.jacobian), f.whiten(f.residual)), run // 2 == 1
+    everything = normal_equations(simulator(), *whitened)[0]
+    told, untold = (_step(simulator(), f, whitened, share * everything, out)[-1] for share in (ALL_COUNT, 0.0))
+    assert abs(told) < 0.02 < 0.2 < abs(untold)
 
 
 def test_a_step_that_the_training_part_does_not_bear_is_damped():

@@ -17,7 +17,7 @@ from sstl_cli.steps import simulate
 SIMULATORS = get_args(Scenario.model_fields["simulator"].annotation)
 # laws that the fast model has beside those of the simulators that stand in for hardware
 OWN = {
-    "const_friction": {"w_end_n"},
+    "const_friction": {"w_end_n", "w_in_n"},
     "crosstalk": {"m_out", "m_in"},
     "friction_drift": {"d_mu_time", "time_s"},
     "presliding": {"dahl_mm", "tail"},

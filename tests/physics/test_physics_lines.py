@@ -52,6 +52,7 @@ def test_fingerprint_table(system, n):
     z, g = 0.3, 1.06
     table = {
         "const_friction": ({"w_l_n": W}, (0, 0, -h * (1 - gp), h * (gr - 1))),
+        "const_friction, begin": ({"w_in_n": W}, (0, 0, -W * gp, W * gr)),
         "const_friction, end": ({"w_end_n": W}, (0, 0, -W, W)),
         "gain_error": ({f"g_{system}": g}, (np.log(g), np.log(g), 0, 0)),
         "asymmetric_friction": ({"a": 0.1}, (-n * THETA * 0.1, -n * THETA * 0.1, 0, 0)),

@@ -67,7 +67,7 @@ def envelopes(law: Law, wanted: Sequence[Line], mechanics: Mechanics) -> Envelop
     tables = []
     for zeta, side in ((1.0, law.scale_pull), (-1.0, law.scale_release)):
         phi = theta * side * factors
-        tension = _one_pass(law, np.repeat(grids, rows, axis=0), phi, zeta, before, behind, linear)
+        tension = _one_pass(law, np.repeat(grids, rows, axis=0) - zeta * law.begin_n, phi, zeta, before, behind, linear)
         if twice.any():
             m = law.pulley_pull if zeta > 0 else law.pulley_release
             back = tension[twice] * np.exp(-zeta * m) - zeta * law.pulley_n

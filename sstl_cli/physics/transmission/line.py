@@ -111,6 +111,7 @@ def elastic_lines(
     given = np.empty((runs, GIVEN, bend.shape[1]))
     given[:, PHI_PULL], given[:, PHI_RELEASE] = bend * law.scale_pull, bend * law.scale_release
     given[:, HOLD] = law.constant_n * places.share + law.pulley_n * places.pulley
+    given[:, HOLD, 0] += law.begin_n
     given[last[0], HOLD, last[1]] += law.end_n
     given[:, PULLEY_PULL], given[:, PULLEY_RELEASE] = law.pulley_pull * places.pulley, law.pulley_release * places.pulley
     given[:, DRAG], given[:, ELASTIC], given[:, CREEP] = drag, elastic, places.gap * scalars[:, 3:4]
