@@ -47,7 +47,7 @@ def test_constant_friction_is_found_in_size_where_two_laws_that_are_both_off_are
         found = run(mine, DiagnoseOptions(effects=("const_friction", "load_dependent_friction"), max_effects=1, workers=2)).document()
         assert any("driven by the recorded motion" in note for note in found["notes"])
         laws = {c["id"]: c for c in found["candidates"]}
-        width = next(p["estimate"] for p in laws["const_friction"]["parameters"] if p["name"] in ("w_l_n", "w_end_n"))
+        width = next(p["estimate"] for p in laws["const_friction"]["parameters"] if p["name"] in ("w_l_n", "w_in_n", "w_end_n"))
         assert abs(width - at_no_load) < 1.0
         nats = {k: c["evidence_nats"] for k, c in laws.items()}
         assert min(nats.values()) > 0.9 * max(nats.values())
@@ -59,6 +59,6 @@ def test_answers_come_in_the_units_of_the_recording(tmp_path: Path) -> None:
     files = sorted((DATA / "pneu-cylinder").glob("KDN*.csv"))
     runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)
     found = run(runs, DiagnoseOptions(effects=("const_friction",), max_effects=1)).document()
-    width = next(p for p in found["candidates"][0]["parameters"] if p["name"] in ("w_l_n", "w_end_n"))
+    width = next(p for p in found["candidates"][0]["parameters"] if p["name"] in ("w_l_n", "w_in_n", "w_end_n"))
     # half-width of KDN's friction: 5.6 to 6.7 N (README of the data), part of it proportional to the load
     assert 3.0 < width["estimate"] < 7.0

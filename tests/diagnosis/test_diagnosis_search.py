@@ -110,7 +110,7 @@ def test_a_whole_search_finds_both_effects_and_their_sizes(whole):
     assert best.theta == pytest.approx(THETA, abs=0.02)
     assert all(w.gain == pytest.approx(found.base.cost - w.fit.cost) for w in found.ranked())
     # screening, coarse and last fits of each of three starts (where friction acts is one more screened and coarsely fitted), and one size
-    assert len(shares) == 3 * 3 + 3 and sum(shares) == pytest.approx(1.0)
+    assert len(shares) == 3 * 3 + 7 and sum(shares) == pytest.approx(1.0)
 
 
 def test_combinations_that_have_no_time_are_left_out(whole):
