@@ -146,8 +146,8 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardwa
         "noise_n": noise,
         "excluded": entry.kind == "excluded",
         "unlisted": [] if source.disturbance is None else [source.disturbance.description],
-        # a reading that sticks or drops out is no news: it is what the catalogue calls a fault of the recorder (EFFECTS)
-        "also": ["acquisition_faults"] if source.disturbance is not None and source.disturbance.sticks else [],
+        # a reading that sticks or drops out, or friction that differs from run to run, is no news: the catalogue has it (EFFECTS)
+        "also": [] if source.disturbance is None else list(source.disturbance.listed),
         "wrong_nominal": entry.kind == "nominal",
         "poor": bench.poor,
         "theta": list(bench.theta),

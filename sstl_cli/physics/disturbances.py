@@ -68,6 +68,13 @@ class Disturbance:
         return self.action in (HOLD, BLANK)
 
     @property
+    def listed(self) -> tuple[str, ...]:
+        """What a catalogue of effects calls it all the same: a fault of the recorder, or friction that differs from run to run."""
+        if self.sticks:
+            return ("acquisition_faults",)
+        return ("friction_drift",) if self.place == "friction" and self.carriers == ("run",) else ()
+
+    @property
     def description(self) -> str:
         """One sentence that says what it is."""
         who = "" if len(self.systems) == 2 else f" ({self.systems[0]} only)"

@@ -148,3 +148,14 @@ def test_equal_seeds_give_equal_functions() -> None:
         assert np.any(f(x) != RandomFunction(form, "none", (1.5,), 0.4, 10)(x))
         size = np.sqrt(np.mean(f(np.linspace(0.0, 300.0, 30001)) ** 2))
         assert 0.3 < size < 3.0, form
+
+
+def test_what_the_catalogue_has_a_name_for_is_known_by_it() -> None:
+    over_runs = Disturbance("friction", "multiply", ("run",), (), ("act", "sstl"), 1)
+    assert over_runs.listed == ("friction_drift",)
+    assert Disturbance("output reading", "hold", (), (), ("act",), 1).listed == ("acquisition_faults",)
+    for other in (
+        Disturbance("friction", "multiply", ("run", "load_n"), (), ("act",), 1),
+        Disturbance("friction", "multiply", ("time_s",), (), ("act",), 1),
+    ):
+        assert other.listed == ()
