@@ -38,6 +38,8 @@ def test_the_rig_has_the_ranges_of_the_catalogue() -> None:
         assert (b.neutral, b.low, b.high) == (float(neutral), float(low), float(high)), (effect, name)
         # the rig writes no dimension as a dash
         assert b.unit in (unit, "-" if unit == "1" else unit.replace("^", ""))
+    sheath = EFFECTS["sheath_compliance"]["c_t_per_n"]
+    assert (sheath.neutral, sheath.low, sheath.high) == (0.0, 0.0, 0.01)
     assert resolve_effects({"slack": {"gap_mm": 5.0}})["slack"]["gap_mm"] == 5.0
     assert resolve_effects({})["gain_error"] == {"g_act": 1.0, "g_sstl": 1.0}
     for wrong in (-0.01, 5.01, math.inf):

@@ -23,6 +23,10 @@ def test_ranges_of_the_catalogue() -> None:
     golden = dict(line.split(",", 1) for line in GOLDEN.read_text(encoding="utf-8").splitlines())
     # effects may be added, and are added to the file; those that are in it stay as they are
     assert {k: found.get(k) for k in golden} == golden
+    # where the fast model goes further than the simulators that stand in for hardware
+    for name in ("const_friction.w_in_n", "const_friction.w_end_n"):
+        assert found[name] == "0,0,0.5,N,strength"
+    assert found["sheath_compliance.c_t_per_n"] == "0,-0.01,0.01,1/N,strength"
 
 
 def path(kind: str, system: str = "act", hz: float = 10.0, **more: object) -> dict[float, float]:
