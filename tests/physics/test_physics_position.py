@@ -80,3 +80,12 @@ def test_a_straight_tube_is_one_spring():
     active = activate(AS_BUILT)
     x = predict_position(drive, 0.0, active, predict(drive, 0.0, active, 5.0))
     assert x == pytest.approx(PATH * (2 * 0.25 + 0.125))
+
+
+def test_friction_where_the_line_is_driven_is_lost_before_the_first_stretch():
+    # a straight tube without other friction has the output's tension all along
+    drive = drive_of("act", "CP", DT, PATH, Mechanics())
+    active = activate({**AS_BUILT, "const_friction": {"w_in_n": 0.5}})
+    out = predict(drive, 0.0, active, 5.0)
+    assert np.max(np.abs(out - PATH)) > 0.4
+    assert predict_position(drive, 0.0, active, out) == pytest.approx(out * (0.25 + 0.125), abs=1e-6)

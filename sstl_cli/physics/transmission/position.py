@@ -65,7 +65,7 @@ def mean_tension(drive: Drive, theta: float, active: Active, tension_out: Array)
     if drive.system == "sstl":
         passes.append([(behind, 0.0), *bend, (before, 0.0)])
     total = np.zeros_like(drive.tension_n)
-    pull, release = (1.0, 0.0), (1.0, 0.0)
+    pull, release = (1.0, -law.begin_n), (1.0, law.begin_n)
     start = float(tension_out[0])
     for number, stations in enumerate(passes):
         if number:
