@@ -18,7 +18,7 @@ from sstl_cli.blind import learning
 from sstl_cli.blind.learning import Example
 from sstl_cli.blind.library import read_library
 from sstl_cli.diagnosis.features import OUTPUT
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided, probabilities
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided
 from sstl_cli.steps.blind_learn import told
 
 # upper edges of the nominal strengths 0.4, 1.2 and 4 times the noise
@@ -59,9 +59,9 @@ def library(folder: Path) -> list[Example]:
 
 def judged(examples: Sequence[Example]) -> list[Judged]:
     """Return what is said of every case by weights learned without its simulator."""
-    others = learning.left_out(examples)
-    weights = learning.calibrated(learning.judged_by(examples, others), learning.learn(examples, {}))
-    return [Judged(e, decided(e.rows, probabilities(e.rows, others[e.simulator]), weights)) for e in examples]
+    found = learning.judged_by(examples, learning.left_out(examples))
+    weights = learning.calibrated(found, learning.learn(examples, {}))
+    return [Judged(e, decided(e.rows, p, weights)) for e, p in found]
 
 
 def cells(cases: Sequence[Judged]) -> list[str]:

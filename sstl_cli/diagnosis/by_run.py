@@ -46,23 +46,24 @@ def add(found: Search, most: int) -> None:
     most : int
         How many effects may stand together.
     """
-    sim = found.sim
-    known = any(r.misfit_n is not None or r.wander is not None for r in sim.problem.records)
-    if known or contrasts(sim) < FEWEST_CONTRASTS:
+    if found.sim.scatters or contrasts(found.sim) < FEWEST_CONTRASTS:
         return
     leaders = [w for w in found.ranked() if len(w.ids) == 1 and w.evidence > 0.0][:LEADERS] if most > 1 else []
-    for kind, effect in EFFECTS.items():
-        if effect not in found.singles:
-            continue
-        alone = weighed(found, Weighed(found.base, 0.0, 0.0), kind)
-        found.singles[effect] = tuple(sorted((*found.singles[effect], alone), key=lambda w: -w.evidence))
-        for leader in leaders:
-            key = tuple(sorted((*leader.ids, effect)))
-            if leader.ids == (effect,):
-                continue
-            both = weighed(found, leader, kind)
-            if key not in found.combined or both.evidence > found.combined[key].evidence:
-                found.combined[key] = both
+    for w in _beside(found, Weighed(found.base, 0.0, 0.0)):
+        effect = w.ids[0]
+        found.singles[effect] = tuple(sorted((*found.singles[effect], w), key=lambda x: -x.evidence))
+    for leader in leaders:
+        for w in _beside(found, leader):
+            key = tuple(sorted(w.ids))
+            if key not in found.combined or w.evidence > found.combined[key].evidence:
+                found.combined[key] = w
+
+
+def _beside(found: Search, on: Weighed) -> list[Weighed]:
+    """Return a model beside which something differs from run to run, one for each thing that may and is asked for."""
+    seen = on.fit.whiten(np.column_stack((on.fit.jacobian[:, 0], on.fit.residual)))
+    kinds = [kind for kind, effect in EFFECTS.items() if effect in found.singles and effect not in on.ids]
+    return [w for kind in kinds if (w := _weighed(found.sim, on, kind, seen)) is not None]
 
 
 def column(sim: Simulator, f: Fit, kind: Free) -> Array:
@@ -84,19 +85,26 @@ class Told:
     place: NDArray[np.int64]
 
 
-def weighed(found: Search, on: Weighed, kind: Free) -> Weighed:
-    """Return a model beside which something differs from run to run."""
-    sim, base = found.sim, on.fit
+def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | None:
+    """Return a model beside which one thing differs from run to run; None where no run tells of it.
+
+    Parameters
+    ----------
+    seen : ndarray, shape (samples, 2)
+        Whitened slope in theta and residual of the model.
+    """
+    base, runs = on.fit, len(sim.problem.records)
     own = column(sim, base, kind)
-    c, j, z = base.whiten(own), base.whiten(base.jacobian[:, 0]), base.whiten(base.residual)
-    runs = len(sim.problem.records)
+    c, (j, z) = base.whiten(own), seen.T
     own_told, theta_told, both, own_score, theta_score = (
         np.bincount(sim.run, x, runs).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z)
     )
     told = Told(own_told, theta_told, both, own_score, theta_score, np.array([r.config for r in sim.problem.records]))
-    # from what the noise of one run hides to ten thousand times as much
-    lowest = HALF / float(np.sqrt(max(told.own.max(), np.finfo(float).tiny)))
-    bounds = (float(np.log(lowest)), float(np.log(kind.parameter.most)))
+    # from what the noise of one run hides to where it has no meaning
+    lowest, most = HALF / max(float(np.sqrt(told.own.max())), np.finfo(float).tiny), kind.parameter.most
+    if lowest >= most:
+        return None
+    bounds = (float(np.log(lowest)), float(np.log(most)))
     best = minimize_scalar(lambda x: -gain_of(float(np.exp(x)), told)[0], bounds=bounds, method="bounded")
     spread = float(np.exp(best.x))
     gain, part, shift = gain_of(spread, told)
@@ -136,7 +144,7 @@ def interval(sim: Simulator, spread: float) -> tuple[float, float]:
 
 def kind_of(f: Fit) -> Free | None:
     """Return what differs from run to run in a fit, None where nothing does."""
-    return next((x for x in f.free if x in EFFECTS), None)
+    return next((x for x in f.free if x.effect is RUNS), None)
 
 
 def lasting(found: Search, f: Fit) -> Fit:

@@ -90,7 +90,8 @@ class Simulator:
 
     ``fixed`` effects are those the user's own simulator already contains; the same effect as a candidate is a change of
     its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit),
-    ``accepted`` the theta of a model that was accepted before, shape (configurations,).
+    ``accepted`` the theta of a model that was accepted before, shape (configurations,),
+    ``scatters`` whether the records know what an accepted model leaves, or how it varies.
     """
 
     problem: Problem
@@ -104,7 +105,7 @@ class Simulator:
         # where the input may have turned unseen, a run of the model ends and another begins; its clocks go on
         self._runs = laid([piece for r in p.records for piece in _pieces(r, self._drive(r, r.u, r.rate))])
         self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
-        self._scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
+        self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u)) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
@@ -209,7 +210,7 @@ class Simulator:
 
     def _late_s(self, effects: Effects) -> tuple[float, ...]:
         """Return by how much (s) each record is read late; all 0 where nothing is known to scatter."""
-        if not self._scatters:
+        if not self.scatters:
             return (0.0,) * len(self.problem.records)
         active = activate({k: v for k, v in effects.items() if k not in ASIDE}).of_hook("late_s")
         return tuple(sum(e.late_s(r.system, v) for e, v in active) for r in self.problem.records)  # type: ignore[misc]

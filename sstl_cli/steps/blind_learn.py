@@ -17,7 +17,7 @@ from sstl_cli.core.documents.blind import BlindLearnDocument, LearnedRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.core.rng import stream
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided, probabilities
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided
 from sstl_cli.diagnosis.weights import Weights
 
 FEWEST = 50
@@ -39,14 +39,15 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
     others = learning.left_out(taught)
     judged = learning.judged_by(taught, others)
     weights = learning.calibrated(judged, learning.learn(taught, provenance))
-    rows, also_rows = report(taught, weights, others), None
+    rows, also_rows = report(judged, weights), None
     advance(2)
     if changes:
         # what has changed is asked of the same evidence, but beside what a rig is known to leave
         also, provenance = _lesson({p: facts[p] for p in changes})
         apart = learning.left_out(also, others)
-        known = learning.calibrated(learning.judged_by(also, apart), learning.learn(also, provenance, weights), judged)
-        weights, also_rows = replace(weights, known=known), report(also, known, apart)
+        also_judged = learning.judged_by(also, apart)
+        known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), judged)
+        weights, also_rows = replace(weights, known=known), report(also_judged, known)
     advance(2)
     written = learning.to_document(weights)
     document = BlindLearnDocument(
@@ -88,11 +89,11 @@ def told(found: Sequence[Example]) -> list[Example]:
     return kept + [possible[i] for i in order[: len(found) - len(kept)]]
 
 
-def report(found: Sequence[Example], weights: Weights, others: dict[str, Weights]) -> list[LearnedRow]:
-    """Return how the weights of the other simulators do on each simulator, and on all."""
+def report(judged: learning.Judged, weights: Weights) -> list[LearnedRow]:
+    """Return how the weights of the other simulators do on each simulator, and on all, by the thresholds of these."""
     said: dict[str, list[tuple[Example, Verdict]]] = {}
-    for e in found:
-        said.setdefault(e.simulator, []).append((e, decided(e.rows, probabilities(e.rows, others[e.simulator]), weights)))
+    for e, p in judged:
+        said.setdefault(e.simulator, []).append((e, decided(e.rows, p, weights)))
     rows = [_row(s, said[s]) for s in sorted(said)]
     return [*rows, _row("all", [pair for s in sorted(said) for pair in said[s]])]
 

@@ -88,21 +88,14 @@ class Diagnosis:
 
     @cached_property
     def _known(self) -> Scenario:
-        return tried(self.evidence, known(self.evidence, self.verdict, self._given), self.options)
+        return tried(self.evidence, known(self.evidence, self.verdict, self.given), self.options)
 
     def bare(self) -> Scenario:
         """Return the accepted simulator without what it is known to leave."""
-        return model(self.evidence, self.verdict, self._given)
-
-    def before(self) -> Scenario:
-        """Return the simulator as it was given, theta re-tuned, without what was found."""
-        theta = self.evidence.search.base.theta.tolist()
-        found, given = self.bare(), self._given
-        tuned = [c.model_copy(update={"theta": t}) for c, t in zip(found.configurations, theta, strict=True)]
-        return found.model_copy(update={"configurations": tuple(tuned), "effects": given.effects, "rig": given.rig})
+        return model(self.evidence, self.verdict, self.given)
 
     @property
-    def _given(self) -> Scenario:
+    def given(self) -> Scenario:
         """The simulator that was given, or the one that was assumed."""
         return self.options.sim or scaling.in_proportion(self.evidence.problem.unit_n)
 
@@ -352,13 +345,20 @@ def _downstream(result: Diagnosis, deadline: Deadline) -> tuple[Downstream | Non
     ):
         return None, []
     middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
-    name = result.evidence.problem.configs[middle]
+    name, accepted_model = result.evidence.problem.configs[middle], result.bare()
     try:
-        found = downstream.tracking(result.bare(), name, result.before())
+        found = downstream.tracking(accepted_model, name, _before(result, accepted_model))
     except SstlError as error:
         return None, [f"downstream: {error.what}"]
     tracked = [Tracked(reference=t.reference, rmse_without_n=t.rmse_without_n, rmse_with_n=t.rmse_with_n) for t in found]
     return Downstream(config_id=name, tracking=tracked), []
+
+
+def _before(result: Diagnosis, found: Scenario) -> Scenario:
+    """Return an accepted simulator as it was given, theta re-tuned, without what was found."""
+    given, theta = result.given, result.evidence.search.base.theta.tolist()
+    tuned = tuple(c.model_copy(update={"theta": t}) for c, t in zip(found.configurations, theta, strict=True))
+    return found.model_copy(update={"configurations": tuned, "effects": given.effects, "rig": given.rig})
 
 
 def _shown(problem: Problem) -> tuple[str, ...]:

@@ -25,7 +25,6 @@ from sstl_cli.core.documents.diagnosis import (
     Verdict,
 )
 from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
-from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings, unrounded
@@ -201,7 +200,7 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
         explained_scale="error (RMSE) above the noise floor",
         samples=samples,
         held_out=g.search.held_out.folds.honest and fault is None and g.accepted.hypothesis.foretold,
-        held_out_kind=g.search.held_out.folds.kind if g.accepted.hypothesis.foretold else OWN,
+        held_out_kind=g.search.held_out.folds.kind if g.accepted.hypothesis.foretold else by_run.OWN,
         worse_regions=shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     )
 
@@ -340,8 +339,7 @@ def _by_run(g: Given, kind: Free, parts: Mapping[str, float]) -> str:
 def _next(g: Given) -> NextExperiment | None:
     """Propose the movement that separates the two leading rivals, if any of the menu can.
 
-    Where the two are told apart here, were laws exact, a movement that shows less of
-    the difference would add nothing.
+    Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
     """
     ranked = following.rivals(g.search.ranked(), g.verdict)
     if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2 or g.passed("next experiment"):

@@ -114,6 +114,13 @@ def test_one_contrast_is_no_spread_and_nothing_is_added_where_it_is_not_asked():
     assert by_run.add(replace(found, sim=few), 1) is None and not found.singles
 
 
+def test_where_no_run_slides_nothing_is_said_of_its_friction():
+    held = made(noise(2))
+    found = search(replace(held, jacobian=np.zeros_like(held.jacobian)), drift())
+    by_run.add(found, 2)
+    assert [w.evidence for w in found.singles["friction_drift"]] == [-3.0]
+
+
 def differing(effects, spread, seed=0, moves=3):
     """A rig recording of each movement in each bend, with friction of its own in every run."""
     rng, asked = np.random.default_rng(seed), scenario(hz=100.0)
