@@ -51,8 +51,8 @@ FOR = {
 }
 AGAINST = {"rank", "left_share", "means", "outside", "unstable", "strengths", "recorder_out", "beside_out"}
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
-# kind of the cases whose effect is no candidate
-EXCLUDED = "excluded"
+# kinds of the cases whose effect is no candidate: drawn so, and searched again without it
+EXCLUDED, WITHOUT = "excluded", "without"
 SCHEMA = "sstl.weights/1"
 COMMITS = np.linspace(0.5, 0.98, 25)
 # share of its response by which a law is usually off
@@ -118,8 +118,11 @@ def without_answer(e: Example) -> Example | None:
     """Return the example as it is where its effect is no candidate: then the answer is that nobody knows.
 
     None where what is left explains the log about as well. Of a case that was drawn without its effect nobody can say that.
+    What a fault of the recorder has hurt is masked, whether or not it may be named; of a channel beside no row tells without its effect.
     """
     if e.answer in (NONE, UNKNOWN) or e.strength < 0.6:
+        return None
+    if all(c.kind != OUTPUT for c in e.rows.candidates if c.ids == e.answer):
         return None
     kept = tuple(c for c in e.rows.candidates if not set(c.ids) & set(e.answer))
     if not any(c.kind == OUTPUT for c in kept):
@@ -128,7 +131,7 @@ def without_answer(e: Example) -> Example | None:
     if discounted(own - max(c.evidence for c in kept), USUAL_SHARE, own) < DECIDABLE_NATS:
         # what is left explains the log as well, as far as any law is exact: nobody could say that something is missing
         return None
-    return replace(e, name=f"{e.name}-without", kind=EXCLUDED, rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
+    return replace(e, name=f"{e.name}-without", kind=WITHOUT, rows=replace(e.rows, candidates=kept), answer=UNKNOWN)
 
 
 def _design(e: Example) -> _Design:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sstl_cli.blind.learning import Example, examples, right_answer
+from sstl_cli.blind.learning import Example, examples, right_answer, without_answer
 from sstl_cli.blind.schedule import Job
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableReader, open_table, write_table
@@ -23,6 +23,7 @@ _S, _F = pa.string(), pa.float32()
 # a rule looks at what was held out, no weight is learned for it
 OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind", "held"))
 LOG = tuple(f.name for f in fields(LogRow))
+LATER = ("strain",)
 COUNTS = ("strengths", "outside", "samples", "systems", "configurations")
 
 LIBRARY = Schema(
@@ -31,14 +32,17 @@ LIBRARY = Schema(
     (
         Column("case", _S, meaning="neutral name of the case"),
         Column("simulator", _S, meaning="which simulator made the recordings"),
-        Column("kind", _S, meaning="single, none, pair, excluded, unlisted, nominal or poor"),
+        Column("kind", _S, meaning="single, none, pair, excluded, unlisted, nominal or poor; without: searched again without its effects"),
         Column("strength", _F, "1", meaning="gap over the RMS of the noise"),
         Column("answer", _S, meaning="what should be said: effects joined by +, nothing, or ? for unknown"),
         Column("ids", _S, meaning="effects of the candidate joined by +"),
         Column("channel", _S, meaning="output, recorder or beside"),
         *(Column(n, _F, meaning="see CandidateRow") for n in OWN),
         Column("held", _F, nullable=True, meaning="see CandidateRow; not in older libraries"),
-        *(Column(f"log_{n}", _F, meaning="see LogRow") for n in LOG),
+        *(
+            Column(f"log_{n}", _F, nullable=n in LATER, meaning="see LogRow" + ("; not in older libraries" if n in LATER else ""))
+            for n in LOG
+        ),
     ),
 )
 
@@ -65,11 +69,17 @@ def labelled(case: str, truth: Mapping[str, Any], rows: Rows) -> Labelled:
     return Labelled(case, truth["simulator"], truth["kind"], float(truth["strength"]), right_answer(truth), rows)
 
 
+def without(case: Labelled) -> Labelled | None:
+    """Return a case of which nobody knows the effect, with what is left of its evidence; None where that could not be told."""
+    found = [w for e in examples([(case.case, _truth(case), case.rows)]) if (w := without_answer(e)) is not None]
+    return Labelled(found[0].name, case.simulator, found[0].kind, case.strength, found[0].answer, found[0].rows) if found else None
+
+
 def to_table(cases: Sequence[Labelled]) -> pa.Table:
     """Return cases as the table of a library (cases without any candidate have no row)."""
     found: list[dict[str, Any]] = []
     for case in cases:
-        log = {f"log_{n}": float(getattr(case.rows.log, n)) for n in LOG}
+        log = {f"log_{n}": _stored(getattr(case.rows.log, n)) for n in LOG}
         head = {
             "case": case.case,
             "simulator": case.simulator,
@@ -130,7 +140,7 @@ def facts_of(path: Path) -> dict[str, Any]:
 
 def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
     first = group[0]
-    log = LogRow(**{n: _number(n, first[f"log_{n}"]) for n in LOG})
+    log = LogRow(**{n: _number(n, first.get(f"log_{n}")) for n in LOG})
     candidates = tuple(
         CandidateRow(ids=_ids(r["ids"]), kind=r["channel"], **{n: _number(n, r[n]) for n in OWN}, held=r.get("held")) for r in group
     )
@@ -140,8 +150,12 @@ def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
     return Labelled(first["case"], first["simulator"], first["kind"], float(first["strength"]), _ids(first["answer"]), rows)
 
 
-def _number(name: str, value: float) -> Any:
-    return int(value) if name in COUNTS else float(value)
+def _stored(value: float | None) -> float | None:
+    return None if value is None else float(value)
+
+
+def _number(name: str, value: float | None) -> Any:
+    return None if value is None else int(value) if name in COUNTS else float(value)
 
 
 def _ids(text: str) -> tuple[str, ...]:

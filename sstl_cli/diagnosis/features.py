@@ -13,7 +13,7 @@ from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks
-from sstl_cli.diagnosis.noise import floor_n
+from sstl_cli.diagnosis.noise import floor_n, strain
 from sstl_cli.diagnosis.residuals import Leftover, leftover
 from sstl_cli.diagnosis.simulator import Simulator
 
@@ -48,7 +48,10 @@ class CandidateRow:
 
 @dataclass(frozen=True)
 class LogRow:
-    """One log: samples after the analysis, and what base and best model leave."""
+    """One log: samples after the analysis, and what base and best model leave.
+
+    ``strain`` is by how much the noise had to leave what was measured (see noise.strain), None where that was not kept.
+    """
 
     samples: int
     systems: int
@@ -66,6 +69,7 @@ class LogRow:
     coloured: float
     noise_ratio: float
     propagates: float
+    strain: float | None = None
 
 
 @dataclass(frozen=True)
@@ -108,6 +112,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         max(a.coloured_n / max(a.white_n, 1e-12) for a, _ in noise),
         max(float(np.hypot(a.white_n, a.coloured_n) / max(np.hypot(b.white_n, b.coloured_n), 1e-12)) for a, b in noise),
         propagates,
+        strain(found.noise, found.measured),
     )
     return Rows(log, (*candidates, *beside), base, best)
 

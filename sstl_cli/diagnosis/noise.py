@@ -36,7 +36,6 @@ from sstl_cli.diagnosis.constants import (
     LEVELS,
     LOUDER,
     MEASURED,
-    RESTING_S,
     RICH_RIDGE,
     SHORTEST_WINDOW,
     SMOOTHER,
@@ -48,8 +47,9 @@ from sstl_cli.diagnosis.constants import (
     WINDOWS_S,
 )
 from sstl_cli.diagnosis.latent import Slow
-from sstl_cli.diagnosis.recorder import Faults, white_beside
+from sstl_cli.diagnosis.recorder import white_beside
 from sstl_cli.diagnosis.records import Record, content
+from sstl_cli.diagnosis.rounding import with_rounding
 from sstl_cli.diagnosis.white import averaged, least_white, spacing, typical, white_of, white_of_output
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, constants, late_n, step_of, whitener
 
@@ -100,8 +100,8 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             # a difference is known as well as what was taken off; there is no more of it than was seen
             off = float(min(np.hypot(off, MEASURED * (seen**2 / white_out**2 - 1.0)), off + np.log(seen / white_out) / AT_MOST))
         loose[system] = off
-        out[system] = _with_rounding(Sensor(white_held, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
-        into[system] = _with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
+        out[system] = with_rounding(Sensor(white_held, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
+        into[system] = with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)
 
 
@@ -119,38 +119,6 @@ def white_only(noise: Noise) -> Noise:
         {k: Sensor(s.white_n, UNSEEN * s.white_n, s.correlation_s) for k, s in side.items()} for side in (noise.input, noise.output)
     )
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
-
-
-def _with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
-    """Return a sensor with the rounding of a coarse converter: without noise to spread it, a rest has one error throughout."""
-    rounding = _rests(faults)
-    if rounding == 0.0:
-        return sensor
-    return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, RESTING_S))
-
-
-def _rests(faults: Sequence[Faults]) -> float:
-    """Return the RMS (N) of the rounding that a rest keeps as one error throughout, 0 where noise spreads it."""
-    rounding = float(np.median([f.rounding_n for f in faults]))
-    return 0.0 if float(np.median([f.noise_n for f in faults])) > rounding else rounding
-
-
-def unrounded(records: Sequence[Record], noise: Noise) -> Noise:
-    """Return the noise that the sensors would have without the steps of their converters: white in slides, an error throughout in rests."""
-
-    def of(sensor: Sensor, faults: Sequence[Faults], averaged: float) -> Sensor:
-        white = float(np.median([f.rounding_n for f in faults])) / averaged
-        return replace(sensor, white_n=_without(sensor.white_n, white), coloured_n=_without(sensor.coloured_n, _rests(faults)))
-
-    mine = {system: [r for r in records if r.system == system] for system in noise.output}
-    into = {k: of(s, [r.faults_in for r in mine[k]], 1.0) for k, s in noise.input.items()}
-    return replace(
-        noise, input=into, output={k: of(s, [r.faults_out for r in mine[k]], averaged(mine[k])) for k, s in noise.output.items()}
-    )
-
-
-def _without(sd_n: float, part_n: float) -> float:
-    return float(np.sqrt(max(sd_n**2 - part_n**2, (UNSEEN * sd_n) ** 2)))
 
 
 def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> tuple[_Held, float]:
@@ -311,9 +279,7 @@ def some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
 def _fitted(
     system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor, measured: tuple[float, float]
 ) -> tuple[Sensor, Sensor, float, dict[str, float], float]:
-    floor = LEAST_COLOUR * out.white_n + 1e-9
-    centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
-    near = np.array([*measured, ALIKE, SMOOTHER])
+    centre, near = _prior(into, out, measured)
 
     shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
     low = np.concatenate((centre - AT_MOST * near, np.full(2, shortest - 1.0)))
@@ -353,6 +319,28 @@ def _fitted(
     believed = ((at[ENTERING] - centre[ENTERING]) / ALIKE) ** 2
     outside = float(max(shortest - at[-1], 0.0, at[-1] - longest))
     return *sensors(at), spread, float(found.fun) - 0.5 * float(believed + (outside / MEASURED) ** 2)
+
+
+def _prior(into: Sensor, out: Sensor, measured: tuple[float, float]) -> tuple[Array, Array]:
+    """Return the prior of white and coloured noise of the output, coloured of the input, and the smoother: logarithms, spreads."""
+    floor = LEAST_COLOUR * out.white_n + 1e-9
+    centre = np.log([out.white_n, max(out.coloured_n, floor), max(into.coloured_n, floor), 1.0])
+    return centre, np.array([*measured, ALIKE, SMOOTHER])
+
+
+def strain(found: Noise, measured: Noise) -> float:
+    """Return the mean square by which noise had to leave what was measured, in spreads of the prior; of the system with most.
+
+    About 1 where noise is all that is left; what no model explains pulls at it.
+    """
+    worst = 0.0
+    for system, out in found.output.items():
+        near = (measured.loose.get(system, WHITE), measured.open.get(system, MEASURED))
+        centre, spread = _prior(measured.input[system], measured.output[system], near)
+        # to less noise than was measured nothing pulls
+        at = np.log(np.maximum([out.white_n, out.coloured_n, found.input[system].coloured_n, found.smoother[system]], 1e-12))
+        worst = max(worst, float(np.mean(np.maximum((at - centre) / spread, 0.0) ** 2)))
+    return worst
 
 
 def _spread(cost: Callable[[Array], float], at: Array, i: int, least: float) -> float:

@@ -34,7 +34,7 @@ CANDIDATE_TERMS = (
 )  # fmt: skip
 LOG_TERMS = (
     "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
-    "outside", "recorder", "beside", "beside_left", "coloured", "noise_ratio",
+    "outside", "recorder", "beside", "beside_left", "coloured", "noise_ratio", "strain",
 )  # fmt: skip
 
 
@@ -190,6 +190,7 @@ def log_terms(rows: Rows) -> Array:
         "beside_left": 0.0 if beside is None else max(beside.share, 0.0) * _squash(max(beside.chi2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
+        "strain": _squash(log.strain or 0.0),
     }
     return np.array([values[t] for t in LOG_TERMS])
 

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from sstl_cli.blind import learning
 from sstl_cli.blind.judge import share
-from sstl_cli.blind.learning import EXCLUDED, Example
+from sstl_cli.blind.learning import EXCLUDED, WITHOUT, Example
 from sstl_cli.blind.library import facts_of, read_library
 from sstl_cli.blind.strength import STRENGTHS, band
 from sstl_cli.core.documents.blind import BlindLearnDocument, LearnedRow
@@ -58,7 +59,7 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
 
 def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dict[str, object]]:
     """Return the examples of libraries of one kind, and where they come from."""
-    found = [e for p in facts for e in read_library(p)]
+    found = strained([e for p in facts for e in read_library(p)])
     simulators = sorted({e.simulator for e in found})
     if len(simulators) < 2 or len(found) < FEWEST:
         raise SstlError(
@@ -70,23 +71,31 @@ def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dic
     taught = told(found)
     return taught, {
         "cases": sum(int(f["cases"]) for f in facts.values()),
-        "examples": len(found),
-        "without_answer": sum(e.kind == EXCLUDED for e in taught),
+        "examples": len(taught),
+        "without_answer": sum(e.kind == WITHOUT for e in taught),
         "simulators": simulators,
         "seeds": sorted(s for f in facts.values() for s in f["seeds"]),
         "inputs": inputs_of(list(facts)),
     }
 
 
+def strained(found: Sequence[Example]) -> list[Example]:
+    """Return the examples with the usual strain of the noise where a library is from before it was kept."""
+    known = [e.rows.log.strain for e in found if e.rows.log.strain is not None]
+    usual = median(known) if known else None
+    return [e if e.rows.log.strain is not None else replace(e, rows=replace(e.rows, log=replace(e.rows.log, strain=usual))) for e in found]
+
+
 def told(found: Sequence[Example]) -> list[Example]:
     """Return the examples with others instead of those drawn without their effect: as many of which that could be told.
 
-    Of an effect that is no candidate and that another explains as well nobody could say that it is missing.
+    Of an effect that is no candidate and that another explains as well nobody could say that it is missing. The others were searched
+    again without their effect; where no library has such, the effect is taken out of the evidence.
     """
-    kept = [e for e in found if e.kind != EXCLUDED]
-    possible = [c for e in kept if (c := learning.without_answer(e)) is not None]
+    kept = [e for e in found if e.kind not in (EXCLUDED, WITHOUT)]
+    possible = [e for e in found if e.kind == WITHOUT] or [c for e in kept if (c := learning.without_answer(e)) is not None]
     order = stream(0, "without").permutation(len(possible))
-    return kept + [possible[i] for i in order[: len(found) - len(kept)]]
+    return kept + [possible[i] for i in order[: sum(e.kind == EXCLUDED for e in found)]]
 
 
 def report(judged: learning.Judged, weights: Weights) -> list[LearnedRow]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import as_completed
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 
 from sstl_cli.blind import sessions
-from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
+from sstl_cli.blind.cases import Case
+from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, without, write_library
 from sstl_cli.blind.schedule import MIXED, Job, jobs
+from sstl_cli.blind.sessions import Sessions
 from sstl_cli.blind.strength import STRENGTHS
 from sstl_cli.core.documents.blind import BlindLibraryDocument
 from sstl_cli.core.errors import SstlError
@@ -21,13 +24,17 @@ from sstl_cli.core.files import read_json, require_writable, write_json
 from sstl_cli.core.parquet import open_table
 from sstl_cli.core.processes import processes
 from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.runs import Run
 from sstl_cli.steps.blind_make import draw_job
+
+if TYPE_CHECKING:
+    from sstl_cli.steps.diagnose import DiagnoseOptions
 
 PLAN = "sstl.blind.library.plan/1"
 COMMAND = "sstl blind library"
 # combinations of more effects are no answer of any case
 MOST_EFFECTS = 2
-Gatherer = Callable[[Job], Labelled]
+Gatherer = Callable[[Job], Sequence[Labelled]]
 
 
 @dataclass(frozen=True)
@@ -59,7 +66,7 @@ def run(
     Parameters
     ----------
     gatherer : callable, optional
-        Returns the rows of one case; by default it is drawn and searched.
+        Returns the rows of one case (and of the same without its effect); by default it is drawn and searched.
 
     Raises
     ------
@@ -109,37 +116,37 @@ def run(
     )
 
 
-def gather(job: Job) -> Labelled:
-    """Return the rows of one case, searched as ``sstl diagnose`` does, with ``--sim`` where a model was accepted before."""
+def gather(job: Job) -> list[Labelled]:
+    """Return the rows of one case, searched as ``sstl diagnose`` does, with ``--sim`` where a model was accepted before.
+
+    Where it could be told that its effect is missing they come a second time, searched without that effect: what no candidate
+    explains the noise takes up in part, which nobody sees who only takes the effect out of the evidence.
+    """
     from threadpoolctl import threadpool_limits
 
     from sstl_cli.steps.diagnose import DiagnoseOptions
-    from sstl_cli.steps.diagnose import gather as evidence
-
-    if job.accepted:
-        return _gather_change(job)
-    case = draw_job(job)
-    position = any(r.position_in_mm is not None for r in case.runs)
-    options = DiagnoseOptions(sim=case.sim, exclude=case.exclude, position=position, max_effects=MOST_EFFECTS)
-    with threadpool_limits(1):
-        return labelled(case_name(job), case.truth, evidence(case.runs, options).rows)
-
-
-def _gather_change(job: Job) -> Labelled:
-    """Return the rows of the second session of a case, compared with the model that was accepted on the first."""
-    from threadpoolctl import threadpool_limits
-
-    from sstl_cli.steps.diagnose import DiagnoseOptions
-    from sstl_cli.steps.diagnose import gather as evidence
     from sstl_cli.steps.diagnose import run as diagnose
 
     np.seterr(all="ignore")
-    case = sessions.draw(job)
-    options = DiagnoseOptions(sim=case.sim, position=any(r.position_in_mm is not None for r in case.after), max_effects=MOST_EFFECTS)
+    case: Case | Sessions = sessions.draw(job) if job.accepted else draw_job(job)
+    runs, before = (case.after, case.before) if isinstance(case, Sessions) else (case.runs, [])
+    position = any(r.position_in_mm is not None for r in runs)
+    options = DiagnoseOptions(sim=case.sim, exclude=case.exclude, position=position, max_effects=MOST_EFFECTS)
     with threadpool_limits(1):
-        model = diagnose(case.before, replace(options, exclude=case.exclude)).model()
-        rows = evidence(case.after, replace(options, sim=model, exclude=case.exclude)).rows
-    return labelled(case_name(job), case.truth, rows)
+        if before:
+            options = replace(options, sim=diagnose(before, options).model())
+        return [*_searched(case_name(job), case.truth, runs, options)]
+
+
+def _searched(name: str, truth: Mapping[str, Any], runs: Sequence[Run], options: DiagnoseOptions) -> Generator[Labelled]:
+    from sstl_cli.steps.diagnose import gather as evidence
+
+    found = labelled(name, truth, evidence(runs, options).rows)
+    yield found
+    missing = without(found)
+    if missing is not None:
+        less = replace(options, exclude=tuple(sorted({*options.exclude, *found.answer})))
+        yield replace(missing, rows=evidence(runs, less).rows)
 
 
 def _claim(parts: Path, asked: Mapping[str, object]) -> None:
@@ -173,7 +180,7 @@ def _worked(waiting: list[Job], parts: Path, workers: int, gatherer: Gatherer) -
 def _one(job: Job, parts: Path, gatherer: Gatherer) -> None:
     """Write the part of one case; one that cannot be drawn or searched is an empty part, counted as failed."""
     try:
-        found = [gatherer(job)]
+        found = gatherer(job)
     except SstlError:
         found = []
     made = Provenance(COMMAND, job.seed, {}, {"simulator": job.simulator, "quick": job.quick, "as_labs": job.as_labs, **asdict(job.entry)})

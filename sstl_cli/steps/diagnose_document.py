@@ -27,7 +27,8 @@ from sstl_cli.core.documents.diagnosis import (
 from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
-from sstl_cli.diagnosis.noise import floor_n, likely, of_readings, unrounded
+from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
+from sstl_cli.diagnosis.rounding import unrounded
 from sstl_cli.diagnosis.simulator import ASIDE, Free
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise

@@ -22,7 +22,7 @@ from sstl_cli.blind.learning import (
     to_document,
     without_answer,
 )
-from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.features import OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import CANDIDATE_TERMS, NONE, UNKNOWN, probabilities, verdict
 from sstl_cli.diagnosis.weights import from_document
@@ -154,6 +154,9 @@ def test_taking_the_answer_away_makes_it_unknown(library):
     assert all(single.answer != c.ids for c in other.rows.candidates) and len(other.rows.candidates) == 4
     assert without_answer(next(e for e in library if e.kind == "none")) is None
     assert without_answer(replace(single, strength=0.3)) is None
+    # what a fault of the recorder has hurt is masked whether or not it may be named
+    hurt = tuple(replace(c, kind=RECORDER) if c.ids == single.answer else c for c in single.rows.candidates)
+    assert without_answer(replace(single, rows=replace(single.rows, candidates=hurt))) is None
 
 
 def test_right_is_the_truth_in_the_set_or_the_right_no():

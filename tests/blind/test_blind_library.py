@@ -3,11 +3,12 @@
 import json
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from sstl_cli.blind.library import LIBRARY, facts_of, labelled, read_library, to_table, write_library
+from sstl_cli.blind.library import LIBRARY, facts_of, labelled, read_library, to_table, without, write_library
 from sstl_cli.blind.schedule import KINDS, Entry, Job, jobs
 from sstl_cli.blind.simulators import NAMES
 from sstl_cli.core.errors import SstlError
@@ -86,6 +87,48 @@ def test_a_library_gives_back_what_was_put_in(tmp_path):
     assert facts_of(tmp_path / "l.parquet")["seeds"] == [[7, 99]]
 
 
+def test_a_case_searched_without_its_effect_stands_for_those_of_which_nobody_can_say_it(tmp_path):
+    rng = np.random.default_rng(0)
+    whole = labelled("a", truth_of(["slack"]), rows("slack", rng))
+    less = without(whole)
+    assert (less.case, less.kind, less.answer) == ("a-without", "without", ("?",)) and less.simulator == whole.simulator
+    # what could not be told, and what has no name anyway
+    assert without(replace(whole, rows=rows(None, rng))) is None and without(replace(whole, answer=("?",))) is None
+    drawn = labelled("b", truth_of(["stribeck"], kind="excluded", excluded=True), rows(None, rng))
+    found = read_library(save(tmp_path / "l.parquet", [whole, less, drawn, replace(less, case="c-without")]))
+    taught = blind_learn.told(found)
+    assert [e.kind for e in taught] == ["single", "without"] and taught[1].answer == ("?",)
+    # of older libraries it is taken out of the evidence
+    old = blind_learn.told([e for e in found if e.kind != "without"])
+    assert [e.name for e in old] == ["a", "a-without"]
+
+
+def test_a_library_from_before_the_strain_was_kept_has_the_usual_one(tmp_path):
+    cases = [
+        replace(c, rows=replace(c.rows, log=replace(c.rows.log, strain=x))) for c, x in zip(many(4), (None, 0.5, 3.0, 1.0), strict=True)
+    ]
+    found = read_library(save(tmp_path / "l.parquet", cases))
+    assert [e.rows.log.strain for e in found] == [None, 0.5, 3.0, 1.0]
+    assert [e.rows.log.strain for e in blind_learn.strained(found)] == [1.0, 0.5, 3.0, 1.0]
+    assert [e.rows.log.strain for e in blind_learn.strained(found[:1])] == [None]
+
+
+def test_a_case_whose_effect_is_clear_is_searched_again_without_it(monkeypatch):
+    case = SimpleNamespace(sim=None, exclude=("viscous",), runs=[], truth=truth_of(["slack"], "bristle"))
+    asked = []
+
+    def evidence(runs, options):
+        asked.append(options.exclude)
+        return SimpleNamespace(rows=rows(None if "slack" in options.exclude else "slack", np.random.default_rng(1)))
+
+    monkeypatch.setattr(blind_library, "draw_job", lambda job: case)
+    monkeypatch.setattr("sstl_cli.steps.diagnose.gather", evidence)
+    found = blind_library.gather(Job(Entry("single", ("slack",), 4.0), 77, "bristle", True))
+    assert asked == [("viscous",), ("slack", "viscous")]
+    assert [(c.case, c.kind, c.answer) for c in found] == [("bristle-77", "single", ("slack",)), ("bristle-77-without", "without", ("?",))]
+    assert found[1].rows.log.base_worst_z == 1.0
+
+
 def test_cases_that_teach_nothing_stay_out_of_the_examples(tmp_path):
     rng = np.random.default_rng(0)
     cases = [
@@ -138,7 +181,7 @@ def gathered(asked):
         if job.seed == 12:
             raise SstlError("no bench", code="E950")
         truth = truth_of(["slack"], job.simulator, "single", 1.2)
-        return labelled(f"{job.simulator}-{job.seed}", truth, rows("slack", np.random.default_rng(job.seed)))
+        return [labelled(f"{job.simulator}-{job.seed}", truth, rows("slack", np.random.default_rng(job.seed)))]
 
     return gather
 
@@ -174,7 +217,7 @@ def test_strengths_are_those_asked_for():
 @pytest.mark.slow
 def test_a_drawn_case_is_searched_and_kept(tmp_path):
     job = Job(Entry("single", ("zero_offset",), 4.0), 77, "variant", True)
-    case = blind_library.gather(job)
+    case = blind_library.gather(job)[0]
     assert (case.simulator, case.answer) == ("variant", ("zero_offset",))
     save(tmp_path / "l.parquet", [case])
     assert open_table(tmp_path / "l.parquet", LIBRARY).rows == len(case.rows.candidates)

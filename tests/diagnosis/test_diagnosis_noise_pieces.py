@@ -11,8 +11,8 @@ from made_fits import NOISE_N, noise, simulator
 from scipy.signal import lfilter
 
 from sstl_cli.diagnosis import noise as of
-from sstl_cli.diagnosis import white
-from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, RESTING_S, UNSEEN
+from sstl_cli.diagnosis import rounding, white
+from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, RESTING_S, SMOOTHER, UNSEEN, WHITE
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, step_of, whitener
@@ -34,10 +34,10 @@ def phases(slide=0.0, gain=0.5, doubt=0.0):
 def test_a_coarse_converter_without_noise_keeps_one_error_throughout_a_rest():
     sensor, step = Sensor(0.02, 0.03, 0.1), 0.04 * np.sqrt(12.0)
     # rounding of 0.04 N is below a noise of 0.05 N, and above one of 0.03 N
-    assert of._with_rounding(sensor, [faults(0.05, step)]) is sensor
-    rounded = of._with_rounding(sensor, [faults(0.03, step), faults(0.03, step), faults(9.0, 0.0)])
+    assert rounding.with_rounding(sensor, [faults(0.05, step)]) is sensor
+    rounded = rounding.with_rounding(sensor, [faults(0.03, step), faults(0.03, step), faults(9.0, 0.0)])
     assert rounded == Sensor(0.02, pytest.approx(0.05), RESTING_S)
-    assert of._with_rounding(replace(sensor, correlation_s=3.0), [faults(0.03, step)]).correlation_s == 3.0
+    assert rounding.with_rounding(replace(sensor, correlation_s=3.0), [faults(0.03, step)]).correlation_s == 3.0
 
 
 def test_beside_an_accepted_model_only_white_noise_is_left():
@@ -214,3 +214,25 @@ def test_columns_that_nearly_cancel_one_another_take_no_noise_for_their_own():
     # two columns that differ by the very noise, a thousandth of their size
     found, _ = likely(RECORDS, own, residual, np.stack((u, u + 0.03 * slow), axis=1), start)
     assert found.input["act"].coloured_n == pytest.approx(plain.input["act"].coloured_n, rel=0.2)
+
+
+def test_noise_is_strained_by_what_it_had_to_take_up_and_not_by_what_it_did_not():
+    def louder(white=1.0, coloured=1.0, entering=1.0, smoother=1.0):
+        into, out = QUIET.input["act"], QUIET.output["act"]
+        return Noise(
+            {"act": replace(into, coloured_n=entering * into.coloured_n)},
+            {"act": replace(out, white_n=white * out.white_n, coloured_n=coloured * out.coloured_n)},
+            {"act": smoother},
+        )
+
+    plain = louder()
+    assert of.strain(plain, plain) == pytest.approx(0.0, abs=1e-20)
+    # one spread of the prior in one number of four
+    for name, spread in (("white", WHITE), ("coloured", MEASURED), ("entering", ALIKE), ("smoother", SMOOTHER)):
+        assert of.strain(louder(**{name: np.exp(spread)}), plain) == pytest.approx(0.25)
+        assert of.strain(louder(**{name: np.exp(-spread)}), plain) == pytest.approx(0.0)
+    # what is not known can go further for the same price
+    assert of.strain(louder(coloured=np.exp(1.0)), replace(plain, open={"act": 1.0})) == pytest.approx(0.25)
+    two = Noise(*({**part, "sstl": part["act"]} for part in (plain.input, plain.output, plain.smoother)))
+    strained = replace(two, output={**two.output, "sstl": louder(white=np.exp(2.0 * WHITE)).output["act"]})
+    assert of.strain(strained, two) == pytest.approx(1.0)
