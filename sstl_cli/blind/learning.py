@@ -13,7 +13,7 @@ from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.diagnosis.constants import LEAST_GAP, MISFITS, SHARES
-from sstl_cli.diagnosis.features import OUTPUT, Rows
+from sstl_cli.diagnosis.features import OUTPUT, Ids, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
@@ -21,7 +21,6 @@ from sstl_cli.diagnosis.verdict import (
     LOG_TERMS,
     NONE,
     UNKNOWN,
-    Ids,
     Verdict,
     candidate_terms,
     decided,

@@ -15,9 +15,11 @@ from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.noise import floor_n, strain
 from sstl_cli.diagnosis.residuals import Leftover, leftover
+from sstl_cli.diagnosis.rounding import at_least_rounding
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
+Ids = tuple[str, ...]
 OUTPUT, RECORDER, BESIDE = "output", "recorder", "beside"
 
 
@@ -85,10 +87,11 @@ class Rows:
 def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float = 1.0) -> Rows:
     """Return the rows of a finished search; ``beside`` are candidates of the recorder and of other channels."""
     sim = found.sim
-    base = leftover(sim, found.base)
+    at_most = at_least_rounding(sim.problem.records, found.measured)
+    base = leftover(sim, found.base, at_most)
     ranked = found.ranked()
     examined = _examined(ranked)
-    looked = {w.ids: leftover(sim, w.fit) for w in examined}
+    looked = {w.ids: leftover(sim, w.fit, at_most) for w in examined}
     leading = bool(ranked) and ranked[0].evidence > 0.0
     best = looked[ranked[0].ids] if leading else base
     reducible = _reducible(found)

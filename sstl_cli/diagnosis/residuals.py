@@ -58,8 +58,8 @@ class Leftover:
         return max(self.tests, key=lambda t: t.z)
 
 
-def leftover(sim: Simulator, f: Fit) -> Leftover:
-    """Return what a fitted model leaves."""
+def leftover(sim: Simulator, f: Fit, at_most: bool = False) -> Leftover:
+    """Return what a fitted model leaves; where the noise is known to be ``at_most`` as stated, less of it is no sign of anything."""
     z = f.whiten(f.residual)
     keep = f.whiten.scale > 0
     code = phases(sim, f.prediction)
@@ -77,9 +77,11 @@ def leftover(sim: Simulator, f: Fit) -> Leftover:
     moving = max(int(np.count_nonzero(along)), 1)
     names = _names(sim)
     tests = [
-        t for name, index in _partitions(sim, code).items() for t in _binned(name, z, compared, keep, index, names[name], sim.dispersion)
+        t
+        for name, index in _partitions(sim, code).items()
+        for t in _binned(name, z, compared, keep, index, names[name], sim.dispersion, at_most)
     ]
-    tests += [_spectrum(sim, compared, keep), *_lines(sim, z, keep)]
+    tests += [_spectrum(sim, compared, keep, at_most), *_lines(sim, z, keep)]
     return Leftover(
         n,
         power,
@@ -138,7 +140,7 @@ def _quartile(x: Array) -> Index:
 
 
 def _binned(
-    name: str, z: Array, compared: Array, keep: NDArray[np.bool_], index: Index, names: list[str], known: Mapping[str, float]
+    name: str, z: Array, compared: Array, keep: NDArray[np.bool_], index: Index, names: list[str], known: Mapping[str, float], at_most: bool
 ) -> list[Misfit]:
     """Return the tests of equal means and of equal spreads over bins: means of ``z``, spreads of ``compared``."""
     bins = int(index.max()) + 1
@@ -147,6 +149,8 @@ def _binned(
     found = []
     for what, x, variance in (("mean", z, 1.0), ("spread", (compared**2 - 1.0) * keep, 2.0)):
         total = np.bincount(index, x * keep, bins)
+        if what == "spread" and at_most:
+            total = np.maximum(total, 0.0)
         chi2 = np.where(used, total**2 / np.maximum(count * variance, 1.0), 0.0)
         dof = max(int(used.sum()), 1)
         worst = int(np.argmax(chi2))
@@ -163,7 +167,7 @@ def _tested(name: str, chi2: float, dof: int, peak: str, known: Mapping[str, flo
     return Misfit(name, float(excess / chance), 0.5 * excess, peak, chi2 / dof)
 
 
-def _spectrum(sim: Simulator, z: Array, keep: NDArray[np.bool_]) -> Misfit:
+def _spectrum(sim: Simulator, z: Array, keep: NDArray[np.bool_], at_most: bool) -> Misfit:
     """Return the test of equal power over broad bands of frequency."""
     power, count = np.zeros(len(BANDS_HZ) + 1), np.zeros(len(BANDS_HZ) + 1)
     for r, s in zip(sim.problem.records, sim.slices(), strict=True):
@@ -174,7 +178,8 @@ def _spectrum(sim: Simulator, z: Array, keep: NDArray[np.bool_]) -> Misfit:
         count += np.bincount(band, minlength=len(power))
     used = count > 0
     # exponential densities have unit variance over their mean
-    chi2 = np.where(used, (power - count) ** 2 / np.maximum(count, 1.0), 0.0)
+    excess = np.maximum(power - count, 0.0) if at_most else power - count
+    chi2 = np.where(used, excess**2 / np.maximum(count, 1.0), 0.0)
     dof = max(int(used.sum()), 1)
     edges = [0.0, *BANDS_HZ, np.inf]
     worst = int(np.argmax(chi2))

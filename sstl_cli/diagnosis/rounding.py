@@ -10,7 +10,7 @@ import numpy as np
 from sstl_cli.diagnosis.constants import RESTING_S, UNSEEN
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
-from sstl_cli.diagnosis.white import averaged
+from sstl_cli.diagnosis.white import averaged, least_white, typical
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 
@@ -26,6 +26,12 @@ def _rests(faults: Sequence[Faults]) -> float:
     """Return the RMS (N) of the rounding that a rest keeps as one error throughout, 0 where noise spreads it."""
     rounding = float(np.median([f.rounding_n for f in faults]))
     return 0.0 if float(np.median([f.noise_n for f in faults])) > rounding else rounding
+
+
+def at_least_rounding(records: Sequence[Record], measured: Noise) -> bool:
+    """Return whether an output has no noise beyond rounding, its own or the model's: how much of that there is nobody measures."""
+    own = {s: typical([least_white(r, "tension_out_n") for r in records if r.system == s]) for s in measured.output}
+    return any(sensor.white_n <= own[s] for s, sensor in measured.output.items())
 
 
 def unrounded(records: Sequence[Record], noise: Noise) -> Noise:

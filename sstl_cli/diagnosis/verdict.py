@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
-from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Rows
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
+from sstl_cli.diagnosis.reasons import carried, explained, left, strained
 from sstl_cli.diagnosis.weights import Weights
-from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
-Ids = tuple[str, ...]
 NONE: Ids = ()
 UNKNOWN: Ids = ("?",)
 IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown", "none"
@@ -241,8 +240,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE
     first = next((c for c in rows.candidates if c.ids == top), None)
-    if first is not None and (_carried(first, rows) < HALF or _strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
+    if first is not None and (carried(first, rows) < HALF or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
+        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
@@ -251,63 +250,28 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     sure = sum(p[k] for k in family) if ranked else 0.0
     if sure >= weights.commit and not _told(rows, top, family, weights.member):
         group = tuple(dict.fromkeys((*family, *rivalling)))
-        why = f"{_explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
+        why = f"{explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, why)
     if sure >= weights.commit and tied:
         group = tuple(dict.fromkeys((top, *sorted(rivalling, key=lambda k: (-p[k], k)))))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
-        said = f"{_explained(rows, top)}; {rivals} explain this data as well"
+        said = f"{explained(rows, top)}; {rivals} explain this data as well"
         return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
     if sure >= weights.commit:
-        return Verdict(IDENTIFIED, top, _sure(sure, weights, prior), (top,), p, _explained(rows, top))
+        return Verdict(IDENTIFIED, top, _sure(sure, weights, prior), (top,), p, explained(rows, top))
     likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
         return Verdict(NOTHING, (), _sure(p[NONE], weights, prior), (), p, why)
     if p[UNKNOWN] >= named:
-        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, _left(rows, top))
+        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, left(rows, top))
     group = _set(ranked, p, weights.cover)
     share = sum(p[k] for k in group)
     if len(group) == 1:
-        why = f"{_explained(rows, top)}, but {_runner_up(p)} is not ruled out"
+        why = f"{explained(rows, top)}, but {_runner_up(p)} is not ruled out"
         return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, why)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
-    return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{_explained(rows, top)}; {rivals} explain it about as well")
-
-
-def _carried(c: CandidateRow, rows: Rows) -> float:
-    """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
-
-    Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments).
-    What was held out has the same say: no candidate takes off more than it may at most remove there. Not of jumps, which nobody
-    can foretell, as long as they leave no more than the noise.
-    """
-    if c.kind == OUTPUT:
-        left = max(c.chi2 - 1.0, 0.0)
-        share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
-        if _only_scatters(c):
-            return 0.0
-        foretold = left > 1.0 or not _averaged(c)
-        return share if c.held is None or not foretold else min(share, c.held)
-    if c.kind != BESIDE:
-        return 1.0
-    # the channel beside states its share of the error, and what is left in units of the noise
-    left = (1.0 - c.share) ** 2
-    return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
-
-
-def _averaged(c: CandidateRow) -> bool:
-    return any(get(i).averaged for i in c.ids)
-
-
-def _only_scatters(c: CandidateRow) -> bool:
-    """Whether a mean over jumps is on the whole no nearer to the output than the base: its scatter takes up whatever there is."""
-    return _averaged(c) and c.share <= 0.0
-
-
-def _strained(c: CandidateRow) -> bool:
-    """Whether several effects explain by sizes alone that none of them usually has: together they describe a gap and are no cause of it."""
-    return c.kind == OUTPUT and len(c.ids) > 1 and c.outside >= c.strengths
+    return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{explained(rows, top)}; {rivals} explain it about as well")
 
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
@@ -362,38 +326,6 @@ def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], least: float) -> tuple[I
     """Return the candidates whose part of the named probability is not below the learned one (Sadinle, Lei, Wasserman 2019)."""
     named = sum(p[k] for k in ranked)
     return tuple(k for i, k in enumerate(ranked) if i == 0 or p[k] >= least * named)
-
-
-def _explained(rows: Rows, ids: Ids) -> str:
-    row = next(c for c in rows.candidates if c.ids == ids)
-    name = " + ".join(ids)
-    if row.kind == RECORDER:
-        return f"{name} carries {100.0 * row.share:.0f} % of the squared error beyond the noise"
-    if row.kind == BESIDE:
-        return f"{name} takes {100.0 * row.share:.0f} % off the error of the channel beside"
-    left = max(row.chi2 - 1.0, 0.0) * row.chi2
-    return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(left):.0f} % of the noise beyond it"
-
-
-def _left(rows: Rows, top: Ids) -> str:
-    worst = rows.best.worst()
-    row = next((c for c in rows.candidates if c.ids == top), None)
-    if row is None or not top:
-        return f"something is left that no candidate explains ({worst.name})"
-    best, carried = f"even the best candidate, {' + '.join(top)},", _carried(row, rows)
-    if _strained(row) and carried >= HALF:
-        return f"{best} would need sizes that none of its effects usually has"
-    if _only_scatters(row):
-        return f"{best} scatters by as much, but is on average no nearer to the output than nothing added"
-    if row.kind == BESIDE:
-        return f"{best} takes only {100.0 * carried:.0f} % off what noise is not in the channel beside"
-    if row.held is not None and carried == row.held < HALF:
-        return (
-            f"{best} removes {100.0 * carried:.0f} % at most of the gap of what was held out"
-            if carried > 0.0
-            else f"{best} describes what was held out worse than nothing added"
-        )
-    return f"{best} leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
 
 
 def _runner_up(p: Mapping[Ids, float]) -> str:

@@ -120,7 +120,8 @@ def _verdict(g: Given) -> Verdict:
     members = {title: list(parts) for title, parts in said.classes.items()}
     members |= {name(ids): list(ids) for ids in said.group if len(ids) > 1}
     least = [LeastShown(**asdict(s)) for s in limit.least_shown(g.search)] if _asks_least(g) else None
-    worst = sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD] if said.status == UNDECIDED else None
+    # what chance makes now and then is not left over
+    worst = [t for t in sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD] if t.z > 2.0] if said.status == UNDECIDED else None
     found = Verdict(
         status=said.status,
         effects=_by_size(g),
@@ -296,7 +297,8 @@ def _baselines(g: Given, errors: Errors) -> Simple:
     n = max(float(w.sum()), 2.0)
 
     def bic(residual: Array, k: int) -> float:
-        return n * float(np.log(np.sum(w * residual**2) / n)) + k * float(np.log(n))
+        # an exact model leaves nothing at all
+        return n * float(np.log(max(float(np.sum(w * residual**2)) / n, 1e-300))) + k * float(np.log(n))
 
     scores = {x.ids[0]: bic(x.fit.residual, len(x.fit.free)) for x in singles}
     best = min(scores, key=lambda k: scores[k])

@@ -13,11 +13,12 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import features, following
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.faults import RecorderEffect
+from sstl_cli.diagnosis.features import Ids
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.scale import Scale
-from sstl_cli.diagnosis.verdict import Ids, Verdict
+from sstl_cli.diagnosis.verdict import Verdict
 
 Array = NDArray[np.float64]
 

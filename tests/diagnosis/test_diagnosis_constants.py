@@ -30,7 +30,7 @@ COMPILED = {"kalman.py", "simulator.py", "smoother.py", "tries.py"}
 MATHEMATICS = {
     # percent; of the normal: 95 % within 1.96, 2.5 and 97.5 %
     "shrink.py": {100.0: 4, 1.96: 1, 2.5: 1, 97.5: 1},
-    "verdict.py": {100.0: 5},
+    "reasons.py": {100.0: 5},
     "features.py": {1.96: 1},
     "by_run.py": {1.96: 2},
     "stages.py": {100.0: 1},

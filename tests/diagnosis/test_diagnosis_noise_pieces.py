@@ -236,3 +236,10 @@ def test_noise_is_strained_by_what_it_had_to_take_up_and_not_by_what_it_did_not(
     two = Noise(*({**part, "sstl": part["act"]} for part in (plain.input, plain.output, plain.smoother)))
     strained = replace(two, output={**two.output, "sstl": louder(white=np.exp(2.0 * WHITE)).output["act"]})
     assert of.strain(strained, two) == pytest.approx(1.0)
+
+
+def test_noise_that_is_all_rounding_is_known_to_be_no_more_than_that():
+    least = white.typical([white.least_white(r, "tension_out_n") for r in RECORDS])
+    assert least > 0.0
+    at = [replace(QUIET, output={"act": Sensor(n, 0.0, 0.1)}) for n in (least, 1.01 * least)]
+    assert [rounding.at_least_rounding(RECORDS, n) for n in at] == [True, False]

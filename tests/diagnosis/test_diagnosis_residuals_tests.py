@@ -26,12 +26,12 @@ def test_means_and_spreads_of_bins_by_hand():
     count = LEAST_CELL + 1
     z = np.concatenate((np.full(count, 1.0), np.full(count, -2.0), [9.0, 9.0]))
     index = np.repeat([0, 1, 2], [count, count, 2])
-    mean, spread = residuals._binned("x", z, z, np.ones(len(z), bool), index, ["a", "b", "c"], {})
+    mean, spread = residuals._binned("x", z, z, np.ones(len(z), bool), index, ["a", "b", "c"], {}, False)
     # squared sums over counts, and the third bin is too small: 6 + 24 over two bins
     assert mean == Misfit("mean by x", pytest.approx((30.0 - 2.0) / 2.0), pytest.approx(14.0), "b", pytest.approx(15.0))
     # z^2 - 1 is 0 and 3, of variance 2
     assert spread == Misfit("spread by x", pytest.approx((27.0 - 2.0) / 2.0), pytest.approx(12.5), "b", pytest.approx(13.5))
-    masked = residuals._binned("x", z, z, index != 1, index, ["a", "b", "c"], {})
+    masked = residuals._binned("x", z, z, index != 1, index, ["a", "b", "c"], {}, False)
     assert masked[0].peak == "a" and masked[0].dispersion == pytest.approx(6.0)
 
 
@@ -47,7 +47,7 @@ def test_power_over_bands_of_frequency_is_that_of_the_spectrum():
     rng = np.random.default_rng(1)
     z = rng.standard_normal(200)
     keep = np.arange(200) % 7 > 0
-    found = residuals._spectrum(*small(z, keep))
+    found = residuals._spectrum(*small(z, keep), False)
     n, t = 200, np.arange(200)
     power, count = np.zeros(5), np.zeros(5)
     for k in range(1, 101):
@@ -59,7 +59,7 @@ def test_power_over_bands_of_frequency_is_that_of_the_spectrum():
     used = count > 0
     chi2 = np.sum((power[used] - count[used]) ** 2 / count[used])
     assert (found.name, found.dispersion) == ("power by frequency", pytest.approx(chi2 / used.sum())) and used.sum() == 4
-    tone = residuals._spectrum(*small(5.0 * np.sin(2.0 * np.pi * 1.0 * 0.1 * t)))
+    tone = residuals._spectrum(*small(5.0 * np.sin(2.0 * np.pi * 1.0 * 0.1 * t)), False)
     assert tone.peak == "0.5-2 Hz"
 
 
@@ -130,3 +130,16 @@ def test_less_than_the_known_scatter_is_brought_to_it_and_more_is_not():
     quiet = 0.3 * noise(8) + 0.1 * NOISE_N * (simulator().run == 1)
     a, b = ({t.name: t.z for t in leftover(s, made(quiet)).tests} for s in (known, simulator()))
     assert a["mean by run"] == b["mean by run"] and a["spread by run"] < 10.0 < 30.0 < b["spread by run"]
+
+
+def test_less_noise_than_it_is_at_most_is_no_sign_of_anything():
+    model = simulator()
+    # a quarter of the runs is as loud as stated, the rest much quieter
+    loud = noise(9) * np.where(model.run == 0, 1.0, 0.05)
+    plain, bounded = ({t.name: t.z for t in leftover(model, made(loud), at_most).tests} for at_most in (False, True))
+    quiet = [n for n in plain if n.startswith("spread") or n == "power by frequency"]
+    assert all(plain[n] > 20.0 and bounded[n] < 3.0 for n in quiet)
+    assert all(plain[n] == bounded[n] for n in plain if n not in quiet)
+    # more of it is one as before
+    more = {t.name: t.z for t in leftover(model, made(noise(9) * np.where(model.run == 0, 1.5, 0.05)), True).tests}
+    assert more["spread by run"] > 20.0

@@ -1,0 +1,82 @@
+"""How much of a gap a candidate carries, and why it is said to be its cause or is not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sstl_cli.diagnosis.constants import HALF
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows
+from sstl_cli.physics.effects import get
+
+
+def carried(c: CandidateRow, rows: Rows) -> float:
+    """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
+
+    Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments).
+    What was held out has the same say: no candidate takes off more than it may at most remove there. Not of jumps, which nobody
+    can foretell, as long as they leave no more than the noise.
+    """
+    if c.kind == OUTPUT:
+        left = max(c.chi2 - 1.0, 0.0)
+        share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
+        if only_scatters(c):
+            return 0.0
+        foretold = left > 1.0 or not averaged(c)
+        return share if c.held is None or not foretold else min(share, c.held)
+    if c.kind != BESIDE:
+        return 1.0
+    # the channel beside states its share of the error, and what is left in units of the noise
+    left = (1.0 - c.share) ** 2
+    return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
+
+
+def averaged(c: CandidateRow) -> bool:
+    """Whether a law is the mean over jumps at unknown moments."""
+    return any(get(i).averaged for i in c.ids)
+
+
+def only_scatters(c: CandidateRow) -> bool:
+    """Whether a mean over jumps is on the whole no nearer to the output than the base: its scatter takes up whatever there is."""
+    return averaged(c) and c.share <= 0.0
+
+
+def strained(c: CandidateRow) -> bool:
+    """Whether several effects explain by sizes alone that none of them usually has: together they describe a gap and are no cause of it."""
+    return c.kind == OUTPUT and len(c.ids) > 1 and c.outside >= c.strengths
+
+
+def explained(rows: Rows, ids: Ids) -> str:
+    """Return by what a candidate is thought to be the cause."""
+    row = next(c for c in rows.candidates if c.ids == ids)
+    name = " + ".join(ids)
+    if row.kind == RECORDER:
+        return f"{name} carries {100.0 * row.share:.0f} % of the squared error beyond the noise"
+    if row.kind == BESIDE:
+        return f"{name} takes {100.0 * row.share:.0f} % off the error of the channel beside"
+    rest = max(row.chi2 - 1.0, 0.0) * row.chi2
+    return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it"
+
+
+def left(rows: Rows, top: Ids) -> str:
+    """Return why even the most probable candidate is not thought to be the cause."""
+    worst = rows.best.worst()
+    row = next((c for c in rows.candidates if c.ids == top), None)
+    if row is None or not top:
+        return f"something is left that no candidate explains ({worst.name})"
+    best, share = f"even the best candidate, {' + '.join(top)},", carried(row, rows)
+    if strained(row) and share >= HALF:
+        return f"{best} would need sizes that none of its effects usually has"
+    if only_scatters(row):
+        return f"{best} scatters by as much, but is on average no nearer to the output than nothing added"
+    if row.kind == BESIDE:
+        return f"{best} takes only {100.0 * share:.0f} % off what noise is not in the channel beside"
+    if row.held is not None and share == row.held < HALF:
+        return (
+            f"{best} removes {100.0 * share:.0f} % at most of the gap of what was held out"
+            if share > 0.0
+            else f"{best} describes what was held out worse than nothing added"
+        )
+    if worst.z <= 2.0:
+        louder = "explains it only beside noise that is larger than was measured"
+        return f"{best} {louder if (rows.log.strain or 0.0) > 1.0 else 'is less likely than something that has no name here'}"
+    return f"{best} leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
