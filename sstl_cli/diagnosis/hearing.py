@@ -46,14 +46,14 @@ def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simul
     Every way the same models are asked, with the same columns projected out.
     """
     columns = _columns(sim, coarse)
-    noise, nats = _noise(sim, coarse, measured, columns)
+    noise, nats = _likely(sim, coarse, measured, columns)
     own = entering(sim.problem.records, noise, measured)
     plain, told_of = sim.problem, set[str]()
     # readings of a movement that is not quite smooth take some of the noise for movement: what comes out may know better
     for sensors in (own, _alike(own, noise)) if own else ():
         problem = told(plain, {k: Slow(s.coloured_n, s.correlation_s) for k, s in sensors.items()})
         believed = replace(measured, input={**measured.input, **sensors}, spread=noise.spread)
-        found, cost = _noise(replace(sim, problem=problem), coarse, believed, columns)
+        found, cost = _likely(replace(sim, problem=problem), coarse, believed, columns)
         better = {k for k in sensors if cost[k] < nats[k]}
         pairs = zip(sim.problem.records, problem.records, strict=True)
         sim = replace(sim, problem=replace(problem, records=tuple(b if b.system in better else a for a, b in pairs)))
@@ -77,6 +77,11 @@ def _either(one: Noise, other: Noise, those: set[str]) -> Noise:
     return replace(other, **{p: {k: getattr(one if k in those else other, p)[k] for k in getattr(other, p)} for p in parts})
 
 
+def beside(sim: Simulator, fits: Sequence[Fit], measured: Noise) -> Noise:
+    """Return the most likely noise in what fits together leave: the base, the best one and others."""
+    return _likely(sim, fits, measured, _columns(sim, fits))[0]
+
+
 def _leading(coarse: Sequence[Fit]) -> Fit:
     return coarse[1] if len(coarse) > 1 else coarse[0]
 
@@ -90,7 +95,7 @@ def _columns(sim: Simulator, coarse: Sequence[Fit]) -> Array:
     return np.asarray(columns[:, np.any(columns * sim.weight[:, None] != 0.0, axis=0)])
 
 
-def _noise(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Array) -> tuple[Noise, dict[str, float]]:
+def _likely(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Array) -> tuple[Noise, dict[str, float]]:
     """Return the most likely noise in what the best few models together leave, by the phases of the best, and its cost by system."""
     best = _leading(coarse)
     phases = sim.phases(best.theta, best.effects, measured)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import by_run, hearing
+from sstl_cli.diagnosis import again, by_run, hearing
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -105,12 +105,17 @@ def run(
     groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
     for done in each(alone, groups, workers):
         found.singles[done[0].ids[0]] = done
-    for size in range(2, min(max_effects, len(found.singles)) + 1):
+    most = min(max_effects, len(found.singles))
+    for size in range(2, most + 1):
         if passed(SIZES[size - 1]):
             continue
         if not combine(found, size, workers):
             break
+        if size == 2:
+            found = again.beside_the_best(found, max_effects, workers)
         advance(COMBINED / max(max_effects - 1, 1))
+    if not found.combined:
+        found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
     return found
 
