@@ -16,10 +16,13 @@ from sstl_cli.diagnosis.constants import LEAST_GAP, MISFITS, SHARES
 from sstl_cli.diagnosis.features import OUTPUT, Ids, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
+    AMBIGUOUS,
     CANDIDATE_TERMS,
     IDENTIFIED,
     LOG_TERMS,
     NONE,
+    NOTHING,
+    UNDECIDED,
     UNKNOWN,
     Verdict,
     candidate_terms,
@@ -53,6 +56,7 @@ WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
 # kinds of the cases whose effect is no candidate: drawn so, and searched again without it
 EXCLUDED, WITHOUT = "excluded", "without"
 SCHEMA = "sstl.weights/1"
+STATUSES = (IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING)
 COMMITS = np.linspace(0.5, 0.98, 25)
 # share of its response by which a law is usually off
 USUAL_SHARE = MISFITS[1]
@@ -190,7 +194,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None,
         dict.fromkeys(FAMILIES, 1.0),
         0.5,
         0.1,
-        (),
+        {},
         dict(provenance or {}),
     )
 
@@ -225,10 +229,10 @@ def calibrated(judged: Judged, weights: Weights, more: Judged = ()) -> Weights:
     more : sequence of (example, probabilities), optional
         Cases of another question that say as well by how much the laws of a family's members are off.
     """
-    bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability=())
+    bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability={})
     bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(judged, bare))
-    return replace(bare, reliability=_reliability([(e, decided(e.rows, p, bare)) for e, p in judged]))
+    return replace(bare, reliability=_by_status([(e, decided(e.rows, p, bare)) for e, p in judged]))
 
 
 def _member(family: set[str], judged: Judged, weights: Weights) -> float:
@@ -287,6 +291,13 @@ def is_wrong(e: Example, said: Verdict) -> bool:
     return said.status == IDENTIFIED and not set(said.effects) <= set(e.answer)
 
 
+def _by_status(said: Sequence[tuple[Example, Verdict]]) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Return for each status what was stated and the share that was right; of all together where there are too few of one."""
+    every = _reliability(said)
+    own = {s: _reliability([(e, v) for e, v in said if v.status == s]) for s in STATUSES}
+    return {s: rows or every for s, rows in own.items()}
+
+
 def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, float], ...]:
     """Return stated probability against share of right verdicts, monotone (Zadrozny and Elkan 2002)."""
     x = np.array([v.confidence for _, v in said if v.confidence is not None])
@@ -307,7 +318,7 @@ def to_document(w: Weights) -> dict[str, Any]:
         "member": dict(w.member),
         "quiet": w.quiet,
         "cover": w.cover,
-        "reliability": [list(r) for r in w.reliability],
+        "reliability": {status: [list(r) for r in rows] for status, rows in w.reliability.items()},
         "candidate": dict(w.candidate),
         "none": dict(w.none),
         "unknown": dict(w.unknown),

@@ -6,6 +6,8 @@ there along the slope of the signal behind it, so that it keeps its own noise; b
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,6 +24,14 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Places = NDArray[np.int64]
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+
+
+def since_first(runs: Sequence[Run]) -> list[float]:
+    """Return how long (s) after the first of all runs each began; 0 for all where no clock went on from one to the next."""
+    order = sorted(runs, key=lambda r: float(r.time_s[0]))
+    if any(b.time_s[0] < a.time_s[-1] for a, b in itertools.pairwise(order)):
+        return [0.0] * len(runs)
+    return [float(r.time_s[0] - order[0].time_s[0]) for r in runs]
 
 
 def on_grid(run: Run, finite: Mask) -> Run:

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sstl_cli.diagnosis.simulator import RUNS, Free, free_parameters
+from sstl_cli.diagnosis.simulator import LINE, RUNS, Free, free_parameters
 from sstl_cli.physics.effects import get
 
 # effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
@@ -34,6 +34,11 @@ class Hypothesis:
         """Return both together; what they share is free once."""
         more = tuple(f for f in other.free if f not in self.free)
         return Hypothesis((*self.ids, *(i for i in other.ids if i not in self.ids)), (*self.free, *more))
+
+
+def at_known_load(h: Hypothesis) -> Hypothesis:
+    """Return a hypothesis under which the load gives way as far as it is known to: another one would change what is there already."""
+    return Hypothesis(h.ids, tuple(f for f in h.free if f.effect is not LINE))
 
 
 def full(effect_id: str, systems: Sequence[str]) -> Hypothesis:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.clock import Corners, blurred, hiding, on_grid
+from sstl_cli.diagnosis.clock import Corners, blurred, hiding, on_grid, since_first
 from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
 from sstl_cli.diagnosis.jitter import Piece, unstamped
@@ -100,6 +100,8 @@ class Record:
     rounds: Array = field(default_factory=lambda: np.zeros(len(ROUNDINGS)))
     passes: Passes | None = None
     jitter_s: float = 0.0
+    # since the first run of the session began, where one clock went through all of it
+    begun_s: float = 0.0
     # its input behind drives that round corners, by width in samples: what smoothing costs is paid once
     behind: dict[float, Input] = field(default_factory=dict, compare=False)
 
@@ -185,7 +187,8 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0, made: Mapping[str, Record]
         records = tuple(replace(r, config=used.index(r.config)) for r in records)
         configs = tuple(configs[c] for c in used)
     late = unstamped([p for r in records for p in _about_clock(r)])
-    records = tuple(replace(r, jitter_s=late) for r in records)
+    begun = since_first([r.raw for r in records])
+    records = tuple(replace(r, jitter_s=late, begun_s=s) for r, s in zip(records, begun, strict=True))
     return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records), unit_n)
 
 

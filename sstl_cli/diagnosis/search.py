@@ -28,7 +28,7 @@ from sstl_cli.diagnosis.constants import (
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, each
-from sstl_cli.diagnosis.hypotheses import Hypothesis, variants
+from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, variants
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid, screen, starting
@@ -61,7 +61,7 @@ def run(
     spread = float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0)))
     plain = _plain(small, max(spread, 1e-9))
     base = fit(small, plain, NOTHING, base.theta, np.zeros(0), BASE_ITERATIONS, careful=True)
-    starts = [h for i in ids for h in starting(i, sim.problem.systems)]
+    starts = _as_known(sim, [h for i in ids for h in starting(i, sim.problem.systems)])
 
     def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
         gain, start = screen(small, base, h)
@@ -118,6 +118,10 @@ def run(
         found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
     return found
+
+
+def _as_known(sim: Simulator, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    return [at_known_load(h) for h in found] if sim.load_known else list(found)
 
 
 def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], workers: int) -> tuple[Search, list[Fit]]:
@@ -203,7 +207,7 @@ def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]
     a += 1e-9 * np.diag(np.diag(a) + 1e-12)
     neutral = np.array([f.parameter.neutral for f in whole.free])
     rows = []
-    for h in variants(whole.ids[0], sim.problem.systems):
+    for h in _as_known(sim, variants(whole.ids[0], sim.problem.systems)):
         if len(h.free) == len(whole.free):
             continue
         kept = np.array([f in h.free for f in whole.free])

@@ -16,14 +16,20 @@ def sentence(document: dict[str, Any]) -> str:
     verdict = document["verdict"]
     effects, status, sure = verdict["effects"], verdict["status"], _sure(verdict["confidence"])
     left = document["gap"].get("known_misfit_n")
+    nothing = verdict.get("probability_none", 1.0)
+    if status == "none" and nothing < 1.0 - nothing - verdict.get("probability_unknown", 0.0):
+        what = "has changed since the simulator was accepted" if left else "is missing"
+        return f"It is not certain that anything {what}: {verdict['why']}{sure}."
     if status == "none" and left:
-        much = quantity(small(left), document.get("unit") or "N")
+        gap, unit = document["gap"], document.get("unit") or "N"
+        rest = max(gap["rmse_retuned_n"] ** 2 - (gap["noise_floor_n"] or 0.0) ** 2, 0.0) ** HALF
+        much = f"{quantity(small(rest), unit)} beyond the noise, where it was {quantity(small(left), unit)}"
         if (document.get("analysis") or {}).get("theta_changed"):
             return (
                 f"Theta has changed since the simulator was accepted ({_moved(document['analysis'])}): the tube bends otherwise, or "
                 f"rubs otherwise all along; as far as this data can show nothing else has{sure}."
             )
-        return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {much} as it did then{sure}."
+        return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {much}{sure}."
     if status == "none":
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
     if status == "unknown":

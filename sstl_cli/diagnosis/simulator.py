@@ -129,7 +129,8 @@ class Simulator:
         self._constants: tuple[Noise, Constants] | None = None
 
     def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
-        return replace(drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate), slip=r.slip, neighbour_n=neighbour_of(r))
+        drive = drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate)
+        return replace(drive, time_s=drive.time_s + r.begun_s, slip=r.slip, neighbour_n=neighbour_of(r))
 
     def _each(self, signal: Array) -> list[Array]:
         """Return a signal over all samples of the simulation, record by record."""
@@ -145,6 +146,11 @@ class Simulator:
             if not p.shape and p.name in values:
                 total[p.name] = min(max(total[p.name] + values[p.name] - p.neutral, p.least), p.most)
         return total
+
+    @property
+    def load_known(self) -> bool:
+        """Whether an effect along the line was accepted before, and with it how far the load gives way."""
+        return any(get(i).stage == TRANSITION for i in self.fixed)
 
     def slices(self) -> list[slice]:
         """Return the slice of each record in the concatenated arrays."""

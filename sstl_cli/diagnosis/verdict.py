@@ -236,12 +236,16 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)
     p = _causes(rows, _sizeable(rows, p))
+
+    def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
+        return Verdict(status, effects, _sure(status, stated, weights, prior), group, p, why)
+
     ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: (-p[k], k))
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE
     first = next((c for c in rows.candidates if c.ids == top), None)
     if first is not None and (carried(first, rows) < HALF or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
@@ -251,27 +255,29 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if sure >= weights.commit and not _told(rows, top, family, weights.member):
         group = tuple(dict.fromkeys((*family, *rivalling)))
         why = f"{explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
-        return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, why)
+        return say(AMBIGUOUS, top, sum(p[k] for k in group), group, why)
     if sure >= weights.commit and tied:
         group = tuple(dict.fromkeys((top, *sorted(rivalling, key=lambda k: (-p[k], k)))))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
         said = f"{explained(rows, top)}; {rivals} explain this data as well"
-        return Verdict(AMBIGUOUS, top, _sure(sum(p[k] for k in group), weights, prior), group, p, said)
+        return say(AMBIGUOUS, top, sum(p[k] for k in group), group, said)
     if sure >= weights.commit:
-        return Verdict(IDENTIFIED, top, _sure(sure, weights, prior), (top,), p, explained(rows, top))
+        return say(IDENTIFIED, top, sure, (top,), explained(rows, top))
     likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
-        return Verdict(NOTHING, (), _sure(p[NONE], weights, prior), (), p, why)
+        if p[NONE] < named:
+            why = f"of many that might be there none is likely; most likely of them {explained(rows, top)}"
+        return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
-        return Verdict(UNDECIDED, (), _sure(p[UNKNOWN], weights, prior), (), p, left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
     group = _set(ranked, p, weights.cover)
     share = sum(p[k] for k in group)
     if len(group) == 1:
         why = f"{explained(rows, top)}, but {_runner_up(p)} is not ruled out"
-        return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, why)
+        return say(AMBIGUOUS, top, share, group, why)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
-    return Verdict(AMBIGUOUS, top, _sure(share, weights, prior), group, p, f"{explained(rows, top)}; {rivals} explain it about as well")
+    return say(AMBIGUOUS, top, share, group, f"{explained(rows, top)}; {rivals} explain it about as well")
 
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
@@ -312,13 +318,14 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
     return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
 
 
-def _sure(p: float, w: Weights, prior: Mapping[str, float] | None) -> float | None:
-    """Return the share of verdicts with this probability that were right, None under a prior that nothing was tried with."""
+def _sure(status: str, p: float, w: Weights, prior: Mapping[str, float] | None) -> float | None:
+    """Return the share of verdicts of a status with this probability that were right, None under a prior that nothing was tried with."""
     if prior:
         return None
-    if not w.reliability:
+    told = w.reliability.get(status)
+    if not told:
         return p
-    x, y = zip(*w.reliability, strict=True)
+    x, y = zip(*told, strict=True)
     return float(np.interp(p, x, y))
 
 

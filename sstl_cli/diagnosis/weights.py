@@ -15,7 +15,10 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Weights:
-    """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model."""
+    """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model.
+
+    ``reliability`` has for each status what was stated, and the share of such verdicts that were right.
+    """
 
     candidate: Mapping[str, float]
     none: Mapping[str, float]
@@ -25,7 +28,7 @@ class Weights:
     member: Mapping[str, float]
     quiet: float
     cover: float
-    reliability: tuple[tuple[float, float], ...]
+    reliability: Mapping[str, tuple[tuple[float, float], ...]]
     provenance: Mapping[str, Any] = field(default_factory=dict)
     known: Weights | None = None
 
@@ -55,7 +58,7 @@ def from_document(d: Mapping[str, Any]) -> Weights:
         d["member"],
         d["quiet"],
         d["cover"],
-        tuple((float(a), float(b)) for a, b in d["reliability"]),
+        {status: tuple((float(a), float(b)) for a, b in rows) for status, rows in d["reliability"].items()},
         d["provenance"],
         from_document(d["known"]) if "known" in d else None,
     )

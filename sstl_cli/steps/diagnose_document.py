@@ -188,7 +188,7 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
     if interval is None:
         why = "no effect of the output was added" if fault is None else "a fault of the recorder has no scatter from run to run"
     return Gap(
-        rmse_base_n=max(given, base),
+        rmse_base_n=given,
         rmse_retuned_n=base,
         rmse_with_effect_n=with_effect,
         noise_floor_n=floor,

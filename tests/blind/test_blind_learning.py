@@ -98,8 +98,10 @@ def test_thresholds_keep_wrong_commits_few_and_sets_cover(library, others):
     said = [(e, verdict(e.rows, replace(others[e.simulator], commit=weights.commit, cover=weights.cover))) for e in library]
     committed = [is_right(e, v) for e, v in said if v.status == "identified"]
     assert len(committed) > 20 and sum(not r for r in committed) <= 0.015 * len(library) + 1
-    values = [b for _, b in weights.reliability]
-    assert values == sorted(values) and all(0.0 < v < 1.0 for v in values)
+    assert set(weights.reliability) == {"identified", "ambiguous", "unknown", "none"}
+    for rows in weights.reliability.values():
+        values = [b for _, b in rows]
+        assert values and values == sorted(values) and all(0.0 < v < 1.0 for v in values)
 
 
 def test_a_library_of_coin_flips_is_not_committed_to(library):

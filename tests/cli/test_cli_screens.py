@@ -15,7 +15,7 @@ from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 
 NOTHING = {
     "schema": "sstl.diagnosis/1",
-    "sentence": "As far as this data can show nothing has changed since the simulator was accepted: it leaves 0.0035 N as it did then.",
+    "sentence": "As far as this data can show nothing has changed since the simulator was accepted: it leaves 0.0031 N beyond the noise, where it was 0.0035 N.",
     "verdict": {
         "status": "none",
         "effects": [],

@@ -1,10 +1,12 @@
 """Clocks that are stamped but not steady, sensors with a clock of their own, and stretches that nobody recorded."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import cornered, hiding, on_grid, tops
+from sstl_cli.diagnosis.clock import cornered, hiding, on_grid, since_first, tops
 from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 from sstl_cli.diagnosis.records import prepare
@@ -145,3 +147,10 @@ def test_the_extreme_that_a_hold_keeps_may_lie_between_two_samples(between):
     run = Run("a", "act", time, *(c + 0.005 * rng.standard_normal(len(time)) for c in (u, y)))
     # 6 N/s: a sample misses up to 60 mN of a peak, the hold half of that, six times the noise
     assert gather([run], DiagnoseOptions(effects=("crosstalk",), max_effects=1)).rows.log.base_chi2 < 1.2
+
+
+def test_a_clock_that_goes_on_tells_when_each_run_began():
+    first, second, third = (Run(str(a), "act", a + np.arange(5.0), np.ones(5), np.ones(5)) for a in (0.0, 100.0, 250.0))
+    assert since_first([second, first, third]) == [100.0, 0.0, 250.0]
+    # each file has a clock of its own
+    assert since_first([first, replace(second, time_s=first.time_s)]) == [0.0, 0.0] and since_first([third]) == [0.0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sstl_cli.diagnosis.hypotheses import apart, full, variants
+from sstl_cli.diagnosis.hypotheses import apart, at_known_load, full, variants
 from sstl_cli.physics.effects import catalogue
 
 BOTH = ("act", "sstl")
@@ -66,3 +66,9 @@ def test_sensors_on_a_common_mount_are_a_law_of_crosstalk():
     assert [sorted(names(h)) for h in variants("crosstalk", BOTH)] == [
         ["c_in_to_out"], ["c_out_to_in"], ["m_out"], ["m_in"], ["c_in_to_out", "c_out_to_in"], ["m_in", "m_out"],
     ]  # fmt: skip
+
+
+def test_a_load_that_is_known_is_free_in_no_hypothesis():
+    for h in variants("viscous", BOTH):
+        assert names(h)[-1] == "load_mm_per_n" and names(at_known_load(h)) == names(h)[:-1]
+    assert at_known_load(full("gain_error", BOTH)) == full("gain_error", BOTH)

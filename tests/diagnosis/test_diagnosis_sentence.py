@@ -76,9 +76,16 @@ def test_nothing_and_not_known_are_said_as_such():
     assert sentence(found).startswith("The simulator already explains the log to its noise floor") and sentence(found).endswith(
         " (right in 50 of 100 such cases)."
     )
-    found["gap"] = {**GAP, "known_misfit_n": 0.123}
-    assert "since the simulator was accepted: it leaves 0.12 N as it did then (right" in sentence(found)
-    assert "it leaves 0.12 V as" in sentence({**found, "unit": "V"})
+    found["gap"] = {**GAP, "known_misfit_n": 0.123, "noise_floor_n": 0.15}
+    assert "since the simulator was accepted: it leaves 0.2 N beyond the noise, where it was 0.12 N (right" in sentence(found)
+    assert "it leaves 0.2 V beyond" in sentence({**found, "unit": "V"})
+    # less likely than all that may be there together: a claim would be one too much
+    found["verdict"] |= {"probability_none": 0.3, "probability_unknown": 0.3, "why": "none is likely"}
+    assert sentence(found).startswith("It is not certain that anything has changed since the simulator was accepted: none is likely (")
+    found["gap"] = GAP
+    assert sentence(found).startswith("It is not certain that anything is missing: none is likely (")
+    found["verdict"]["probability_none"] = 0.4
+    assert sentence(found).startswith("The simulator already explains")
     assert sentence(document("unknown", effects=())) == "The cause of the gap is not known: it moves."
 
 
@@ -117,7 +124,7 @@ def test_what_is_dimensionless_has_no_unit_and_a_gap_below_a_thousandth_says_jus
     assert lines(found)[0] == "  1 N as given -> < 0.001 N re-tuned; noise floor -"
     assert lines(found)[-1] == "  would have shown: pulley_friction from 0.00068 on, a gap of < 0.001 N"
     found["gap"]["known_misfit_n"] = 1e-9
-    assert "it leaves < 0.001 N as it did then" in sentence(found)
+    assert "it leaves < 0.001 N beyond the noise, where it was < 0.001 N" in sentence(found)
 
 
 def test_what_is_left_over_is_shown_twice_at_most():

@@ -6,6 +6,7 @@ The weights are zero but for intercepts, so that each case states the probabilit
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def seen(*ids, p, evidence=1000.0, kind=OUTPUT, share=1.0, drop=None, gain=LARGE
     return Seen(p, replace(row, **more))
 
 
-def weights(candidates=(), none=0.1, unknown=0.1, reliability=()):
+def weights(candidates=(), none=0.1, unknown=0.1, reliability=MappingProxyType({})):
     """Return weights under which each candidate has just its probability; of one combination ``more`` makes up the rest."""
     effect = {c.row.ids[0]: float(np.log(c.p)) for c in candidates if len(c.row.ids) == 1}
     pair = [float(np.log(c.p)) - sum(effect.get(i, 0.0) for i in c.row.ids) for c in candidates if len(c.row.ids) > 1]
@@ -63,7 +64,7 @@ def weights(candidates=(), none=0.1, unknown=0.1, reliability=()):
     )  # fmt: skip
 
 
-def said(*candidates, none=0.1, unknown=0.1, log=LOG, best=LOUD, prior=None, reliability=()):
+def said(*candidates, none=0.1, unknown=0.1, log=LOG, best=LOUD, prior=None, reliability=MappingProxyType({})):
     rows = Rows(log, tuple(c.row for c in candidates), LOUD, best)
     return verdict(rows, weights(candidates, none, unknown, reliability), prior)
 
@@ -199,7 +200,7 @@ def test_the_prior_of_a_pair_is_the_product_of_its_parts():
 
 
 def test_confidence_is_read_from_what_was_right_elsewhere():
-    found = said(seen("viscous", p=0.9), none=0.05, unknown=0.05, reliability=((0.5, 0.2), (1.0, 0.7)))
+    found = said(seen("viscous", p=0.9), none=0.05, unknown=0.05, reliability={"identified": ((0.5, 0.2), (1.0, 0.7))})
     assert found.confidence == pytest.approx(0.6)
 
 
