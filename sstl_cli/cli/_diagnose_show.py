@@ -47,7 +47,10 @@ def tables(screen: Screen, document: DiagnosisDocument) -> None:
     following = document.next_experiment
     if following and document.verdict.status != "none":
         apart = " from ".join(following.separates)
-        screen.say(f"record next: {following.trajectory}, to tell {apart}; {following.why}")
+        if following.settles is False:
+            screen.say(f"to tell {apart}: {following.why} (most by a {following.trajectory})")
+        else:
+            screen.say(f"record next: {following.trajectory}, to tell {apart}; {following.why}")
 
 
 def plan(screen: Screen, document: PlanDocument) -> None:

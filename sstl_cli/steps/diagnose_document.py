@@ -357,8 +357,8 @@ def _next(g: Given) -> NextExperiment | None:
     does = (
         f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} ({here})"
         if experiment.settles
-        else f"no movement of the menu settles it within these tensions and rates: at most D^2 = {experiment.d2:.3g} (24 would), "
-        f"here {experiment.d2_here:.3g}"
+        else f"no movement of the menu settles it within these tensions and rates: at most D^2 = {experiment.d2:.1f} (24 would), "
+        f"here {experiment.d2_here:.1f}"
     )
     unit_n = g.problem.unit_n
     return NextExperiment(
