@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing
+from sstl_cli.diagnosis import again, by_run, hearing, usual
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -117,7 +117,7 @@ def run(
     if not found.combined:
         found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
-    return found
+    return usual.beyond(found)
 
 
 def _as_known(sim: Simulator, found: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -91,6 +91,7 @@ class Simulator:
     ``fixed`` effects are those the user's own simulator already contains; the same effect as a candidate is a change of
     its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit),
     ``accepted`` the theta of a model that was accepted before, shape (configurations,),
+    ``usual`` the standard deviation by which each of its strengths varies from record to record, by effect and name,
     ``scatters`` whether the records know what an accepted model leaves, or how it varies.
     """
 
@@ -99,6 +100,7 @@ class Simulator:
     fixed: Effects = field(default_factory=dict)
     dispersion: Mapping[str, float] = field(default_factory=dict)
     accepted: Array | None = None
+    usual: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         p = self.problem

@@ -136,7 +136,21 @@ def applied(sim: Simulator, theta: Array, section: WanderSection | None, unit_n:
         )
         for r, s in zip(sim.problem.records, sim.slices(), strict=True)
     )
-    return replace(sim, problem=replace(sim.problem, records=records))
+    stretches = sum(len(r.wander.stretches) for r in records if r.wander is not None)
+    usual = of_a_record(here, stretches, len(records))
+    return replace(sim, problem=replace(sim.problem, records=records), usual=usual)
+
+
+def of_a_record(section: WanderSection, stretches: int, runs: int) -> dict[tuple[str, str], float]:
+    """Return by how much (standard deviation) each strength is off in a record of so many stretches and runs as a whole."""
+    found: dict[tuple[str, str], float] = {}
+    for v, count in ((section.stretch, stretches), (section.run, runs), (section.whole, 1)):
+        for effect_id, values in v.effects.items():
+            for p in get(effect_id).parameters:
+                if not p.shape and p.name in values:
+                    key = (effect_id, p.name)
+                    found[key] = float(np.hypot(found.get(key, 0.0), values[p.name] / np.sqrt(max(count, 1))))
+    return found
 
 
 def _columns(sim: Simulator, theta: Array, v: Variation) -> Array:
