@@ -12,7 +12,8 @@ import numpy as np
 import pyarrow as pa
 
 from sstl_cli.blind import sessions
-from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, write_library
+from sstl_cli.blind.learning import Example
+from sstl_cli.blind.library import LIBRARY, case_name, labelled, to_table, write_library
 from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.blind.strength import STRENGTHS
 from sstl_cli.core.documents.blind import BlindLibraryDocument
@@ -27,7 +28,7 @@ PLAN = "sstl.blind.library.plan/1"
 COMMAND = "sstl blind library"
 # combinations of more effects are no answer of any case
 MOST_EFFECTS = 2
-Gatherer = Callable[[Job], Labelled]
+Gatherer = Callable[[Job], Example]
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def run(
     )
 
 
-def gather(job: Job) -> Labelled:
+def gather(job: Job) -> Example:
     """Return the rows of one case, searched as ``sstl diagnose`` does, with ``--sim`` where a model was accepted before."""
     from threadpoolctl import threadpool_limits
 
@@ -125,7 +126,7 @@ def gather(job: Job) -> Labelled:
         return labelled(case_name(job), case.truth, evidence(case.runs, options).rows)
 
 
-def _gather_change(job: Job) -> Labelled:
+def _gather_change(job: Job) -> Example:
     """Return the rows of the second session of a case, compared with the model that was accepted on the first."""
     from threadpoolctl import threadpool_limits
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_truths import made_truth
 
 from sstl_cli.blind.library import LIBRARY, facts_of, labelled, read_library, to_table, write_library
 from sstl_cli.blind.schedule import KINDS, Entry, Job, jobs
@@ -53,8 +54,7 @@ def rows(true, rng):
 
 
 def truth_of(effects, simulator="rig", kind="single", strength=1.2, **more):
-    body = {"effects": {e: {} for e in effects}, "simulator": simulator, "kind": kind, "strength": strength}
-    return {**body, "excluded": False, "unlisted": [], "poor": None, **more}
+    return made_truth(effects, simulator=simulator, kind=kind, strength=strength, **more)
 
 
 def many(n, seed=1):
@@ -76,14 +76,14 @@ def save(path, cases, seeds=((7, 99),)):
 def test_a_library_gives_back_what_was_put_in(tmp_path):
     cases = list(many(12))
     found = read_library(save(tmp_path / "l.parquet", cases))
-    assert [(e.name, e.simulator, e.kind, e.answer) for e in found] == [(c.case, c.simulator, c.kind, c.answer) for c in cases]
+    assert [(e.name, e.simulator, e.kind, e.answer) for e in found] == [(c.name, c.simulator, c.kind, c.answer) for c in cases]
     for e, c in zip(found, cases, strict=True):
         assert [x.ids for x in e.rows.candidates] == [x.ids for x in c.rows.candidates]
         for a, b in zip((e.rows.log, *e.rows.candidates), (c.rows.log, *c.rows.candidates), strict=True):
             for name in vars(b):
                 exact = name in ("ids", "kind") or getattr(b, name) is None
                 assert getattr(a, name) == (getattr(b, name) if exact else pytest.approx(getattr(b, name), rel=1e-6))
-    assert facts_of(tmp_path / "l.parquet")["seeds"] == [[7, 99]]
+    assert facts_of(tmp_path / "l.parquet").seeds == [[7, 99]]
 
 
 def test_cases_that_teach_nothing_stay_out_of_the_examples(tmp_path):
