@@ -195,7 +195,4 @@ def _cut(run: Run, gaps: tuple[tuple[float, float], ...]) -> Run:
         there &= (share < start) | (share > start + length)
     if there.all() or there.sum() < LEAST_SAMPLES:
         return run
-    names = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-    arrays = {n: getattr(run, n) for n in names}
-    extra = {k: v[there] for k, v in run.extra.items()}
-    return replace(run, **{n: a[there] for n, a in arrays.items() if a is not None}, extra=extra)
+    return run.cut(there)
