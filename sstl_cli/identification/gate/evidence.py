@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,7 +196,7 @@ def evidence_of(run: Run) -> Evidence:
     tensions = tuple(name for name, unit in run.units.items() if unit == "N")
     step = np.diff(run.time_s)
     tenth = max(1, len(step) // 10)
-    base: dict[str, Any] = dict(
+    unknown = Evidence(
         run_id=run.run_id, config_id=run.config_id, system=run.system, location=run.location, lead_mm=run.lead_mm,
         trajectory=run.trajectory, tendon=run.tendon, samples=len(run), tensions=tensions,
         dt_s=median(step) if len(step) else math.nan,
@@ -206,18 +205,16 @@ def evidence_of(run: Run) -> Evidence:
         dt_error_s=float(np.std(step)) / math.sqrt(tenth) if len(step) else math.nan,
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
+        usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
+        swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
+        seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
+        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
     )  # fmt: skip
     if not _sound(run):
-        channels = (run.tension_in_n, run.tension_out_n)
-        a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
-        return Evidence(
-            **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-            correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
-            swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
-            seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-            position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
-        )  # fmt: skip
-    return Evidence(**base, usable=True, **_measured(run, base["sensors"]))
+        a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in (run.tension_in_n, run.tension_out_n))
+        return replace(unknown, ranges=(a, b))
+    return _of_readings(_of_movement(unknown, run), run)
 
 
 def _usual(step: Array) -> float:
@@ -233,8 +230,9 @@ def _sound(run: Run) -> bool:
     return all(not bool(unsound(v).any()) and float(np.ptp(v)) > 0.0 for v in channels)
 
 
-def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
-    raw = (run.tension_in_n, run.tension_out_n)
+def _of_movement(e: Evidence, run: Run) -> Evidence:
+    """Return the evidence with what friction makes of the readings, single spikes left out."""
+    sensors, raw = e.sensors, (run.tension_in_n, run.tension_out_n)
     clean = replace(run, tension_in_n=_middle_of_three(raw[0]), tension_out_n=_middle_of_three(raw[1]))
     # data that make no sense may overflow on their way to "not identified"
     with np.errstate(all="ignore"):
@@ -258,59 +256,73 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
         seam = (0.0, 0.0)
-    return {
-        **_of_readings(run, raw, sensors),
-        "loops": found.loops,
-        "ranges": ranges,
-        "line_share": tuple(line_share(t, v) for v in (x, y)),
-        "correlation": correlation,
-        "copy_rms": math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
-        "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
-        "play": play,
-        "causes": causes,
-        "shapes": shapes,
-        "forward_rms": residuals[0],
-        "swapped_rms": residuals[1],
-        "flipped_rms": residuals[2],
-        "lost": (lost_of(t, x, y, noises[0]), lost_of(t, y, x, noises[1])),
-        "seam": seam,
-        "seam_at_s": seam_at,
-        "position_span_mm": span_of(run.position_in_mm),
-        "position_follows": follows_of(run.position_in_mm, run.tension_in_n),
-        "reference_gain": reference_gain(run.tension_ref_n, run.tension_in_n),
-        "reference_lag": reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
-        "movement": movement_of(clean.tension_in_n),
-        "copies": copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
-    }
+    return replace(
+        e,
+        usable=True,
+        loops=found.loops,
+        ranges=ranges,
+        line_share=(line_share(t, x), line_share(t, y)),
+        correlation=correlation,
+        copy_rms=math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
+        slopes=agreed(slopes, play, causes, sensors[1].noise_n),
+        play=play,
+        causes=causes,
+        shapes=shapes,
+        forward_rms=residuals[0],
+        swapped_rms=residuals[1],
+        flipped_rms=residuals[2],
+        lost=(lost_of(t, x, y, noises[0]), lost_of(t, y, x, noises[1])),
+        seam=seam,
+        seam_at_s=seam_at,
+        position_span_mm=span_of(run.position_in_mm),
+        position_follows=follows_of(run.position_in_mm, run.tension_in_n),
+        reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
+        reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
+        movement=movement_of(clean.tension_in_n),
+        copies=copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
+    )
 
 
-def _of_readings(run: Run, raw: tuple[Array, Array], sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
-    """Return what the readings show as they are, whatever friction makes of them."""
-    strides = (sensors[0].stride, sensors[1].stride)
-    dt, stride = median(np.diff(run.time_s)), max(strides)
-    half, filled = len(run) // 2, filled_of(run.time_s, raw, sensors)
-    return {
-        "whole_share": tuple(float(np.mean(v == np.round(v))) for v in raw),
-        "digits_lost": tuple(digits_lost(v) for v in raw),
-        "two_values": tuple(bool(np.all((v == v.min()) | (v == v.max()))) for v in raw),
-        "raw_correlation": float(np.corrcoef(*raw)[0, 1]),
-        "noise_correlation": noise_correlation(*raw),
-        "roughness": tuple(
-            float(np.var(np.diff(v[::s]))) / (2.0 * max(float(np.var(v[::s])), 1e-300)) for v, s in zip(raw, strides, strict=True)
-        ),
-        "disorder": disorder_of(raw),
-        "dropouts": (dropouts_of(raw[0], raw[1]), dropouts_of(raw[1], raw[0])),
-        "hums": (hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
-        "stuck_while_n": tuple(_moved_meanwhile(run, i, sensors[i]) for i in (0, 1)),
+def _of_readings(e: Evidence, run: Run) -> Evidence:
+    """Return the evidence with what the readings show as they are, whatever friction makes of them."""
+    sensors, raw = e.sensors, (run.tension_in_n, run.tension_out_n)
+    stride = max(sensors[0].stride, sensors[1].stride)
+    dt, half, filled = median(np.diff(run.time_s)), len(run) // 2, filled_of(run.time_s, raw, sensors)
+
+    def noises(i: int) -> float:
         # what was filled in has no noise
-        "noise_ratio": (math.nan, math.nan)
-        if filled.length_s
-        else tuple(noise_ratio(v[:half], v[half:], s) for v, s in zip(raw, sensors, strict=True)),
-        "filled": filled,
-        "held_while": (held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
-        "keys": keys_of(*raw),
-        "sketch": sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
-    }
+        return math.nan if filled.length_s else noise_ratio(raw[i][:half], raw[i][half:], sensors[i])
+
+    return replace(
+        e,
+        whole_share=(_whole_share(raw[0]), _whole_share(raw[1])),
+        digits_lost=(digits_lost(raw[0]), digits_lost(raw[1])),
+        two_values=(_two_values(raw[0]), _two_values(raw[1])),
+        raw_correlation=float(np.corrcoef(*raw)[0, 1]),
+        noise_correlation=noise_correlation(*raw),
+        roughness=(_roughness(raw[0], sensors[0].stride), _roughness(raw[1], sensors[1].stride)),
+        disorder=disorder_of(raw),
+        dropouts=(dropouts_of(raw[0], raw[1]), dropouts_of(raw[1], raw[0])),
+        hums=(hum_of(dt, raw[0], raw[1], raw[0], stride), hum_of(dt, raw[1], raw[0], raw[0], stride)),
+        stuck_while_n=(_moved_meanwhile(run, 0, sensors[0]), _moved_meanwhile(run, 1, sensors[1])),
+        noise_ratio=(noises(0), noises(1)),
+        filled=filled,
+        held_while=(held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
+        keys=keys_of(*raw),
+        sketch=sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
+    )
+
+
+def _whole_share(v: Array) -> float:
+    return float(np.mean(v == np.round(v)))
+
+
+def _two_values(v: Array) -> bool:
+    return bool(np.all((v == v.min()) | (v == v.max())))
+
+
+def _roughness(v: Array, stride: int) -> float:
+    return float(np.var(np.diff(v[::stride]))) / (2.0 * max(float(np.var(v[::stride])), 1e-300))
 
 
 def _misplaced(raw: tuple[Array, Array], clean: tuple[Array, Array], ranges: tuple[Range, Range]) -> int:
