@@ -289,7 +289,7 @@ def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, floa
     return tuple((round(float(a), 4), round(float(b), 4)) for a, b in zip(grid, fitted.predict(grid), strict=True) if np.isfinite(b))
 
 
-def to_document(w: Weights) -> dict[str, Any]:
+def to_document(w: Weights) -> dict[str, object]:
     """Return weights as their document (``weights.json``)."""
     return {
         "schema": SCHEMA,

@@ -69,6 +69,6 @@ class CaseTruth:
         told: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in known.items()}
         return cls(**told)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, object]:
         """Return the document that is sealed."""
         return {k: v for k, v in asdict(self).items() if v is not None or k not in SOMETIMES}

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,14 +122,14 @@ class Inputs:
     phases: dict[str, Segments] = field(default_factory=dict)
     history: list[Epoch] = field(default_factory=list)
     evaluation: list[Evaluated] = field(default_factory=list)
-    evaluate: list[dict[str, Any]] = field(default_factory=list)
+    evaluate: list[tuple[str, Mapping[str, object]]] = field(default_factory=list)
     predictions: list[Predicted] = field(default_factory=list)
     model: list[Model] = field(default_factory=list)
     command: list[CommandView] = field(default_factory=list)
     score: list[ScoreRow] = field(default_factory=list)
     diagnosis: list[Diagnosed] = field(default_factory=list)
     blind: list[Scored] = field(default_factory=list)
-    document: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    document: list[tuple[str, Mapping[str, object]]] = field(default_factory=list)
     files: list[tuple[str, str, str]] = field(default_factory=list)
     catalogue: dict[str, EffectNote] = field(default_factory=dict)
 

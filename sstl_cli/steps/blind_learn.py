@@ -48,11 +48,10 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
         known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), judged)
         weights, also_rows = replace(weights, known=known), report(also_judged, known)
     advance(2)
-    written = learning.to_document(weights)
     document = BlindLearnDocument(
-        schema="sstl.blind.learn/1", commit=weights.commit, cover=weights.cover, left_out=rows, out=out, provenance=written["provenance"]
+        schema="sstl.blind.learn/1", commit=weights.commit, cover=weights.cover, left_out=rows, out=out, provenance=dict(weights.provenance)
     )
-    return written, document if also_rows is None else document.model_copy(update={"accepted": also_rows})
+    return learning.to_document(weights), document if also_rows is None else document.model_copy(update={"accepted": also_rows})
 
 
 def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], dict[str, object]]:
