@@ -179,9 +179,9 @@ def command_view(run_id: str, method: str, columns: dict[str, Array], phase: NDA
     """
     time, reference, output = (columns[c] for c in ("time_s", "tension_ref_n", "tension_out_n"))
     error = output - reference
-    by_phase = {name: _rms(error[phase == i]) for i, name in enumerate(PHASE_CODES)}
+    by_phase = {name: rms(error[phase == i]) for i, name in enumerate(PHASE_CODES)}
     index = keep([reference, output], STRETCHES)
-    return CommandView(run_id, method, time[index], reference[index], output[index], by_phase, _rms(error))
+    return CommandView(run_id, method, time[index], reference[index], output[index], by_phase, rms(error))
 
 
 def segments(time_s: Array, code: NDArray[np.int8]) -> Segments:
@@ -190,7 +190,8 @@ def segments(time_s: Array, code: NDArray[np.int8]) -> Segments:
     return Segments(time_s[starts], code[starts])
 
 
-def _rms(error: Array) -> float:
+def rms(error: Array) -> float:
+    """Return the root mean square of what is there, NaN where nothing is."""
     good = error[~np.isnan(error)]
     return float(np.sqrt(np.mean(good**2))) if len(good) else float("nan")
 
