@@ -77,12 +77,12 @@ def _from_child(messages: Callable[[], Iterator[Message]], path: Path) -> Iterat
     try:
         with os.fdopen(incoming, "rb", buffering=0) as pipe:
             while True:
-                head = json.loads(_message(pipe, path, child))
+                head = json.loads(_message(pipe, path))
                 if "error" in head:
                     raise SstlError(head["error"], where=head["where"], fix=head["fix"], code=head["code"])
                 if "done" in head:
                     return
-                bodies = [_exactly(pipe, n, path, child) for _, _, n in head.get("columns", [])]
+                bodies = [_exactly(pipe, n, path) for _, _, n in head.get("columns", [])]
                 yield head, bodies
     finally:
         # whatever state the child is in, nobody listens any more
@@ -135,12 +135,12 @@ def _send(pipe: IO[bytes], head: Mapping[str, object], bodies: list[bytes]) -> N
     pipe.flush()
 
 
-def _message(pipe: Any, path: Path, child: int) -> bytes:
-    (length,) = struct.unpack("<Q", _exactly(pipe, 8, path, child))
-    return _exactly(pipe, length, path, child)
+def _message(pipe: Any, path: Path) -> bytes:
+    (length,) = struct.unpack("<Q", _exactly(pipe, 8, path))
+    return _exactly(pipe, length, path)
 
 
-def _exactly(pipe: Any, n: int, path: Path, child: int) -> bytes:
+def _exactly(pipe: Any, n: int, path: Path) -> bytes:
     if n > MAX_MESSAGE:
         raise SstlError("sends too much at once", where=str(path), fix="export it as CSV or Parquet", code="E317")
     pieces, left = [], n

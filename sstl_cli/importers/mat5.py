@@ -71,7 +71,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
                 raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328")
             held = text_array(values) if name in labels else values
             columns[name] = _cut(held)
-        yield from slices(rows, columns, path.stat().st_size, path)
+        yield from slices(rows, columns, path.stat().st_size)
 
 
 def _unit(name: str, found: Vectors) -> str:

@@ -75,7 +75,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
                 lengths[name + TIME] = len(channel)
         rows = same_length(path, lengths)
         columns = {n: c if lengths[n] > 1 or rows == 1 else partial(_first_of, c) for n, c in columns.items()}
-        yield from slices(rows, columns, path.stat().st_size, path)
+        yield from slices(rows, columns, path.stat().st_size)
 
 
 def _first_of(cut: Callable[[int, int], Values], a: int, b: int) -> Values:
