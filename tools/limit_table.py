@@ -53,7 +53,7 @@ def measured(cases: int, seconds: float, path: Path) -> list[dict]:
             break
         case = draw_job(job)
         found = blind_limit.run(name, case.truth, case.sim, case.exclude).plain()
-        rows.append({"band": case.truth["band"], "recording": case.truth["recording"], **{k: found[k] for k in KEPT}})
+        rows.append({"band": case.truth.band, "recording": case.truth.recording, **{k: found[k] for k in KEPT}})
         path.write_text(json.dumps(rows, indent=1) + "\n")
     return rows
 

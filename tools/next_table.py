@@ -73,7 +73,7 @@ def asked(job: Job) -> tuple[Case, diagnose.Diagnosis] | None:
     except SstlError:
         return None
     proposed = found.document()["next_experiment"]
-    (truth,) = case.truth["effects"]
+    (truth,) = case.truth.effects
     open_question = found.verdict.status in ("ambiguous", "unknown") and proposed and truth in proposed["separates"]
     # what the log itself could have settled is no question for the next one
     open_question = open_question and proposed["d2_here"] < DECIDABLE
@@ -83,15 +83,15 @@ def asked(job: Job) -> tuple[Case, diagnose.Diagnosis] | None:
 def row(case: Case, found: diagnose.Diagnosis) -> dict:
     """Return the outcome of one case: what was proposed and promised, and what it and a random movement settled."""
     proposed = found.document()["next_experiment"]
-    (truth,) = case.truth["effects"]
+    (truth,) = case.truth.effects
     other = next(e for e in proposed["separates"] if e != truth)
     scenario = Scenario.model_validate(proposed["scenario"])
     ours = [(t.systems[0], t) for t in scenario.trajectories]
-    chance = MENU[int(stream(int(case.truth["seed"]), "menu").integers(len(MENU)))]
+    chance = MENU[int(stream(case.truth.seed, "menu").integers(len(MENU)))]
     theirs = [(m.system, m.trajectory) for m in within(found.evidence.search, chance, Limits())]
     return {
-        "seed": case.truth["seed"], "simulator": case.truth["simulator"], "truth": truth, "other": other,
-        "strength": case.truth["strength"], "proposed": proposed["trajectory"], "d2": proposed["d2"], "random": chance.name,
+        "seed": case.truth.seed, "simulator": case.truth.simulator, "truth": truth, "other": other,
+        "strength": case.truth.strength, "proposed": proposed["trajectory"], "d2": proposed["d2"], "random": chance.name,
         "settled": settled(case, recorded(case, ours, scenario.sampling_hz), truth, other),
         "settled_random": settled(case, recorded(case, theirs, scenario.sampling_hz), truth, other),
     }  # fmt: skip

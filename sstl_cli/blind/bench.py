@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.rng import log_uniform
 from sstl_cli.physics.recording import SYSTEMS, Recording
 from sstl_cli.physics.rig import NoiseSpec, RigSpec
 from sstl_cli.physics.scenario import Configuration, Lines, NoiseSection, RigSection, Scenario, Trajectory
@@ -102,9 +103,7 @@ def draw(
         nodes=int(rng.integers(20, 31 if quick else 61)),
     )
     coloured = float(rng.uniform(0.005, 0.03)) if rng.random() < 0.5 else 0.0
-    noise = NoiseSpec(
-        float(rng.uniform(0.005, 0.04)), coloured, float(np.exp(rng.uniform(np.log(0.05), 0.0))), float(rng.uniform(0.01, 0.03))
-    )
+    noise = NoiseSpec(float(rng.uniform(0.005, 0.04)), coloured, log_uniform(rng, 0.05, 1.0), float(rng.uniform(0.01, 0.03)))
     theta = tuple(float(t) for t in rng.uniform(0.3, 0.7, configs))
     locations = tuple(str(p) for p in rng.choice(LOCATIONS, configs))
     off = rng.uniform(*WRONG_NOMINAL, configs) if wrong_nominal else rng.uniform(0.0, NOMINAL_ERROR, configs)
@@ -149,11 +148,9 @@ def _trajectory(kind: str, seconds: float, rng: Rng) -> Trajectory:
         kind=kind,
         duration_s=seconds,
         cycles=cycles if kind == "trapezoid" else None,
-        frequency_hz={
-            "sinusoid": float(np.exp(rng.uniform(np.log(max(0.04, 1.5 / seconds)), np.log(0.4)))),
-            "random": 0.03,
-            "chirp": max(0.02, 1.0 / seconds),
-        }.get(kind),
+        frequency_hz={"sinusoid": log_uniform(rng, max(0.04, 1.5 / seconds), 0.4), "random": 0.03, "chirp": max(0.02, 1.0 / seconds)}.get(
+            kind
+        ),
         top_frequency_hz={"random": float(rng.uniform(0.15, 0.5)), "chirp": float(rng.uniform(0.4, 2.0))}.get(kind),
         hold_s=float(rng.uniform(0.5, 3.0)) if kind == "ramp_hold" else None,
         drive="position" if kind == "trapezoid" and rng.random() < 0.5 else "tension",

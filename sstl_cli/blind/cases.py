@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from sstl_cli.blind import bench as benches
 from sstl_cli.blind.record import DISTURBANCE, Source
 from sstl_cli.blind.schedule import Entry, two_effects
 from sstl_cli.blind.strength import Direction, band, direction, find_scale
+from sstl_cli.blind.truth import CaseTruth, Effects
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
@@ -32,7 +32,6 @@ HIDDEN = 0.02
 SILENT = 0.1
 # so many are drawn before none is said to reach the gap
 DISTURBANCES = 60
-Effects = dict[str, dict[str, float]]
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,17 @@ class Case:
     fresh: list[Run]
     sim: Scenario
     exclude: tuple[str, ...]
-    truth: dict[str, Any]
+    truth: CaseTruth
+
+
+@dataclass(frozen=True)
+class _Withheld:
+    """What a simulator is to lack: the source with sensors that show it, the effects, their size or a pair's shares of the gap."""
+
+    source: Source
+    effects: Effects
+    scale: float | None = None
+    shares: Mapping[str, float] | None = None
 
 
 def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig", as_labs: bool = False) -> Case:
@@ -66,7 +75,7 @@ def draw(entry: Entry, seed: int, quick: bool = False, hardware: str = "rig", as
     raise SstlError(f"no bench could be simulated in {ATTEMPTS} attempts ({reason})", where=f"seed {seed}", code="E950")
 
 
-def rebuild(truth: Mapping[str, Any]) -> tuple[Source, Effects]:
+def rebuild(truth: CaseTruth) -> tuple[Source, Effects]:
     """Return the source and the effects of a case from its opened truth, as they were when it was recorded.
 
     Raises
@@ -74,18 +83,18 @@ def rebuild(truth: Mapping[str, Any]) -> tuple[Source, Effects]:
     SstlError
         If the truth does not say how it was drawn (sets from before it did).
     """
-    if "attempt" not in truth:
+    if truth.attempt is None:
         raise SstlError("the set is from before distances could be taken", fix="make the set again", code="E960")
-    seed, effects = int(truth["seed"]), {k: dict(v) for k, v in truth["effects"].items()}
-    rng = stream(seed, "case", int(truth["attempt"]))
-    lab = recording.draw(rng) if truth["recording"] is not None else None
-    source = _source(truth["kind"], tuple(effects), rng, seed, bool(truth["quick"]), truth["simulator"], lab)
-    for _ in range(DISTURBANCES if truth["unlisted"] else 0):
+    effects = {k: dict(v) for k, v in truth.effects.items()}
+    rng = stream(truth.seed, "case", truth.attempt)
+    lab = recording.draw(rng) if truth.recording is not None else None
+    source = _source(truth.kind, tuple(effects), rng, truth.seed, truth.quick, truth.simulator, lab)
+    for _ in range(DISTURBANCES if truth.unlisted else 0):
         drawn = disturbances.draw(rng)
-        if [drawn.description] == truth["unlisted"]:
+        if truth.unlisted == (drawn.description,):
             source = replace(source, disturbance=drawn)
             break
-    return source.with_noise(truth["noise"]["white_n"] / source.bench.noise.white_n).as_recorded(), effects
+    return source.with_noise(truth.noise["white_n"] / source.bench.noise.white_n).as_recorded(), effects
 
 
 def _source(
@@ -119,8 +128,8 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardwa
     source = _source(entry.kind, entry.effects, rng, seed, quick, hardware, lab)
     bench, channels = source.bench, {get(e).channel for e in entry.effects if e != DISTURBANCE}
     null_n, _ = source.gap({})
-    source, effects, facts = _withheld(entry, source, rng, null_n)
-    source = source.as_recorded()
+    held = _withheld(entry, source, rng, null_n)
+    source, effects = held.source.as_recorded(), held.effects
     gap, theta = source.gap(effects)
     own = _beyond(gap, null_n)
     noise = source.noise_n
@@ -134,43 +143,44 @@ def _draw(entry: Entry, rng: np.random.Generator, seed: int, quick: bool, hardwa
     claims = {}
     if bench.position and "tendon_elasticity" not in effects:
         claims = {"tendon_elasticity": {"compliance_per_kn": 1000.0 / bench.spec.ea_n}}
-    truth = {
-        "kind": entry.kind,
-        "effects": effects,
-        "strength_target": entry.strength,
-        "strength": strength if effects else 0.0,
-        "band": band(strength) if effects else None,
-        "channel": channel,
-        "gap_n": gap,
-        "gap_null_n": null_n,
-        "noise_n": noise,
-        "excluded": entry.kind == "excluded",
-        "unlisted": [] if source.disturbance is None else [source.disturbance.description],
+    truth = CaseTruth(
+        kind=entry.kind,
+        effects=effects,
+        strength_target=entry.strength,
+        strength=strength if effects else 0.0,
+        band=band(strength) if effects else None,
+        channel=channel,
+        gap_n=gap,
+        gap_null_n=null_n,
+        noise_n=noise,
+        excluded=entry.kind == "excluded",
+        unlisted=() if source.disturbance is None else (source.disturbance.description,),
         # a reading that sticks or drops out, or friction that differs from run to run, is no news: the catalogue has it (EFFECTS)
-        "also": [] if source.disturbance is None else list(source.disturbance.listed),
-        "wrong_nominal": entry.kind == "nominal",
-        "poor": bench.poor,
-        "theta": list(bench.theta),
-        "theta_retuned": theta,
-        "nominal": list(bench.nominal),
-        "seed": seed,
-        "attempt": attempt,
-        "quick": quick,
-        "rate_hz": bench.rate_hz,
-        "recording": None if source.bench.lab is None else source.bench.lab.description,
-        "noise": {k: float(getattr(source.bench.noise, k)) for k in ("white_n", "coloured_n", "correlation_s")},
-        "nodes": bench.spec.nodes,
-        "simulator": hardware,
-        **facts,
-    }
+        also=() if source.disturbance is None else source.disturbance.listed,
+        wrong_nominal=entry.kind == "nominal",
+        poor=bench.poor,
+        theta=bench.theta,
+        theta_retuned=tuple(theta),
+        nominal=bench.nominal,
+        seed=seed,
+        attempt=attempt,
+        quick=quick,
+        rate_hz=bench.rate_hz,
+        recording=None if source.bench.lab is None else source.bench.lab.description,
+        noise={k: float(getattr(source.bench.noise, k)) for k in ("white_n", "coloured_n", "correlation_s")},
+        nodes=bench.spec.nodes,
+        simulator=hardware,
+        scale=held.scale,
+        shares=held.shares,
+    )
     return Case(
         source.record(bench.runs, effects), source.record(bench.fresh, effects, len(bench.runs)), bench.claims(claims), exclude, truth
     )
 
 
-def _withheld(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> tuple[Source, Effects, dict[str, Any]]:
+def _withheld(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> _Withheld:
     if not entry.effects:
-        return source, {}, {}
+        return _Withheld(source, {})
     if entry.kind == "pair":
         return _two(entry, source, rng, null_n)
     effect_id = entry.effects[0]
@@ -178,7 +188,7 @@ def _withheld(entry: Entry, source: Source, rng: np.random.Generator, null_n: fl
         return _disturbed(entry, source, rng, null_n)
     if entry.kind == "poor" and source.bench.runs[0].command_n.min() > 0.8 * source.bench.runs[0].command_n.max():
         # nothing shows in backlash: a strength that would be plain to see on other movements
-        return source, {effect_id: _direction(effect_id, rng, source).at(0.3)}, {}
+        return _Withheld(source, {effect_id: _direction(effect_id, rng, source).at(0.3)})
     channel = get(effect_id).channel
     way = _direction(effect_id, rng, source)
     noise = _channel_noise(source, channel) if channel != "out" else source.noise_n
@@ -191,10 +201,10 @@ def _withheld(entry: Entry, source: Source, rng: np.random.Generator, null_n: fl
     if gap < 0.8 * target:
         # at its physical bound the effect is too small for these sensors: take better ones
         source = source.with_noise(max(gap / target, min(QUIETEST_N / source.noise_n, 1.0)))
-    return source, {effect_id: way.at(scale)}, {"scale": scale}
+    return _Withheld(source, {effect_id: way.at(scale)}, scale)
 
 
-def _two(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> tuple[Source, Effects, dict[str, Any]]:
+def _two(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> _Withheld:
     """Return two effects of which each carries at least a third of the gap, alone and when the other is left out."""
     ids = entry.effects
     for _ in range(PAIR_ATTEMPTS):
@@ -209,8 +219,7 @@ def _two(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) 
         both = _beyond(source.gap(effects)[0], null_n)
         dropped = [_beyond(both, other) for other in reversed(alone)]
         if both > 0.0 and min(*alone, *dropped) >= PAIR_SHARE * both and both > 0.5 * entry.strength * source.noise_n:
-            shares = {k: a / both for k, a in zip(ids, alone, strict=True)}
-            return source, effects, {"shares": shares}
+            return _Withheld(source, effects, shares={k: a / both for k, a in zip(ids, alone, strict=True)})
         # these two hide one another, or one reaches its bound: another two
         ids = two_effects([e for e in catalogue() if get(e).channel == "out"], rng)
     raise SstlError("no pair found of which both parts show", code="E951")
@@ -223,14 +232,14 @@ def _direction(effect_id: str, rng: np.random.Generator, source: Source) -> Dire
     return direction(effect_id, rng, top_in, top_out)
 
 
-def _disturbed(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> tuple[Source, Effects, dict[str, Any]]:
+def _disturbed(entry: Entry, source: Source, rng: np.random.Generator, null_n: float) -> _Withheld:
     """Return a disturbance that no catalogue holds, drawn until one leaves the wanted gap."""
 
     def gap(drawn: disturbances.Disturbance, amplitude: float) -> float:
         return _beyond(replace(source, disturbance=drawn).gap({DISTURBANCE: {"amplitude": amplitude}})[0], null_n)
 
     drawn, amplitude, _ = disturbances.draw_at(rng, entry.strength * source.noise_n, gap)
-    return replace(source, disturbance=drawn), {DISTURBANCE: {"amplitude": amplitude}}, {"scale": amplitude}
+    return _Withheld(replace(source, disturbance=drawn), {DISTURBANCE: {"amplitude": amplitude}}, amplitude)
 
 
 def _gap_of(source: Source, way: Direction, channel: str, null_n: float) -> Callable[[float], float]:

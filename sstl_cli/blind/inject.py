@@ -115,7 +115,7 @@ def put_in(runs: Sequence[Run], injection: Injection) -> list[Run]:
     if injection.effect != "channel_delay":
         return made
     # what a delayed channel read before the run began nobody knows
-    cut = [_part(r, slice(int(np.searchsorted(r.time_s, r.time_s[0] + injection.size)), None)) for r in made]
+    cut = [r.cut(slice(int(np.searchsorted(r.time_s, r.time_s[0] + injection.size)), None)) for r in made]
     return [r for r in cut if len(r)]
 
 
@@ -153,10 +153,4 @@ def injections(runs: Sequence[Run], asked: Mapping[str, float] | None) -> list[I
 
 def half(r: Run, second: bool) -> Run:
     """Return the first or the second half of a run."""
-    return _part(r, slice(len(r) // 2, None) if second else slice(0, len(r) // 2))
-
-
-def _part(r: Run, part: slice) -> Run:
-    names = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-    cut = {n: v[part] for n in names if (v := getattr(r, n)) is not None}
-    return replace(r, extra={k: v[part] for k, v in r.extra.items()}, **cut)
+    return r.cut(slice(len(r) // 2, None) if second else slice(0, len(r) // 2))

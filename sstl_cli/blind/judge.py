@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import Share
 from sstl_cli.core.groups import spelled_out
 
@@ -18,7 +19,7 @@ class Judged:
     """One case with its verdict; ``band`` is the nominal strength (0.4, 1.2, 4), None where nothing shows."""
 
     case: str
-    truth: Mapping[str, Any]
+    truth: CaseTruth
     status: str
     effects: tuple[str, ...]
     group: tuple[str, ...]
@@ -31,20 +32,20 @@ class Judged:
     @property
     def kind(self) -> str:
         """``none``, ``single``, ``pair``, ``outside`` or ``poor``: what the scores tell apart."""
-        if self.truth["poor"]:
+        if self.truth.poor:
             return "poor"
-        if self.truth["excluded"] or self.truth["unlisted"]:
+        if self.truth.excluded or self.truth.unlisted:
             return "outside"
         return ("none", "single", "pair")[min(len(self.withheld), 2)]
 
     @property
     def withheld(self) -> frozenset[str]:
-        return frozenset(self.truth["effects"])
+        return frozenset(self.truth.effects)
 
     @property
     def also(self) -> frozenset[str]:
         """What a disturbance from no list is by the catalogue's own words all the same: a reading that sticks is a fault of the recorder."""
-        return frozenset(self.truth.get("also", ()))
+        return frozenset(self.truth.also)
 
     @property
     def true(self) -> frozenset[str]:
@@ -53,8 +54,7 @@ class Judged:
 
     @property
     def band(self) -> float | None:
-        band: float | None = self.truth["band"]
-        return band
+        return self.truth.band
 
     @property
     def named(self) -> frozenset[str]:
@@ -97,7 +97,7 @@ class Judged:
         return self.status
 
 
-def judge(case: str, truth: Mapping[str, Any], result: Mapping[str, Any], realised_pct: float | None) -> Judged:
+def judge(case: str, truth: CaseTruth, result: Mapping[str, Any], realised_pct: float | None) -> Judged:
     """Return a case with its verdict, from a result file of ``blind run``."""
     document = result["diagnosis"]
     verdict, gap = document["verdict"], document["gap"]

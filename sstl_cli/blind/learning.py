@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.diagnosis.constants import LEAST_GAP, MISFITS, SHARES
 from sstl_cli.diagnosis.features import OUTPUT, Ids, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
@@ -66,7 +67,7 @@ DECIDABLE_NATS = 12.0
 
 @dataclass(frozen=True)
 class Example:
-    """One case of the library: its rows, the right answer, and where it comes from."""
+    """One case of a library: its rows, what should be said of it, and where it comes from."""
 
     name: str
     simulator: str
@@ -90,31 +91,23 @@ class _Design:
     answer: int
 
 
-def examples(cases: Iterable[tuple[str, Mapping[str, Any], Rows]]) -> list[Example]:
-    """Return the examples of a library; cases whose answer cannot be given are left out.
-
-    Parameters
-    ----------
-    cases : iterable of (name, truth, rows)
-    """
+def examples(cases: Iterable[Example]) -> list[Example]:
+    """Return the cases that something can be learned from, with the candidates that stand; the answer of others cannot be given."""
     found = []
-    for name, truth, rows in cases:
-        answer = right_answer(truth)
-        strength = float(truth["strength"])
-        hidden = bool(truth["effects"]) and strength < LEAST_GAP
-        rows = standing(rows)
+    for case in cases:
+        hidden = case.answer != NONE and case.strength < LEAST_GAP
+        rows = standing(case.rows)
         known = {c.ids for c in rows.candidates} | {NONE, UNKNOWN}
-        if hidden or truth["poor"] or answer not in known:
-            continue
-        found.append(Example(name, truth["simulator"], truth["kind"], strength, rows, answer))
+        if not hidden and case.kind != "poor" and case.answer in known:
+            found.append(replace(case, rows=rows))
     return found
 
 
-def right_answer(truth: Mapping[str, Any]) -> Ids:
+def right_answer(truth: CaseTruth) -> Ids:
     """Return what should be said of a case."""
-    if truth["excluded"] or truth["unlisted"]:
-        return tuple(sorted(truth.get("also", ()))) or UNKNOWN
-    return tuple(sorted(truth["effects"]))
+    if truth.excluded or truth.unlisted:
+        return tuple(sorted(truth.also)) or UNKNOWN
+    return tuple(sorted(truth.effects))
 
 
 def without_answer(e: Example) -> Example | None:
@@ -309,7 +302,7 @@ def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, floa
     return tuple((round(float(a), 4), round(float(b), 4)) for a, b in zip(grid, fitted.predict(grid), strict=True) if np.isfinite(b))
 
 
-def to_document(w: Weights) -> dict[str, Any]:
+def to_document(w: Weights) -> dict[str, object]:
     """Return weights as their document (``weights.json``)."""
     return {
         "schema": SCHEMA,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pyarrow as pa
 
 from sstl_cli.blind.learning import Example, examples, right_answer, without_answer
 from sstl_cli.blind.schedule import Job
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableReader, open_table, write_table
 from sstl_cli.core.provenance import Provenance
@@ -48,15 +50,14 @@ LIBRARY = Schema(
 
 
 @dataclass(frozen=True)
-class Labelled:
-    """The rows of one case with what is known of it; ``answer`` is what should be said."""
+class Facts:
+    """How a library was made: seeds as inclusive ranges; ``accepted`` where its cases ask what has changed."""
 
-    case: str
-    simulator: str
-    kind: str
-    strength: float
-    answer: tuple[str, ...]
-    rows: Rows
+    cases: int
+    simulators: list[str]
+    seeds: list[list[int]]
+    quick: bool
+    accepted: bool = False
 
 
 def case_name(job: Job) -> str:
@@ -64,24 +65,23 @@ def case_name(job: Job) -> str:
     return f"{job.simulator}-{job.seed}"
 
 
-def labelled(case: str, truth: Mapping[str, Any], rows: Rows) -> Labelled:
+def labelled(case: str, truth: CaseTruth, rows: Rows) -> Example:
     """Return the rows of a case with the truth that they are learned against."""
-    return Labelled(case, truth["simulator"], truth["kind"], float(truth["strength"]), right_answer(truth), rows)
+    return Example(case, truth.simulator, truth.kind, float(truth.strength), rows, right_answer(truth))
 
 
-def without(case: Labelled) -> Labelled | None:
+def without(case: Example) -> Example | None:
     """Return a case of which nobody knows the effect, with what is left of its evidence; None where that could not be told."""
-    found = [w for e in examples([(case.case, _truth(case), case.rows)]) if (w := without_answer(e)) is not None]
-    return Labelled(found[0].name, case.simulator, found[0].kind, case.strength, found[0].answer, found[0].rows) if found else None
+    return next((w for e in examples([case]) if (w := without_answer(e)) is not None), None)
 
 
-def to_table(cases: Sequence[Labelled]) -> pa.Table:
+def to_table(cases: Sequence[Example]) -> pa.Table:
     """Return cases as the table of a library (cases without any candidate have no row)."""
-    found: list[dict[str, Any]] = []
+    found: list[dict[str, object]] = []
     for case in cases:
         log = {f"log_{n}": _stored(getattr(case.rows.log, n)) for n in LOG}
         head = {
-            "case": case.case,
+            "case": case.name,
             "simulator": case.simulator,
             "kind": case.kind,
             "strength": case.strength,
@@ -112,33 +112,27 @@ def read_library(path: Path) -> list[Example]:
     SstlError
         If the file is no library, or holds no example.
     """
-    found = examples((c.case, _truth(c), c.rows) for c in cases_of(open_table(path, LIBRARY)))
+    found = examples(cases_of(open_table(path, LIBRARY)))
     if not found:
         raise SstlError("holds no case to learn from", where=str(path), fix="make a larger library", code="E955")
     return found
 
 
-def cases_of(reader: TableReader) -> Iterator[Labelled]:
+def cases_of(reader: TableReader) -> Iterator[Example]:
     """Yield the cases of a library in the order of the file."""
-    group: list[dict[str, Any]] = []
-    for row in reader.table().to_pylist():
-        if group and row["case"] != group[0]["case"]:
-            yield _case(group)
-            group = []
-        group.append(row)
-    if group:
-        yield _case(group)
+    for _, rows in groupby(reader.table().to_pylist(), key=lambda row: row["case"]):
+        yield _case(list(rows))
 
 
-def facts_of(path: Path) -> dict[str, Any]:
-    """Return how a library was made: cases, simulators, seeds (inclusive ranges) and whether they are quick ones."""
+def facts_of(path: Path) -> Facts:
+    """Return how a library was made."""
     extra = open_table(path, LIBRARY).metadata.get("extra")
     if not isinstance(extra, dict) or not {"cases", "simulators", "seeds", "quick"} <= set(extra):
         raise SstlError("does not say how it was made", where=str(path), fix="make it with sstl blind library", code="E955")
-    return extra
+    return Facts(extra["cases"], extra["simulators"], extra["seeds"], extra["quick"], bool(extra.get("accepted")))
 
 
-def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
+def _case(group: Sequence[Mapping[str, Any]]) -> Example:
     first = group[0]
     log = LogRow(**{n: _number(n, first.get(f"log_{n}")) for n in LOG})
     candidates = tuple(
@@ -147,7 +141,7 @@ def _case(group: Sequence[Mapping[str, Any]]) -> Labelled:
     base = _leftover(log, log.base_chi2, log.base_worst_z, log.base_skewness)
     best = _leftover(log, log.best_chi2, log.best_worst_z, log.best_skewness)
     rows = Rows(log, candidates, base, best)
-    return Labelled(first["case"], first["simulator"], first["kind"], float(first["strength"]), _ids(first["answer"]), rows)
+    return Example(first["case"], first["simulator"], first["kind"], float(first["strength"]), rows, _ids(first["answer"]))
 
 
 def _stored(value: float | None) -> float | None:
@@ -166,15 +160,3 @@ def _leftover(log: LogRow, chi2: float, worst_z: float, skewness: float) -> Left
     """Return what a model left as far as the row tells: the worst test has lost its name."""
     worst = Misfit("worst", worst_z, 0.0, "")
     return Leftover(log.samples, chi2, log.best_lag_one, log.best_kurtosis, skewness, (worst,))
-
-
-def _truth(c: Labelled) -> dict[str, Any]:
-    return {
-        "simulator": c.simulator,
-        "kind": c.kind,
-        "strength": c.strength,
-        "effects": c.answer,
-        "excluded": c.answer == ("?",),
-        "unlisted": [],
-        "poor": c.kind == "poor",
-    }

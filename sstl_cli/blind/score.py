@@ -81,7 +81,7 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
     bins, ece = reliability(cases)
     shrunk = [(c.case, c.predicted_pct, c.realised_pct) for c in cases if c.predicted_pct is not None and c.realised_pct is not None]
     measured = scores(cases, ece)
-    nominal = [c for c in cases if c.truth["wrong_nominal"]]
+    nominal = [c for c in cases if c.truth.wrong_nominal]
     return BlindScoreDocument(
         schema="sstl.blind.score/1",
         cases=len(cases),
@@ -338,7 +338,7 @@ def _line(c: Judged) -> CaseLine:
         case=c.case,
         kind=c.kind,
         withheld=sorted(c.withheld),
-        strength=c.truth["strength"],
+        strength=c.truth.strength,
         status=c.status,
         effects=list(c.effects),
         ambiguity_group=list(c.group),

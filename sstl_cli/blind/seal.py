@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import dumps
 from sstl_cli.core.rng import stream
@@ -35,7 +36,7 @@ class Truth:
     purpose: str
     seeds: tuple[int, int]
     quick: bool
-    truths: Mapping[str, Mapping[str, Any]]
+    truths: Mapping[str, CaseTruth]
 
 
 HASHES, TRUTH, PLAN = "sstl.blind.hashes/1", "sstl.blind.truth/1", "sstl.blind.plan/1"
@@ -47,21 +48,22 @@ def digest(salt: str, content: Any) -> str:
     return hashlib.sha256(f"{salt}|{plain}".encode()).hexdigest()
 
 
-def seal(truths: Mapping[str, Any], purpose: str, seeds: Sequence[int], quick: bool) -> tuple[dict[str, object], dict[str, object]]:
+def seal(truths: Mapping[str, CaseTruth], purpose: str, seeds: Sequence[int], quick: bool) -> tuple[dict[str, object], dict[str, object]]:
     """Return the hashes to publish and the truth document that stays closed.
 
     The salts follow from the seed, so that the same call gives the same bytes; who wants to keep the truth
     from people, and not only from the diagnosis, draws a seed that nobody guesses.
     """
+    documents = {name: truth.document() for name, truth in truths.items()}
     rng = stream(seeds[0], "salt")
     salts = {name: rng.bytes(16).hex() for name in ("set", *truths)}
     facts = {"purpose": purpose, "seeds": list(seeds), "quick": quick, "cases": len(truths)}
-    closed = {"schema": TRUTH, **facts, "salts": salts, "truths": dict(truths)}
+    closed = {"schema": TRUTH, **facts, "salts": salts, "truths": documents}
     published: dict[str, object] = {
         "schema": HASHES,
         "purpose": purpose,
         "set": digest(salts["set"], facts),
-        "cases": {name: digest(salts[name], truth) for name, truth in truths.items()},
+        "cases": {name: digest(salts[name], truth) for name, truth in documents.items()},
     }
     return published, closed
 
@@ -77,7 +79,9 @@ def verify(published: Mapping[str, Any], closed: Mapping[str, Any], where: str) 
     for name, truth in truths.items():
         if digest(salts[name], truth) != published["cases"][name]:
             raise SstlError(f"the truth of {name} differs from what was sealed", where=where, fix=_FIX, code="E952")
-    return Truth(str(closed["purpose"]), tuple(closed["seeds"]), bool(closed["quick"]), truths)
+    return Truth(
+        str(closed["purpose"]), tuple(closed["seeds"]), bool(closed["quick"]), {name: CaseTruth.of(t) for name, t in truths.items()}
+    )
 
 
 def require_purpose(truth: Truth, wanted: str, where: str) -> None:

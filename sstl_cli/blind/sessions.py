@@ -6,7 +6,6 @@ Most rigs have a habit of their own that no law describes, on both days. What is
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from sstl_cli.blind import cases
 from sstl_cli.blind.inject import half
 from sstl_cli.blind.record import DISTURBANCE, Source
 from sstl_cli.blind.schedule import Job
+from sstl_cli.blind.truth import CaseTruth, Effects
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics import disturbances
@@ -32,7 +32,7 @@ class Sessions:
     after: list[Run]
     sim: Scenario
     exclude: tuple[str, ...]
-    truth: dict[str, Any]
+    truth: CaseTruth
 
 
 def draw(job: Job) -> Sessions:
@@ -47,7 +47,7 @@ def draw(job: Job) -> Sessions:
     source, effects = cases.rebuild(case.truth)
     rng = stream(job.seed, "sessions")
     level, halves = float(rng.choice(HABITS)), bool(rng.random() < 0.5)
-    habit: cases.Effects = {}
+    habit: Effects = {}
     if level > 0.0 and DISTURBANCE not in effects:
         drawn, amplitude = _habit(source, rng, level * source.noise_n)
         source, habit = replace(source, disturbance=drawn), {DISTURBANCE: {"amplitude": amplitude}}
@@ -56,8 +56,8 @@ def draw(job: Job) -> Sessions:
     if halves:
         before, after = [half(r, False) for r in before], [half(r, True) for r in after]
     # what is to be told has the scatter of the habit beside it as well as the noise
-    strength = float(case.truth["strength"]) / float(np.hypot(1.0, level if habit else 0.0))
-    truth = {**case.truth, "strength": strength, "habit": level if habit else 0.0, "halves": halves}
+    strength = case.truth.strength / float(np.hypot(1.0, level if habit else 0.0))
+    truth = replace(case.truth, strength=strength, habit=level if habit else 0.0, halves=halves)
     return Sessions(before, after, case.sim, case.exclude, truth)
 
 

@@ -67,14 +67,9 @@ def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[DistanceRow]
 
 def rows(cases: Sequence[Judged]) -> list[SimulatorRow]:
     """Return the rates of each simulator, and of all together in the last row."""
-    names = sorted({simulator(c) for c in cases})
-    found = [_row(n, [c for c in cases if simulator(c) == n]) for n in names]
+    names = sorted({c.truth.simulator for c in cases})
+    found = [_row(n, [c for c in cases if c.truth.simulator == n]) for n in names]
     return [*found, _row(ALL, list(cases))]
-
-
-def simulator(c: Judged) -> str:
-    """Return what stood in for hardware; sets from before there were several come from the rig."""
-    return str(c.truth.get("simulator", "rig"))
 
 
 def _row(name: str, cases: Sequence[Judged]) -> SimulatorRow:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sstl_cli.core.rng import log_uniform
 from sstl_cli.physics.rig import EFFECTS
 
 Rng = np.random.Generator
@@ -90,10 +91,6 @@ def _sign(rng: Rng) -> float:
     return float(rng.choice((-1.0, 1.0)))
 
 
-def _log(rng: Rng, low: float, high: float) -> float:
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
-
 def _pulley(rng: Rng) -> Drawn:
     if rng.random() < 0.3:
         return {"f0_n": 2.0}, {}
@@ -141,11 +138,11 @@ _DRAWS: dict[str, Callable[[Rng], Drawn]] = {
     "pulley_friction": _pulley,
     "load_dependent_friction": lambda rng: ({"alpha": 0.33 if rng.random() < 0.6 else -0.1}, {}),
     "asymmetric_friction": lambda rng: ({"a": 0.2 * _sign(rng)}, {}),
-    "friction_drift": lambda rng: ({"d_mu": 0.3 * _sign(rng)}, {"path_n": _log(rng, 50.0, 1000.0)}),
-    "stribeck": lambda rng: ({"ratio": 1.5}, {"v_s_mm_s": _log(rng, 0.5, 5.0)}),
-    "stick_slip": lambda rng: ({"ratio": 1.5}, {"v_c_mm_s": _log(rng, 0.3, 5.0)}),
-    "dwell_aging": lambda rng: ({"b": 0.05}, {"t0_s": _log(rng, 0.2, 3.0)}),
-    "viscoelastic_creep": lambda rng: ({"fraction": 0.3}, {"tau_s": _log(rng, 2.0, 30.0)}),
+    "friction_drift": lambda rng: ({"d_mu": 0.3 * _sign(rng)}, {"path_n": log_uniform(rng, 50.0, 1000.0)}),
+    "stribeck": lambda rng: ({"ratio": 1.5}, {"v_s_mm_s": log_uniform(rng, 0.5, 5.0)}),
+    "stick_slip": lambda rng: ({"ratio": 1.5}, {"v_c_mm_s": log_uniform(rng, 0.3, 5.0)}),
+    "dwell_aging": lambda rng: ({"b": 0.05}, {"t0_s": log_uniform(rng, 0.2, 3.0)}),
+    "viscoelastic_creep": lambda rng: ({"fraction": 0.3}, {"tau_s": log_uniform(rng, 2.0, 30.0)}),
     "presliding": lambda rng: ({"breakaway_mm": 1.5}, {"spread": float(rng.uniform(0.3, 0.9))}),
     "load_spring": _spring,
     "tension_loop_lag": _loop,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ def require_outputs_of_its_own(parsed: Any, form: Form, out: str) -> None:
             raise UsageError(f"'{value}' would be one file for all", where=name, fix=fix, code="E025")
 
 
-def named_files(values: dict[str, Any], item: Item) -> tuple[str, ...]:
+def named_files(values: Mapping[str, object], item: Item) -> tuple[str, ...]:
     """Return the files that the values of a subcommand's options name, without its input and outputs.
 
     Parameters

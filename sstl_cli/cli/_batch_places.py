@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,7 +106,7 @@ def publish(staged: Path, target: Place) -> None:
         target.fs.mv(temporary, target.path)
 
 
-def write_record(target: Place, record: dict[str, Any]) -> None:
+def write_record(target: Place, record: Mapping[str, object]) -> None:
     """Write what is known about an output (small, whole or not at all)."""
     body = (json.dumps(record, indent=1, sort_keys=True) + "\n").encode()
     with telling(target.url):
@@ -124,17 +124,16 @@ def write_record(target: Place, record: dict[str, Any]) -> None:
             target.fs.pipe_file(target.path, body)
 
 
-def read_record(target: Place, schema: str) -> dict[str, Any] | None:
-    """Return the record of an output, None where there is none that can be read."""
+def read_record(target: Place) -> object:
+    """Return what is written down about an output, None where there is nothing that can be read."""
     with telling(target.url):
         if not target.exists():
             return None
         body = target.fs.cat_file(target.path)
     try:
-        found = json.loads(body)
+        return json.loads(body)
     except (ValueError, RecursionError):
         return None
-    return found if isinstance(found, dict) and found.get("schema") == schema else None
 
 
 def _protocols(fs: Any) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import tempfile
 import threading
 import uuid
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sstl_cli.cli import _batch_places as places
@@ -63,23 +63,23 @@ def _run(job: Job) -> step.Outcome:
         inputs = {source.url: digest, **_option_files(job)}
         wanted = step.wanted_record(job.command, job.item, inputs, job.environment)
         record_at = folder.inside(places.WORK, job.item.output + ".json")
-        record = places.read_record(record_at, step.RECORD)
+        record = step.Record.of(places.read_record(record_at))
         with places.telling(folder.url):
             present = {n: folder.inside(n).sha256() for n in names}
         where = folder.inside(job.item.output).url
         if not step.decide(record, wanted, present, job.force, where):
             assert record is not None
-            code = int(record["exit_code"])
+            code = record.exit_code
             state = "skipped" if code == EXIT_DONE else _STATES.get(code, "failed")
-            return step.Outcome(source.url, job.item.output, state, code, str(record["line"]), record["outputs"])
-        places.write_record(record_at, {**wanted, "state": step.STARTED})
+            return step.Outcome(source.url, job.item.output, state, code, record.line, record.outputs)
+        places.write_record(record_at, wanted.document())
         code, line, made = _call(job, local, work, source.url)
         outputs = {n: _digest(work / n) for n in made}
         for name in made:
             places.publish(work / name, folder.inside(name))
         if made:
-            done = {"state": step.DONE, "exit_code": code, "line": line, "outputs": outputs}
-            places.write_record(record_at, {**wanted, **done})
+            done = replace(wanted, state=step.DONE, exit_code=code, line=line, outputs=outputs)
+            places.write_record(record_at, done.document())
     return step.Outcome(source.url, job.item.output, _STATES.get(code, "failed"), code, line, outputs)
 
 

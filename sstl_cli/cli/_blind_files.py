@@ -14,6 +14,7 @@ from sstl_cli.core.processes import processes
 if TYPE_CHECKING:
     from sstl_cli.blind.cases import Case
     from sstl_cli.blind.seal import Planned, Truth
+    from sstl_cli.blind.truth import CaseTruth
     from sstl_cli.core.documents.blind import BlindLimitDocument, BlindMakeDocument, CaseDistance
     from sstl_cli.core.runs import Run
 
@@ -87,7 +88,7 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
     provenance = Provenance("sstl blind make", None, {})
     hidden = root / ".unfinished"
     shutil.rmtree(hidden, ignore_errors=True)
-    truths: dict[str, Mapping[str, Any]] = {}
+    truths: dict[str, CaseTruth] = {}
     rows: list[dict[str, object]] = []
     samples = 0
     try:
@@ -320,7 +321,7 @@ def _measured(folder: Folder, case: str, asked: Planned) -> bool:
         return False
 
 
-def _measure_one(job: tuple[str, str, Planned, Mapping[str, Any]]) -> None:
+def _measure_one(job: tuple[str, str, Planned, CaseTruth]) -> None:
     """Measure the distances of one case."""
     from threadpoolctl import threadpool_limits
 

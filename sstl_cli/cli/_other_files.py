@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -87,7 +87,7 @@ def _of_toml(path: Path) -> Iterator[Finding]:
         yield Finding(REMARK, "unknown document", "", 1, detail, "none needed")
 
 
-def _is_mapping(document: dict[str, Any]) -> bool:
+def _is_mapping(document: Mapping[str, object]) -> bool:
     return "columns" in document or "constants" in document
 
 
@@ -165,7 +165,7 @@ def _kept() -> frozenset[str]:
     return frozenset((*sealed, blind_run.SCHEMA, blind_library.PLAN, blind_limit.CASE, learning.SCHEMA, batch.RECORD, DIALECT))
 
 
-def _of_controller(document: dict[str, Any]) -> Iterator[Finding]:
+def _of_controller(document: Mapping[str, object]) -> Iterator[Finding]:
     """Yield why the controller cannot be driven by what is in its parameter file."""
     from sstl_cli.control import parameters
     from sstl_cli.core.errors import SstlError
@@ -208,7 +208,7 @@ def _file_entry(path: Path, schema: str, rows: int, columns: list[str]) -> FileI
     return FileInfo(file=str(path), schema=schema, version=number, rows=rows, provenance=None, columns=columns)
 
 
-def _show_controller(document: dict[str, Any], path: Path, screen: Screen) -> None:
+def _show_controller(document: Mapping[str, object], path: Path, screen: Screen) -> None:
     from sstl_cli.control import parameters
 
     rows = [

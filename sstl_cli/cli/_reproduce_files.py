@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
@@ -181,12 +181,12 @@ def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Pro
     return list(GAP_LOGS)
 
 
-def extras(found: Reproduction) -> dict[str, Any]:
+def extras(found: Reproduction) -> dict[str, object]:
     """Return what the JSON document holds beside the entries."""
     from sstl_cli.paper.contests import contests
     from sstl_cli.paper.spread import stored
 
-    document: dict[str, Any] = {}
+    document: dict[str, object] = {}
     if found.mapping is not None:
         m = found.mapping
         document["mapping"] = {

@@ -17,24 +17,20 @@ def register(app: typer.Typer) -> None:
 
 def doctor(as_json: Json = False, config: Config = None) -> None:
     """Print versions, cores, caches and extras, and run a self-test of a few seconds (exit 1 if it fails)."""
-    from dataclasses import asdict
-
     from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED
     from sstl_cli.steps import doctor as step
 
     screen = Screen(as_json)
-    facts, probes = step.run()
-    good = all(p.ok for p in probes)
-    bad = ", ".join(p.name for p in probes if not p.ok)
-    screen.say("This installation works." if good else f"This installation does not work as it should: {bad}.")
-    screen.say(f"sstl {facts['sstl']}, Python {facts['python']}, {facts['system']}")
-    screen.say(f"{facts['cores_usable']} of {facts['cores']} cores usable")
-    screen.say(", ".join(f"{name} {version or 'missing'}" for name, version in facts["packages"].items()))
-    for name, present in facts["extras"].items():
+    found = step.run()
+    bad = ", ".join(p.name for p in found.probes if not p.ok)
+    screen.say("This installation works." if found.good else f"This installation does not work as it should: {bad}.")
+    screen.say(f"sstl {found.sstl}, Python {found.python}, {found.system}")
+    screen.say(f"{found.cores_usable} of {found.cores} cores usable")
+    screen.say(", ".join(f"{name} {version or 'missing'}" for name, version in found.packages.items()))
+    for name, present in found.extras.items():
         screen.say(f"extra {name}: {'present' if present else f'absent (pip install sstl-cli[{name}])'}")
-    for probe in probes:
+    for probe in found.probes:
         screen.say(f"{'good' if probe.ok else 'BAD '} {probe.name}: {probe.detail}")
         if not probe.ok:
             screen.note(f"{probe.name}: {probe.fix}")
-    document = {"schema": "sstl.doctor/1", "ok": good, **facts, "probes": [asdict(p) for p in probes]}
-    screen.finish(document, EXIT_DONE if good else EXIT_FAILED)
+    screen.finish(found.document(), EXIT_DONE if found.good else EXIT_FAILED)

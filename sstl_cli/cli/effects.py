@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sstl_cli.cli.options import Config, Json, usage
 from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    from sstl_cli.physics.effect import Effect
 
 effects_app = typer.Typer(
     help="List and explain the effects of the catalogue.",
@@ -22,7 +25,7 @@ def register(app: typer.Typer) -> None:
     app.add_typer(effects_app, name="effects")
 
 
-def _document(effect: Any) -> dict[str, Any]:
+def _document(effect: Effect) -> dict[str, object]:
     return {
         "id": effect.id,
         "title": effect.title,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,11 @@ from sstl_cli.cli import _theta
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    from sstl_cli.mapping.evaluation import Evaluation
+    from sstl_cli.mapping.header import Header
+    from sstl_cli.steps.evaluate import Related
 
 EPILOG = (
     "Examples: sstl evaluate mapping.safetensors --theta theta.parquet --out evaluation.parquet. "
@@ -58,31 +63,34 @@ def evaluate(asked: Asked) -> None:
         raise UsageError("--out, --predictions, --all and --max-rmse need a model", fix="give MODEL", code="E514")
     require_outputs(asked.force, asked.out, asked.predictions)
     table = _theta.read(asked.theta)
-    document: dict[str, Any] = {"schema": "sstl.evaluate/1"}
+    document: dict[str, object] = {"schema": "sstl.evaluate/1"}
 
     from sstl_cli.steps import evaluate as step
 
     pairs, gate = None, None
+    total = float("nan")
     if asked.tables:
         related = step.run_tables(table, asked.where)
         document.update(step.tables_document(related))
         _show_tables(screen, related)
         pairs = related.pairs
     if model is not None:
-        found, judged = _judged(screen, asked, model, table)
-        document.update(judged)
-        pairs = found.pairs
+        header, found = _judged(screen, asked, model, table)
+        written = {"out": asked.out, "predictions": asked.predictions}
+        document.update({k: str(v) if v else None for k, v in written.items()}, **step.document(found, header))
+        pairs, total = found.pairs, float(found.score(header.default).told[2])
     if pairs is not None:
         _theta.note_aside(screen, pairs)
         document.update(_theta.aside_fields(pairs))
-    if asked.max_rmse is not None and document["rmse_total"] > asked.max_rmse:
-        document["gate"] = f"Total RMSE {document['rmse_total']:.4g} is above --max-rmse {asked.max_rmse:g}"
-        gate = GateError(document["gate"], where=str(model), code="E513")
+    if asked.max_rmse is not None and total > asked.max_rmse:
+        missed = f"Total RMSE {total:.4g} is above --max-rmse {asked.max_rmse:g}"
+        document["gate"] = missed
+        gate = GateError(missed, where=str(model), code="E513")
     screen.finish(document, aside=pairs is not None and bool(pairs.aside), gate=gate)
 
 
-def _judged(screen: Screen, asked: Asked, model: Path, table: Any) -> tuple[Any, dict[str, Any]]:
-    """Judge a mapping, write what was asked for and show it; return what was found and its part of the document."""
+def _judged(screen: Screen, asked: Asked, model: Path, table: Any) -> tuple[Header, Evaluation]:
+    """Judge a mapping, write what was asked for and show it; return what the model says of itself, and what was found."""
     from sstl_cli.cli.origin import provenance
     from sstl_cli.core.parquet import write_table
     from sstl_cli.core.tables import EVALUATION
@@ -98,43 +106,10 @@ def _judged(screen: Screen, asked: Asked, model: Path, table: Any) -> tuple[Any,
     if asked.predictions is not None:
         write_table(asked.predictions, step.predictions_table(found), PREDICTIONS, made, asked.force)
     _show(screen, mapping.header, found, asked.everything)
-    return found, _document(mapping.header, found, asked.out, asked.predictions)
+    return mapping.header, found
 
 
-def _document(header: Any, found: Any, out: Path | None, predictions: Path | None) -> dict[str, Any]:
-    names = ("gamma_p", "gamma_r", "total")
-    judged = next(s for s in found.scores if s.variant == header.default)
-    # splits that differ by seed leave no pair that the mean over all seeds could be judged on
-    whole = judged.ensemble if judged.ensemble[2] == judged.ensemble[2] else judged.mean
-    return {
-        "out": str(out) if out else None,
-        "predictions": str(predictions) if predictions else None,
-        "default": header.default,
-        "pairs": len(found.pairs),
-        "seeds": list(header.seeds),
-        "per_seed_split": header.per_seed_split,
-        "left_out": header.left_out or None,
-        "rmse_gamma_p": float(whole[0]),
-        "rmse_gamma_r": float(whole[1]),
-        "rmse_total": float(whole[2]),
-        "outside_range_pct": found.outside_pct(),
-        "outside_range": [c for c, o in zip(found.pairs.config_id, found.outside, strict=True) if o],
-        "variants": [
-            {
-                "variant": s.variant,
-                "title": s.title,
-                "rmse_mean": dict(zip(names, s.mean.tolist(), strict=True)),
-                "rmse_sd_over_seeds": dict(zip(names, s.spread.tolist(), strict=True)),
-                "abs_error_sd_over_samples": dict(zip(names, s.scatter.tolist(), strict=False)),
-                "rmse_of_mean_over_seeds": dict(zip(names, s.ensemble.tolist(), strict=True)),
-            }
-            for s in found.scores
-        ],
-        "comparisons": [vars(c) for c in found.comparisons],
-    }
-
-
-def _show(screen: Screen, header: Any, found: Any, everything: bool) -> None:
+def _show(screen: Screen, header: Header, found: Evaluation, everything: bool) -> None:
     from sstl_cli.cli.render import cell, many
 
     def plus(mean: float, sd: float) -> str:
@@ -149,7 +124,7 @@ def _show(screen: Screen, header: Any, found: Any, everything: bool) -> None:
         )
         for s in found.scores
     ]
-    default = next(s for s in found.scores if s.variant == header.default)
+    default = found.score(header.default)
     screen.say(
         f"{header.default}, the default, errs by {default.mean[2]:.3g} in the slopes (RMSE on {len(found.pairs)} pairs, "
         f"{'trained ones among them' if everything else 'all held out'})."
@@ -178,7 +153,7 @@ def _show(screen: Screen, header: Any, found: Any, everything: bool) -> None:
         )
 
 
-def _show_tables(screen: Screen, related: Any) -> None:
+def _show_tables(screen: Screen, related: Related) -> None:
     r = related.relations
     screen.table(
         f"Table I: Γ_sstl against Γ_act², {len(related.pairs)} pairs",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
@@ -58,7 +58,7 @@ class Asked:
         """The output as a path; its name tells a folder that is still to be made."""
         return Path(self.out_name)
 
-    def named(self) -> dict[str, Any]:
+    def named(self) -> dict[str, object]:
         """Return what every document of an export begins with."""
         return {"schema": "sstl.export/1", "format": self.format_, "input": str(self.source)}
 

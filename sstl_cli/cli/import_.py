@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -14,6 +14,7 @@ from sstl_cli.cli.render import Screen, many
 
 if TYPE_CHECKING:
     from sstl_cli.importers.mapping import Mapping
+    from sstl_cli.steps.import_ import Import
 
 EPILOG = """Examples:
 
@@ -91,7 +92,7 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
     from sstl_cli.core.runs import write_runs
     from sstl_cli.importers.base import head_of, members, require_recording
     from sstl_cli.importers.sources import read_manifest
-    from sstl_cli.steps.import_ import manifest_of, provenance_extra, run
+    from sstl_cli.steps.import_ import manifest_of, no_tensions, provenance_extra, run
 
     files, mapping = asked.files, asked.mapping
     chosen = _mapping(screen, asked)
@@ -108,11 +109,10 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
     with screen.progress("import, bytes", float(sum(p.stat().st_size for p in parts))) as advance:
         result = run(files, chosen, wanted=asked.format_, manifest=labels, advance=advance)
         write_runs(out, result.runs, provenance, asked.force, lambda: bool(result.tendons))
-    document = {"schema": "sstl.import/1", "out": str(out), **result.document()}
-    if "not_a_tension" in provenance.extra:
-        document["not_a_tension"] = provenance.extra["not_a_tension"]
-    _show(screen, document, [r.sentence() for r in result.clocks], len(files) - len({bad.path for bad in result.bad}))
-    screen.finish(document, aside=bool(result.counts.set_aside or result.counts.blanked or result.bad))
+    other = no_tensions(chosen)
+    _show(screen, result, out, len(files) - len({bad.path for bad in result.bad}), other)
+    document = {"schema": "sstl.import/1", "out": str(out), **result.document(), **({"not_a_tension": other} if other else {})}
+    screen.finish(document, aside=result.set_aside)
 
 
 def _mapping(screen: Screen, asked: Asked) -> Mapping:
@@ -127,25 +127,28 @@ def _mapping(screen: Screen, asked: Asked) -> Mapping:
     return mapping_of(asked.mapping, asked.map_, asked.on_gap, asked.merge)
 
 
-def _show(screen: Screen, document: dict[str, Any], clocks: list[str], files: int) -> None:
-    rows = [[r["file"], r["format"], r["runs"], r["samples"]] for r in document["recordings"]]
-    screen.say(f"Imported {many(document['runs'], 'run')} from {many(files, 'file')} -> {document['out']}")
+def _show(screen: Screen, result: Import, out: Path, files: int, other: dict[str, str]) -> None:
+    """Show what was imported from the files that were not set aside; ``other`` are the units of columns that hold no tension."""
+    c = result.counts
+    rows = [[r.file, r.format, r.runs, r.samples] for r in result.recordings]
+    screen.say(f"Imported {many(c.runs, 'run')} from {many(files, 'file')} -> {out}")
     screen.table("", ["file", "format", "runs", "samples"], rows, most=SHOWN)
-    found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in document["found"].items() if n)
+    found = ", ".join(f"{n} {k.replace('_', ' ')}" for k, n in c.found.items() if n)
     if found:
-        screen.say(f"found: {found}" + (f" (gap: more than {document['gap_s']:.4g} s)" if document["gap_s"] else ""))
-    for reason, n in document["set_aside_by"].items():
+        screen.say(f"found: {found}" + (f" (gap: more than {c.gap_s:.4g} s)" if c.gap_s else ""))
+    for reason, n in sorted(c.notes.set_aside.items()):
         screen.note(f"set aside: {n} samples, {reason}")
-    for name, n in document["values_set_aside"].items():
+    for name, n in sorted(c.blanked.items()):
         screen.note(f"set aside: {many(n, 'value')} of {name}, infinite or beyond any sensor, taken as not measured")
-    if document["set_aside"]:
-        screen.note(f"set aside in all: {document['set_aside']} samples, {document['set_aside_pct']:.2f} % of those read")
-    for bad in document["files_set_aside"]:
-        screen.note(f"set aside: {bad['file']}, [{bad['code']}] {bad['message']}" + (f"; {bad['fix']}" if bad["fix"] else ""))
-    for name, unit in document.get("not_a_tension", {}).items():
+    if c.set_aside:
+        screen.note(f"set aside in all: {c.set_aside} samples, {c.set_aside_pct:.2f} % of those read")
+    for bad in result.bad:
+        error = bad.error
+        screen.note(f"set aside: {bad.path.name}, [{error.code}] {error.what}" + (f"; {error.fix}" if error.fix else ""))
+    for name, unit in other.items():
         side = "an output" if name == "tension_out_n" else "an input"
         screen.note(f"{name} holds {side} in {unit}, not a tension: slopes and offsets are not in N/N and N")
-    for text in [*clocks, *document["remarks"]]:
+    for text in [*(r.sentence() for r in result.clocks), *result.remarks]:
         screen.note(text)
 
 

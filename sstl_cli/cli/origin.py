@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,23 @@ if TYPE_CHECKING:
 
 # how often a file is made, how it is shown and how many work on it decide no byte of it
 _NO_MATTER = {"force", "as_json", "json_", "workers"}
-# the context and the configuration file of the command that runs
-_call: dict[str, Any] = {}
+
+
+@dataclass(frozen=True)
+class _Call:
+    """The context and the configuration file of a command."""
+
+    context: Any = None
+    config: Path | None = None
+
+
+# the one that runs
+_calls = [_Call()]
 
 
 def remember(context: Any, config: Path | None) -> None:
     """Keep what ``provenance`` needs of the call; the option ``--config`` is parsed first in every command."""
-    _call.update(context=context, config=config)
+    _calls[0] = _Call(context, config)
 
 
 def provenance(seed: int | None, files: list[Path], extra: dict[str, object] | None = None) -> Provenance:
@@ -44,13 +55,13 @@ def inputs(files: list[Path]) -> dict[str, str]:
     """Return the SHA-256 of inputs and configuration file by name."""
     from sstl_cli.core.provenance import inputs_of
 
-    config = _call.get("config")
+    config = _calls[0].config
     return inputs_of([*files, *([config] if config is not None else [])])
 
 
 def environment() -> dict[str, str]:
     """Return the SSTL_* values that this command took, by name, folders removed from paths."""
-    context = _call.get("context")
+    context = _calls[0].context
     if context is None:
         return {}
     taken = {}
@@ -76,7 +87,7 @@ def refuse(what: str, options: Iterable[str], fix: str = "leave it out") -> None
     """
     from sstl_cli.core.errors import UsageError
 
-    context: Any = _call.get("context")
+    context = _calls[0].context
     names, typed = set(options), []
     for parameter in context.command.params if context else ():
         source = context.get_parameter_source(parameter.name)

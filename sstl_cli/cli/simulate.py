@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -79,7 +79,7 @@ def simulate(asked: Asked) -> None:
     screen.finish(document)
 
 
-def _simulator(name: str, effects: dict[str, Any]) -> str:
+def _simulator(name: str, effects: Iterable[str]) -> str:
     """Return what simulated the runs, in words."""
     model = {"transmission": "fast model", "rig": "elastic rig"}.get(name, name)
     return f"{model} and {' + '.join(effects)}" if effects else model

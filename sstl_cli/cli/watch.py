@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -50,7 +51,7 @@ def watch(asked: Asked) -> None:
     from sstl_cli.cli.origin import refuse
     from sstl_cli.core.errors import UsageError
     from sstl_cli.identification import SegmentOptions
-    from sstl_cli.importers.mapping import Mapping, read_mapping
+    from sstl_cli.importers import mapping
     from sstl_cli.mapping.weights import load_model
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps.watch import Watcher, WatchOptions
@@ -62,7 +63,7 @@ def watch(asked: Asked) -> None:
     if asked.once:
         refuse("--once", ("--poll",))
     screen = Screen(asked.as_json, lines=True)
-    columns = read_mapping(asked.mapping) if asked.mapping is not None else Mapping()
+    columns = mapping.read_mapping(asked.mapping) if asked.mapping is not None else mapping.Mapping()
     sources = [source_of(text, columns) for text in asked.logs]
     options = WatchOptions(asked.learn, asked.false_alarms, asked.name_after, SegmentOptions(seed=asked.seed))
     scenario = load(asked.sim) if asked.sim else None
@@ -88,7 +89,7 @@ class _Session:
     def __init__(self, screen: Screen, watcher: Any, sources: list[Any], sim: Any, diagnose: bool, name_after: int) -> None:
         self.screen, self.watcher, self.sources, self.sim = screen, watcher, sources, sim
         self.diagnose, self.name_after = diagnose, name_after
-        self.alarms: list[dict[str, Any]] = []
+        self.alarms: list[dict[str, object]] = []
         self._unnamed: list[Any] = []
         self._noted = 0
         self._headed = False
@@ -175,7 +176,7 @@ class _Session:
         for line in [""] if self.screen.as_json else show.loop(event, width_of(sys.stdout)):
             self._line(line, event.document())
 
-    def _line(self, text: str, document: dict[str, Any] | None = None) -> None:
+    def _line(self, text: str, document: Mapping[str, object] | None = None) -> None:
         """Show a line at once: a watch may be read by another program as it goes."""
         import sys
 

@@ -67,7 +67,7 @@ def index_of(config_ids: list[str], wanted: str | None) -> int:
     return config_ids.index(wanted)
 
 
-def document(lines: Mapping[str, Theta], options: Options, method: str) -> dict[str, Any]:
+def document(lines: Mapping[str, Theta], options: Options, method: str) -> dict[str, object]:
     """Return the JSON document for named configurations."""
     entries = tuple(
         Entry(config_id=name, method=method, theta=Lines(gamma_p=t.gamma_p, beta_p=t.beta_p, gamma_r=t.gamma_r, beta_r=t.beta_r))

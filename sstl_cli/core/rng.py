@@ -17,3 +17,8 @@ def stream(seed: int, *names: str | int) -> np.random.Generator:
     """
     keys = [n if isinstance(n, int) else zlib.crc32(n.encode()) for n in names]
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=tuple(keys)))
+
+
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """Return a number between ``low`` and ``high`` (both positive) of which every decade is as likely."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

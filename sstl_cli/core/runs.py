@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -60,6 +60,22 @@ class Run:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def cut(self, rows: slice | NDArray[np.bool_]) -> Run:
+        """Return the run with these samples of every channel."""
+
+        def kept(values: Array | None) -> Array | None:
+            return None if values is None else values[rows]
+
+        return replace(
+            self,
+            time_s=self.time_s[rows],
+            tension_in_n=self.tension_in_n[rows],
+            tension_out_n=self.tension_out_n[rows],
+            position_in_mm=kept(self.position_in_mm),
+            tension_ref_n=kept(self.tension_ref_n),
+            extra={k: v[rows] for k, v in self.extra.items()},
+        )
 
     @property
     def passes(self) -> int:

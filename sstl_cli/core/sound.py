@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,7 +135,7 @@ def sound(run: Run) -> tuple[list[Run], list[Aside]]:
             lost |= unsound(values)
             reasons += [f"{n} {why} in {name}" for why, n in why_unsound(name, values).items()]
     if reasons:
-        run = _rows(run, ~lost)
+        run = run.cut(~lost)
         aside.append(Aside(run.run_id, int(np.count_nonzero(lost)), total, ", ".join(reasons)))
     small = [said for name in TENSIONS if (said := too_small(name, getattr(run, name)))]
     at = cuts(run.time_s)
@@ -144,7 +144,7 @@ def sound(run: Run) -> tuple[list[Run], list[Aside]]:
         wrong = "; ".join([*small, *filter(None, [too_fast(piece.time_s)])])
         if wrong and len(piece):
             aside.append(Aside(piece.run_id, len(piece), total, wrong))
-            pieces[i] = _rows(piece, slice(0, 0))
+            pieces[i] = piece.cut(slice(0, 0))
     return pieces, aside
 
 
@@ -202,7 +202,7 @@ def _split(run: Run, at: NDArray[np.intp], total: int, aside: list[Aside]) -> li
     edges = np.concatenate(([0], at, [len(run.time_s)]))
     longest = float(np.max(run.time_s[at] - run.time_s[at - 1]))
     short = np.diff(edges) < LEAST_SAMPLES
-    kept = [_rows(run, slice(int(a), int(b))) for a, b in zip(edges[:-1][~short], edges[1:][~short], strict=True)]
+    kept = [run.cut(slice(int(a), int(b))) for a, b in zip(edges[:-1][~short], edges[1:][~short], strict=True)]
     dropped = int(np.diff(edges)[short].sum())
     pauses = f"{len(at)} pause{'s' if len(at) > 1 else ''}, the longest of {longest:.4g} s"
     aside.append(Aside(run.run_id, 0, total, f"cut at {pauses}, into {len(kept)} runs"))
@@ -210,29 +210,31 @@ def _split(run: Run, at: NDArray[np.intp], total: int, aside: list[Aside]) -> li
         why = f"{int(short.sum())} stretches of fewer than {LEAST_SAMPLES} samples between pauses"
         aside.append(Aside(run.run_id, dropped, total, why))
     if not kept:
-        return [_rows(run, slice(0, 0))]
+        return [run.cut(slice(0, 0))]
     return [kept[0], *(replace(piece, run_id=f"{run.run_id}~{k}") for k, piece in enumerate(kept[1:], 2))]
 
 
 def _optional(run: Run, aside: list[Aside]) -> Run:
-    changed: dict[str, Any] = {}
-    if run.lead_mm is not None and not abs(run.lead_mm) <= LARGEST:
-        if not math.isnan(run.lead_mm):
-            aside.append(Aside(run.run_id, 0, len(run.time_s), f"lead_mm is {run.lead_mm:.3g}, taken as not given"))
-        changed["lead_mm"] = None
-    for name in OPTIONAL:
-        values = getattr(run, name)
-        if values is None:
-            continue
-        # NaN is no fault here: it says "not measured"
-        wrong = unsound(values) & ~np.isnan(values)
-        if wrong.any():
-            n = int(np.count_nonzero(wrong))
-            aside.append(Aside(run.run_id, n, len(values), f"infinite or beyond any sensor in {name}, taken as not measured"))
-            changed[name] = np.where(wrong, np.nan, values)
-    return replace(run, **changed) if changed else run
+    lead = run.lead_mm
+    if lead is not None and not abs(lead) <= LARGEST:
+        if not math.isnan(lead):
+            aside.append(Aside(run.run_id, 0, len(run.time_s), f"lead_mm is {lead:.3g}, taken as not given"))
+        lead = None
+    position, reference = (_measured(run, name, aside) for name in OPTIONAL)
+    if lead is run.lead_mm and position is run.position_in_mm and reference is run.tension_ref_n:
+        return run
+    return replace(run, lead_mm=lead, position_in_mm=position, tension_ref_n=reference)
 
 
-def _rows(run: Run, rows: slice | Mask) -> Run:
-    picked: dict[str, Any] = {n: v[rows] for n in CHANNELS if (v := getattr(run, n)) is not None}
-    return replace(run, **picked, extra={k: v[rows] for k, v in run.extra.items()})
+def _measured(run: Run, name: str, aside: list[Aside]) -> Array | None:
+    """Return an optional channel, NaN where no sensor can have read it."""
+    values: Array | None = getattr(run, name)
+    if values is None:
+        return None
+    # NaN is no fault here: it says "not measured"
+    wrong = unsound(values) & ~np.isnan(values)
+    if not wrong.any():
+        return values
+    n = int(np.count_nonzero(wrong))
+    aside.append(Aside(run.run_id, n, len(values), f"infinite or beyond any sensor in {name}, taken as not measured"))
+    return np.where(wrong, np.nan, values)

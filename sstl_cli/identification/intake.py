@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.runs import Run
+from sstl_cli.core.runs import SIGNALS, Run
 from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, unsound
 from sstl_cli.identification.loops import WARM_UP, LoopCutter, usual_step
 
 Array = NDArray[np.float64]
-NAMES = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 # so many samples behind the clock are a clock that was set back, fewer are faulty stamps
 SET_BACK = 20
 # a loop is given up where it grows beyond this (an hour at 500 Hz)
@@ -72,7 +70,7 @@ class _Growing:
 
     def __init__(self, intake: Intake, first: Run) -> None:
         self.intake, self.labels = intake, first
-        self.names = [n for n in NAMES if getattr(first, n) is not None]
+        self.names = [n for n in SIGNALS if getattr(first, n) is not None]
         self._restart()
 
     def _restart(self) -> None:
@@ -172,8 +170,16 @@ class _Growing:
         part = self.rows[:, start - self.offset : stop - self.offset + 1]
         if part.shape[1] < LEAST_SAMPLES:
             return
-        signals: dict[str, Any] = dict.fromkeys(NAMES) | {n: part[i].copy() for i, n in enumerate(self.names)}
-        yield Pieces(replace(self.labels, **signals), start)
+        signals = {n: part[i].copy() for i, n in enumerate(self.names)}
+        whole = replace(
+            self.labels,
+            time_s=signals["time_s"],
+            tension_in_n=signals["tension_in_n"],
+            tension_out_n=signals["tension_out_n"],
+            position_in_mm=signals.get("position_in_mm"),
+            tension_ref_n=signals.get("tension_ref_n"),
+        )
+        yield Pieces(whole, start)
 
     def _break(self) -> Iterator[Pieces]:
         yield from self.close()

@@ -219,9 +219,7 @@ def need(path: Path, module: str, extra: str) -> Any:
         ) from None
 
 
-def slices(
-    rows: int, columns: dict[str, Callable[[int, int], Values]], size: int, path: Path, rows_each: int = ROWS_PER_BLOCK
-) -> Iterator[Block]:
+def slices(rows: int, columns: dict[str, Callable[[int, int], Values]], size: int, rows_each: int = ROWS_PER_BLOCK) -> Iterator[Block]:
     """Yield blocks cut from channels that can be sliced; ``size`` bytes are spread over them for progress."""
     for start in range(0, rows, rows_each):
         stop = min(start + rows_each, rows)

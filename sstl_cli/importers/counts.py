@@ -43,6 +43,23 @@ class Counts:
             setattr(self, one.name, getattr(before, one.name))
 
     @property
+    def found(self) -> dict[str, int]:
+        """What was wrong with times and readings, and what was filled, by name."""
+        return {
+            "repeated_time": self.repeated,
+            "backward_time": self.backward,
+            "gaps": self.gaps,
+            "dropouts": self.dropouts,
+            "spikes": self.spikes,
+            "filled": self.filled,
+        }
+
+    @property
+    def set_aside_pct(self) -> float:
+        """The same as a percentage of those read."""
+        return 100 * self.set_aside / max(self.samples_in, 1)
+
+    @property
     def set_aside(self) -> int:
         """Samples that were read and not written."""
         return sum(self.notes.set_aside.values())

@@ -8,7 +8,7 @@ import stat
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 import pyarrow as pa
@@ -16,7 +16,7 @@ import pyarrow.compute as pac
 import pyarrow.csv as pc
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.runs import PASSES, TEXTS, Run
+from sstl_cli.core.runs import PASSES, SIGNALS, TEXTS, Run
 from sstl_cli.core.units import Linear
 from sstl_cli.importers.mapping import Mapping
 from sstl_cli.importers.plan import Plan, plan_of, recordings
@@ -27,7 +27,6 @@ READ_BYTES = 4 << 20
 # the layout of a text is told from its first lines: wait for some
 ENOUGH_LINES = 8
 HEAD_BYTES = 256
-SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 
 
 class TextFollower:
@@ -226,15 +225,28 @@ class TextFollower:
         elif n:
             rows[()] = list(range(n))
         for key, at in rows.items():
-            found: dict[str, Any] = {**self._plan.constants, **dict(zip(labels, key, strict=True))}
+            found: dict[str, str | float | None] = {**self._plan.constants, **dict(zip(labels, key, strict=True))}
             if found.get("system") not in PASSES:
                 self._aside("rows whose system is neither act nor sstl", len(at))
                 continue
-            rest: dict[str, Any] = {k: None if found.get(k) is None else str(found[k]) for k in TEXTS if k not in ("run_id", "system")}
-            run_id = str(found["run_id"]) if found.get("run_id") is not None else self.run_name
-            rest.update({k: v[at] for k, v in signals.items()})
-            rest.update({f"unit_{k.split('_')[1]}": v for k, v in self._plan.units.items()})
-            yield Run(run_id=run_id, system=str(found["system"]), lead_mm=_lead(found.get("lead_mm")), **rest)
+            text = {k: str(v) for k in TEXTS if (v := found.get(k)) is not None}
+            some = {k: v[at] for k, v in signals.items()}
+            yield Run(
+                run_id=text.get("run_id", self.run_name),
+                system=text["system"],
+                time_s=some["time_s"],
+                tension_in_n=some["tension_in_n"],
+                tension_out_n=some["tension_out_n"],
+                config_id=text.get("config_id"),
+                location=text.get("location"),
+                lead_mm=_lead(found.get("lead_mm")),
+                trajectory=text.get("trajectory"),
+                position_in_mm=some.get("position_in_mm"),
+                tension_ref_n=some.get("tension_ref_n"),
+                tendon=text.get("tendon"),
+                unit_in=self._plan.units.get("tension_in_n", "N"),
+                unit_out=self._plan.units.get("tension_out_n", "N"),
+            )
 
     def _aside(self, reason: str, count: int) -> None:
         if count:

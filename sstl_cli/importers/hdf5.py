@@ -91,7 +91,7 @@ def read_blocks(path: Path, numbers: list[str], labels: list[str], matlab: bool)
                     lengths[full] = 1 if matlab and is_char(dataset) else rows_of(dataset, matlab)
         rows = same_length(path, lengths)
         columns = {n: (c if lengths[n] > 1 or rows == 1 else _single(c)) for n, c in columns.items()}
-        yield from slices(rows, columns, path.stat().st_size, path)
+        yield from slices(rows, columns, path.stat().st_size)
 
 
 def _single(cut: Callable[[int, int], Any]) -> Callable[[int, int], Any]:

@@ -7,18 +7,19 @@ import os
 import select
 import signal
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, Any, TypeAlias
 
 import numpy as np
 import pyarrow as pa
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.workers import end_with_thread
-from sstl_cli.importers.base import Block, Channel
+from sstl_cli.importers.base import Block, Channel, Values
 
-T = TypeVar("T")
+# a head that goes through the pipe as JSON, and the bytes of the columns that it names
+Message: TypeAlias = tuple[dict[str, Any], list[bytes]]
 TIMEOUT_S = 60.0
 CHILD_BYTES = 4 << 30
 MAX_MESSAGE = 1 << 30
@@ -29,7 +30,7 @@ def isolated(list_them: Callable[[], list[Channel]], path: Path) -> list[Channel
     if not hasattr(os, "fork"):
         return list_them()
 
-    def messages() -> Iterator[tuple[dict[str, Any], list[bytes]]]:
+    def messages() -> Iterator[Message]:
         rows = [[c.name, c.rows, c.unit, c.time, c.text] for c in list_them()]
         yield {"channels": rows}, []
 
@@ -44,7 +45,7 @@ def isolated_blocks(read_them: Callable[[], Iterator[Block]], path: Path) -> Ite
         yield from read_them()
         return
 
-    def messages() -> Iterator[tuple[dict[str, Any], list[bytes]]]:
+    def messages() -> Iterator[Message]:
         for block in read_them():
             columns, bodies = [], []
             for name, values in block.columns.items():
@@ -58,15 +59,13 @@ def isolated_blocks(read_them: Callable[[], Iterator[Block]], path: Path) -> Ite
             yield {"columns": columns, "position": block.position}, bodies
 
     for head, bodies in _from_child(messages, path):
-        out: dict[str, Any] = {}
+        out: dict[str, Values] = {}
         for (name, number, _), body in zip(head["columns"], bodies, strict=True):
             out[name] = np.frombuffer(body, np.float64) if number else pa.array(json.loads(body), pa.string())
         yield Block(out, int(head["position"]))
 
 
-def _from_child(
-    messages: Callable[[], Iterator[tuple[dict[str, Any], list[bytes]]]], path: Path
-) -> Iterator[tuple[dict[str, Any], list[bytes]]]:
+def _from_child(messages: Callable[[], Iterator[Message]], path: Path) -> Iterator[Message]:
     incoming, outgoing = os.pipe()
     parent = os.getpid()
     child = os.fork()
@@ -78,12 +77,12 @@ def _from_child(
     try:
         with os.fdopen(incoming, "rb", buffering=0) as pipe:
             while True:
-                head = json.loads(_message(pipe, path, child))
+                head = json.loads(_message(pipe, path))
                 if "error" in head:
                     raise SstlError(head["error"], where=head["where"], fix=head["fix"], code=head["code"])
                 if "done" in head:
                     return
-                bodies = [_exactly(pipe, n, path, child) for _, _, n in head.get("columns", [])]
+                bodies = [_exactly(pipe, n, path) for _, _, n in head.get("columns", [])]
                 yield head, bodies
     finally:
         # whatever state the child is in, nobody listens any more
@@ -91,7 +90,7 @@ def _from_child(
         os.waitpid(child, 0)
 
 
-def _be_child(messages: Callable[[], Iterator[tuple[dict[str, Any], list[bytes]]]], outgoing: int, path: Path) -> None:
+def _be_child(messages: Callable[[], Iterator[Message]], outgoing: int, path: Path) -> None:
     """Write all messages, then end without running the parent's clean-up."""
     code = 1
     try:
@@ -128,7 +127,7 @@ def _limit() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
 
 
-def _send(pipe: IO[bytes], head: dict[str, Any], bodies: list[bytes]) -> None:
+def _send(pipe: IO[bytes], head: Mapping[str, object], bodies: list[bytes]) -> None:
     raw = json.dumps(head).encode()
     pipe.write(struct.pack("<Q", len(raw)) + raw)
     for body in bodies:
@@ -136,12 +135,12 @@ def _send(pipe: IO[bytes], head: dict[str, Any], bodies: list[bytes]) -> None:
     pipe.flush()
 
 
-def _message(pipe: Any, path: Path, child: int) -> bytes:
-    (length,) = struct.unpack("<Q", _exactly(pipe, 8, path, child))
-    return _exactly(pipe, length, path, child)
+def _message(pipe: Any, path: Path) -> bytes:
+    (length,) = struct.unpack("<Q", _exactly(pipe, 8, path))
+    return _exactly(pipe, length, path)
 
 
-def _exactly(pipe: Any, n: int, path: Path, child: int) -> bytes:
+def _exactly(pipe: Any, n: int, path: Path) -> bytes:
     if n > MAX_MESSAGE:
         raise SstlError("sends too much at once", where=str(path), fix="export it as CSV or Parquet", code="E317")
     pieces, left = [], n

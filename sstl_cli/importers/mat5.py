@@ -12,13 +12,27 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.importers.base import MAX_CHANNELS, Block, Channel, Layout, Notes, check_declared, guarded, same_length, slices, text_array
+from sstl_cli.importers.base import (
+    MAX_CHANNELS,
+    Block,
+    Channel,
+    Layout,
+    Notes,
+    Values,
+    check_declared,
+    guarded,
+    same_length,
+    slices,
+    text_array,
+)
 
+# number arrays and lists of texts by name
+Vectors: TypeAlias = dict[str, np.ndarray | list[str]]
 ID = "mat5"
 TITLE = "a MATLAB file (v5 to v7)"
 EXTENSIONS = (".mat",)
@@ -51,25 +65,25 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         found = _vectors(path)
         chosen = {n: found[n] for n in dict.fromkeys([*numbers, *labels])}
         rows = same_length(path, {n: len(v) for n, v in chosen.items()})
-        columns: dict[str, Any] = {}
+        columns: dict[str, Callable[[int, int], Values]] = {}
         for name, values in chosen.items():
             if name in numbers and isinstance(values, list):
                 raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328")
             held = text_array(values) if name in labels else values
             columns[name] = _cut(held)
-        yield from slices(rows, columns, path.stat().st_size, path)
+        yield from slices(rows, columns, path.stat().st_size)
 
 
-def _unit(name: str, found: dict[str, Any]) -> str:
+def _unit(name: str, found: Vectors) -> str:
     """Return what a struct ``units`` of the file says of a field (empty where there is none)."""
     said = found.get(f"units.{name.rpartition('.')[2]}")
     return str(said[0]).strip() if isinstance(said, list) and len(said) == 1 and not name.startswith("units.") else ""
 
 
-def _cut(held: Any) -> Callable[[int, int], Any]:
+def _cut(held: Values) -> Callable[[int, int], Values]:
     """Return a function that gives rows of a channel; numbers are converted a piece at a time."""
 
-    def rows(a: int, b: int) -> Any:
+    def rows(a: int, b: int) -> Values:
         piece = held[a:b] if len(held) > 1 else held
         return np.asarray(piece, np.float64) if isinstance(held, np.ndarray) else piece
 
@@ -174,14 +188,14 @@ class _Walk:
         return out
 
 
-def _vectors(path: Path) -> dict[str, Any]:
+def _vectors(path: Path) -> Vectors:
     """Return every vector of the file by name: number arrays, and lists of texts."""
     size = path.stat().st_size
     raw = np.memmap(path, np.uint8, "r")
     data = memoryview(raw)  # type: ignore[arg-type]
     order = "<" if bytes(data[126:128]) == b"IM" else ">"
     walk = _Walk(order, path)
-    out: dict[str, Any] = {}
+    out: Vectors = {}
     at, spent = 128, 0
     while at + 8 <= len(data):
         kind, length, start, at = walk.tag(data, at)
@@ -241,7 +255,7 @@ def _inflate(body: memoryview, size: int, spent: int, order: str, path: Path) ->
         return memoryview(np.memmap(spool, np.uint8, "r"))  # type: ignore[arg-type]
 
 
-def _flatten(name: str, value: Any, out: dict[str, Any]) -> None:
+def _flatten(name: str, value: Any, out: Vectors) -> None:
     if len(out) >= MAX_CHANNELS or value is None:
         return
     if isinstance(value, str):

@@ -21,6 +21,7 @@ from sstl_cli.importers.base import (
     Channel,
     Layout,
     Notes,
+    Values,
     check_declared,
     guarded,
     same_length,
@@ -90,7 +91,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         size = path.stat().st_size
         for start in range(0, rows, ROWS_PER_BLOCK):
             n = min(ROWS_PER_BLOCK, rows - start)
-            columns: dict[str, Any] = {}
+            columns: dict[str, Values] = {}
             for array, mine, take in readers:
                 piece = take(n)
                 for full in mine:

@@ -110,7 +110,7 @@ def plan_of(files: list[Recording], mapping: MappingFile, labels: dict[str, str 
     find = Finder(files)
     time = mapping.columns.get("time_s")
     first = mapping.columns.get("tension_in_n")
-    clock = _clock_of(time, first, find, mapping)
+    clock = _clock_of(time, first, find)
     signals: list[Signal] = []
     units: dict[str, str] = {}
     for target, dimension in SIGNAL_DIMENSION.items():
@@ -177,7 +177,7 @@ def _number(value: str | float, where: str) -> float:
         raise SstlError(f"lead_mm is '{value}'", where=where, fix="it must be a number in mm", code="E335") from None
 
 
-def _clock_of(time: Source | None, first: Source | None, find: Finder, mapping: MappingFile) -> TimeBase:
+def _clock_of(time: Source | None, first: Source | None, find: Finder) -> TimeBase:
     if time is not None and time.rate_hz is not None:
         file = find.find(
             _reference(first) if first else "tension_in_n", "tension_in_n", first.file if first else None, bool(first and first.pattern)

@@ -65,7 +65,7 @@ def groups(files: list[Path], mapping: Mapping, wanted: str | None, manifest: di
 def _of_file(path: Path, mapping: Mapping, wanted: str | None, manifest: dict[str, Labels]) -> Iterator[Group]:
     names = labels_of(path, mapping, manifest)
     for recording in recordings(path, mapping, wanted):
-        part = _part_name(recording, mapping)
+        part = _part_name(recording)
         labels = {**names, **_part_labels(recording, mapping)}
         name = f"{stem(path)}-{part}" if part else stem(path)
         if "runs" in recording.prefix and part and mapping.runs is None:
@@ -165,7 +165,7 @@ def _single(path: Path, mapping: Mapping, wanted: str | None) -> Recording:
     return found[0]
 
 
-def _part_name(recording: Recording, mapping: Mapping) -> str:
+def _part_name(recording: Recording) -> str:
     return re.sub(r"[^\w.+-]+", "-", recording.prefix).strip("-.") if recording.prefix else ""
 
 

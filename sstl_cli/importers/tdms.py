@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     """Yield blocks of the named channels."""
     wanted = list(dict.fromkeys([*numbers, *labels]))
     with guarded(path, TITLE), _open(path) as file:
-        columns: dict[str, Any] = {}
+        columns: dict[str, Callable[[int, int], Values]] = {}
         lengths: dict[str, int] = {}
         origin: list[Any] = []
         for name, channel in _channels(file, path):
@@ -73,8 +74,13 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
                 columns[name + TIME] = _clock(channel)
                 lengths[name + TIME] = len(channel)
         rows = same_length(path, lengths)
-        columns = {n: (c if lengths[n] > 1 or rows == 1 else (lambda a, b, c=c: c(0, 1))) for n, c in columns.items()}
-        yield from slices(rows, columns, path.stat().st_size, path)
+        columns = {n: c if lengths[n] > 1 or rows == 1 else partial(_first_of, c) for n, c in columns.items()}
+        yield from slices(rows, columns, path.stat().st_size)
+
+
+def _first_of(cut: Callable[[int, int], Values], a: int, b: int) -> Values:
+    """Return the only value of a channel, whichever rows are asked for."""
+    return cut(0, 1)
 
 
 @contextmanager

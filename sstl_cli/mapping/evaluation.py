@@ -48,6 +48,11 @@ class Score:
         """Standard deviation over seeds (n - 1), NaN for a single one."""
         return self.rmse.std(axis=0, ddof=1) if len(self.rmse) > 1 else np.full(3, np.nan)
 
+    @property
+    def told(self) -> Array:
+        """RMSE of the mean over seeds; splits that differ by seed leave no pair to judge it on: then the mean of the seeds'."""
+        return self.mean if np.isnan(self.ensemble[2]) else self.ensemble
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -78,6 +83,10 @@ class Evaluation:
     scores: tuple[Score, ...]
     comparisons: tuple[Comparison, ...]
     predictions: dict[str, Array]
+
+    def score(self, variant: str) -> Score:
+        """Return the score of a variant by its name."""
+        return next(s for s in self.scores if s.variant == variant)
 
     def outside_pct(self, seed: int | None = None) -> float:
         """Return the percentage of judged inputs outside the trained range, of one seed (by position) or of all."""

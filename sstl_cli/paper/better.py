@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,7 +139,7 @@ def calibrate(seed: int) -> Calibration:
     rows = [(a, s) for b in sets if (a := found[b.name, "act"]) is not None and (s := found[b.name, "sstl"]) is not None]
     if len(rows) < 8:
         raise SstlError(f"only {len(rows)} of {len(sets)} calibration bends could be identified", code="E802")
-    act, sstl = (np.array([_vector(r[i]) for r in rows]) for i in (0, 1))
+    act, sstl = (np.array([astuple(r[i]) for r in rows]) for i in (0, 1))
     ones = np.ones((len(rows), 1))
     slopes = np.linalg.lstsq(np.hstack([sstl[:, [0, 2]], ones]), act[:, [0, 2]], rcond=None)[0]
     all_four = np.linalg.lstsq(np.hstack([sstl, ones]), act, rcond=None)[0]
@@ -194,7 +194,3 @@ def run(
         if advance is not None:
             advance(1)
     return done
-
-
-def _vector(t: Theta) -> tuple[float, float, float, float]:
-    return t.gamma_p, t.beta_p, t.gamma_r, t.beta_r

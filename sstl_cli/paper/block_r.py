@@ -9,7 +9,7 @@ its constants are fitted to the published tables (``paper/rig.py``), so that it 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +111,7 @@ def learn(seed: int, bench: Bench = RIG, per_location: int = BENDS) -> Learned:
     if len(used) < LEAST_IDENTIFIED * len(sets):
         raise SstlError(f"only {len(used)} of {len(sets)} calibration bends could be identified", code="E802")
     pairs = [(s, a) for s, a in (found[b] for b in used) if s is not None and a is not None]
-    sstl, act = (np.array([_vector(pair[i]) for pair in pairs]) for i in (0, 1))
+    sstl, act = (np.array([astuple(pair[i]) for pair in pairs]) for i in (0, 1))
     made = _trained(seed, used, sstl, act)
     centre = [i for i, b in enumerate(used) if b.location == "CP"]
     betas = {(name, d): lines[centre, column] for name, lines in (("act", act), ("sstl", sstl)) for d, column in (("p", 1), ("r", 3))}
@@ -136,10 +136,6 @@ def _trained(seed: int, used: Sequence[Bend], sstl: Array, act: Array) -> Learne
     parts = [tuple(n for n, inside in zip(names, mask, strict=True) if inside) for mask in (trained, held)]
     biases = act[trained].mean(axis=0)
     return Learned(predict, (float(biases[1]), float(biases[3])), entries, parts[0], parts[1])
-
-
-def _vector(lines: Theta) -> tuple[float, float, float, float]:
-    return lines.gamma_p, lines.beta_p, lines.gamma_r, lines.beta_r
 
 
 def _probed(bend: Bend, system: str, seed: int, bench: Bench) -> Theta | None:

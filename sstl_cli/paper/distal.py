@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from sstl_cli.control import references
-from sstl_cli.control.controller import IDENTITY, Controller, Options, Theta
+from sstl_cli.control.controller import IDENTITY, Controller, Options
 from sstl_cli.control.plant import Plant, TensionLoop, track
 from sstl_cli.control.references import Reference
 from sstl_cli.control.scoring import WINDOW_STEADY, score, windows
-from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import segment_run
 from sstl_cli.paper.bench import NOISE_N
 from sstl_cli.paper.better import Calibration, Source, sources, tracked_bends
-from sstl_cli.paper.rig import GAP, LAG_S, Bend, RigTendon, lines_of, recorded, slow_sine
+from sstl_cli.paper.rig import GAP, LAG_S, Bend, RigTendon, known, lines_of, recorded, slow_sine
 
 Array = NDArray[np.float64]
 #: 60 degrees at 30 N, friction of a steel rope on steel
@@ -111,7 +110,7 @@ def _tracked(way: str, bend: Bend, source: Source, trajectory: str, lag_s: float
         reference = references.random(stream(seed, "reference", bend.location), TRACKING_DT_S, RANDOM_S)
     lines, widths = source.lines["physics"], source.widths
     if way == MOVING:
-        lines = _must(lines_of(segment_run(_moving(bend, seed, JOINT_PER_N))))
+        lines = known(lines_of(segment_run(_moving(bend, seed, JOINT_PER_N))))
     options = Options(dt_s=TRACKING_DT_S, lead_s=lag_s, reversal="play", widths=widths)
     controller = Controller(IDENTITY if way == NONE else lines, options, way != NONE)
     entering = before_joint(reference, per_n) if way == INVERTED else reference
@@ -130,12 +129,6 @@ def _moving(bend: Bend, seed: int, per_n: float) -> Run:
         v + NOISE_N * rng.standard_normal(len(time)) for v in (tension, joint(RigTendon(bend, GAP)(tension, float(time[1])), per_n))
     )
     return Run(f"{bend.name}-joint", "act", time, seen_in, seen_out, bend.name, bend.location)
-
-
-def _must(lines: Theta | None) -> Theta:
-    if lines is None:
-        raise SstlError("a bend could not be identified", code="E802")
-    return lines
 
 
 @njit(cache=True)

@@ -12,6 +12,7 @@ from sstl_cli.control.controller import Controller, Options, Theta
 from sstl_cli.control.plant import Plant, TensionLoop, track
 from sstl_cli.control.references import Reference
 from sstl_cli.control.scoring import WINDOW_STEADY, Score, score, windows
+from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import Segmentation, segment_run
@@ -104,6 +105,13 @@ def lines_of(found: Segmentation) -> Theta | None:
     if any(v is None for v in values) or values[0] >= values[2]:  # type: ignore[operator]
         return None
     return Theta(*values)  # type: ignore[arg-type]
+
+
+def known(lines: Theta | None) -> Theta:
+    """Return lines that an experiment cannot go on without; SstlError where they could not be identified."""
+    if lines is None:
+        raise SstlError("a bend could not be identified", code="E802")
+    return lines
 
 
 @dataclass(frozen=True)

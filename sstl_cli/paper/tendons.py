@@ -20,13 +20,12 @@ from sstl_cli.control.controller import IDENTITY, Controller, Options, Theta, lo
 from sstl_cli.control.plant import PRE_PULL
 from sstl_cli.control.references import Reference
 from sstl_cli.control.scoring import WINDOW_STEADY, score, windows
-from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import segment_run
 from sstl_cli.paper.bench import NOISE_N
 from sstl_cli.paper.lag_and_presliding import loop_of
-from sstl_cli.paper.rig import GAP, LAG_S, SPEC, Bend, bends, lines_of, recorded, trapezoid
+from sstl_cli.paper.rig import GAP, LAG_S, SPEC, Bend, bends, known, lines_of, recorded, trapezoid
 from sstl_cli.physics.rig import NoiseSpec, RigRun, simulate_rig
 
 Array = NDArray[np.float64]
@@ -76,7 +75,7 @@ def run(seed: int, strengths: Sequence[float] = (0.0, CROSSTALK_PER_N), each: in
         learned = learn(seed, strength, each)
         found: dict[str, list[dict[str, float]]] = {way: [] for way in WAYS}
         for bend in bends(1, stream(seed, "tendons", "test")):
-            sstl = _must(lines_of(segment_run(recorded(bend, "sstl", *trapezoid("sstl"), seed))))
+            sstl = known(lines_of(segment_run(recorded(bend, "sstl", *trapezoid("sstl"), seed))))
             wanted = {t: references.random(stream(seed, "tendons", bend.name, t), TRACKING_DT_S, TRACKED_S) for t in TENDONS}
             lines = {t: learned.lines(t, sstl) for t in TENDONS}
             for way in WAYS:
@@ -92,7 +91,7 @@ def run(seed: int, strengths: Sequence[float] = (0.0, CROSSTALK_PER_N), each: in
 def learn(seed: int, strength: float, each: int = CALIBRATION_EACH) -> Learned:
     """Record every tendon beside neighbours at rest, and once beside a neighbour that holds; return the maps and c."""
     sets = bends(each, stream(seed, "tendons", "calibration"))
-    sstl = [_must(lines_of(segment_run(recorded(b, "sstl", *trapezoid("sstl"), seed)))) for b in sets]
+    sstl = [known(lines_of(segment_run(recorded(b, "sstl", *trapezoid("sstl"), seed)))) for b in sets]
     x = np.array([(s.gamma_p, s.gamma_r, 1.0) for s in sstl])
     slopes, biases, changes = {}, {}, []
     for tendon in TENDONS:
@@ -116,7 +115,7 @@ def _probed(bend: Bend, tendon: str, strength: float, neighbour_n: float, seed: 
     beside = np.full(len(time), neighbour_n)
     r = simulate_rig(SPEC, _rig_run(bend, tendon, time, tension, beside), _effects(strength), NoiseSpec(), own)
     run = Run(f"{bend.name}-{tendon}", "act", r.time_s, r.tension_in_n, r.tension_out_n, bend.name, bend.location)
-    return _must(lines_of(segment_run(run)))
+    return known(lines_of(segment_run(run)))
 
 
 def _rig_run(bend: Bend, tendon: str, time: Array, tension: Array, beside: Array) -> RigRun:
@@ -180,9 +179,3 @@ def _output(bend: Bend, tendon: str, tension: Array, beside: Array, strength: fl
     time = np.arange(len(both[0]), dtype=np.float64) * TRACKING_DT_S
     r = simulate_rig(SPEC, _rig_run(bend, tendon, time, *both), _effects(strength), NoiseSpec(white_n=0.0))
     return r.tension_out_n[PRE_PULL:]
-
-
-def _must(lines: Theta | None) -> Theta:
-    if lines is None:
-        raise SstlError("a bend could not be identified", code="E802")
-    return lines

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.rng import log_uniform
 from sstl_cli.physics.random_function import RandomFunction, draw_function
 
 Array = NDArray[np.float64]
@@ -104,7 +105,7 @@ def draw(rng: np.random.Generator) -> Disturbance:
     seed = int(rng.integers(2**32))
     if place in READINGS and rng.random() < 0.25:
         action = str(rng.choice((HOLD, BLANK), p=[0.7, 0.3]))
-        event_s = float(np.exp(rng.uniform(np.log(0.02), np.log(3.0))))
+        event_s = log_uniform(rng, 0.02, 3.0)
         return Disturbance(place, action, (), (), systems, seed, event_s, float(rng.choice((0.0, rng.uniform(1.0, 30.0)))))
     # the same bend throughout a run shows as friction only
     names = [c for c in CARRIERS if c != "run" or place in ("friction", "before friction")]

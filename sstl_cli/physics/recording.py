@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.rng import log_uniform
 from sstl_cli.core.runs import Run
 
 Array = NDArray[np.float64]
@@ -87,23 +88,20 @@ def draw(rng: np.random.Generator) -> Recording:
     def odds(share: float) -> bool:
         return bool(rng.random() < share)
 
-    def log(low: float, high: float) -> float:
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
     rate = float(rng.choice((50.0, 100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0), p=[0.15, 0.25, 0.15, 0.15, 0.15, 0.1, 0.05]))
-    refresh = min(log(10.0, 100.0), rate / 1.5) if odds(0.2) else 0.0
+    refresh = min(log_uniform(rng, 10.0, 100.0), rate / 1.5) if odds(0.2) else 0.0
     fine = odds(0.3)
-    steps = (log(0.001, 0.1), log(0.001, 0.1)) if fine else (0.0, 0.0)
+    steps = (log_uniform(rng, 0.001, 0.1), log_uniform(rng, 0.001, 0.1)) if fine else (0.0, 0.0)
     jitter, stamped = (float(rng.uniform(0.01, 0.15)) if odds(0.2) else 0.0), odds(0.7)
     gaps: tuple[tuple[float, float], ...] = ()
     if odds(0.2):
         starts = np.sort(rng.uniform(0.05, 0.9, int(rng.integers(1, 4))))
-        gaps = tuple((float(s), log(0.003, 0.06)) for s in starts)
+        gaps = tuple((float(s), log_uniform(rng, 0.003, 0.06)) for s in starts)
     kept = rng.random()
     systems = ("act",) if kept < 0.12 else (("sstl",) if kept < 0.24 else SYSTEMS)
     zeros = [(0.0, 0.0, 0.0, 0.0)]
     if odds(0.2):
-        size = log(0.01, 0.15)
+        size = log_uniform(rng, 0.01, 0.15)
         zeros += [tuple(float(z) for z in size * rng.standard_normal(4)) for _ in range(int(rng.integers(1, 4)))]  # type: ignore[misc]
     return Recording(
         rate_hz=rate,
@@ -195,7 +193,4 @@ def _cut(run: Run, gaps: tuple[tuple[float, float], ...]) -> Run:
         there &= (share < start) | (share > start + length)
     if there.all() or there.sum() < LEAST_SAMPLES:
         return run
-    names = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-    arrays = {n: getattr(run, n) for n in names}
-    extra = {k: v[there] for k, v in run.extra.items()}
-    return replace(run, **{n: a[there] for n, a in arrays.items() if a is not None}, extra=extra)
+    return run.cut(there)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from sstl_cli.physics.scenario import Scenario
@@ -32,7 +33,7 @@ def dump(scenario: Scenario) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _table(name: str, values: dict[str, Any]) -> list[str]:
+def _table(name: str, values: Mapping[str, object]) -> list[str]:
     return [f"[{name}]", *(f"{k} = {_value(v)}" for k, v in values.items())]
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,14 +122,14 @@ class Inputs:
     phases: dict[str, Segments] = field(default_factory=dict)
     history: list[Epoch] = field(default_factory=list)
     evaluation: list[Evaluated] = field(default_factory=list)
-    evaluate: list[dict[str, Any]] = field(default_factory=list)
+    evaluate: list[tuple[str, Mapping[str, object]]] = field(default_factory=list)
     predictions: list[Predicted] = field(default_factory=list)
     model: list[Model] = field(default_factory=list)
     command: list[CommandView] = field(default_factory=list)
     score: list[ScoreRow] = field(default_factory=list)
     diagnosis: list[Diagnosed] = field(default_factory=list)
     blind: list[Scored] = field(default_factory=list)
-    document: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    document: list[tuple[str, Mapping[str, object]]] = field(default_factory=list)
     files: list[tuple[str, str, str]] = field(default_factory=list)
     catalogue: dict[str, EffectNote] = field(default_factory=dict)
 
@@ -180,9 +179,9 @@ def command_view(run_id: str, method: str, columns: dict[str, Array], phase: NDA
     """
     time, reference, output = (columns[c] for c in ("time_s", "tension_ref_n", "tension_out_n"))
     error = output - reference
-    by_phase = {name: _rms(error[phase == i]) for i, name in enumerate(PHASE_CODES)}
+    by_phase = {name: rms(error[phase == i]) for i, name in enumerate(PHASE_CODES)}
     index = keep([reference, output], STRETCHES)
-    return CommandView(run_id, method, time[index], reference[index], output[index], by_phase, _rms(error))
+    return CommandView(run_id, method, time[index], reference[index], output[index], by_phase, rms(error))
 
 
 def segments(time_s: Array, code: NDArray[np.int8]) -> Segments:
@@ -191,7 +190,8 @@ def segments(time_s: Array, code: NDArray[np.int8]) -> Segments:
     return Segments(time_s[starts], code[starts])
 
 
-def _rms(error: Array) -> float:
+def rms(error: Array) -> float:
+    """Return the root mean square of what is there, NaN where nothing is."""
     good = error[~np.isnan(error)]
     return float(np.sqrt(np.mean(good**2))) if len(good) else float("nan")
 

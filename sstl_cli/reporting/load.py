@@ -170,7 +170,7 @@ def _blind(path: Path, inputs: Inputs) -> None:
 
 
 def _evaluate(path: Path, inputs: Inputs) -> None:
-    inputs.evaluate.append({**read_json(path), "file": path.name})
+    inputs.evaluate.append((path.name, read_json(path)))
 
 
 def _other(path: Path, inputs: Inputs) -> None:

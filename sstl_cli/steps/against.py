@@ -46,21 +46,8 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
         n = run.passes
         base = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
         moved = base + (run.tension_out_n - there)
-        out.append(replace(_cut(run, inside), tension_out_n=moved[inside]))
+        out.append(replace(run.cut(inside), tension_out_n=moved[inside]))
     return out
-
-
-def _cut(run: Run, inside: np.ndarray) -> Run:
-    def pick(x: np.ndarray | None) -> np.ndarray | None:
-        return None if x is None else x[inside]
-
-    return replace(
-        run,
-        time_s=run.time_s[inside],
-        tension_in_n=run.tension_in_n[inside],
-        position_in_mm=pick(run.position_in_mm),
-        tension_ref_n=pick(run.tension_ref_n),
-    )
 
 
 def _theta(run: Run) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
-from typing import Any
 
 from sstl_cli import __version__
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE, SstlError, UsageError, nearest
@@ -123,14 +122,66 @@ def plan(command: str, sources: Sequence[str], options: Sequence[str]) -> list[I
     return items
 
 
-def decide(record: Mapping[str, Any] | None, wanted: Mapping[str, Any], present: Mapping[str, str | None], force: bool, where: str) -> bool:
+@dataclass(frozen=True)
+class Record:
+    """What is noted beside an output: what decides its bytes and, once it is there, how the call that made it ended."""
+
+    command: str
+    options: tuple[str, ...]
+    version: str
+    inputs: Mapping[str, str]
+    environment: Mapping[str, str]
+    state: str = STARTED
+    exit_code: int = EXIT_DONE
+    line: str = ""
+    outputs: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, document: object) -> Record | None:
+        """Return the record that a document is, None where it is none."""
+        if not isinstance(document, dict) or document.get("schema") != RECORD:
+            return None
+
+        def texts(name: str) -> dict[str, str]:
+            found = document.get(name)
+            return found if isinstance(found, dict) else {}
+
+        options, code = document.get("options"), document.get("exit_code", EXIT_DONE)
+        return cls(
+            command=str(document.get("command")),
+            options=tuple(map(str, options)) if isinstance(options, list) else (),
+            version=str(document.get("version")),
+            inputs=texts("inputs"),
+            environment=texts("environment"),
+            state=str(document.get("state")),
+            exit_code=code if isinstance(code, int) else EXIT_FAILED,
+            line=str(document.get("line", "")),
+            outputs=texts("outputs"),
+        )
+
+    def document(self) -> dict[str, object]:
+        """Return what is written down; how a call ended only once it has."""
+        ended = {"exit_code": self.exit_code, "line": self.line, "outputs": dict(self.outputs)}
+        return {
+            "schema": RECORD,
+            "command": self.command,
+            "options": list(self.options),
+            "version": self.version,
+            "inputs": dict(self.inputs),
+            "environment": dict(self.environment),
+            "state": self.state,
+            **(ended if self.state == DONE else {}),
+        }
+
+
+def decide(record: Record | None, wanted: Record, present: Mapping[str, str | None], force: bool, where: str) -> bool:
     """Return whether a file is to be run (False: its outputs are complete already).
 
     Parameters
     ----------
-    record : dict or None
+    record : Record or None
         What an earlier batch noted about these outputs.
-    wanted : dict
+    wanted : Record
         What this batch would note: command, options, version and the SHA-256 of the inputs.
     present : dict
         SHA-256 of each output that exists; None for one that does not.
@@ -149,27 +200,20 @@ def decide(record: Mapping[str, Any] | None, wanted: Mapping[str, Any], present:
         return True
     if record is None:
         raise SstlError("exists already and no batch made it", where=where, fix="use --force or another --out-dir", code="E023")
-    if record.get("state") != DONE:
+    if record.state != DONE:
         return True
-    if any(record.get(key) != wanted[key] for key in ("command", "options")):
+    if (record.command, record.options) != (wanted.command, wanted.options):
         raise SstlError(
             "was made by another command or with other options", where=where, fix="use --force or another --out-dir", code="E024"
         )
-    if any(record.get(key) != wanted[key] for key in ("inputs", "version", "environment")):
+    if (record.inputs, record.version, record.environment) != (wanted.inputs, wanted.version, wanted.environment):
         return True
-    return bool(record.get("outputs") != dict(there))
+    return record.outputs != there
 
 
-def wanted_record(command: str, item: Item, inputs: Mapping[str, str], environment: Mapping[str, str]) -> dict[str, Any]:
-    """Return the part of a record that decides the bytes of the outputs."""
-    return {
-        "schema": RECORD,
-        "command": command,
-        "options": list(item.options),
-        "version": __version__,
-        "inputs": dict(inputs),
-        "environment": dict(environment),
-    }
+def wanted_record(command: str, item: Item, inputs: Mapping[str, str], environment: Mapping[str, str]) -> Record:
+    """Return the record of a call that begins: what decides the bytes of the outputs."""
+    return Record(command, item.options, __version__, inputs, environment)
 
 
 def exit_code(outcomes: Sequence[Outcome]) -> int:
@@ -182,7 +226,7 @@ def exit_code(outcomes: Sequence[Outcome]) -> int:
     return EXIT_SET_ASIDE if any(o.exit_code for o in outcomes) else EXIT_DONE
 
 
-def document(command: str, out_dir: str, options: Sequence[str], outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def document(command: str, out_dir: str, options: Sequence[str], outcomes: Sequence[Outcome]) -> dict[str, object]:
     """Return the account of a batch as plain values."""
     count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
     return {

@@ -48,9 +48,9 @@ def run(
             sim = model if known else None
             before = _said(second, sim, max_effects)
             advance(1)
-            rows.append(_row(name, known, None, before, None))
+            rows.append(_row(name, known, None, before))
             for injection in injections(second, asked):
-                rows.append(_row(name, known, injection, _said(put_in(second, injection), sim, max_effects), sim))
+                rows.append(_row(name, known, injection, _said(put_in(second, injection), sim, max_effects)))
                 advance(1)
     return scored(rows)
 
@@ -71,7 +71,7 @@ def _said(runs: Sequence[Run], sim: Scenario | None, max_effects: int) -> Mappin
     return diagnose_tendons.run(list(runs), DiagnoseOptions(sim=sim, max_effects=max_effects)).document()
 
 
-def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any], sim: Scenario | None) -> Injected:
+def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any]) -> Injected:
     verdict = said["verdict"]
     effects, committed = list(verdict["effects"]), verdict["status"] == "identified"
     row = Injected(

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 from sstl_cli.blind import learning
 from sstl_cli.blind.judge import share
 from sstl_cli.blind.learning import EXCLUDED, WITHOUT, Example
-from sstl_cli.blind.library import facts_of, read_library
+from sstl_cli.blind.library import Facts, facts_of, read_library
 from sstl_cli.blind.strength import STRENGTHS, band
 from sstl_cli.core.documents.blind import BlindLearnDocument, LearnedRow
 from sstl_cli.core.errors import SstlError
@@ -34,7 +33,7 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
         If a file is no library, or all of them together hold too few cases or one simulator only.
     """
     facts = {p: facts_of(p) for p in paths}
-    changes = [p for p in paths if facts[p].get("accepted")]
+    changes = [p for p in paths if facts[p].accepted]
     taught, provenance = _lesson({p: facts[p] for p in paths if p not in changes})
     advance(1)
     others = learning.left_out(taught)
@@ -50,14 +49,13 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
         known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), judged)
         weights, also_rows = replace(weights, known=known), report(also_judged, known)
     advance(2)
-    written = learning.to_document(weights)
     document = BlindLearnDocument(
-        schema="sstl.blind.learn/1", commit=weights.commit, cover=weights.cover, left_out=rows, out=out, provenance=written["provenance"]
+        schema="sstl.blind.learn/1", commit=weights.commit, cover=weights.cover, left_out=rows, out=out, provenance=dict(weights.provenance)
     )
-    return written, document if also_rows is None else document.model_copy(update={"accepted": also_rows})
+    return learning.to_document(weights), document if also_rows is None else document.model_copy(update={"accepted": also_rows})
 
 
-def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dict[str, object]]:
+def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], dict[str, object]]:
     """Return the examples of libraries of one kind, and where they come from."""
     found = strained([e for p in facts for e in read_library(p)])
     simulators = sorted({e.simulator for e in found})
@@ -70,11 +68,11 @@ def _lesson(facts: Mapping[Path, Mapping[str, Any]]) -> tuple[list[Example], dic
         )
     taught = told(found)
     return taught, {
-        "cases": sum(int(f["cases"]) for f in facts.values()),
+        "cases": sum(int(f.cases) for f in facts.values()),
         "examples": len(taught),
         "without_answer": sum(e.kind == WITHOUT for e in taught),
         "simulators": simulators,
-        "seeds": sorted(s for f in facts.values() for s in f["seeds"]),
+        "seeds": sorted(s for f in facts.values() for s in f.seeds),
         "inputs": inputs_of(list(facts)),
     }
 

@@ -7,17 +7,19 @@ from concurrent.futures import as_completed
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
 
 from sstl_cli.blind import sessions
 from sstl_cli.blind.cases import Case
-from sstl_cli.blind.library import LIBRARY, Labelled, case_name, labelled, to_table, without, write_library
+from sstl_cli.blind.learning import Example
+from sstl_cli.blind.library import LIBRARY, case_name, labelled, to_table, without, write_library
 from sstl_cli.blind.schedule import MIXED, Job, jobs
 from sstl_cli.blind.sessions import Sessions
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import BlindLibraryDocument
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import read_json, require_writable, write_json
@@ -34,7 +36,7 @@ PLAN = "sstl.blind.library.plan/1"
 COMMAND = "sstl blind library"
 # combinations of more effects are no answer of any case
 MOST_EFFECTS = 2
-Gatherer = Callable[[Job], Sequence[Labelled]]
+Gatherer = Callable[[Job], Sequence[Example]]
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def run(
     )
 
 
-def gather(job: Job) -> list[Labelled]:
+def gather(job: Job) -> list[Example]:
     """Return the rows of one case, searched as ``sstl diagnose`` does, with ``--sim`` where a model was accepted before.
 
     Where it could be told that its effect is missing they come a second time, searched without that effect: what no candidate
@@ -138,7 +140,7 @@ def gather(job: Job) -> list[Labelled]:
         return [*_searched(case_name(job), case.truth, runs, options)]
 
 
-def _searched(name: str, truth: Mapping[str, Any], runs: Sequence[Run], options: DiagnoseOptions) -> Generator[Labelled]:
+def _searched(name: str, truth: CaseTruth, runs: Sequence[Run], options: DiagnoseOptions) -> Generator[Example]:
     from sstl_cli.steps.diagnose import gather as evidence
 
     found = labelled(name, truth, evidence(runs, options).rows)

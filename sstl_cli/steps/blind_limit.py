@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from sstl_cli.blind import beside, distance
 from sstl_cli.blind.cases import rebuild
 from sstl_cli.blind.distance import Apart
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import BlindLimitDocument, CaseDistance
 from sstl_cli.core.errors import SstlError
 from sstl_cli.diagnosis.constants import DECIDABLE
@@ -20,7 +20,7 @@ SCHEMA, CASE = "sstl.blind.limit/1", "sstl.blind.limit.case/1"
 LISTED = 6
 
 
-def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) -> CaseDistance:
+def run(case: str, truth: CaseTruth, claimed: Scenario, exclude: Sequence[str]) -> CaseDistance:
     """Return the squared distances of one case from its opened truth.
 
     Parameters
@@ -31,9 +31,9 @@ def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequenc
         What was no candidate; only a truth that was excluded itself has to be told from the others alone.
     """
     np.seterr(all="ignore")
-    effects = sorted(truth["effects"])
+    effects = sorted(truth.effects)
     nothing = CaseDistance(
-        case=case, effects=effects, channel=truth["channel"], d2_base=None, d2_rival=None, rival=None, d2_base_known=None,
+        case=case, effects=effects, channel=truth.channel, d2_base=None, d2_rival=None, rival=None, d2_base_known=None,
         d2_rival_known=None, d2_law=None, d2_own=None, rivals={}, decidable=False, decidable_known=False, why=None,
     )  # fmt: skip
     try:
@@ -59,7 +59,7 @@ def run(case: str, truth: Mapping[str, Any], claimed: Scenario, exclude: Sequenc
     return nothing.model_copy(update=told)
 
 
-def _apart(truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) -> Apart:
+def _apart(truth: CaseTruth, claimed: Scenario, exclude: Sequence[str]) -> Apart:
     source, effects = rebuild(truth)
     session = distance.truth_of(source, effects, claimed)
     channels = {get(e).channel for e in effects if e in catalogue()}
@@ -67,7 +67,7 @@ def _apart(truth: Mapping[str, Any], claimed: Scenario, exclude: Sequence[str]) 
         return beside.position(session)
     if channels == {"loop"}:
         return beside.loop(session)
-    return distance.apart(session, tuple(exclude) if truth["excluded"] else ())
+    return distance.apart(session, tuple(exclude) if truth.excluded else ())
 
 
 def document(rows: Sequence[CaseDistance], seal: str) -> BlindLimitDocument:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
@@ -12,22 +12,29 @@ from sstl_cli.physics.scenario import Scenario
 
 SCHEMA = "sstl.blind.result/1"
 # recordings, the simulator as stated, effects that are no candidates -> diagnosis document and accepted simulator
-Diagnoser = Callable[[Sequence[Run], Scenario, tuple[str, ...]], tuple[dict[str, Any], Scenario | None]]
+Diagnoser = Callable[[Sequence[Run], Scenario, tuple[str, ...]], "Answer"]
 # parts of a diagnosis that are for drawing only
 DRAWN = ("loops",)
 
 
-def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> tuple[dict[str, Any], Scenario | None]:
+class Answer(NamedTuple):
+    """A diagnosis as its document, and the accepted simulator, None where there is none."""
+
+    document: Mapping[str, Any]
+    model: Scenario | None
+
+
+def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> Answer:
     """Return the diagnosis of recordings as ``sstl diagnose`` makes it, and the accepted simulator."""
     from sstl_cli.steps import diagnose as step
 
     # who records the position wants it explained
     position = any(r.position_in_mm is not None for r in runs)
     found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1, position=position))
-    return found.document(), found.bare()
+    return Answer(found.document(), found.bare())
 
 
-def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose) -> dict[str, Any]:
+def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose) -> dict[str, object]:
     """Return the result of one case (``sstl.blind.result/1``); a diagnosis that fails is a result, too.
 
     Parameters
@@ -38,12 +45,12 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
         What is being checked; by default the diagnosis of this package.
     """
     started = time.perf_counter()
-    error, model = None, None
+    error = None
     try:
         document, model = diagnoser(runs, sim, exclude)
     except SstlError as failure:
         error = failure.line()
-        document = failed(error)
+        document, model = failed(error), None
     seconds = time.perf_counter() - started
     return {
         "schema": SCHEMA,
@@ -55,7 +62,7 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
     }
 
 
-def failed(why: str) -> dict[str, Any]:
+def failed(why: str) -> Mapping[str, Any]:
     """Return the diagnosis that stands for a failure: no verdict, no confidence."""
     return {
         "verdict": {"status": "failed", "effects": [], "confidence": 0.0, "ambiguity_group": [], "why": why},

@@ -7,8 +7,8 @@ import importlib.util
 import os
 import platform
 import time
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -39,26 +39,45 @@ class Probe:
     fix: str = ""
 
 
-def run() -> tuple[dict[str, Any], list[Probe]]:
+@dataclass(frozen=True)
+class Installation:
+    """Versions (None where a package is missing), cores, which extras are whole, and the probes of it."""
+
+    sstl: str
+    python: str
+    system: str
+    cores: int
+    cores_usable: int
+    packages: Mapping[str, str | None]
+    extras: Mapping[str, bool]
+    probes: tuple[Probe, ...]
+
+    @property
+    def good(self) -> bool:
+        """Whether everything works as it should."""
+        return all(p.ok for p in self.probes)
+
+    def document(self) -> dict[str, object]:
+        """Return the document ``sstl.doctor/1``."""
+        return {"schema": "sstl.doctor/1", "ok": self.good, **asdict(self)}
+
+
+def run() -> Installation:
     """Return what is installed, and the probes of it."""
     versions = {name: _version(name) for name in PACKAGES}
     extras = {name: all(_version(p) is not None for p in needed) for name, needed in EXTRAS.items()}
-    facts = {
-        "sstl": __version__,
-        "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "cores": os.cpu_count() or 1,
-        "cores_usable": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
-        "packages": versions,
-        "extras": extras,
-    }
     missing = [name for name, version in versions.items() if version is None]
-    probes = [
-        Probe("packages", not missing, f"missing: {', '.join(missing)}" if missing else f"{len(versions)} found", "pip install sstl-cli"),
-        cache_probe(at_start()),
-        self_test(),
-    ]
-    return facts, probes
+    told = f"missing: {', '.join(missing)}" if missing else f"{len(versions)} found"
+    return Installation(
+        sstl=__version__,
+        python=platform.python_version(),
+        system=f"{platform.system()} {platform.machine()}",
+        cores=os.cpu_count() or 1,
+        cores_usable=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        packages=versions,
+        extras=extras,
+        probes=(Probe("packages", not missing, told, "pip install sstl-cli"), cache_probe(at_start()), self_test()),
+    )
 
 
 def cache_probe(kept: Kept) -> Probe:

@@ -10,6 +10,7 @@ import pyarrow as pa
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.tables import EVALUATION
 from sstl_cli.mapping.evaluation import Evaluation, evaluate
+from sstl_cli.mapping.header import Header
 from sstl_cli.mapping.inference import MappingModel
 from sstl_cli.mapping.pairs import Pairs, pairs_of
 from sstl_cli.mapping.relations import Relations, relations
@@ -81,6 +82,34 @@ def predictions_table(found: Evaluation) -> pa.Table:
         for name, mean in found.predictions.items()
     ]
     return pa.concat_tables(pieces)
+
+
+def document(found: Evaluation, header: Header) -> dict[str, object]:
+    """Return how the variants of a model do, as plain values."""
+    names = ("gamma_p", "gamma_r", "total")
+    told = found.score(header.default).told
+    return {
+        "default": header.default,
+        "pairs": len(found.pairs),
+        "seeds": list(header.seeds),
+        "per_seed_split": header.per_seed_split,
+        "left_out": header.left_out or None,
+        **{f"rmse_{n}": float(v) for n, v in zip(names, told, strict=True)},
+        "outside_range_pct": found.outside_pct(),
+        "outside_range": [c for c, o in zip(found.pairs.config_id, found.outside, strict=True) if o],
+        "variants": [
+            {
+                "variant": s.variant,
+                "title": s.title,
+                "rmse_mean": dict(zip(names, s.mean.tolist(), strict=True)),
+                "rmse_sd_over_seeds": dict(zip(names, s.spread.tolist(), strict=True)),
+                "abs_error_sd_over_samples": dict(zip(names, s.scatter.tolist(), strict=False)),
+                "rmse_of_mean_over_seeds": dict(zip(names, s.ensemble.tolist(), strict=True)),
+            }
+            for s in found.scores
+        ],
+        "comparisons": [asdict(c) for c in found.comparisons],
+    }
 
 
 def tables_document(found: Related) -> dict[str, object]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from sstl_cli.control import parameters
 from sstl_cli.control.c_source import CSource, Real, c_source
@@ -46,6 +45,6 @@ def to_c(config_id: str, lines: Theta, method: str, options: Options, real: Real
     return c_source(Controller(lines, options, method != "none"), config_id, method, real, header_name)
 
 
-def to_json(lines: Mapping[str, Theta], method: str, options: Options) -> dict[str, Any]:
+def to_json(lines: Mapping[str, Theta], method: str, options: Options) -> dict[str, object]:
     """Return the document of schema sstl.controller/1."""
     return parameters.document(lines, options, method)

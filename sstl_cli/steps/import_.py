@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -25,41 +25,54 @@ HELD_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
+class Recording:
+    """What one recording gave: its file or files by name, the id of their format, runs and samples."""
+
+    file: str
+    format: str
+    runs: int
+    samples: int
+
+
+@dataclass(frozen=True)
 class Import:
     """Runs as a stream, and the account of them, which is complete once the stream has ended."""
 
     runs: Iterator[Run]
     counts: Counts
     clocks: list[ClockReport]
-    recordings: list[dict[str, object]] = field(default_factory=list)
+    recordings: list[Recording] = field(default_factory=list)
     tendons: list[str] = field(default_factory=list)
     bad: list[Bad] = field(default_factory=list)
+
+    @property
+    def set_aside(self) -> bool:
+        """Whether anything was."""
+        return bool(self.counts.set_aside or self.counts.blanked or self.bad)
+
+    @property
+    def remarks(self) -> list[str]:
+        """What else is worth saying, each once."""
+        return list(dict.fromkeys(self.counts.remarks))
 
     def document(self) -> dict[str, object]:
         """Return the account as plain values."""
         c = self.counts
         return {
-            "recordings": self.recordings,
+            "recordings": [asdict(r) for r in self.recordings],
             "runs": c.runs,
             "samples_in": c.samples_in,
             "samples_out": c.samples_out,
             "set_aside": c.set_aside,
-            "set_aside_pct": 100 * c.set_aside / max(c.samples_in, 1),
+            "set_aside_pct": c.set_aside_pct,
             "set_aside_by": dict(sorted(c.notes.set_aside.items())),
             "values_set_aside": dict(sorted(c.blanked.items())),
-            "found": {
-                "repeated_time": c.repeated,
-                "backward_time": c.backward,
-                "gaps": c.gaps,
-                "dropouts": c.dropouts,
-                "spikes": c.spikes,
-                "filled": c.filled,
-            },
+            "found": c.found,
             "step_s": c.step_s,
             "gap_s": c.gap_s,
             "clocks": [r.document() for r in self.clocks],
             "files_set_aside": [{"file": b.path.name, "code": b.error.code, "message": b.error.what, "fix": b.error.fix} for b in self.bad],
-            "remarks": list(dict.fromkeys(c.remarks)),
+            "remarks": self.remarks,
         }
 
 
@@ -120,10 +133,14 @@ def manifest_of(given: Path | None, file: Path | None, mapping: Mapping) -> Path
 def provenance_extra(mapping: Mapping) -> dict[str, object]:
     """Return what the provenance of a log must say about its mapping."""
     extra: dict[str, object] = {"mapping": mapping.model_dump(by_alias=True, exclude_unset=True, mode="json")}
-    other = {n: s.unit for n in TENSIONS if (s := mapping.columns.get(n)) is not None and s.as_ is not None}
-    if other:
+    if other := no_tensions(mapping):
         extra["not_a_tension"] = other
     return extra
+
+
+def no_tensions(mapping: Mapping) -> dict[str, str]:
+    """Return the unit of each tension column that holds none, by name."""
+    return {n: s.unit for n in TENSIONS if (s := mapping.columns.get(n)) is not None and s.as_ is not None}
 
 
 def _runs(
@@ -155,12 +172,12 @@ def _runs(
         yield from held
         yield from pieces
         result.recordings.append(
-            {
-                "file": ", ".join(dict.fromkeys(f.path.name for p in group.plans for f in p.files)),
-                "format": first.files[0].format.ID,
-                "runs": counts.runs - before.runs,
-                "samples": counts.samples_out - before.samples_out,
-            }
+            Recording(
+                file=", ".join(dict.fromkeys(f.path.name for p in group.plans for f in p.files)),
+                format=first.files[0].format.ID,
+                runs=counts.runs - before.runs,
+                samples=counts.samples_out - before.samples_out,
+            )
         )
         if counts.runs == before.runs:
             counts.remarks.append(f"{group.where}: no run of at least {mapping.repair.min_samples} samples")

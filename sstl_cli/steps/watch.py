@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -322,19 +321,21 @@ def joined(loops: list[Loop]) -> list[Run]:
     for group in groups:
         first = group[0].run
         # neighbours share the sample of the turn between them
-        parts = [group[0].run, *(_tail(g.run) for g in group[1:])]
-        signals: dict[str, Any] = {
-            name: np.concatenate([getattr(p, name) for p in parts])
-            for name in ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-            if all(getattr(p, name) is not None for p in parts)
-        }
-        runs.append(replace(first, run_id=f"{first.run_id}, loop {group[0].number} on", **signals))
+        parts = [first, *(g.run.cut(slice(1, None)) for g in group[1:])]
+        runs.append(
+            replace(
+                first,
+                run_id=f"{first.run_id}, loop {group[0].number} on",
+                time_s=np.concatenate([p.time_s for p in parts]),
+                tension_in_n=np.concatenate([p.tension_in_n for p in parts]),
+                tension_out_n=np.concatenate([p.tension_out_n for p in parts]),
+                position_in_mm=_in_one([p.position_in_mm for p in parts]),
+                tension_ref_n=_in_one([p.tension_ref_n for p in parts]),
+            )
+        )
     return runs
 
 
-def _tail(run: Run) -> Run:
-    cut: dict[str, Any] = {
-        n: None if getattr(run, n) is None else getattr(run, n)[1:]
-        for n in ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
-    }
-    return replace(run, **cut)
+def _in_one(parts: list[Array | None]) -> Array | None:
+    there = [p for p in parts if p is not None]
+    return np.concatenate(there) if len(there) == len(parts) else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -201,17 +202,27 @@ def test_plan_refuses_clashes_and_shared_side_outputs() -> None:
 
 
 def test_decide() -> None:
-    wanted = {"command": "segment", "options": [], "inputs": {"a": "1"}, "version": "v", "environment": {}}
-    done = {**wanted, "state": "done", "outputs": {"a": "9"}}
+    wanted = step.Record("segment", (), "v", {"a": "1"}, {})
+    done = replace(wanted, state=step.DONE, outputs={"a": "9"})
     decide = lambda record, present: step.decide(record, wanted, present, False, "a")  # noqa: E731
     assert decide(None, {"a": None})
     assert not decide(done, {"a": "9"})
-    assert decide(done, {"a": "8"}) and decide({**done, "inputs": {"a": "2"}}, {"a": "9"})
-    assert decide({**wanted, "state": "started"}, {"a": "half"})
+    assert decide(done, {"a": "8"}) and decide(replace(done, inputs={"a": "2"}), {"a": "9"})
+    assert decide(wanted, {"a": "half"})
     with pytest.raises(SstlError, match="E023"):
         decide(None, {"a": "9"})
     with pytest.raises(SstlError, match="E024"):
-        decide({**done, "options": ["--seed", "2"]}, {"a": "9"})
+        decide(replace(done, options=("--seed", "2")), {"a": "9"})
+
+
+def test_a_record_survives_its_document_and_what_is_none_is_none() -> None:
+    begun = step.Record("segment", ("--seed", "2"), "v", {"a": "1"}, {"SSTL_SEGMENT_SEED": "2"})
+    ended = replace(begun, state=step.DONE, exit_code=3, line="set aside", outputs={"a": "9"})
+    for record in (begun, ended):
+        assert step.Record.of(json.loads(json.dumps(record.document()))) == record
+    assert "outputs" not in begun.document()
+    assert step.Record.of(None) is None and step.Record.of({"schema": "sstl.batch/1"}) is None
+    assert step.Record.of({"schema": step.RECORD, "options": 5, "inputs": []}).state != step.DONE
 
 
 @pytest.mark.parametrize("how", ["config", "config itself", "variable", "manifest", "option"])

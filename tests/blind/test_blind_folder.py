@@ -9,6 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from sstl_cli.blind import seal
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.cli import _blind_files as files
 from sstl_cli.cli import blind
 from sstl_cli.core.documents.blind import CaseDistance
@@ -318,7 +319,9 @@ def test_a_set_of_the_weights_own_seeds_is_refused(own, monkeypatch):
 
 def test_a_set_made_for_something_else_is_refused(own):
     closed = json.loads((own / "truth.json").read_text())
-    published, closed = seal.seal(closed["truths"], "calibration", closed["seeds"], closed["quick"])
+    published, closed = seal.seal(
+        {n: CaseTruth.of(t) for n, t in closed["truths"].items()}, "calibration", closed["seeds"], closed["quick"]
+    )
     (own / "hashes.json").write_text(json.dumps(published))
     (own / "truth.json").write_text(json.dumps(closed))
     oracle(own)
@@ -340,7 +343,7 @@ def test_rates_come_twice_where_distances_are_known(own, monkeypatch):
     first = next(n for n, t in truths.items() if t["kind"] == "single")
 
     def measured(case, truth, sim, exclude):
-        effects = sorted(truth["effects"])
+        effects = sorted(truth.effects)
         far = 100.0 if case == first else 3.0
         known = {"d2_base": far, "d2_rival": far, "rival": "slack"} if effects else {"d2_base": None, "d2_rival": None, "rival": None}
         body = dict.fromkeys(("channel", "d2_base_known", "d2_rival_known", "d2_law", "d2_own", "why"))

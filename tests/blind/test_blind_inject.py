@@ -84,5 +84,5 @@ def test_a_named_member_of_a_family_is_in_the_group_that_has_the_family():
     family = "lag: channel_delay | channel_lowpass"
     verdict = {"status": "ambiguous", "effects": [], "ambiguity_group": [family], "members": {family: ["channel_delay", "channel_lowpass"]}}
     said = {"verdict": verdict, "gap": {"shrink_pct": None}, "candidates": [], "analysis": {}}
-    found = [blind_inject._row("log", True, Injection(e, 0.1, ""), said, None).in_group for e in ("channel_delay", "zero_offset")]
+    found = [blind_inject._row("log", True, Injection(e, 0.1, ""), said).in_group for e in ("channel_delay", "zero_offset")]
     assert found == [True, False]

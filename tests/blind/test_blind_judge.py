@@ -1,6 +1,9 @@
 """Judging verdicts: hand-made truths and verdicts with known answers."""
 
+from dataclasses import replace
+
 import pytest
+from made_truths import made_truth
 from scipy.stats import binomtest
 
 from sstl_cli.blind import sides
@@ -10,15 +13,8 @@ from sstl_cli.core.documents.blind import CaseDistance, Scores
 
 
 def truth(effects=(), band=1.2, excluded=False, unlisted=(), poor=None, wrong_nominal=False):
-    return {
-        "effects": {e: {} for e in effects},
-        "band": band,
-        "strength": band or 0.0,
-        "excluded": excluded,
-        "unlisted": list(unlisted),
-        "poor": poor,
-        "wrong_nominal": wrong_nominal,
-    }
+    told = {"excluded": excluded, "unlisted": tuple(unlisted), "poor": poor, "wrong_nominal": wrong_nominal}
+    return made_truth(effects, band=band, strength=band or 0.0, **told)
 
 
 def verdict(status, effects=(), group=None, confidence=0.9, baseline=None, shrink=50.0):
@@ -78,7 +74,7 @@ def test_verdict_is_judged(t, v, exact, wrong, right):
     ],
 )
 def test_a_disturbance_from_no_list_that_the_catalogue_has_a_name_for_may_be_called_by_it(v, wrong, right, recalled):
-    found = case({**truth(["disturbance"], unlisted=["sticks"]), "also": ["stuck"]}, v)
+    found = case(replace(truth(["disturbance"], unlisted=["sticks"]), also=("stuck",)), v)
     assert (found.wrong_commit, found.right, found.recalled) == (wrong, right, recalled)
 
 
@@ -115,10 +111,10 @@ def test_verdicts_without_a_confidence_do_not_count_as_stated():
 
 def test_simulators_stand_side_by_side_and_decidable_cases_apart():
     cases = [
-        case({**truth(["a"], 4.0), "simulator": "rig"}, verdict("identified", ["a"]), "c1"),
-        case({**truth(["a"], 4.0), "simulator": "variant"}, verdict("identified", ["b"]), "c2"),
-        case({**truth(["b"], 4.0), "simulator": "variant"}, verdict("ambiguous", ["c"], ["c", "b"]), "c3"),
-        case({**truth(band=None), "simulator": "variant"}, verdict("none"), "c4"),
+        case(replace(truth(["a"], 4.0), simulator="rig"), verdict("identified", ["a"]), "c1"),
+        case(replace(truth(["a"], 4.0), simulator="variant"), verdict("identified", ["b"]), "c2"),
+        case(replace(truth(["b"], 4.0), simulator="variant"), verdict("ambiguous", ["c"], ["c", "b"]), "c3"),
+        case(replace(truth(band=None), simulator="variant"), verdict("none"), "c4"),
     ]
     told = {c: CaseDistance.model_construct(d2_base=30.0, d2_rival=90.0, decidable=c in ("c1", "c3")) for c in ("c1", "c2", "c3")}
     found = sides.compared(cases, told)

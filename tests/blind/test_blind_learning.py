@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_truths import made_truth
 
 from sstl_cli.blind.learning import (
     AGAINST,
@@ -56,16 +57,8 @@ def case(kind, simulator, rng, name="x"):
     if kind != "none":
         log = replace(QUIET, base_chi2=base, base_worst_z=0.4 * gap, base_mean_z=0.3 * gap, best_chi2=best.chi2,
                       best_worst_z=best.worst_z, best_mean_z=best.mean_z)  # fmt: skip
-    truth = {
-        "simulator": simulator,
-        "kind": kind,
-        "strength": 0.0 if kind == "none" else 1.0,
-        "poor": None,
-        "excluded": None,
-        "unlisted": ["x"] if kind == "unlisted" else [],
-        "effects": {answer: {}} if kind == "single" else {},
-    }
-    return name, truth, Rows(log, tuple(candidates), LEFT, LEFT)
+    right = {"single": (answer,), "none": NONE, "unlisted": UNKNOWN}[kind]
+    return Example(name, simulator, kind, 0.0 if kind == "none" else 1.0, Rows(log, tuple(candidates), LEFT, LEFT), right)
 
 
 @pytest.fixture(scope="module")
@@ -125,28 +118,25 @@ def test_weights_survive_their_document(library):
     assert from_document(json.loads(json.dumps(to_document(weights)))) == weights
 
 
-TRUTH = case("single", "one", np.random.default_rng(0))[1]
-
-
 @pytest.mark.parametrize(
     ("change", "answer"),
     [
-        ({"effects": {"b": {}, "a": {}}}, ("a", "b")),
-        ({"effects": {}}, NONE),
-        ({"unlisted": ["x"]}, UNKNOWN),
-        ({"unlisted": ["x"], "also": ["b", "a"]}, ("a", "b")),
-        ({"excluded": ["viscous"]}, UNKNOWN),
+        ({"effects": ("b", "a")}, ("a", "b")),
+        ({"effects": ()}, NONE),
+        ({"unlisted": ("x",)}, UNKNOWN),
+        ({"unlisted": ("x",), "also": ("b", "a")}, ("a", "b")),
+        ({"excluded": True}, UNKNOWN),
     ],
 )
 def test_what_should_be_said(change, answer):
-    assert right_answer({**TRUTH, **change}) == answer
+    assert right_answer(made_truth(**{"effects": ("viscous",), **change})) == answer
 
 
-@pytest.mark.parametrize("change", [{"poor": "slow"}, {"strength": 0.05}, {"effects": {"stick_slip": {}}}])
+@pytest.mark.parametrize("change", [{"kind": "poor"}, {"strength": 0.05}, {"answer": ("stick_slip",)}])
 def test_cases_that_nobody_can_answer_are_left_out(change):
-    name, truth, rows = case("single", "one", np.random.default_rng(0))
-    assert len(examples([(name, truth, rows)])) == 1
-    assert examples([(name, {**truth, **change}, rows)]) == []
+    one = case("single", "one", np.random.default_rng(0))
+    assert len(examples([one])) == 1
+    assert examples([replace(one, **change)]) == []
 
 
 def test_taking_the_answer_away_makes_it_unknown(library):
@@ -162,7 +152,7 @@ def test_taking_the_answer_away_makes_it_unknown(library):
 
 
 def test_right_is_the_truth_in_the_set_or_the_right_no():
-    rows = case("single", "one", np.random.default_rng(0))[2]
+    rows = case("single", "one", np.random.default_rng(0)).rows
     said = verdict(rows, learn(examples([case("single", "one", np.random.default_rng(0))])))
     one = Example("x", "one", "single", 1.0, rows, ("viscous",))
     group = replace(said, status="ambiguous", effects=("viscous",), group=(("viscous",), ("crosstalk",)))

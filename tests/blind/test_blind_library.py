@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from made_truths import made_truth
 
 from sstl_cli.blind.library import LIBRARY, facts_of, labelled, read_library, to_table, without, write_library
 from sstl_cli.blind.schedule import KINDS, Entry, Job, jobs
@@ -54,8 +55,7 @@ def rows(true, rng):
 
 
 def truth_of(effects, simulator="rig", kind="single", strength=1.2, **more):
-    body = {"effects": {e: {} for e in effects}, "simulator": simulator, "kind": kind, "strength": strength}
-    return {**body, "excluded": False, "unlisted": [], "poor": None, **more}
+    return made_truth(effects, simulator=simulator, kind=kind, strength=strength, **more)
 
 
 def many(n, seed=1):
@@ -77,25 +77,25 @@ def save(path, cases, seeds=((7, 99),)):
 def test_a_library_gives_back_what_was_put_in(tmp_path):
     cases = list(many(12))
     found = read_library(save(tmp_path / "l.parquet", cases))
-    assert [(e.name, e.simulator, e.kind, e.answer) for e in found] == [(c.case, c.simulator, c.kind, c.answer) for c in cases]
+    assert [(e.name, e.simulator, e.kind, e.answer) for e in found] == [(c.name, c.simulator, c.kind, c.answer) for c in cases]
     for e, c in zip(found, cases, strict=True):
         assert [x.ids for x in e.rows.candidates] == [x.ids for x in c.rows.candidates]
         for a, b in zip((e.rows.log, *e.rows.candidates), (c.rows.log, *c.rows.candidates), strict=True):
             for name in vars(b):
                 exact = name in ("ids", "kind") or getattr(b, name) is None
                 assert getattr(a, name) == (getattr(b, name) if exact else pytest.approx(getattr(b, name), rel=1e-6))
-    assert facts_of(tmp_path / "l.parquet")["seeds"] == [[7, 99]]
+    assert facts_of(tmp_path / "l.parquet").seeds == [[7, 99]]
 
 
 def test_a_case_searched_without_its_effect_stands_for_those_of_which_nobody_can_say_it(tmp_path):
     rng = np.random.default_rng(0)
     whole = labelled("a", truth_of(["slack"]), rows("slack", rng))
     less = without(whole)
-    assert (less.case, less.kind, less.answer) == ("a-without", "without", ("?",)) and less.simulator == whole.simulator
+    assert (less.name, less.kind, less.answer) == ("a-without", "without", ("?",)) and less.simulator == whole.simulator
     # what could not be told, and what has no name anyway
     assert without(replace(whole, rows=rows(None, rng))) is None and without(replace(whole, answer=("?",))) is None
     drawn = labelled("b", truth_of(["stribeck"], kind="excluded", excluded=True), rows(None, rng))
-    found = read_library(save(tmp_path / "l.parquet", [whole, less, drawn, replace(less, case="c-without")]))
+    found = read_library(save(tmp_path / "l.parquet", [whole, less, drawn, replace(less, name="c-without")]))
     taught = blind_learn.told(found)
     assert [e.kind for e in taught] == ["single", "without"] and taught[1].answer == ("?",)
     # of older libraries it is taken out of the evidence
@@ -125,7 +125,7 @@ def test_a_case_whose_effect_is_clear_is_searched_again_without_it(monkeypatch):
     monkeypatch.setattr("sstl_cli.steps.diagnose.gather", evidence)
     found = blind_library.gather(Job(Entry("single", ("slack",), 4.0), 77, "bristle", True))
     assert asked == [("viscous",), ("slack", "viscous")]
-    assert [(c.case, c.kind, c.answer) for c in found] == [("bristle-77", "single", ("slack",)), ("bristle-77-without", "without", ("?",))]
+    assert [(c.name, c.kind, c.answer) for c in found] == [("bristle-77", "single", ("slack",)), ("bristle-77-without", "without", ("?",))]
     assert found[1].rows.log.base_worst_z == 1.0
 
 

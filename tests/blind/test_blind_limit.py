@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_truths import made_truth
 from scipy.stats import norm
 
 from sstl_cli.blind import distance, sides
 from sstl_cli.blind.cases import rebuild
 from sstl_cli.blind.judge import Judged, wilson
 from sstl_cli.blind.schedule import Entry, Job
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.effects import get
@@ -49,7 +51,7 @@ def test_the_truth_makes_the_same_recordings_again(kind, effects, simulator, as_
 
 def test_a_truth_that_does_not_say_how_it_was_drawn_has_no_distance():
     case = drawn("none", (), 0.0)
-    old = {k: v for k, v in case.truth.items() if k != "attempt"}
+    old = CaseTruth.of({k: v for k, v in case.truth.document().items() if k != "attempt"})
     with pytest.raises(SstlError, match="before distances"):
         rebuild(old)
 
@@ -102,8 +104,7 @@ def test_strata_and_the_ideal_observer():
     assert sides.ideal(9.0) == pytest.approx(norm.cdf((4.5 - np.log(49.0)) / 3.0))
 
     def judged(case, status):
-        truth = {"effects": {"viscous": {}}, "poor": None, "excluded": False, "unlisted": [], "band": 1.2}
-        return Judged(case, truth, status, ("viscous",), ("viscous",), 0.9, 1.0, {}, None, None)
+        return Judged(case, made_truth(["viscous"]), status, ("viscous",), ("viscous",), 0.9, 1.0, {}, None, None)
 
     found = sides.by_d2([judged("a", "identified"), judged("b", "ambiguous"), judged("c", "identified")], {"a": 30.0, "b": 50.0, "c": 3.0})
     strata = {r.d2_low: r.plain() for r in found}

@@ -31,7 +31,7 @@ def test_half_of_each_kind_and_of_each_simulator_is_recorded_as_labs_do():
 
 def test_plain_cases_are_those_of_before():
     plain = draw(FRICTION, 5, True)
-    assert plain.truth["recording"] is None
+    assert plain.truth.recording is None
     assert all(np.allclose(np.diff(r.time_s), 0.01) for r in plain.runs) and {r.system for r in plain.runs} == {"act", "sstl"}
 
 
@@ -77,19 +77,19 @@ def test_zeros_of_days_and_resolution_stay_below_the_noise():
 
 def test_a_case_says_how_it_was_recorded_and_is_drawn_again_alike():
     one, two = (draw(FRICTION, 17, True, as_labs=True) for _ in range(2))
-    assert one.truth == two.truth and "Hz" in one.truth["recording"]
+    assert one.truth == two.truth and "Hz" in one.truth.recording
     assert all(np.array_equal(a.tension_out_n, b.tension_out_n) for a, b in zip(one.runs, two.runs, strict=True))
-    assert one.truth["strength"] == pytest.approx(1.2, rel=0.25)
+    assert one.truth.strength == pytest.approx(1.2, rel=0.25)
 
 
 def test_an_effect_of_a_sensor_that_is_not_recorded_is_not_withheld():
     # gains are drawn for one system or both: whatever lab is drawn, it must show
     for seed in range(12):
         case = draw(Entry("single", ("gain_error",), 1.2), seed, True, as_labs=True)
-        assert case.truth["strength"] > 0.1
+        assert case.truth.strength > 0.1
 
 
 def test_where_nothing_is_missing_the_base_leaves_nothing() -> None:
     # a bristle line in cycles of two seconds has a lag of its own, 0.19 times the noise of the first bench of this seed
     truth = draw(Entry("none"), 48000355, quick=True, hardware="bristle", as_labs=True).truth
-    assert truth["attempt"] > 0 and truth["gap_null_n"] <= 0.1 * truth["noise_n"]
+    assert truth.attempt > 0 and truth.gap_null_n <= 0.1 * truth.noise_n

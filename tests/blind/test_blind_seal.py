@@ -5,11 +5,13 @@ import hashlib
 import json
 
 import pytest
+from made_truths import made_truth
 
 from sstl_cli.blind import seal
+from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.errors import SstlError
 
-TRUTHS = {"case-0001": {"effects": {"viscous": {"c": 0.1}}}, "case-0002": {"effects": {}}}
+TRUTHS = {"case-0001": made_truth(effects=("viscous",)), "case-0002": made_truth()}
 
 
 def sealed():
@@ -18,10 +20,10 @@ def sealed():
 
 def test_hash_is_the_salted_sha256_of_the_truth():
     published, closed = sealed()
-    plain = json.dumps(TRUTHS["case-0001"], sort_keys=True, separators=(",", ":"))
+    plain = json.dumps(TRUTHS["case-0001"].document(), sort_keys=True, separators=(",", ":"))
     salt = closed["salts"]["case-0001"]
     assert published["cases"]["case-0001"] == hashlib.sha256(f"{salt}|{plain}".encode()).hexdigest()
-    seal.verify(published, closed, "here")
+    assert seal.verify(published, closed, "here").truths == TRUTHS
 
 
 def test_published_document_holds_no_truth():
@@ -62,3 +64,11 @@ def test_overlapping_seeds_are_refused(ours, theirs, apart):
     else:
         with pytest.raises(SstlError, match="E954"):
             seal.require_apart(ours, theirs, "here")
+
+
+def test_a_truth_without_what_every_set_says_is_refused():
+    told = made_truth().document()
+    old = {k: v for k, v in told.items() if k not in ("also", "attempt", "quick", "recording", "simulator")}
+    assert CaseTruth.of(old) == made_truth() and "scale" not in told
+    with pytest.raises(SstlError, match="no noise_n"):
+        CaseTruth.of({k: v for k, v in told.items() if k != "noise_n"})

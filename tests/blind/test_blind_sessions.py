@@ -34,7 +34,7 @@ def test_the_withheld_effect_comes_with_the_second_session(without_habit):
     moved = [i for i in was if off(now[i], was[i]) > 2.0 * source.noise_n]
     assert moved
     for a, b in zip(case.before, case.after, strict=True):
-        if case.truth["halves"]:
+        if case.truth.halves:
             assert a.time_s[-1] < b.time_s[0]
         else:
             assert not np.array_equal(a.tension_in_n, b.tension_in_n)
@@ -47,8 +47,8 @@ def test_a_habit_comes_back_and_counts_beside_what_is_told(monkeypatch):
     monkeypatch.setattr(sessions, "HABITS", (4.0,))
     case = sessions.draw(JOB)
     plain = cases.draw(JOB.entry, JOB.seed, JOB.quick, JOB.simulator)
-    assert case.truth["habit"] == 4.0
-    assert case.truth["strength"] == pytest.approx(plain.truth["strength"] / np.hypot(1.0, 4.0))
+    assert case.truth.habit == 4.0
+    assert case.truth.strength == pytest.approx(plain.truth.strength / np.hypot(1.0, 4.0))
     source, _ = cases.rebuild(plain.truth)
     drawn, amplitude = sessions._habit(source, np.random.default_rng(1), 4.0 * source.noise_n)
     assert drawn.carriers and "time_s" not in drawn.carriers

@@ -84,24 +84,24 @@ def test_nothing_withheld_leaves_no_gap():
 def test_a_case_has_the_strength_it_says(effect_id):
     case = draw(Entry("single", (effect_id,), 4.0), 31, quick=True)
     t = case.truth
-    assert t["strength"] == pytest.approx(4.0, rel=0.15)
+    assert t.strength == pytest.approx(4.0, rel=0.15)
     # against the recordings themselves: error of the play operator beyond the noise
     error2 = noise2 = n = 0.0
     ids = sorted({r.config_id for r in case.runs})
     for r in case.runs:
-        theta = t["theta_retuned"][ids.index(r.config_id)]
+        theta = t.theta_retuned[ids.index(r.config_id)]
         base = backlash(r.tension_in_n, theta, r.passes)
         late = slice(200, None)
         error2 += float(np.sum((r.tension_out_n - base)[late] ** 2))
         n += len(r.tension_out_n[late])
-    noise2 = t["noise_n"] ** 2
+    noise2 = t.noise_n**2
     assert np.sqrt(error2 / n) / np.sqrt(noise2) == pytest.approx(np.hypot(4.0, 1.0), rel=0.35)
 
 
 def test_both_parts_of_a_pair_show():
     case = draw(Entry("pair", ("const_friction", "channel_delay"), 4.0), 8, quick=True)
-    assert len(case.truth["effects"]) == 2
-    assert min(case.truth["shares"].values()) >= 1 / 3
+    assert len(case.truth.effects) == 2
+    assert min(case.truth.shares.values()) >= 1 / 3
 
 
 def test_cases_are_the_same_again():

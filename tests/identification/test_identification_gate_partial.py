@@ -11,7 +11,7 @@ from test_identification_gate_judged import loop
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
-from sstl_cli.identification.gate.evidence import evidence_of
+from sstl_cli.identification.gate.measuring import evidence_of
 from sstl_cli.identification.gate.rules import limit
 from sstl_cli.identification.gate.seam import seam_of
 from sstl_cli.steps import check

@@ -46,7 +46,7 @@ def test_every_folder_ends_in_theta_or_a_reason(name: str, tmp_path: Path) -> No
     from sstl_cli.identification.segment import segment_run
 
     result, runs = imported(name, tmp_path)
-    assert len({r["file"] for r in result.recordings}) == FOLDERS[name] and len(runs) >= FOLDERS[name]
+    assert len({r.file for r in result.recordings}) == FOLDERS[name] and len(runs) >= FOLDERS[name]
     assert result.counts.samples_out == sum(map(len, runs))
     for one in runs:
         assert np.all(np.diff(one.time_s) > 0) and one.config_id and one.system == "act"

@@ -14,7 +14,8 @@ from typing import Protocol, cast
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import rules
-from sstl_cli.identification.gate.evidence import Evidence, evidence_of
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.measuring import evidence_of
 from sstl_cli.identification.gate.remark import Remark
 from sstl_cli.identification.gate.sensors import Sensor, sensor_of, sensors_of
 

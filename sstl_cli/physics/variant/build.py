@@ -8,6 +8,7 @@ from zlib import crc32
 
 import numpy as np
 
+from sstl_cli.core.rng import log_uniform
 from sstl_cli.physics.given import Values
 from sstl_cli.physics.variant.laws import Chosen
 from sstl_cli.physics.variant.line import REFERENCE_N, Array, Laws, Line, Rate, Rub, Spring, Trial
@@ -46,9 +47,7 @@ def _rub(v: Values, chosen: Mapping[str, Chosen]) -> Rub:
 def _rate(v: Values, chosen: Mapping[str, Chosen], seed: int) -> Rate:
     """Return how friction depends on time, path and speed."""
     rng = np.random.default_rng([seed, crc32(b"contact")])
-    memory, weakening, healed = (
-        float(np.exp(rng.uniform(np.log(low), np.log(high)))) for low, high in (MEMORY_S, WEAKENING_MM, HEALED_SLIPS)
-    )
+    memory, weakening, healed = (log_uniform(rng, low, high) for low, high in (MEMORY_S, WEAKENING_MM, HEALED_SLIPS))
     return Rate(
         drift=v["friction_drift"]["d_mu"],
         drift_code=chosen["friction_drift"].code,

@@ -10,7 +10,7 @@ import numpy as np
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.diagnosed import Diagnosed, Loop, Residuals
 from sstl_cli.reporting.drawing import label
-from sstl_cli.reporting.inputs import Array, Inputs
+from sstl_cli.reporting.inputs import Array, Inputs, rms
 from sstl_cli.reporting.reduce import keep
 from sstl_cli.reporting.words import unit_of
 
@@ -50,7 +50,7 @@ def data(record: Residuals, unit: str = "N") -> Left:
         time[index] if len(time) == len(x) else None,
         x[index],
         {name: y[index] for name, y in curves.items()},
-        {name: _rms(y) for name, y in curves.items()},
+        {name: rms(y) for name, y in curves.items()},
     )
 
 
@@ -110,8 +110,3 @@ def _from_loop(loop: Loop) -> Residuals:
         base_n=left(loop.base_n),
         effect_n=left(loop.with_effect_n),
     )
-
-
-def _rms(values: Any) -> float:
-    good = values[~np.isnan(values)]
-    return float(np.sqrt(np.mean(good**2))) if len(good) else float("nan")

@@ -33,8 +33,8 @@ def context(inputs: Inputs) -> dict[str, object]:
                 ([getattr(row, c.name) for c in EVALUATION.columns] for row in inputs.evaluation),
             )
         )
-    for document in inputs.evaluate:
-        tables.append(table(f"Evaluation: {document['file']}", ["field", "value"], flat(document)))
+    for name, document in inputs.evaluate:
+        tables.append(table(f"Evaluation: {name}", ["field", "value"], flat(document)))
     for model in inputs.model:
         tables.append(
             table(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sstl_cli.reporting.inputs import Inputs
@@ -17,7 +17,7 @@ def context(inputs: Inputs) -> dict[str, object]:
     return {"tables": [table(f"{name} ({d.get('schema')})", ["field", "value"], flat(d)) for name, d in inputs.document]}
 
 
-def flat(document: dict[str, Any]) -> list[list[Any]]:
+def flat(document: Mapping[str, object]) -> list[list[Any]]:
     """Return the first MOST fields of a nested document as (path, value).
 
     Examples

@@ -42,7 +42,7 @@ def _place(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
     if max(left) > FITS or max(flipped) < ODD:
         return
     worst = max(abs(_apart(*wraps[k])) for k in odd)
-    systems = _out_of_order(bends, odd)
+    systems = _out_of_order(bends)
     hit = [e for k in odd for s in systems for e in bends[k][s]]
     which = f"the {systems[0]} runs" if len(systems) == 1 else "the act runs or of the sstl runs"
     yield Remark(
@@ -54,7 +54,7 @@ def _place(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
     )  # fmt: skip
 
 
-def _out_of_order(bends: dict[str, dict[str, list[Evidence]]], odd: list[str]) -> list[str]:
+def _out_of_order(bends: dict[str, dict[str, list[Evidence]]]) -> list[str]:
     """Return the system whose friction leaves the order of the bends (by lead, or by name) that the other one keeps; both where none tells."""
     leads = {k: next((e.lead_mm for s in b.values() for e in s if e.lead_mm is not None), None) for k, b in bends.items()}
     known = [v for v in leads.values() if v is not None]
