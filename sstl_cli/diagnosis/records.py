@@ -217,7 +217,7 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
         return "nearly all samples are recorder faults", None
     span = np.ptp(run.tension_in_n[~faults_in.bad])
     if span < max(MIN_SPAN_SIGMA * faults_in.noise_n, MIN_SPAN_N):
-        return "the input hardly moves", None
+        return f"the input hardly moves: by {span:.3g}, beside a noise of {faults_in.noise_n:.2g}", None
     return "", (run, faults_in, faults_out)
 
 

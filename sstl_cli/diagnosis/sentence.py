@@ -127,7 +127,7 @@ def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
     """Return what would have been seen (nothing found), or what is left (cause unknown)."""
     least = sorted(verdict.get("would_have_shown") or [], key=lambda s: float(s["gap_n"]))[:LISTED]
     out = [
-        f"  would have shown: {s['effect']} from {quantity(s['size'], s['unit'])} on, a gap of {quantity(small(s['gap_n']), unit)}"
+        f"  would have shown: {s['effect']} ({s['parameter']}) from {quantity(s['size'], s['unit'])} on, a gap of {quantity(small(s['gap_n']), unit)}"
         for s in least
     ]
     left = (verdict.get("leftover") or [])[:2]

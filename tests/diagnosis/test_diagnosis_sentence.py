@@ -111,18 +111,18 @@ def test_what_is_not_known_is_left_out():
 
 
 def test_lines_where_nothing_was_found_say_what_would_have_shown_the_smallest_gap_first():
-    shown = [{"effect": f"e{i}", "size": 0.25, "unit": "N", "gap_n": float(6 - i)} for i in range(5)]
+    shown = [{"effect": f"e{i}", "parameter": "k", "size": 0.25, "unit": "N", "gap_n": float(6 - i)} for i in range(5)]
     said = lines({**document("none", effects=(), would_have_shown=shown), "unit": "V"})
     assert said[0] == "  1 V as given -> 0.25 V re-tuned; noise floor -" and said[1].startswith("  it lies in")
-    assert said[2:] == [f"  would have shown: e{i} from 0.25 N on, a gap of {6 - i} V" for i in (4, 3, 2, 1)]
+    assert said[2:] == [f"  would have shown: e{i} (k) from 0.25 N on, a gap of {6 - i} V" for i in (4, 3, 2, 1)]
 
 
 def test_what_is_dimensionless_has_no_unit_and_a_gap_below_a_thousandth_says_just_that():
-    shown = [{"effect": "pulley_friction", "size": 0.00068, "unit": "1", "gap_n": 2.5e-7}]
+    shown = [{"effect": "pulley_friction", "parameter": "m_p", "size": 0.00068, "unit": "1", "gap_n": 2.5e-7}]
     found = document("none", effects=(), would_have_shown=shown)
     found["gap"] = {**GAP, "rmse_retuned_n": 3.1e-15}
     assert lines(found)[0] == "  1 N as given -> < 0.001 N re-tuned; noise floor -"
-    assert lines(found)[-1] == "  would have shown: pulley_friction from 0.00068 on, a gap of < 0.001 N"
+    assert lines(found)[-1] == "  would have shown: pulley_friction (m_p) from 0.00068 on, a gap of < 0.001 N"
     found["gap"]["known_misfit_n"] = 1e-9
     assert "it leaves < 0.001 N beyond the noise, where it was < 0.001 N" in sentence(found)
 
