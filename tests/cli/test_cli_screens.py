@@ -51,7 +51,9 @@ def test_a_diagnosis_fits_and_spells_units_and_small_numbers(capsys, at_80):
     words = " ".join(shown.split())
     assert words.startswith(NOTHING["sentence"])
     assert "would have shown: pulley_friction (m_p) from 0.00068 on, a gap of 0.0013 N" in words
-    assert "would have shown: zero_offset (z_out_act_n) from 0.0043 N on" in words and words.index("pulley_friction") < words.index("zero_offset")
+    assert "would have shown: zero_offset (z_out_act_n) from 0.0043 N on" in words and words.index("pulley_friction") < words.index(
+        "zero_offset"
+    )
     assert "to < 0.001 N instead of 0.24 N" in words and "e-15" not in words
     assert words.endswith("before they were compared with anything") and words.count("note:") == 1
 

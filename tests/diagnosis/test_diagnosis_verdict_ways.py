@@ -174,6 +174,22 @@ def test_nothing_is_said_when_it_is_as_probable_as_quiet_or_as_all_names_togethe
     assert said(*two, none=0.31, unknown=0.29).status == "none"
 
 
+def test_nothing_says_so_where_all_that_may_be_there_together_is_likelier():
+    two = [seen("viscous", p=0.2, gain=90.0), seen("crosstalk", p=0.2)]
+    unsure, sure = said(*two, none=0.31, unknown=0.29), said(*two, none=0.5, unknown=0.1)
+    assert (unsure.status, sure.status) == ("none", "none")
+    assert "none is likely" in unsure.why and "adding crosstalk gains" in unsure.why and "looks like noise" in sure.why
+
+
+@pytest.mark.parametrize(
+    ("strain", "why"), [(1.1, "beside noise that is larger than was measured"), (0.9, "less likely than something"), (None, "less likely")]
+)
+def test_what_fails_no_test_is_no_leftover(strain, why):
+    found = said(seen("viscous", p=0.2), none=0.1, unknown=0.7, log=replace(LOG, strain=strain), best=CALM)
+    assert found.status == "unknown" and why in found.why and "sigma" not in found.why
+    assert "40 sigma" in said(seen("viscous", p=0.2), none=0.1, unknown=0.7, log=replace(LOG, strain=strain)).why
+
+
 def test_without_propagation_nothing_is_said_whatever_the_evidence():
     found = said(seen("viscous", p=0.97), log=replace(LOG, propagates=0.0))
     assert (found.status, found.effects, found.confidence, found.group) == ("unknown", (), None, ())
