@@ -142,9 +142,10 @@ def _write_c(asked: Asked, lines: dict[str, Theta], method: str, options: Option
 
     from sstl_cli.control.parameters import index_of
     from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import make_folder, require_outputs, require_writable, write_text
+    from sstl_cli.core.files import make_folder, require_followed, require_outputs, require_writable, write_text
     from sstl_cli.steps import export_controller as step
 
+    require_followed(asked.out)
     name = list(lines)[index_of(list(lines), asked.config_id)]
     out = asked.out
     if out.exists() and not out.is_dir():

@@ -54,7 +54,7 @@ def _parquet(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     schema_id_of(path)
     _require(pq.read_schema(path).names, path)
     try:
-        table = pq.read_table(path, columns=list(COLUMNS))
+        table = pq.read_table(path, columns=list(COLUMNS), page_checksum_verification=True)
     except (pa.ArrowException, OSError) as error:
         raise SstlError(f"is damaged ({str(error)[:120]})", where=str(path), fix="copy it again, or make it again", code="E133") from None
     try:

@@ -50,7 +50,11 @@ def require_outputs(force: bool, *paths: Path | None) -> None:
 
 
 def require_followed(path: Path) -> None:
-    """Raise SstlError if this is a link to nothing."""
+    """Raise SstlError if this is a link to nothing, UsageError if it is the ``-`` by which others mean the standard output."""
+    if str(path) == "-":
+        raise UsageError(
+            "stands for no file: outputs are files, written whole or not at all", where="-", fix="give the name of a file", code="E115"
+        )
     if path.is_symlink() and not path.exists():
         target = os.readlink(path)
         raise SstlError(f"is a link to '{target}', which is not there", where=str(path), fix="remove the link", code="E107")

@@ -62,6 +62,8 @@ class TableWriter:
             use_dictionary=labels,
             use_byte_stream_split=floats,
             write_statistics=told or False,
+            # a page that lost a bit is still a page of numbers
+            write_page_checksum=True,
         )
 
     def write(self, table: pa.Table) -> None:
@@ -303,11 +305,13 @@ def _open(path: Path, coded: Sequence[str] = ()) -> pq.ParquetFile:
         # reading one waits for whoever writes to it, in compiled code that no signal ends
         raise SstlError("is no regular file (a device or a pipe)", where=str(path), fix="write it to a file first", code="E130")
     try:
-        file = pq.ParquetFile(path)
+        file = pq.ParquetFile(path, page_checksum_verification=True)
         types = {f.name: f.type for f in file.schema_arrow}
         present = [n for n in coded if n in types and pa.types.is_string(types[n])]
         # the footer of a long log is large: it is parsed once
-        return pq.ParquetFile(path, read_dictionary=present, metadata=file.metadata) if present else file
+        if not present:
+            return file
+        return pq.ParquetFile(path, read_dictionary=present, metadata=file.metadata, page_checksum_verification=True)
     except (pa.ArrowException, OSError, UnicodeDecodeError):
         what, fix = not_parquet(path)
         raise SstlError(what, where=str(path), fix=fix, code="E130") from None

@@ -57,7 +57,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     wanted = list(dict.fromkeys([*numbers, *labels]))
     size = path.stat().st_size
     with guarded(path, TITLE):
-        file = pq.ParquetFile(path, memory_map=False)
+        file = pq.ParquetFile(path, memory_map=False, page_checksum_verification=True)
         rows = file.metadata.num_rows
         # a constant column compresses without limit; only what must stand in memory at once is bounded
         for group in range(min(file.metadata.num_row_groups, 100_000)):

@@ -130,7 +130,9 @@ def _log(path: Path, inputs: Inputs) -> None:
 
 def _read(path: Path, schema: Any = None) -> list[dict[str, Any]]:
     """Return the rows of a table as they stand in the file."""
-    found: list[dict[str, Any]] = (open_table(path, schema).table() if schema else pq.read_table(path)).to_pylist()
+    found: list[dict[str, Any]] = (
+        open_table(path, schema).table() if schema else pq.read_table(path, page_checksum_verification=True)
+    ).to_pylist()
     return found
 
 

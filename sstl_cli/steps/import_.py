@@ -187,10 +187,13 @@ def _runs(
         if result.bad:
             raise result.bad[0].error
         why = "; ".join(f"{n} {reason}" for reason, n in counts.notes.set_aside.items()) or "no sample was read"
+        apart, in_all = counts.interleaved
+        if apart:
+            why += f"; {apart} runs come in {in_all} pieces: is the log sorted by time?"
         raise SstlError(
             f"no run of at least {mapping.repair.min_samples} samples ({why})",
             where=str(files[0]),
-            fix="check the file and the mapping",
+            fix="sort by run_id, then by time_s" if apart else "check the file and the mapping",
             code="E345",
         )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -10,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sstl_cli.core.config import Model, parse, read_toml
-from sstl_cli.core.errors import SstlError, nearest, printable
-from sstl_cli.core.files import atomic, dumps, read_json, write_text
+from sstl_cli.core.errors import SstlError, UsageError, nearest, printable
+from sstl_cli.core.files import atomic, dumps, make_folder, read_json, require_outputs, write_text
 from sstl_cli.core.parquet import open_table
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.rng import stream
@@ -122,6 +124,19 @@ def test_truncated_parquet_is_refused(tmp_path):
     (tmp_path / "y.parquet").write_bytes(data[: len(data) // 2])
     with pytest.raises(SstlError):
         list(read_runs(tmp_path / "y.parquet"))
+
+
+def test_a_dash_is_no_name_of_an_output(tmp_path, monkeypatch):
+    """Others mean the standard output by it; a file of that name is hard to remove."""
+    monkeypatch.chdir(tmp_path)
+    for write in (
+        lambda: require_outputs(True, tmp_path / "-2", Path("-")),
+        lambda: make_folder(Path("-")),
+        lambda: write_text(Path("-"), "x"),
+    ):
+        with pytest.raises(UsageError, match=r"E115.*no file.*give the name of a file"):
+            write()
+    assert list(tmp_path.iterdir()) == []
 
 
 class Small(Model):

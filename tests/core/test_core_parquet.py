@@ -191,3 +191,18 @@ def test_a_pipe_is_no_table(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(SstlError, match="no regular file"):
         open_table(tmp_path / "pipe", LOG)
+
+
+def test_a_page_that_lost_a_bit_is_no_table(tmp_path: Path) -> None:
+    """Without a checksum numbers that are one bit off read as numbers."""
+    path = tmp_path / "p.parquet"
+    # numbers that do not compress, so that every byte of the page is one of theirs
+    table = phases(2000).set_column(1, "time_s", pa.array([(k * 0.6180339887) % 1.0 for k in range(2000)]))
+    write_table(path, table, PHASES, MADE)
+    column = pq.ParquetFile(path).metadata.row_group(0).column(1)
+    middle = column.data_page_offset + column.total_compressed_size // 2
+    whole = path.read_bytes()
+    assert open_table(path, PHASES).table().num_rows == 2000
+    path.write_bytes(whole[:middle] + bytes([whole[middle] ^ 4]) + whole[middle + 1 :])
+    with pytest.raises(SstlError, match="E133.*is damaged.*copy it again"):
+        open_table(path, PHASES).table()

@@ -256,3 +256,15 @@ def test_file_name_pattern(tmp_path: Path) -> None:
     assert (one.location, one.lead_mm, one.config_id) == ("CP", 40.0, "CP-040")
     with pytest.raises(SstlError, match="does not fit the pattern"):
         load(path, file_name="x(?P<location>.)")
+
+
+def test_runs_in_turn_are_told_from_short_ones(tmp_path: Path) -> None:
+    """A log that was sorted by time has runs of one sample each, and none that could be written."""
+    path = tmp_path / "log.csv"
+    rows = [(name, "act", *row) for row in even(6) for name in "ab"]
+    path.write_text("run_id," + HEAD + "".join(",".join(map(str, r)) + "\n" for r in rows))
+    with pytest.raises(SstlError, match=r"E345.*2 runs come in 12 pieces: is the log sorted by time\?\); sort by run_id, then by time_s"):
+        load(path)
+    path.write_text("run_id," + HEAD + "".join(",".join(map(str, r)) + "\n" for r in rows[:2]))
+    with pytest.raises(SstlError, match=r"E345.*samples\); check the file and the mapping"):
+        load(path)
