@@ -1,0 +1,57 @@
+"""What chance, one line alone, speed or one repeated number explain as well is no slip; what only a delay explains is one.
+
+Recordings are made here, by a play in the logarithm of the tension.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification import gate
+from sstl_cli.identification.gate.causes import SPEED_OVER, SPEEDS_OVER, by_speed
+
+
+def dragged(x, half, start=None):
+    """Return what comes out where ``half`` (a number or an array) is n theta at each sample."""
+    half = np.broadcast_to(half, x.shape)
+    low, high = x * np.exp(-half), x * np.exp(half)
+    v, out = low[0] if start is None else start, []
+    for a, b in zip(low.tolist(), high.tolist(), strict=True):
+        v = min(max(v, a), b)
+        out.append(v)
+    return np.array(out)
+
+
+def recorded(name, t, x, y, sd=0.02, seed=0):
+    noise = sd * np.random.default_rng(seed).standard_normal((2, len(t)))
+    return Run(name, "act", t, x + noise[0], y + noise[1], config_id="b")
+
+
+def told(*runs):
+    return {r.rule: r for r in gate.remarks(runs)}
+
+
+def swinging(seed, seconds=20.0, rate=200.0, low=2.0, high=30.0, part=1.0):
+    t = np.arange(round(seconds * rate)) / rate
+    rng = np.random.default_rng(seed)
+    w = sum(rng.normal() * np.sin(2.0 * np.pi * f * t * part + rng.uniform(0.0, 6.28)) for f in rng.uniform(0.1, 0.9, 7))
+    return t, low + (high - low) * (w - w.min()) / np.ptp(w)
+
+
+@pytest.mark.parametrize(("half", "zeros"), [(0.9, (-0.3, 0.5)), (0.6, (0.4, -0.7)), (1.1, (-0.5, 0.2))])
+def test_one_pull_and_a_rest_in_backlash_are_no_dead_sensor(half, zeros):
+    """On one line friction, gain and zero are one number: what was fitted to the pull made the output fall where it rests."""
+    t = np.arange(1500) / 125.0
+    x = np.interp(t, [0.0, 4.0, 7.0, 9.0, 12.0], [2.5, 28.0, 9.0, 20.0, 7.0])
+    run = recorded("r", t, x, dragged(x, half))
+    run = Run("r", "act", t, run.tension_in_n + zeros[0], run.tension_out_n + zeros[1], config_id="b")
+    assert "stuck" not in told(run)
+
+
+def test_a_sensor_that_stops_where_both_lines_were_seen_is_told():
+    t, x = swinging(3)
+    y = dragged(x, 0.4)
+    y[2000:2900] = y[2000]
+    assert told(recorded("r", t, x, y + 0.5))["stuck"].severity in ("failure", "remark")
