@@ -55,3 +55,14 @@ def test_a_sensor_that_stops_where_both_lines_were_seen_is_told():
     y = dragged(x, 0.4)
     y[2000:2900] = y[2000]
     assert told(recorded("r", t, x, y + 0.5))["stuck"].severity in ("failure", "remark")
+
+
+def test_noise_that_stands_off_in_both_channels_by_chance_is_no_disorder():
+    t = np.arange(6000) / 100.0
+    x = 11.0 - 9.0 * np.cos(2.0 * np.pi * t / 15.0)
+    runs = [recorded(f"r{k}", t, x, dragged(x, 0.3 + 0.2 * k), sd=0.6, seed=k) for k in range(3)]
+    assert "order" not in told(*runs)
+    # the same rows sorted as text are told beside as much noise
+    rows = np.array(sorted(range(len(t)), key=str))
+    noisy = recorded("s", t, x, dragged(x, 0.3), sd=0.25, seed=7)
+    assert "order" in told(Run("s", "act", t, noisy.tension_in_n[rows], noisy.tension_out_n[rows], config_id="b"))
