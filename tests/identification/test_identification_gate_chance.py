@@ -66,3 +66,13 @@ def test_noise_that_stands_off_in_both_channels_by_chance_is_no_disorder():
     rows = np.array(sorted(range(len(t)), key=str))
     noisy = recorded("s", t, x, dragged(x, 0.3), sd=0.25, seed=7)
     assert "order" in told(Run("s", "act", t, noisy.tension_in_n[rows], noisy.tension_out_n[rows], config_id="b"))
+
+
+@pytest.mark.parametrize("code", [-999.0, -32768.0])
+def test_one_level_again_and_again_is_an_error_code_and_no_overflow(code):
+    t, x = swinging(5)
+    run = recorded("r", t, x, dragged(x, 0.5))
+    y = run.tension_out_n.copy()
+    y[np.random.default_rng(1).integers(500, 3500, 20)] = code
+    found = told(Run("r", "act", t, run.tension_in_n, y, config_id="b"))
+    assert "overflow" not in found and "filled" in found
