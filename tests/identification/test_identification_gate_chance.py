@@ -76,3 +76,16 @@ def test_one_level_again_and_again_is_an_error_code_and_no_overflow(code):
     y[np.random.default_rng(1).integers(500, 3500, 20)] = code
     found = told(Run("r", "act", t, run.tension_in_n, y, config_id="b"))
     assert "overflow" not in found and "filled" in found
+
+
+def test_friction_by_speed_is_known_behind_noise_and_is_asked_before_a_gain_that_changes():
+    """Over five points noise hid the speed: what rises at a turn and rests from there on was a gain that changes (1.3 times, in one run of a tester)."""
+    t = np.arange(1500) / 25.0
+    x = 0.4 + 5.6 * (1.0 - np.abs((t / 8.7) % 2.0 - 1.0))
+    x = np.convolve(np.pad(x, 4, mode="edge"), np.full(9, 1.0 / 9.0), "valid")
+    speed = np.abs(np.gradient(x, t))
+    y = dragged(x, 1.34 * (1.0 + 0.25 * speed / speed.max()))
+    run = recorded("r", t, x, y, sd=0.02)
+    over = {n: by_speed(t, run.tension_in_n, run.tension_out_n, 0.02, None, n).rms_n for n in (SPEED_OVER, SPEEDS_OVER)}
+    assert over[SPEEDS_OVER] < 0.021 < over[SPEED_OVER]
+    assert not {"gain_change", "zero_change"} & told(run).keys()
