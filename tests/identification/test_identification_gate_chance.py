@@ -78,6 +78,26 @@ def test_one_level_again_and_again_is_an_error_code_and_no_overflow(code):
     assert "overflow" not in found and "filled" in found
 
 
+def test_an_output_that_comes_a_few_samples_early_is_told_and_every_run_of_that_clock():
+    k, runs = 6, []
+    for i, (half, part) in enumerate(((0.25, 1.0), (0.25, 0.4), (0.6, 1.0))):
+        t, x = swinging(11 + i, part=part)
+        run = recorded(f"r{i}", t, x, dragged(x, half), seed=i, sd=0.1)
+        runs.append(Run(f"r{i}", "act", t[:-k], run.tension_in_n[:-k], run.tension_out_n[k:], config_id=f"b{half}"))
+    said = told(*runs)["lead"]
+    assert said.severity == "failure" and len(said.run_ids) == 3 and said.number == pytest.approx(-0.03, abs=0.004)
+
+
+@pytest.mark.parametrize("drag", [-0.25, 0.25])
+def test_friction_that_changes_with_speed_leads_by_no_clock(drag):
+    runs = []
+    for i, part in enumerate((1.0, 0.4)):
+        t, x = swinging(21 + i, part=part)
+        speed = np.abs(np.gradient(x, t))
+        runs.append(recorded(f"r{i}", t, x, dragged(x, 0.5 * (1.0 + drag * speed / speed.max())), sd=0.05, seed=i))
+    assert "lead" not in told(*runs)
+
+
 def test_friction_by_speed_is_known_behind_noise_and_is_asked_before_a_gain_that_changes():
     """Over five points noise hid the speed: what rises at a turn and rests from there on was a gain that changes (1.3 times, in one run of a tester)."""
     t = np.arange(1500) / 25.0

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import median
+from sstl_cli.identification.gate.ahead import Ahead, ahead_of
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, Causes, causes_of
 from sstl_cli.identification.gate.dropouts import Dropouts, dropouts_of
@@ -72,7 +73,7 @@ class Evidence:
 
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
-    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
@@ -121,6 +122,7 @@ class Evidence:
     slopes: Slopes
     play: PlayFit | None
     causes: Causes
+    ahead: Ahead | None
     shapes: Shapes
     forward_rms: float
     swapped_rms: float
@@ -212,7 +214,7 @@ def evidence_of(run: Run) -> Evidence:
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in channels)
         return Evidence(
             **base, usable=False, loops=0, ranges=(a, b), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-            correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
+            correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
             swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
             seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
             position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
@@ -268,6 +270,7 @@ def _measured(run: Run, sensors: tuple[Sensor, Sensor]) -> dict[str, Any]:
         "slopes": agreed(slopes, play, causes, sensors[1].noise_n),
         "play": play,
         "causes": causes,
+        "ahead": ahead_of(t, x, y, sensors, -(-len(clean) // MOST_POINTS), play, causes) if moves else None,
         "shapes": shapes,
         "forward_rms": residuals[0],
         "swapped_rms": residuals[1],
