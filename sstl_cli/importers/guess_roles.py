@@ -55,13 +55,29 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
         if sided[side] and plain:
             return _several(sided["in"] or plain, sided["out"] or plain)
     if len(plain) == 1:
-        # a tension beside the command of a motion is what comes out of it; beside a command of tension it may be either
+        if other := _beside(names):
+            return _named_side(plain[0], other)
+        # beside the command of a motion it likely is what comes out of it, but a rig may record its input alone
         commanded = any(s.reference and s.quantity != "force" and s.dimension != "force" for s in names)
         side = "out" if commanded or not any(s.side == "out" for s in names) else "in"
-        return _only(plain, side, sure=commanded)
+        return _only(plain, side, sure=False)
     if len(plain) > 1:
         return _antagonists(plain, names, data) or _unsided(plain, data)
     return _unnamed(names, data)
+
+
+def _beside(names: list[Said]) -> Said | None:
+    """Return the channel that is named by its side alone, without a quantity and a unit; None where none or several are."""
+    found = [s for s in names if s.side and not s.quantity and not s.unit and not s.strange and not s.reference]
+    return found[0] if len(found) == 1 else None
+
+
+def _named_side(tension: Said, other: Said) -> Roles:
+    """Return a tension of no side beside a channel whose name says its side and nothing else: both are asked."""
+    what = f"'{other.name}' is the {other.side}put by its name"
+    reasons = (f"{what}, '{tension.name}' is the only channel named as a tension",)
+    mine, its = f"{what}: is this the {'input' if other.side == 'out' else 'output'}?", "is this a tension?"
+    return Roles((tension,), (other,), mine, its, reasons) if other.side == "out" else Roles((other,), (tension,), its, mine, reasons)
 
 
 def _by_exclusion(known: Said, other: Said, side: str) -> Roles:

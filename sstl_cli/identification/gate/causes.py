@@ -29,8 +29,8 @@ STEPS, TRIED = 25, 2
 LEAST_OVERLAP = 0.5
 # points on which a delay is sought, first step of the search (part of the first guess) and its last one
 TIMED_POINTS, DELAY_STEP, DELAY_SHARE = 384, 0.25, 0.02
-# points over which a speed is measured, and parts of the samples that are slower than the speed at which friction has changed
-SPEED_OVER, SLOWER = 5, (0.3, 0.8)
+# points over which a speed is measured (and those over which it shows behind noise as well), and parts of the samples that are slower than the speed at which friction has changed
+SPEED_OVER, SPEEDS_OVER, SLOWER = (5,), (5, 11, 21), (0.3, 0.8)
 # first guesses of the time constant of a slow output (s)
 SLOW_S = (0.2, 0.5, 1.2, 3.0)
 # a slip must take away most of what friction leaves beyond noise, and friction must leave more than noise
@@ -152,12 +152,15 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     if found.holds(found.gain.rms_n):
         found = replace(found, scale=min(best_fit(x, y, bundled(GAIN_BESIDE), floor, play), found.gain, key=lambda c: c.rms_n))
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
-    return replace(found, speed=_by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
+    return replace(found, speed=by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
 
 
-def _by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Cause:
-    """Return what friction that changes with speed leaves; of the speed at which it has changed two are tried."""
-    n = SPEED_OVER
+def by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit | None, over: tuple[int, ...] = SPEED_OVER) -> Cause:
+    """Return what friction that changes with speed leaves; of the speed at which it has changed two are tried, measured ``over`` so many points."""
+    return min((_by_speed(time_s, x, y, floor, play, n) for n in over), key=lambda c: c.rms_n)
+
+
+def _by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit | None, n: int) -> Cause:
     smooth = np.convolve(np.pad(x, n // 2, mode="edge"), np.full(n, 1.0 / n), "valid")
     speed = np.abs(np.gradient(smooth, time_s))
     scales = [max(quantile(speed, part), 1e-3 * float(speed.max()), 1e-300) for part in SLOWER]

@@ -15,12 +15,14 @@ from sstl_cli.identification.gate.causes import (
     FRICTION,
     GAIN_IN_FROM,
     GAIN_OUT_FROM,
+    SPEEDS_OVER,
     ZERO_IN_FROM,
     ZERO_OUT_FROM,
     Behind,
     Cause,
     best_fit,
     bundled,
+    by_speed,
 )
 
 Array = NDArray[np.float64]
@@ -90,6 +92,9 @@ def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: f
     if shown is False or (shown is None and not is_gain) or not best.rms_n < min((SHOWN if shown else UNSEEN) * whole, LITTLE * span):
         return None
     if best.rms_n > FRICTION_TOO * _apart(x, y, at, floor):
+        return None
+    # friction that falls as the input comes to rest lifts an output at a turn, for good where it rests in backlash from there on
+    if best.rms_n > (SHOWN if shown else UNSEEN) * by_speed(t, x, y, floor, None, SPEEDS_OVER).rms_n:
         return None
     v = (x, y)[channel]
     # an output that does little but jump once shows no friction on either side

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from sstl_cli.identification.gate.ahead import Ahead
 from sstl_cli.identification.gate.causes import Causes
 from sstl_cli.identification.gate.dropouts import Dropouts
 from sstl_cli.identification.gate.filled import Filled
@@ -54,7 +55,7 @@ class Evidence:
 
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
-    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
@@ -103,6 +104,7 @@ class Evidence:
     slopes: Slopes
     play: PlayFit | None
     causes: Causes
+    ahead: Ahead | None
     shapes: Shapes
     forward_rms: float
     swapped_rms: float

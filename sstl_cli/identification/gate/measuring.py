@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import median
+from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of
 from sstl_cli.identification.gate.dropouts import dropouts_of
@@ -53,7 +54,7 @@ def evidence_of(run: Run) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, shapes=NO_SHAPES, forward_rms=math.nan,
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
@@ -114,6 +115,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         slopes=agreed(slopes, play, causes, sensors[1].noise_n),
         play=play,
         causes=causes,
+        ahead=ahead_of(t, x, y, sensors, -(-len(clean) // MOST_POINTS), play, causes) if moves else None,
         shapes=shapes,
         forward_rms=residuals[0],
         swapped_rms=residuals[1],

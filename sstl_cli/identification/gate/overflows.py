@@ -47,6 +47,9 @@ def turns(values: Array, other: Array) -> NDArray[np.int64]:
         return none
     count = np.concatenate(([0], np.cumsum(-np.sign(step) * over))).astype(np.int64)
     count -= count.min()
+    if len(np.unique(values[count != _usual(count)])) == 1:
+        # one number again and again tells that a reading is missing
+        return none
     whole = values + size * count
     moved = np.abs(np.diff(whole))
     near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
@@ -54,6 +57,11 @@ def turns(values: Array, other: Array) -> NDArray[np.int64]:
     steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
     high = float(np.min(other[count > 0])) > float(np.min(other)) + STEADY * float(np.ptp(other))
     return count if bool(smooth.all()) and steady and high else none
+
+
+def _usual(count: NDArray[np.int64]) -> int:
+    """Return how many times most readings have gone beyond the range."""
+    return int(np.argmax(np.bincount(count)))
 
 
 def size_n(values: Array, count: NDArray[np.int64]) -> float:

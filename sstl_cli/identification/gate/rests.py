@@ -69,6 +69,12 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     others.append(modelled(x, y, FREE, floor)[0].rms_n)
     if not odd or found.rms_n > LITTLE * span or causes.left(found.rms_n) > LESS * min(causes.left(v) for v in others):
         return None
+    known = np.ones(len(y), np.bool_)
+    for a, b in odd:
+        known[a:b] = False
+    missed = _missed(min(others), found.rms_n, float(np.mean(~known)))
+    if missed < 3.0 * max(found.rms_n, causes.noise_n) or not _both(model, known, span):
+        return None
     a, b = max(odd, key=lambda r: r[1] - r[0])
     levels = np.array([median(y[i:j]) for i, j in odd])
     high, low = quantile(y, 0.999), quantile(y, 0.001)
@@ -111,6 +117,17 @@ def stretches(y: Array, band: float, least: int) -> list[tuple[int, int]]:
             found.append((a, b))
             pieces += [(first, a), (b, last)]
     return sorted(found)
+
+
+def _missed(other_n: float, rms_n: float, share: float) -> float:
+    """Return by how much (N RMS) what leaves ``other_n`` of a run misses its rests, a ``share`` of it, if it explains all else as well as ``rms_n``."""
+    return float(np.sqrt(max(other_n**2 - (1.0 - share) * rms_n**2, 0.0) / share))
+
+
+def _both(model: Array, known: NDArray[np.bool_], span: float) -> bool:
+    """Whether friction moves an output both ways in what is known of it: on one line alone friction, gain and zero are one number."""
+    step = np.diff(model)[known[1:] & known[:-1]]
+    return min(float(np.sum(step[step > 0.0])), -float(np.sum(step[step < 0.0]))) > AWAY * span
 
 
 def _known(rests: list[tuple[int, int]], n: int) -> float:

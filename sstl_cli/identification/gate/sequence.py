@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,8 @@ LEAST, STANDS_OFF = 64, 0.05
 ROWS, ROWS_SHARE, AMONG = 8, 0.005, 0.9
 # steps over those of samples in any order (1) beyond which a channel is but noise
 MOVES = 0.4
+# how far apart (samples) two that stand off have nothing to do with one another, and nats by which chance must be beaten: one run in a hundred thousand
+APART, UNLIKELY = (3, 4, 5, 6, 7, 8), 12.0
 # least number of levels (part of these rows) they take: what dropped out comes back at one
 LEVELS = 0.5
 # part of a step to the next sample that one to the sample after it may be, and largest over smallest of the former
@@ -61,16 +64,17 @@ def _misplaced(channels: tuple[Array, Array]) -> bool:
     # of noise alone any row stands off
     if any(float(np.var(np.diff(v))) > MOVES * 2.0 * float(np.var(v)) for v in channels):
         return False
-    off = np.ones(len(channels[0]) - 2, np.bool_)
+    each: list[NDArray[np.bool_]] = []
     for v in channels:
         before, after = v[1:-1] - v[:-2], v[2:] - v[1:-1]
         least = STANDS_OFF * float(np.ptp(v))
         # off in the same direction from both
-        off &= (np.abs(before) > least) & (np.abs(after) > least) & (before * after < 0.0)
+        off = (np.abs(before) > least) & (np.abs(after) > least) & (before * after < 0.0)
         # and by far more than these two differ
-        off &= np.abs(v[2:] - v[:-2]) < 0.5 * np.minimum(np.abs(before), np.abs(after))
+        each.append(off & (np.abs(v[2:] - v[:-2]) < 0.5 * np.minimum(np.abs(before), np.abs(after))))
+    off = each[0] & each[1]
     many = int(np.count_nonzero(off))
-    if many < max(ROWS, ROWS_SHARE * len(off)):
+    if many < max(ROWS, ROWS_SHARE * len(off)) or not _together(many, each[0], each[1]):
         return False
     for v in channels:
         rows, rest = v[1:-1][off], v[1:-1][~off]
@@ -79,3 +83,14 @@ def _misplaced(channels: tuple[Array, Array]) -> bool:
         if float(np.mean((rows > low - room) & (rows < high + room))) < AMONG or len(np.unique(rows)) < LEVELS * many:
             return False
     return True
+
+
+def _together(many: int, first: NDArray[np.bool_], second: NDArray[np.bool_]) -> bool:
+    """Whether samples stand off in both channels at once more often than those of two noises do that know nothing of each other.
+
+    How often these meet by chance is seen some samples apart, where no row can be the reason: noise stands off where the tendon rests, in both channels.
+    """
+    by_chance = [int(np.count_nonzero(a[lag:] & b[:-lag])) for lag in APART for a, b in ((first, second), (second, first))]
+    expected = max(float(np.mean(by_chance)), float(np.mean(first)) * float(np.mean(second)) * len(first))
+    # logarithm of the likelihoods of so many (Poisson), as they are over by chance
+    return many > expected and many * math.log(many / max(expected, 1e-300)) - (many - expected) > UNLIKELY

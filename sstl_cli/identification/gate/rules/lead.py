@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from statistics import median
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
@@ -27,6 +28,8 @@ HELD = 0.3
 HALF, LITTLE_LEFT = 0.4, 2.0
 # and how many times as much friction by speed must leave
 BY_SPEED = 3.0
+# part of a delay by which those of one clock differ
+AGREES = 0.2
 # a filter of that many samples is no clock
 FILTER = 10.0
 
@@ -37,14 +40,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     drift = sorted(drifts, key=abs)[len(drifts) // 2] if drifts else 0.0
     for early in (True, False):
         # a run too short to show the drift of the others shows its mean as a delay
-        hit = [e for e in log if _moved(e, early) and not _drifted(e, drift)]
+        hit = [e for e in log if (_moved(e, early) or (early and _ahead(e, log))) and not _drifted(e, drift)]
+        if early and hit:
+            # of one clock all runs lead by as much, those with them that alone would not tell
+            usual = median([_size(e) for e in hit])
+            hit = [e for e in log if e in hit or (e.ahead is not None and abs(e.ahead.delay_s - usual) < AGREES * abs(usual))]
         if not early:
             # creep and slow friction delay some movements and change their shape, a clock moves all of them as they are
             hit = [e for e in hit if e.loops and e.play is not None and e.play.explained > SHAPE]
             hit = [e for e in hit if _clear(e) or not any(_in_time(o) for o in log if o.system == e.system)]
         if not hit:
             continue
-        delays = sorted((e.causes.moved.size for e in hit), key=abs)
+        delays = sorted((_size(e) for e in hit), key=abs)
         delay = delays[len(delays) // 2]
         way = "comes before its input, which no tendon does" if early else "comes too late for friction"
         yield Remark(
@@ -74,6 +81,22 @@ def _clear(e: Evidence) -> bool:
     c = e.causes
     rest = (c.gain, c.zero_in, c.zero_out, c.slow, c.creep, c.speed, c.reversed)
     return c.left(c.moved.rms_n) < CLEAR * min(c.left(v.rms_n) for v in rest)
+
+
+def _size(e: Evidence) -> float:
+    """Return by how much an output is moved (s)."""
+    known = math.isfinite(e.causes.moved.size)
+    return e.ahead.delay_s if e.ahead is not None and (e.ahead.sure or not known) else e.causes.moved.size
+
+
+def _ahead(e: Evidence, log: Sequence[Evidence]) -> bool:
+    """Whether an output comes before its input by what its samples alone tell, and no other run shows another lead: then it is no clock's."""
+    p = e.play
+    if e.ahead is None or not e.ahead.sure or p is None or not e.tendon_like or not e.wide or dead(e):
+        return False
+    leads = [o.ahead.delay_s for o in log if o.ahead is not None and o.ahead.shown]
+    agree = [d for d in leads if abs(d - e.ahead.delay_s) < AGREES * abs(e.ahead.delay_s)]
+    return p.gamma_p > 0.0 and p.explained > SHAPE and abs(e.ahead.delay_s) < HALF * e.loop_s and 2 * len(agree) > len(leads)
 
 
 def _moved(e: Evidence, early: bool) -> bool:
