@@ -29,12 +29,12 @@ def proposed(path: Path, text: str | bytes) -> tuple[str, dict[str, str]]:
 
 
 def test_control_desk_names_its_traces_in_a_line_of_their_own(tmp_path: Path) -> None:
-    head = '"type";"measurement"\n"version";"2.0"\n"path";"A://in";"A://out"\n"trace_name";"Model/Pull_in";"Model/Pull_out"\n"unit";"N";"mN"\n"trace_values"\n'
+    head = '"type";"measurement"\n"version";"2.0"\n"path";"A://in";"A://out"\n"trace_name";"Model/Force_in";"Model/Force_out"\n"unit";"N";"mN"\n"trace_values"\n'
     _, found = proposed(tmp_path / "a.csv", head + lines(";", T, X, 1000.0 * Y))
     assert found["time_s"] == 'time_s = { column = "time", unit = "s" }'
-    assert found["tension_in_n"] == 'tension_in_n = { column = "Model/Pull_in", unit = "N" }'
-    assert found["tension_out_n"] == 'tension_out_n = { column = "Model/Pull_out", unit = "mN" }'
-    columns = {"time_s": "time", "tension_in_n": "Model/Pull_in", "tension_out_n": {"column": "Model/Pull_out", "unit": "mN"}}
+    assert found["tension_in_n"] == 'tension_in_n = { column = "Model/Force_in", unit = "N" }'
+    assert found["tension_out_n"] == 'tension_out_n = { column = "Model/Force_out", unit = "mN" }'
+    columns = {"time_s": "time", "tension_in_n": "Model/Force_in", "tension_out_n": {"column": "Model/Force_out", "unit": "mN"}}
     [run] = import_.run([tmp_path / "a.csv"], mapping_of({"columns": columns, "constants": {"system": "act"}}, "m.toml")).runs
     assert len(run) == N and run.tension_out_n == pytest.approx(Y, abs=1e-6)
 
