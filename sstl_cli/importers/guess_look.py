@@ -15,6 +15,7 @@ from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guar
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward, stamp_step
+from sstl_cli.importers.text_layout import unit_in
 
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
@@ -48,7 +49,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     data = _first_values(chosen, path, channels)
     if len(data) < 2:
         raise SstlError("holds fewer than two numeric channels", where=str(path), fix="check the file", code="E333")
-    names = [said(c.name, "" if chosen.ID == "text" and c.unit in c.name else c.unit) for c in channels]
+    names = [said(c.name, "" if chosen.ID == "text" and c.unit == unit_in(c.name) else c.unit) for c in channels]
     names = [_clock_if_forward(s, data.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}

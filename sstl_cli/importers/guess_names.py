@@ -7,7 +7,7 @@ import unicodedata
 from dataclasses import dataclass
 
 from sstl_cli.core.units import is_unit, unit_of
-from sstl_cli.importers.guess_words import ELSE, QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, STEMS, STRANGE, UNIT_WORDS
+from sstl_cli.importers.guess_words import ELSE, QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, SIGNS, STEMS, STRANGE, UNIT_WORDS
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
@@ -133,6 +133,8 @@ def _bare(unit: str) -> str:
 
 def _words(text: str) -> tuple[str, ...]:
     out: list[str] = []
+    for sign, word in SIGNS.items():
+        text = text.replace(sign, f" {word} ")
     for word in _WORDS.findall(_plain(text)):
         low = word.lower()
         short = _SHORT.fullmatch(low)

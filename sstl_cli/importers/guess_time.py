@@ -35,7 +35,7 @@ class TimeGuess:
 
 
 def stamp_step(texts: Sequence[str]) -> float:
-    """Return the usual step (s) of stamps written as dates with a time of day, NaN where they are none.
+    """Return the usual step (s) of stamps written as dates with a time of day, or as the latter alone, NaN where they are none.
 
     Examples
     --------
@@ -43,7 +43,8 @@ def stamp_step(texts: Sequence[str]) -> float:
     0.02
     """
     try:
-        stamps = [datetime.fromisoformat(t.strip()) for t in texts]
+        # a time of day alone is that of any day
+        stamps = [datetime.fromisoformat(t.strip() if "-" in t or "T" in t else f"2000-01-01T{t.strip()}") for t in texts]
         steps = [(b - a).total_seconds() for a, b in pairwise(stamps)]
     except (ValueError, TypeError):
         # TypeError: with a zone of time beside one without
@@ -65,11 +66,16 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], step
     step_s : float
         Usual step (s) of the first of these, NaN where it holds no dates.
     """
+    # a counter that begins anew is a clock all the same
+    wraps = {s.name: w for s in names if s.name in data and (w := wrapped(data[s.name])) is not None}
+    data = {**data, **{name: values for name, (values, _) in wraps.items()}}
     forward = [s for s in names if s.name in data and runs_forward(data[s.name])]
     counters = [s for s in forward if s.quantity == "index" or (s.quantity != "time" and _counts(data[s.name]))]
     clocks = [s for s in forward if s not in counters and (s.quantity == "time" or not (s.quantity or s.side))]
     named = [s for s in clocks if s.quantity == "time" or s.dimension == "time"]
     reasons = [f"'{s.name}' counts samples and is no time" for s in counters]
+    anew = "begins anew: an import begins another run there; unwrap it in the file to keep one"
+    reasons += [f"'{s.name}' counts to {wraps[s.name][1]} and {anew}" for s in clocks if s.name in wraps]
     if named:
         # of several the one that tells samples apart; then the sender's own stamp; then the first of the file
         best = min(
@@ -151,6 +157,26 @@ def runs_forward(values: Array) -> bool:
     if len(values) < 3 or not np.isfinite(values).all():
         return False
     return bool(np.mean(np.diff(values) >= 0) >= FORWARD and values[-1] > values[0])
+
+
+def wrapped(values: Array) -> tuple[Array, str] | None:
+    """Return a counter of 16 or 32 bits as it runs on where it begins anew, and how far it counts; None where it does not.
+
+    Examples
+    --------
+    >>> wrapped(np.array([65534.0, 65535.0, 0.0, 1.0]))
+    (array([65534., 65535., 65536., 65537.]), '2^16')
+    """
+    steps = np.diff(values)
+    back = steps < 0
+    if not back.any() or not np.isfinite(values).all() or values.min() < 0 or not np.all(values == np.round(values)):
+        return None
+    usual = float(np.max(np.abs(steps[~back]), initial=0.0))
+    for bits in (16, 32):
+        # as far back as it goes on over the end of its range
+        if values.max() < 2.0**bits and np.all(np.abs(steps[back] + 2.0**bits) <= 2.0 * usual):
+            return values + 2.0**bits * np.concatenate(([0.0], np.cumsum(back))), f"2^{bits}"
+    return None
 
 
 def _counts(values: Array) -> bool:

@@ -129,3 +129,10 @@ UNIT_WORDS = {
 ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
 # units that are no force, and that no factor known here turns into one
 STRANGE = ELSE | words("% percent pct prozent fs mv/v au arb norm pu")
+# of Chinese and Japanese, which write no blanks: the longest first
+SIGNS = {
+    "输入": "input", "入力": "input", "近端": "proximal", "输出": "output", "出力": "output", "远端": "distal", "遠端": "distal",
+    "时间": "time", "時間": "time", "時刻": "time", "序号": "index", "番号": "index", "拉力": "tension", "张力": "tension", "張力": "tension",
+    "位移": "displacement", "变位": "displacement", "変位": "displacement", "目标": "target", "目標": "target", "指令": "command",
+    "力": "force",
+}  # fmt: skip

@@ -6,6 +6,7 @@ import contextlib
 import csv
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import STRANGE, UNIT_WORDS
+from sstl_cli.importers.instruments import stated_by
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -26,6 +28,8 @@ MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null",
 _MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
 # what a row of units holds beside units that are known
 NO_FORCE = STRANGE | {"", "-", "1", "ohm", "w", "t", "date", "k"}
+# how a row of units says that a column holds a time of day or a date
+_TIME_OF_DAY = re.compile(r"(?:(?:hh?|HH?)[:.](?:mm|MM)|(?:dd?|DD?|yyyy|YYYY|jjjj|JJJJ|tt|TT)[./-](?:mm?|MM?)).*")
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 
 
@@ -62,7 +66,10 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     if not data:
         raise SstlError("holds no line of data", where=str(path), fix="check skip_rows and the file", code="E323")
     delimiter = _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
-    if wanted.header is None and at == wanted.skip_rows:
+    stated = stated_by(sample, lambda line: cut(line, delimiter)) if wanted.header is None else None
+    if stated is not None:
+        at, sample = at + stated.lines, sample[stated.lines :]
+    elif wanted.header is None and at == wanted.skip_rows:
         cut_off = _preamble(sample, data, delimiter)
         at, sample = at + cut_off, sample[cut_off:]
     decimal = wanted.decimal or ("," if _decimal_comma(data, delimiter) else ".")
@@ -72,6 +79,8 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     if width > MAX_CHANNELS:
         raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
     names, units, named = _names(head.texts, width, delimiter, path)
+    if stated is not None and len(stated.names) == width:
+        names, units, named = _numbered(stated.names), stated.units, True
     text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in head.first)
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
     return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text)
@@ -258,6 +267,8 @@ def _stated(cell: str) -> str | None:
     if is_unit(unit):
         return unit
     known = UNIT_WORDS.get(unit.lower(), "")
+    if _TIME_OF_DAY.fullmatch(unit):
+        return ""
     return known if known else "" if unit.replace("°", "deg").lower() in NO_FORCE else None
 
 
@@ -265,7 +276,8 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
     """Return column names and units from the lines above the data; names that stand there twice are numbered."""
     plain = tuple(f"col{i + 1}" for i in range(width))
     # LabVIEW names a column for comments, which most of its lines leave out
-    rows = [r[:-1] if len(r) == width + 1 and r[-1] == "Comment" else r for r in (cut(x, delimiter) for x in head)]
+    cells = (_spoken(x, width) if delimiter == SPACES else cut(x, delimiter) for x in head)
+    rows = [r[:-1] if len(r) == width + 1 and r[-1] == "Comment" else r for r in cells]
     fitting = [r for r in rows if len(r) == width or (len(r) == width - 1 and width > 2)]
     if not fitting:
         if rows and delimiter != SPACES and len(rows[-1]) > 1:
@@ -286,11 +298,24 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
         units = [u or "" for u in stated] + [""] * (width - len(names))
         names = fitting[-2]
     full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
-    counts = Counter(full)
+    return _numbered(full), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True
+
+
+def _spoken(line: str, width: int) -> list[str]:
+    """Return the names of a header cut at blanks: where these stand within names, at two of them, or with each bracket beside its name."""
+    for cells in (re.split(r"\s{2,}|\t", line.strip()), re.findall(r"\S+(?:\s+[\[(][^\s\])]*[\])])?", line)):
+        if len(cells) == width:
+            return cells
+    return cut(line, SPACES)
+
+
+def _numbered(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of which those that stand there twice are numbered."""
+    counts = Counter(names)
     out: list[str] = []
-    for name in full:
+    for name in names:
         k = 1
         while counts[name] > 1 and (f"{name}.{k}" in out or f"{name}.{k}" in counts):
             k += 1
         out.append(name if counts[name] == 1 else f"{name}.{k}")
-    return tuple(out), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True
+    return tuple(out)

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from sstl_cli.importers.guess import guess
+from sstl_cli.importers.mapping import mapping_of
+from sstl_cli.steps import import_
 
 N = 300
 T = np.arange(N) * 0.01
@@ -24,6 +26,62 @@ def proposed(path: Path, text: str | bytes) -> tuple[str, dict[str, str]]:
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     found = guess([path])
     return " ".join(found.reasons), {x.split(" = ")[0]: x for x in found.toml.splitlines() if " = " in x}
+
+
+def test_control_desk_names_its_traces_in_a_line_of_their_own(tmp_path: Path) -> None:
+    head = '"type";"measurement"\n"version";"2.0"\n"path";"A://in";"A://out"\n"trace_name";"Model/Force_in";"Model/Force_out"\n"unit";"N";"mN"\n"trace_values"\n'
+    _, found = proposed(tmp_path / "a.csv", head + lines(";", T, X, 1000.0 * Y))
+    assert found["time_s"] == 'time_s = { column = "time", unit = "s" }'
+    assert found["tension_in_n"] == 'tension_in_n = { column = "Model/Force_in", unit = "N" }'
+    assert found["tension_out_n"] == 'tension_out_n = { column = "Model/Force_out", unit = "mN" }'
+    columns = {"time_s": "time", "tension_in_n": "Model/Force_in", "tension_out_n": {"column": "Model/Force_out", "unit": "mN"}}
+    [run] = import_.run([tmp_path / "a.csv"], mapping_of({"columns": columns, "constants": {"system": "act"}}, "m.toml")).runs
+    assert len(run) == N and run.tension_out_n == pytest.approx(Y, abs=1e-6)
+
+
+def test_a_scope_writes_a_word_before_every_channel(tmp_path: Path) -> None:
+    head = "Name\tMAIN.fTensionIn\tName\tMAIN.fTensionOut\nData-Type\tREAL64\tData-Type\tREAL64\nSampleTime[ms]\t10\tSampleTime[ms]\t10\nUnit\tN\tUnit\tN\n\n"
+    _, found = proposed(tmp_path / "a.csv", head + lines("\t", 1000 * T, X, 1000 * T, Y))
+    assert found["time_s"] == 'time_s = { column = "time.1", unit = "ms" }'
+    assert found["tension_in_n"] == 'tension_in_n = { column = "MAIN.fTensionIn", unit = "N" }'
+    assert found["tension_out_n"] == 'tension_out_n = { column = "MAIN.fTensionOut", unit = "N" }'
+
+
+def test_a_row_of_units_may_say_how_a_time_of_day_is_written(tmp_path: Path) -> None:
+    rows = "".join(
+        f"{i};09:15:{10 + i // 100:02d},{i % 100}0;{x:.3f};{y:.3f}\n".replace(".", ",") for i, (x, y) in enumerate(zip(X, Y, strict=True))
+    )
+    why, found = proposed(tmp_path / "a.csv", "Versuch: Zug\nNr.;Uhrzeit;Kraft_ein;Kraft_aus\n;hh:mm:ss,000;N;N\n" + rows)
+    assert found["tension_in_n"] == 'tension_in_n = { column = "Kraft_ein", unit = "N" }' and "Uhrzeit" in why
+    assert found["tension_out_n"] == 'tension_out_n = { column = "Kraft_aus", unit = "N" }' and "(?)" in found["time_s"]
+
+
+def test_names_with_blanks_above_columns_cut_at_blanks(tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "a.txt", "time (ms)  in (g)  out (g)\n" + lines("   ", 1000.0 * T, 101.97 * X, 101.97 * Y, digits=1))
+    assert found["time_s"] == 'time_s = { column = "time (ms)", unit = "ms" }'
+    assert '"in (g)", unit = "g"' in found["tension_in_n"] and '"out (g)", unit = "g"' in found["tension_out_n"]
+
+
+@pytest.mark.parametrize(
+    ("head", "code"),
+    [
+        ("序号,时间/ms,近端拉力/N,远端拉力/N", "gbk"),
+        ("序号,时间/ms,输入张力/N,输出张力/N", "utf-8"),
+        ("番号,時刻/ms,入力張力/N,出力張力/N", "utf-8"),
+    ],
+)
+def test_chinese_and_japanese_names_are_read(head: str, code: str, tmp_path: Path) -> None:
+    names = head.split(",")
+    _, found = proposed(tmp_path / "a.csv", (head + "\n" + lines(",", np.arange(N), 1000.0 * T, X, Y)).encode(code))
+    for target, name, unit in (("time_s", names[1], "ms"), ("tension_in_n", names[2], "N"), ("tension_out_n", names[3], "N")):
+        assert found[target] == f'{target} = {{ column = "{name}", unit = "{unit}" }}'
+
+
+def test_a_counter_that_begins_anew_is_the_clock_and_is_said_to(tmp_path: Path) -> None:
+    count = (2**32 - 1_000_000 + np.arange(N) * 10_000) % 2**32
+    rows = "".join(f"{c},{x:.3f},{y:.3f}\n" for c, x, y in zip(count, X, Y, strict=True))
+    why, found = proposed(tmp_path / "a.csv", "us,motor_N,tip_N\n" + rows)
+    assert 'column = "us", unit = "us"' in found["time_s"] and "counts to 2^32 and begins anew" in why
 
 
 @pytest.mark.parametrize(("name", "side"), [("distal", "out"), ("out", "out"), ("proximal", "in")])
