@@ -109,9 +109,9 @@ def test_noise_that_models_leave_is_as_large_as_it_was_made_and_what_they_can_ch
     # an offset that the second model can take up, and a theta that both can
     sim.y = sim.predict(THETA + 0.002, {}) + 0.1 + noise(1)
     measured = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 0.1 * NOISE_N, 0.1)}, {"act": 1.0})
-    found, nats = hearing._noise(sim, [base, best], measured, hearing._columns(sim, [base, best]))
+    found, nats = hearing._likely(sim, [base, best], measured, hearing._columns(sim, [base, best]))
     assert found.output["act"].white_n == pytest.approx(NOISE_N, rel=0.1) and found.output["act"].coloured_n < 0.3 * NOISE_N
-    _, more = hearing._noise(sim, [base], measured, hearing._columns(sim, [base]))
+    _, more = hearing._likely(sim, [base], measured, hearing._columns(sim, [base]))
     assert more["act"] > nats["act"] + 100.0
 
 

@@ -1,0 +1,43 @@
+"""How much of a gap a candidate carries, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.reasons import carried, explained, left, only_scatters, strained
+from sstl_cli.diagnosis.residuals import Leftover, Misfit
+
+LOG = LogRow(5000, 1, 2, 3.0, 9.0, 9.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0, 1.0)
+ROW = CandidateRow(("viscous",), OUTPUT, 1, 90.0, 80.0, 80.0, 1.5, 2.0, 1.0, 0, 1.0, 0.7)
+LEFT = Leftover(5000, 1.5, 0.0, 0.0, 0.0, (Misfit("mean by run", 7.0, 3.0, "run a"),))
+ROWS = Rows(LOG, (ROW,), LEFT, LEFT)
+
+
+def test_a_model_carries_what_it_takes_off_and_no_more_than_of_what_was_held_out():
+    # the base leaves 2 beyond the noise, the model a half
+    assert carried(ROW, ROWS) == pytest.approx(0.75)
+    assert carried(replace(ROW, held=0.2), ROWS) == pytest.approx(0.2) and carried(replace(ROW, held=0.9), ROWS) == pytest.approx(0.75)
+    assert carried(replace(ROW, kind=RECORDER, held=0.1), ROWS) == 1.0
+    # half of the error of the channel beside is a quarter of its square, of which the noise has half
+    assert carried(replace(ROW, kind=BESIDE, share=0.5, chi2=2.0), ROWS) == pytest.approx(0.75 / 0.875)
+
+
+def test_a_mean_over_jumps_that_is_no_nearer_only_scatters():
+    jumps = replace(ROW, ids=("stribeck",), share=0.0)
+    assert only_scatters(jumps) and carried(jumps, ROWS) == 0.0 and not only_scatters(replace(jumps, share=0.1))
+
+
+def test_several_effects_of_which_no_size_is_usual_are_strained():
+    pair = replace(ROW, ids=("gain_error", "viscous"), strengths=2, outside=2)
+    assert strained(pair) and not strained(replace(pair, outside=1)) and not strained(replace(ROW, outside=1))
+
+
+def test_reasons_tell_what_was_found_and_what_is_left():
+    assert explained(ROWS, ("viscous",)) == "adding viscous gains 90 nats and leaves 87 % of the noise beyond it"
+    assert left(ROWS, ("viscous",)) == "even the best candidate, viscous, leaves what noise is not (mean by run, 7 sigma)"
+    assert left(ROWS, ()) == "something is left that no candidate explains (mean by run)"
+    low = replace(ROWS, candidates=(replace(ROW, held=0.2),))
+    assert "removes 20 % at most of the gap of what was held out" in left(low, ("viscous",))
