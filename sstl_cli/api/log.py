@@ -13,7 +13,7 @@ import pyarrow as pa
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.provenance import Provenance, inputs_of
-from sstl_cli.core.runs import Run, read_logs, run_table, runs_of, write_runs
+from sstl_cli.core.runs import SIGNALS, Run, read_logs, run_table, runs_of, write_runs
 from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions
@@ -25,7 +25,6 @@ from sstl_cli.steps import simulate as simulating
 from sstl_cli.steps.check_table import Entry
 
 SHOWN = 20
-SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ def doctor(as_json: Json = False, config: Config = None) -> None:
     screen = Screen(as_json)
     found = step.run()
     bad = ", ".join(p.name for p in found.probes if not p.ok)
-    screen.say("This installation works." if found.good else f"This installation does not work as it should: {bad}.")
+    screen.say("This installation works." if found.ok else f"This installation does not work as it should: {bad}.")
     screen.say(f"sstl {found.sstl}, Python {found.python}, {found.system}")
     screen.say(f"{found.cores_usable} of {found.cores} cores usable")
     screen.say(", ".join(f"{name} {version or 'missing'}" for name, version in found.packages.items()))
@@ -33,4 +33,4 @@ def doctor(as_json: Json = False, config: Config = None) -> None:
         screen.say(f"{'good' if probe.ok else 'BAD '} {probe.name}: {probe.detail}")
         if not probe.ok:
             screen.note(f"{probe.name}: {probe.fix}")
-    screen.finish(found.document(), EXIT_DONE if found.good else EXIT_FAILED)
+    screen.finish(found, EXIT_DONE if found.ok else EXIT_FAILED)

@@ -17,16 +17,14 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableWriter, open_table
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.sound import noted
+from sstl_cli.core.sound import CHANNELS, OPTIONAL, noted
 from sstl_cli.core.tables import LOG, TENDON
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
-SIGNALS = ("time_s", "tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+SIGNALS = CHANNELS
 LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
 TEXTS = tuple(n for n in LABELS if n != "lead_mm")
-# signals that a run may lack
-MAY_BE_EMPTY = ("position_in_mm", "tension_ref_n")
 PASSES = {"act": 1, "sstl": 2}
 
 
@@ -239,7 +237,7 @@ def _parts(block: pa.Table) -> Iterator[_Part]:
     leads = block.column("lead_mm").take(pa.array(starts)).to_pylist()
     signals = {n: block.column(n) for n in SIGNALS if n in block.column_names}
     values = {n: _floats(c) for n, c in signals.items()}
-    nulls = {n: _null_counts(c, starts, ends) for n, c in signals.items() if n in MAY_BE_EMPTY}
+    nulls = {n: _null_counts(c, starts, ends) for n, c in signals.items() if n in OPTIONAL}
     within = {n: np.searchsorted(at, starts, "right") != np.searchsorted(at, ends, "left") for n, at in changes.items()}
     for i, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
         yield _Part(

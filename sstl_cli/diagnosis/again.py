@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from sstl_cli.diagnosis import by_run, hearing
 from sstl_cli.diagnosis.constants import ALIVE_NATS, RICH_FITS, SHORT_ITERATIONS
 from sstl_cli.diagnosis.evidence import Weighed, weigh
-from sstl_cli.diagnosis.fit import Fit, fit, settle
-from sstl_cli.diagnosis.found import NOTHING, Search, each
+from sstl_cli.diagnosis.fit import Fit, settle
+from sstl_cli.diagnosis.found import Search, deepest, each
 from sstl_cli.diagnosis.noise import strain
 from sstl_cli.diagnosis.whitening import Noise
 
@@ -51,20 +49,16 @@ def _noise(found: Search, leaders: Sequence[Fit]) -> Noise:
 def _judged(found: Search, noise: Noise, workers: int) -> Search:
     """Return every model judged with a noise; those that still promise something are fitted again by it."""
     sim, lead = found.sim, found.ranked()[0].gain
-    base = settle(sim, noise, found.base)
 
     def again(w: Weighed) -> Fit:
         alive = w.gain > lead - ALIVE_NATS or len(w.ids) > 1
         return settle(sim, noise, w.fit, 1 if alive else 0, SHORT_ITERATIONS)
 
     singles = {k: each(again, v, workers) for k, v in found.singles.items()}
-    # each contains the base, which stands in the deepest valley that any has found
     likeliest = min((f for v in singles.values() for f in v), key=lambda f: f.cost)
-    other = settle(sim, noise, fit(sim, base.whiten, NOTHING, likeliest.theta, np.zeros(0), 0))
-    base = min(base, other, key=lambda f: f.cost)
+    base = deepest(sim, noise, settle(sim, noise, found.base), [likeliest])
     weighed = {k: tuple(sorted((weigh(sim, f, base.cost) for f in v), key=lambda w: -w.evidence)) for k, v in singles.items()}
     done = replace(found, noise=noise, base=base, singles=weighed, combined={})
     for key, f in zip(found.combined, each(again, list(found.combined.values()), workers), strict=True):
-        parts = [p for p in done.ranked() if len(p.ids) == len(key) - 1 and set(p.ids) < set(key)]
-        done.combined[key] = weigh(sim, f, base.cost, parts)
+        done.combined[key] = weigh(sim, f, base.cost, done.parts(key))
     return done

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.runs import Run
+from sstl_cli.core.runs import SIGNALS, Run
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, HALF, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
@@ -23,7 +23,7 @@ from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Places = NDArray[np.int64]
-CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm", "tension_ref_n")
+CHANNELS = SIGNALS[1:]
 
 
 def since_first(runs: Sequence[Run]) -> list[float]:

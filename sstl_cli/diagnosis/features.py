@@ -196,18 +196,13 @@ def _reducible(found: Search) -> float:
 
 
 def _candidate(found: Search, w: Weighed, left: Leftover, reducible: float) -> CandidateRow:
-    lacking = (
-        [found.best(p) for p in [tuple(sorted(set(w.ids) - {i})) for i in w.ids] if len(p) == 1 or p in found.combined]
-        if len(w.ids) > 1
-        else []
-    )
     return CandidateRow(
         tuple(sorted(w.ids)),
         OUTPUT,
         len(w.fit.hypothesis.strengths),
         w.gain,
         w.evidence,
-        w.evidence - max((p.evidence for p in lacking), default=0.0),
+        w.evidence - max((p.evidence for p in found.parts(w.ids)), default=0.0),
         left.chi2,
         left.worst().z,
         _means(left),

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
+import numpy as np
+
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.heldout import HeldOut
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Simulator
@@ -40,10 +42,23 @@ class Search:
         """Return the best fit of one effect or of a combination."""
         return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[tuple(sorted(ids))]
 
+    def parts(self, ids: Collection[str]) -> list[Weighed]:
+        """Return the models that lack just one of several effects."""
+        return [w for w in self.ranked() if len(w.ids) == len(ids) - 1 and set(w.ids) < set(ids)]
+
     def ranked(self) -> list[Weighed]:
         """Return the best model of every effect and combination, the most evident first."""
         models = [v[0] for v in self.singles.values()] + list(self.combined.values())
         return sorted(models, key=lambda w: (-w.evidence, w.ids))
+
+
+def deepest(sim: Simulator, noise: Noise, base: Fit, fits: Iterable[Fit]) -> Fit:
+    """Return the most likely base: from where it stands, or from the bends of fits, each of which contains it.
+
+    Where a model misses more than noise the likelihood has several valleys, and what found a deeper one by chance would gain by it.
+    """
+    starts = [fit(sim, base.whiten, NOTHING, f.theta, np.zeros(0), 0) for f in fits]
+    return min((base, *(settle(sim, noise, s) for s in starts)), key=lambda f: f.cost)
 
 
 def each(work: Callable[[T], R], items: Sequence[T], workers: int) -> list[R]:

@@ -27,7 +27,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
-from sstl_cli.diagnosis.found import NOTHING, Search, each
+from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
 from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, variants
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
@@ -136,7 +136,8 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
         return _containing(found, settle(sim, noise, start, 1, SHORT_ITERATIONS))
 
     fits = each(begun, rough, workers)
-    least = _least(found, fits)
+    likeliest = [f for f in sorted(fits, key=lambda f: f.cost)[:RICH_FITS] if f.cost < base.cost]
+    least = deepest(sim, noise, base, likeliest)
     if least is base:
         return found, fits
     found = replace(found, base=least)
@@ -146,16 +147,6 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
 def _containing(found: Search, f: Fit) -> Fit:
     """Return a fit that is likelier than the base, which it contains, or the better one of it and another from near the base."""
     return f if f.cost < found.base.cost else min(f, _near(found, f, COARSE_ITERATIONS, SHORT_ITERATIONS), key=lambda x: x.cost)
-
-
-def _least(found: Search, fits: Sequence[Fit]) -> Fit:
-    """Return the most likely base: from where it stands, or from the bends of the likeliest fits, each of which contains it.
-
-    Where a model misses more than noise the likelihood has several valleys, and what found a deeper one by chance would gain by it.
-    """
-    bends = [f.theta for f in sorted(fits, key=lambda f: f.cost)[:RICH_FITS] if f.cost < found.base.cost]
-    starts = [fit(found.sim, found.base.whiten, NOTHING, theta, np.zeros(0), 0) for theta in bends]
-    return min((found.base, *(settle(found.sim, found.noise, s) for s in starts)), key=lambda f: f.cost)
 
 
 def _plain(sim: Simulator, scale_n: float) -> Whitener:

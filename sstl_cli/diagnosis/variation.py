@@ -145,22 +145,24 @@ def of_a_record(section: WanderSection, stretches: int, runs: int) -> dict[tuple
     """Return by how much (standard deviation) each strength is off in a record of so many stretches and runs as a whole."""
     found: dict[tuple[str, str], float] = {}
     for v, count in ((section.stretch, stretches), (section.run, runs), (section.whole, 1)):
-        for effect_id, values in v.effects.items():
-            for p in get(effect_id).parameters:
-                if not p.shape and p.name in values:
-                    key = (effect_id, p.name)
-                    found[key] = float(np.hypot(found.get(key, 0.0), values[p.name] / np.sqrt(max(count, 1))))
+        for effect_id, name in _strengths(v):
+            here = v.effects[effect_id][name] / np.sqrt(max(count, 1))
+            found[effect_id, name] = float(np.hypot(found.get((effect_id, name), 0.0), here))
     return found
+
+
+def _strengths(v: Variation) -> list[tuple[str, str]]:
+    """Return the strengths along which something varies, by effect and name."""
+    return [(e, k) for e, values in v.effects.items() for k in values if not get(e).parameter(k).shape]
 
 
 def _columns(sim: Simulator, theta: Array, v: Variation) -> Array:
     """Return what one standard deviation of each way of a variation does to the output (N), shape (samples, k)."""
-    shape = {e: {p.name for p in get(e).parameters if p.shape} for e in v.effects}
-    strengths = [(e, k) for e, values in v.effects.items() for k in values if k not in shape[e]]
+    strengths = _strengths(v)
     sizes = np.array([v.theta, *(v.effects[e][k] for e, k in strengths)])
     if not np.any(sizes):
         return np.zeros((len(sim.y), 0))
-    shapes = {e: {k: x for k, x in values.items() if k in shape[e]} for e, values in v.effects.items()}
+    shapes = {e: {k: x for k, x in values.items() if (e, k) not in strengths} for e, values in v.effects.items()}
     return np.asarray(directions(sim, theta, {}, Ways(tuple(strengths), tuple(sizes[1:].tolist()), shapes)) * sizes)
 
 

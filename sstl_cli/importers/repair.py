@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import GAP_PERIODS, LARGEST, unsound
+from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, unsound
 from sstl_cli.importers.chunk import Chunk, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
@@ -352,7 +352,7 @@ class Splitter:
         signals = dict(piece.signals)
         if self.zero is not None:
             signals["time_s"] = signals["time_s"] - self.zero
-        for name in ("position_in_mm", "tension_ref_n"):
+        for name in OPTIONAL:
             if name in signals and np.isnan(signals[name]).all():
                 del signals[name]
         unit_in, unit_out = (self.units.get(n, "N") for n in TENSIONS)

@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.sound import GAP_PERIODS, LARGEST, TENSIONS, too_fast, too_small, unsound
+from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
@@ -133,7 +133,7 @@ def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Findin
     if nulls and not optional:
         fix = "drop or repair these samples"
         found.append(Finding(FAILURE, "empty values", name, nulls, f"{nulls} of {len(values)}", fix))
-    elif 0 < nulls < len(values) and name in ("position_in_mm", "tension_ref_n"):
+    elif 0 < nulls < len(values) and name in OPTIONAL:
         found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
     if not nulls and not bool(unsound(values).any()):
         return found + _tiny(name, values, len(values))

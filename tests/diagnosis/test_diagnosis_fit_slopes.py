@@ -9,10 +9,9 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, named, noise, simulator
 
 from sstl_cli.diagnosis import fit as of
-from sstl_cli.diagnosis import search
 from sstl_cli.diagnosis.constants import SHARES
 from sstl_cli.diagnosis.fit import fit, jacobian, settle
-from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.found import deepest
 from sstl_cli.diagnosis.hypotheses import variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
@@ -156,13 +155,12 @@ def test_the_base_is_settled_from_the_bends_of_what_contains_it_and_is_likelier(
     # two fits that stopped short: the base far from its bends, a candidate on them with a strength of nothing
     base = settle(sim, QUIET, fit(sim, made().whiten, NOTHING, 1.4 * THETA, np.zeros(0), 0), 0)
     better = settle(sim, QUIET, fit(sim, made().whiten, FRICTION, 0.8 * THETA, np.zeros(1), 0), 0)
-    found = Search(sim, QUIET, QUIET, base, {}, {})
     assert better.cost < base.cost
-    least = search._least(found, [better])
+    least = deepest(sim, QUIET, base, [better])
     assert least.cost < better.cost + 1.0
     assert least.hypothesis == NOTHING
     assert least.theta == pytest.approx(0.8 * THETA, abs=0.01)
-    assert search._least(replace(found, base=least), [base]) is not base
+    assert deepest(sim, QUIET, least, [base]) is not base
 
 
 def test_jumps_scatter_by_what_jumps_not_by_what_stands_beside_them() -> None:

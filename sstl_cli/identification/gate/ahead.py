@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import CREEP, GAIN, MORE, ZERO_IN, ZERO_OUT, Causes, best_fit, bundled, by_speed
+from sstl_cli.identification.gate.causes import CREEP, GAIN, MORE, ZERO_IN, ZERO_OUT, Causes, best_fit, bundled, by_speed, floor_of
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.sensors import Sensor
 
@@ -62,7 +62,7 @@ def ahead_of(time_s: Array, x: Array, y: Array, sensors: tuple[Sensor, Sensor], 
     if not (left < FITS and rest > MORE):
         # an agreeing delay of other runs is all that could be said of it
         return Ahead(play.delay_s, left, rest)
-    floor = max(noises[1], 1e-4 * float(np.ptp(y)))
+    floor = floor_of(noises[1], y)
     known = [c.rms_n for c in (causes.gain, causes.zero_in, causes.zero_out, causes.creep)]
     if not all(map(math.isfinite, known)):
         known = [best_fit(x, y, bundled(free), floor, play).rms_n for free in (GAIN, ZERO_IN, ZERO_OUT, CREEP)]

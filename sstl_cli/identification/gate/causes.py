@@ -130,7 +130,7 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     play : PlayFit
         The free lines, and the delay that is tried.
     """
-    floor = max(noise[1], 1e-4 * float(np.ptp(y)))
+    floor = floor_of(noise[1], y)
     friction = best_fit(x, y, FRICTION, floor, play)
     found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 9)
     if found.enough:
@@ -153,6 +153,11 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         found = replace(found, scale=min(best_fit(x, y, bundled(GAIN_BESIDE), floor, play), found.gain, key=lambda c: c.rms_n))
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
+
+
+def floor_of(noise_n: float, y: Array) -> float:
+    """Return what no fit of an output is told to leave less than (N): its noise, or a ten-thousandth of its span."""
+    return max(noise_n, 1e-4 * float(np.ptp(y)))
 
 
 def by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit | None, over: tuple[int, ...] = SPEED_OVER) -> Cause:

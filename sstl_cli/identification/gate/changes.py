@@ -23,6 +23,7 @@ from sstl_cli.identification.gate.causes import (
     best_fit,
     bundled,
     by_speed,
+    floor_of,
 )
 
 Array = NDArray[np.float64]
@@ -65,7 +66,7 @@ def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: f
     n, span = len(t), float(np.ptp(y))
     if n < 4 * LEAST_POINTS:
         return None
-    floor = max(noise[1], 1e-4 * span)
+    floor = floor_of(noise[1], y)
     m = max(1, n // COARSE_POINTS)
     rough = np.ascontiguousarray(x[::m]), np.ascontiguousarray(y[::m])
     tried = {

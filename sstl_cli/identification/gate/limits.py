@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.filtering import median, quantile
-from sstl_cli.identification.gate.causes import FRICTION, Behind, Causes, best_fit, bundled
+from sstl_cli.identification.gate.causes import FRICTION, Behind, Causes, best_fit, bundled, floor_of
 
 Array = NDArray[np.float64]
 # spreads of the noise within which a channel rests at its extreme, part of the run and stretches that it must rest in, their least length (s and points)
@@ -46,15 +46,14 @@ def limits_of(
 
 def _cut_off(x: Array, y: Array, noise_n: float, level: float, causes: Causes) -> bool:
     """Whether friction behind a sensor that stops at ``level`` (N) explains an output much better than friction, alone or with any other slip."""
-    span = float(np.ptp(y))
     rest = min(causes.left(c.rms_n) for c in (*causes.slips, causes.reversed))
-    found = best_fit(x, y, bundled(FRICTION), max(noise_n, 1e-4 * span), behind=Behind(most_n=level))
+    found = best_fit(x, y, bundled(FRICTION), floor_of(noise_n, y), behind=Behind(most_n=level))
     return causes.left(found.rms_n) < BETTER * rest
 
 
 def _slow(t: Array, x: Array, y: Array, noise_n: float, causes: Causes) -> bool:
     """Whether an output that follows slowly explains that it goes on while the input rests."""
-    dt, floor = median(np.diff(t)), max(noise_n, 1e-4 * float(np.ptp(y)))
+    dt, floor = median(np.diff(t)), floor_of(noise_n, y)
     left = min(causes.left(best_fit(_lagged(x, dt / tau), y, bundled(FRICTION), floor).rms_n) for tau in SLOW_S)
     return left < CATCHES_UP * causes.left(causes.friction.rms_n)
 

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
-from sstl_cli.identification.gate.causes import GAIN_BESIDE, Causes, bundled, modelled
+from sstl_cli.identification.gate.causes import GAIN_BESIDE, Causes, bundled, floor_of, modelled
 
 Array = NDArray[np.float64]
 # noises, part of the span and steps within which an output rests; part of the span that is too coarse to tell
@@ -54,7 +54,7 @@ def rest_of(t: Array, x: Array, y: Array, noise: tuple[float, float], step: floa
     rests = [
         (a, b) for a, b in stretches(y, band, max(LEAST_POINTS, int(LEAST_SHARE * n))) if float(np.ptp(x[a:b])) > DRIVEN * float(np.ptp(x))
     ]
-    floor = max(noise[1], 1e-4 * span)
+    floor = floor_of(noise[1], y)
     if not rests or _known(rests, n) < REMAINS:
         return None
     found, model = modelled(x, _without(y, rests), FREE, floor)

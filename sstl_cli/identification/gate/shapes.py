@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.gate import overflows
-from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit
+from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit, floor_of
 from sstl_cli.identification.gate.changes import Change, change_of
 from sstl_cli.identification.gate.limits import limits_of
 from sstl_cli.identification.gate.rests import Rest, rest_of
@@ -120,6 +120,6 @@ def _folded(x: Array, y: Array, noise_n: float) -> float:
     back, total = -sum(min(w, 0.0) for w in ways), sum(abs(w) for w in ways)
     if not AGAINST * total < back < (1.0 - AGAINST) * total or back < FAR * noise_n or against_of(x, signed, (noise_n, noise_n)) > WITH:
         return math.nan
-    size = best_fit(x, signed, ZERO_OUT, max(noise_n, 1e-4 * float(np.ptp(y)))).size
+    size = best_fit(x, signed, ZERO_OUT, floor_of(noise_n, y)).size
     # a zero within what the sensor is used for
     return size if -2.0 * float(np.max(y)) < size < 0.0 else math.nan
