@@ -205,7 +205,7 @@ BASE_ITERATIONS, COARSE_ITERATIONS, SHORT_ITERATIONS = 4, 5, 2
 # with less than this share of the best gain a model is not followed to its optimum: it has lost
 PROMISING = 0.3
 # how many models are joined into the richest, refitted beside a leader, and led from
-RICH_FITS, PARTNERS, PAIRS, LEADERS, VARIANTS = 4, 3, 6, 4, 3
+RICH_FITS, PARTNERS, PAIRS, LEADERS, VARIANTS = 4, 3, 20, 4, 3
 # how many look-alikes of a part stand in for it in the leading pair
 SWAPS = 2
 # nats: what adds less is no partner; what is closer to the best is followed to its optimum in any case

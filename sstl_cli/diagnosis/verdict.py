@@ -150,13 +150,16 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
 
 
 def _apart(c: CandidateRow, rows: Rows) -> float:
-    """Return the evidence (nats) of what tells a candidate from the most evident model: all but that of effects in both."""
+    """Return the evidence (nats) of what tells a candidate from the most evident model."""
     lead = leading(rows)
-    if lead is None:
-        return 0.0
-    both = set(lead.ids) & set(c.ids)
+    return 0.0 if lead is None else _own(lead, c.ids, rows)
+
+
+def _own(c: CandidateRow, other: Ids, rows: Rows) -> float:
+    """Return the evidence (nats) of a candidate without that of the effects that another one has as well."""
+    both = set(c.ids) & set(other)
     shared = max((o.evidence for o in rows.candidates if o.kind == OUTPUT and set(o.ids) <= both), default=0.0)
-    return max(lead.evidence - max(shared, 0.0), 0.0)
+    return max(c.evidence - max(shared, 0.0), 0.0)
 
 
 def log_terms(rows: Rows) -> Array:
@@ -295,16 +298,20 @@ def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, floa
     """Whether the data tell one of a family from the others, whose laws are off by a share of what they explain.
 
     The one that leads is off by no more than what it leaves here (two standard deviations of chi^2 above that): another law would
-    have to be off in just the way that this one fits as far as the noise.
+    have to be off in just the way that this one fits as far as the noise. Of a pair only the members' own part counts.
     """
     evidence = {c.ids: c.evidence for c in rows.candidates}
     lead = next(c for c in rows.candidates if c.ids == top)
     left = max(lead.chi2 - 1.0, 0.0) * rows.log.samples / 2.0 + 2.0 * float(np.sqrt(rows.log.samples / 2.0))
     share = max(shares.get(_title(i), 0.0) for i in top)
-    # where no share will do, members are never named
-    share = min(share, float(np.sqrt(left / max(lead.gain, 1.0)))) if share < 1.0 else share
-    best = max(lead.evidence, 0.0)
-    return all(discounted(lead.evidence - evidence[k], share, best) > DECIDES_NATS for k in family if k != top)
+
+    def told(other: Ids) -> bool:
+        own = _own(lead, other, rows)
+        # where no share will do, members are never named
+        off = min(share, float(np.sqrt(left / max(own, 1.0)))) if share < 1.0 else share
+        return discounted(lead.evidence - evidence[other], off, own) > DECIDES_NATS
+
+    return all(told(k) for k in family if k != top)
 
 
 def _tied(rows: Rows, top: Ids) -> list[Ids]:

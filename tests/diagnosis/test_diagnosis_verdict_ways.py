@@ -23,6 +23,7 @@ from sstl_cli.diagnosis.verdict import (
     Verdict,
     Weights,
     candidate_terms,
+    decided,
     leading,
     log_terms,
     probabilities,
@@ -344,3 +345,12 @@ def test_nothing_and_the_unnamed_are_always_among_the_answers():
 def test_calm_or_loud_alone_decides_nothing():
     args = {"none": 0.05, "unknown": 0.05}
     assert said(seen("viscous", p=0.9), best=CALM, **args) == said(seen("viscous", p=0.9), best=LOUD, **args)
+
+
+@pytest.mark.parametrize(("alone", "status"), [(48_000.0, "identified"), (0.0, "ambiguous")])
+def test_members_within_a_pair_are_told_by_what_they_explain_themselves(alone, status):
+    rest = seen("crosstalk", p=0.0, evidence=alone)
+    late, low = (seen("crosstalk", i, p=0.0, evidence=e) for i, e in (("channel_delay", 51_000.0), ("channel_lowpass", 50_900.0)))
+    rows = Rows(LOG, tuple(c.row for c in (rest, late, low)), LOUD, LOUD)
+    p = {late.row.ids: 0.8, low.row.ids: 0.15, rest.row.ids: 0.01, NONE: 0.01, UNKNOWN: 0.03}
+    assert decided(rows, p, weights()).status == status
