@@ -109,9 +109,9 @@ def _joined(found: Search, job: _Job) -> Weighed:
         h = more
     done = settle(sim, found.noise, fit(sim, start.whiten, h, start.theta, values, COARSE_ITERATIONS), 1)
     if job.leader is not None and done.cost > start.cost:
-        # it contains its leader: once more from there, with a newcomer that is hardly there
+        # it contains its leader: once more from there, with a newcomer that is hardly there, and by its own phases at once
         weak = np.concatenate((start.values, grid(h.free[len(start.free) :])[0]))
-        again = fit(sim, start.whiten, h, start.theta, weak, COARSE_ITERATIONS)
+        again = fit(sim, start.whiten, h, start.theta, weak, 0)
         done = min(done, settle(sim, found.noise, again, 1), key=lambda f: f.cost)
     return weigh(sim, done, found.base.cost, found.parts(h.ids))
 

@@ -11,10 +11,11 @@ from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, the
 from sstl_cli.diagnosis import combining as of
 from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.fit import fit
+from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.simulator import as_effects
+from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
@@ -22,7 +23,7 @@ QUIET = Sensor(NOISE_N, 0.0, 0.1)
 NOISE = Noise({"act": QUIET}, {"act": QUIET}, {"act": 1.0})
 ZERO = full("zero_offset", ("act",))
 FRICTION, GAIN = (variants(e, ("act",))[0] for e in ("const_friction", "gain_error"))
-LATE = full("channel_delay", ("act",))
+LATE, CREEP = (full(e, ("act",)) for e in ("channel_delay", "viscoelastic_creep"))
 
 
 def searched(base, *singles, combined=(), sim=SIM):
@@ -160,3 +161,14 @@ def test_without_a_leading_pair_nothing_is_looked_beside():
     found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0))
     of._swap(found, 1)
     assert found.combined == {}
+
+
+def test_a_pair_is_no_less_likely_than_the_leader_that_it_contains():
+    # friction that builds up by another law is far off: steps by the leader's phases lead away from what its own allow
+    dahl, cut = (next(h for h in variants("presliding", ("act",)) if h.free[0].parameter.name == n) for n in ("dahl_mm", "breakaway_mm"))
+    sim, base = truth((cut, (0.6, 0.3, 0.3)), (variants("asymmetric_friction", ("act",))[0], (0.06,)))
+    f = settle(sim, NOISE, alone(sim, base, dahl, (0.5, 0.5, 0.3)).fit)
+    leader, partner = Weighed(f, 0.0, 0.0), alone(sim, base, CREEP, grid(CREEP.free)[0])
+    ((_, _, step),) = of._partners(sim, leader, [partner])
+    both = of._joined(searched(base, leader, partner, sim=sim), of._Job(0.0, leader, (partner,), (step,)))
+    assert both.fit.cost <= leader.fit.cost
