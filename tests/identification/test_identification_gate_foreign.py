@@ -1,4 +1,4 @@
-"""Signals that belong to another recording: noise or another movement as the input, another run's output, two bends in one run, another zero."""
+"""Signals that belong to another recording (noise, another movement, another run's output, two bends in one run), another zero, and much friction."""
 
 from __future__ import annotations
 
@@ -122,3 +122,29 @@ def test_a_ramp_through_a_sensor_renewed_now_and_then_has_the_step_of_its_conver
     held = (np.round((ramp + 0.004 * np.random.default_rng(1).standard_normal(len(t))) / step) * step)[np.arange(len(t)) // hold * hold]
     s = gate.sensor_of("tension_in_n", t, held)
     assert s.held and s.stride == hold and s.step_n == pytest.approx(step, rel=1e-6)
+
+
+def steep(stands_still=False):
+    """Return a run of a loop whose friction holds the output at its highest for a part of the way, behind coarse levels that are renewed now and then."""
+    x = np.interp(T, [0.0, 4.0, 20.0, 20.2, 30.0, 32.0, 40.0], [1.0, 8.0, 0.5, 0.1, 6.0, 8.0, 0.1])
+    scatter = 0.004 * np.random.default_rng(1).standard_normal((2, N))
+    y = play(x, lines(1.4)) + scatter[1]
+    if stands_still:
+        y[200:1900] = y[200]
+    return Run("steep", "sstl", T, x + scatter[0], (np.round(y / 0.1) * 0.1)[np.arange(N) // 20 * 20])
+
+
+def test_an_output_held_by_much_friction_behind_coarse_levels_is_not_stuck():
+    assert "stuck" in rules([steep(True)])
+    e = gate.evidence_of(steep())
+    # whatever its repeated values look like
+    still = replace(e.sensors[1], still_s=16.0, still_at_s=4.0, still_share=0.4, still_left=True)
+    assert "stuck" not in {r.rule for r in gate.judge([replace(e, sensors=(e.sensors[0], still), stuck_while_n=(0.0, 7.0))])}
+
+
+def test_a_zero_within_what_the_range_of_a_sensor_allows_is_passed_where_friction_leaves_little_of_it():
+    def below(zero):
+        r = moving(1, 1.6, 90.0)
+        return rules([replace(r, tension_out_n=r.tension_out_n + zero - r.tension_out_n.min())])
+
+    assert "zero" not in below(-3.0) and "zero" in below(-6.0)

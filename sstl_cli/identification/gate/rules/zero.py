@@ -14,7 +14,7 @@ from sstl_cli.identification.gate.rules.sign import below
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "zero", 40
-# no sound zero reads so far below no tension, whatever moved it (N, and share of the span)
+# no sound zero reads so far below no tension, whatever moved it (N, and share of the wider span)
 BELOW_N, SHARE = 1.0, 0.05
 # zero offsets of 2 N on each of two sensors are in the catalogue;
 # drag, delay and friction that falls with load open the lines at low tension: they then meet below zero
@@ -167,7 +167,8 @@ def _below(e: Evidence, i: int) -> bool:
     r = e.ranges[i]
     if not e.usable or not e.both_tensions or e.but_noise(i) or max(v.largest for v in e.ranges) > IMPOSSIBLE_N:
         return False
-    return r.low < -max(BELOW_N, SHARE * r.span)
+    # a sensor is off by a share of its range, which an output that friction holds back does not show
+    return r.low < -max(BELOW_N, SHARE * max(v.span for v in e.ranges))
 
 
 def _apart(e: Evidence, i: int) -> bool:
