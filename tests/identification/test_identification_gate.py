@@ -301,7 +301,7 @@ class Passes(list):
 def test_the_work_of_a_rule_does_not_grow_with_the_square_of_the_runs(name):
     few = [gate.evidence_of(r) for r in (SLIPS[name]() if name in SLIPS else sample())]
     # the same few again and again, which are no copies to any rule
-    many = [replace(few[i % len(few)], run_id=f"r{i}", keys=NO_KEYS, sketch=NO_SKETCH) for i in range(300)]
+    many = [replace(few[i % len(few)], run_id=f"r{i}", keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH) for i in range(300)]
     for rule in gate.catalogue():
         log = Passes(many)
         tracemalloc.start()

@@ -19,7 +19,7 @@ from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD
 Array = NDArray[np.float64]
 FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 2, 1), (0, 1, 2, 5), (0, 1, 2, LAG)
 ZERO_IN, ZERO_OUT, CREEP, GAIN_BESIDE = (0, 3), (0, 4), (0, 1, 2, CREEPS), (0, 2, 4, 1)
-GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 7), (0, 2, 8), (0, 2, 9), (0, 2, 10)
+GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 4, 7), (0, 2, 4, 8), (0, 2, 4, 9), (0, 2, 4, 10)
 # first guess of the spread of the strands' friction
 FIRST_SPREAD = 0.4
 # first guesses of n theta: a nearly straight tube, and bends of one and of two passes

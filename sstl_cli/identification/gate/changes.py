@@ -42,11 +42,13 @@ SHOWN, UNSEEN, LITTLE = 0.5, 0.2, 0.08
 # what the first search must leave of it for a second
 HOPEFUL = 0.8
 # logarithms of a gain: least, and that of a sensor that goes dead; least zero (share of the channel's span)
-LEAST_GAIN, MOST_GAIN, LEAST_ZERO = 0.2, 2.5, 0.05
+LEAST_GAIN, MOST_GAIN, LEAST_ZERO = 0.2, 2.5, 0.03
 # part by which a jump may differ from the one that the change makes, samples on either side of it, and part that the other channel may jump by
 ALIKE, BESIDE, OTHER = 0.35, 3, 0.5
 # noises below which a jump between two lines is not seen: either is led on by two samples, where it is known to one and a half
 NOISES = 8.0
+# part of its span that an output must move by on either side: where it rests up to the end, its level there may have come of anything
+MOVES = 0.1
 # what a change may leave of what friction leaves that is another one on either side
 FRICTION_TOO = 0.5
 
@@ -89,8 +91,9 @@ def change_of(t: Array, x: Array, y: Array, noise: tuple[float, float], whole: f
         steep = [(best_fit(x, y, KINDS[channel, is_gain], floor, behind=Behind(k)), k) for k in _steepest((x, y)[channel])]
         seen = [(c, k) for c, k in steep if c.rms_n < (1.0 + ALIKE) * best.rms_n and _shown(x, y, noise, k, channel, is_gain, c)]
         best, at, shown = (*seen[0], True) if seen else (best, at, shown)
-    # friction that changes at a turn passes for another zero: the sample must show that one
-    if shown is False or (shown is None and not is_gain) or not best.rms_n < min((SHOWN if shown else UNSEEN) * whole, LITTLE * span):
+    if shown is False or not best.rms_n < min((SHOWN if shown else UNSEEN) * whole, LITTLE * span):
+        return None
+    if min(float(np.ptp(side)) for side in (y[: at - BESIDE], y[at + BESIDE :])) < MOVES * span:
         return None
     if best.rms_n > FRICTION_TOO * _apart(x, y, at, floor):
         return None

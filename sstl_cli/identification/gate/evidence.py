@@ -15,7 +15,7 @@ from sstl_cli.identification.gate.lost import Lost
 from sstl_cli.identification.gate.movement import Movement
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.sensors import Sensor
-from sstl_cli.identification.gate.sequence import Disorder
+from sstl_cli.identification.gate.sequence import MOVES, Disorder
 from sstl_cli.identification.gate.shapes import Shapes
 from sstl_cli.identification.gate.slopes import AGREED_EXPLAINED, AGREED_SHARE, LEAST_REACH, Slopes
 
@@ -67,7 +67,7 @@ class Evidence:
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
-    the second half over that of the first. ``keys`` are fingerprints of short stretches, ``sketch`` is the noise of both channels, which survives a
+    the second half over that of the first. ``keys`` are fingerprints of short stretches of both channels, ``output_keys`` of the output where its noise shows, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding.
     """
 
@@ -123,6 +123,7 @@ class Evidence:
     movement: Movement
     copies: tuple[tuple[str, str], ...]
     keys: Keys
+    output_keys: Keys
     sketch: Sketch
 
     @property
@@ -166,6 +167,10 @@ class Evidence:
     def loaded(self) -> bool:
         """Whether the input is driven over a part of its level; what follows a constant input is another movement."""
         return self.ranges[0].span > DRIVEN * self.ranges[0].largest
+
+    def but_noise(self, i: int) -> bool:
+        """Whether a channel (0 input, 1 output) shows no movement behind its noise: then it has no loops and no level of its own."""
+        return self.roughness[i] > MOVES
 
     @property
     def tendon_like(self) -> bool:

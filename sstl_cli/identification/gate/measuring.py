@@ -57,7 +57,7 @@ def evidence_of(run: Run) -> Evidence:
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, sketch=NO_SKETCH,
+        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH,
     )  # fmt: skip
     if not _sound(run):
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in (run.tension_in_n, run.tension_out_n))
@@ -158,6 +158,7 @@ def _of_readings(e: Evidence, run: Run) -> Evidence:
         filled=filled,
         held_while=(held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
         keys=keys_of(*raw),
+        output_keys=keys_of(raw[1], raw[1]) if sensors[1].fine else NO_KEYS,
         sketch=sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
     )
 

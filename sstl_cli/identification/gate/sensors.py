@@ -20,6 +20,8 @@ ENOUGH = 4096
 MIN_CHANGES = 12
 # share of repeated samples above which a channel may be one that is refreshed slower than it is logged
 HELD_SHARE = 0.3
+# part of the changes that come at a beat; by chance it is one over the samples between two
+IN_TIME = 0.98
 # quantisation step over the noise of renewed samples (which is never seen below half a step) of a coarse converter
 COARSE = 0.7
 # share of repeated readings that a step needs; share of the changes that may be strays below it, also beside those of about a step; so many
@@ -115,8 +117,10 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
         still = float(time[-1] - time[0]) if n else 0.0
         return Sensor(column, period, period, 0.0, 0.0, still, float(time[0]) if n else 0.0, 1.0)
     changed = np.flatnonzero(np.diff(v) != 0.0) + 1
-    step = quantisation(v)
-    hold = _hold(v, changed, step)
+    beat = _beat(changed)
+    # what is held between two renewals is no rest: a ramp that is renewed now and then changes by no less than it goes meanwhile
+    step = quantisation(v[changed] if beat else v)
+    hold = float(beat) if beat else _hold(v, changed, step)
     longest = float(np.diff(np.concatenate(([0], changed, [n]))).max())
     # a long rest is no sample of the noise
     renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
@@ -196,6 +200,12 @@ def _least_change(values: Array) -> float:
     # on a grid the least change is one step, which a finer converter reads as one of two neighbours; on none it is the step at least
     first = near[near < 1.4 * step]
     return float(first.mean()) if len(np.unique(np.round(first / step, 6))) <= 4 else step
+
+
+def _beat(changed: NDArray[np.int64]) -> int:
+    """Return the samples between renewals where all changes keep time over the whole run, as no crossings of levels do; 0 elsewhere."""
+    usual = round(median(np.diff(changed))) if len(changed) >= MIN_CHANGES else 0
+    return usual if usual > 1 and float(np.max(np.bincount(changed % usual))) > IN_TIME * len(changed) else 0
 
 
 def _hold(v: Array, changed: NDArray[np.int64], step: float) -> float:

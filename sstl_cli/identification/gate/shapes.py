@@ -14,6 +14,7 @@ from sstl_cli.identification.gate import overflows
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit, floor_of
 from sstl_cli.identification.gate.changes import Change, change_of
 from sstl_cli.identification.gate.limits import limits_of
+from sstl_cli.identification.gate.parted import Parted, parted_of
 from sstl_cli.identification.gate.rests import Rest, rest_of
 
 Array = NDArray[np.float64]
@@ -25,7 +26,7 @@ TURN = 0.1
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
 # what friction must leave (part of the span) for a change of gain or zero to be sought
-ODD = 0.025
+ODD = 0.01
 # part of a run that an output may be moved by for what is left to count: what lies beyond its ends is not compared
 MOVED = 0.2
 
@@ -36,16 +37,15 @@ class Shapes:
 
     ``limit_n`` are the levels (N) that input and output do not pass while the other one goes on, ``wrap_n`` the jumps (N) of a
     converter that overflows, ``change`` another gain or zero from one moment on, ``fold_n`` what the output
-    reads at no tension where its sign is lost below zero. ``against`` is the part of its way that the output goes against its input,
-    ``rest`` where it rests though friction moves it.
+    reads at no tension where its sign is lost below zero, ``rest`` where it rests though friction moves it, ``parted`` where friction becomes that of another bend.
     """
 
     limit_n: tuple[float, float] = (math.nan, math.nan)
     wrap_n: tuple[float, float] = (math.nan, math.nan)
     change: Change | None = None
     fold_n: float = math.nan
-    against: float = 0.0
     rest: Rest | None = None
+    parted: Parted | None = None
 
 
 NO_SHAPES = Shapes()
@@ -56,7 +56,6 @@ def shapes_of(
 ) -> Shapes:
     """Return the shapes of a run; ``points`` are time (s), input and output (N) without spikes and thinned, ``raw`` all samples."""
     t, x, y = points
-    against = against_of(x, y, noise)
     limits = limits_of(points, noise, steps, causes)
     over, under = overflows.turns(*raw), overflows.turns(*raw[::-1])
     wraps = (overflows.size_n(raw[0], over), overflows.size_n(raw[1], under))
@@ -64,11 +63,12 @@ def shapes_of(
     known = [c for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
     left = min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)
     fold, rest = _folded(x, y, noise[1]), rest_of(t, x, y, noise, steps[1], causes)
-    if causes.enough or left < ODD * float(np.ptp(y)):
-        return Shapes(limits, wraps, fold_n=fold, against=against, rest=rest)
-    # a sensor that stops has no other gain and zero
-    change = None if rest is not None else change_of(t, x, y, noise, left)
-    return Shapes(limits, wraps, change, fold, against, rest)
+    if causes.enough or rest is not None:
+        # a sensor that stops has no other gain and zero
+        return Shapes(limits, wraps, fold_n=fold, rest=rest)
+    change = change_of(t, x, y, noise, left) if left > ODD * float(np.ptp(y)) else None
+    parted = parted_of(points, noise[1], left, causes) if change is None else None
+    return Shapes(limits, wraps, change, fold, parted=parted)
 
 
 def against_of(x: Array, y: Array, noise: tuple[float, float]) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.fingerprints import Keys, Sketch, words_of
+from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, Sketch, words_of
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.joined import jumps
 
@@ -38,6 +38,24 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             (second,), RULE, "failure", 100.0 * share, "%",
             f"{names([second])}: {100 * share:.0f} % of its {what} are those of run {first}; one recording was probably taken twice",
             f'[constants] run_id = "{{stem}}" (and leave the copy of {first} out of the import)',
+        )  # fmt: skip
+    yield from _attached(log, {*noise, *exact})
+
+
+def _attached(log: Sequence[Evidence], copies: set[tuple[int, int]]) -> Iterator[Remark]:
+    """Yield pairs of runs that share their output and not their input: one input may have two outputs, but no output two inputs."""
+    seen: set[int] = set()
+    # a dead sensor holds no recording
+    for (a, b), share in sorted(_exact([NO_KEYS if e.but_noise(1) else e.output_keys for e in log]).items()):
+        if (a, b) in copies or b in seen or share < PART:
+            continue
+        seen.add(b)
+        ids = (log[a].run_id, log[b].run_id)
+        yield Remark(
+            ids, RULE, "failure", 100.0 * share, "%",
+            f"{names(ids)}: {100 * share:.0f} % of the output are the same samples, noise included, but the inputs are two; the output of one "
+            "recording was probably put beside the input of the other",
+            '[files] merge = "channels", key = (the named group that tells which files belong together)',
         )  # fmt: skip
 
 

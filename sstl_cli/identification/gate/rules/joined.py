@@ -1,4 +1,4 @@
-"""Two recordings in one run: both channels jump at one sample, or the noise of both changes for good."""
+"""Two recordings in one run: both channels jump at one sample, or the noise of both or friction changes for good."""
 
 from __future__ import annotations
 
@@ -31,6 +31,15 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id for e in hit])}: the noise of both channels changes by a factor of {factor:.3g} within the run; "
             "two recordings (or two rigs) were probably joined to one run",
             "[files] merge = \"no\"",
+        )  # fmt: skip
+    parted = [(e, p) for e in log if e.tendon_like and not jumps(e) and (p := e.shapes.parted) is not None]
+    for e, p in parted:
+        before, after = p.wraps
+        yield Remark(
+            (e.run_id,), RULE, "remark", after / before, "1",
+            f"{names([e.run_id])}: friction is n theta = {before:.3g} up to {p.at_s:.4g} s and {after:.3g} from there on, at one sample; recordings of two "
+            "bends were probably joined to one run (or the bend was moved there)",
+            "[files] merge = \"no\" (or skip_samples / a time window that ends there)",
         )  # fmt: skip
 
 

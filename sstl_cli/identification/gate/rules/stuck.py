@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
@@ -117,5 +118,8 @@ def _stuck(e: Evidence, i: int) -> str:
         return ""
     # a sensor that comes back jumps, a run that ends may end in backlash
     if e.stuck_while_n[i] < (WHOLE_MOVED if s.coarse and not s.still_left else LEAST_MOVED) * e.ranges[1 - i].span:
+        return ""
+    # behind coarse levels no noise tells a dead sensor from an output in backlash, but friction does, if it explains it to one of them
+    if i == 1 and s.coarse and min((c.rms_n for c in e.causes.slips if math.isfinite(c.rms_n)), default=math.inf) < s.step_n:
         return ""
     return "failure" if s.still_share > FAILED_SHARE else "remark"

@@ -43,13 +43,15 @@ def _kind(e: Evidence) -> tuple[Severity, str] | None:
     # rows out of order have no period: their steps do not add up
     if e.samples < 32 or not e.duration_s > 0.0 or not 0.0 < e.samples * e.dt_s < ADDS_UP * e.duration_s:
         return None
+    # noise turns at any rate
+    loops = e.loops and not e.but_noise(0)
     if e.dt_s > SLOWEST_DT_S or (e.loop_s > SLOWEST_LOOP_S and e.dt_s > 0.02):
         return "failure", "slow"
-    if e.dt_s < FASTEST_DT_S or (e.loops and e.loop_s < FASTEST_LOOP_S):
+    if e.dt_s < FASTEST_DT_S or (loops and e.loop_s < FASTEST_LOOP_S):
         return "failure", "fast"
-    if e.dt_s > SLOW_DT_S or (e.loops and e.loop_s > SLOW_LOOP_S):
+    if e.dt_s > SLOW_DT_S or (loops and e.loop_s > SLOW_LOOP_S):
         return "remark", "slow"
-    if e.dt_s < FAST_DT_S or (e.loops and e.loop_s < FAST_LOOP_S):
+    if e.dt_s < FAST_DT_S or (loops and e.loop_s < FAST_LOOP_S):
         return "remark", "fast"
     return None
 

@@ -10,15 +10,11 @@ from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.dead import MOST, lost_by
 
 RULE, RANK = "unrelated", 48
-# what the play operator leaves (share of the output's span), and how much the output must move (share of the input)
-LEFT, MOVES = 0.08, 0.15
-# what is left must be more than noise
-NOISE = 3.0
-# part of the run that an output may be late by if the delay explains it but half
-FAR, CLEAR = 0.02, 0.9
-# part of its way that an output must go against the input; of two movements of their own it is a half
-AGAINST = 0.06
-# what friction, alone and with any slip, must leave (share of the output's span)
+# how much the output must move (share of the input): within backlash it shows but presliding
+MOVES = 0.15
+# part of the run that an output may be late by if the delay explains it but half, and beyond which too little overlaps for the delay to be compared
+FAR, CLEAR, FARTHEST = 0.02, 0.9, 0.2
+# what friction, alone and with any slip, leaves (share of the output's span) beyond the noise
 NOTHING = 0.12
 # part of what is left as recorded that another sign must leave for it to be the sign
 SIGN = 0.6
@@ -46,20 +42,16 @@ def explained_by(e: Evidence) -> float:
 
 
 def _unrelated(e: Evidence) -> bool:
-    p = e.play
     if max(lost_by(e, 0), lost_by(e, 1)) > MOST:
         # a sensor that was lost midway follows nothing from there on
         return False
     flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
-    if not e.tendon_like or not e.wide or p is None or flipped:
+    if not e.tendon_like or flipped or e.but_noise(1):
         return False
+    c = e.causes
+    known = [v.rms_n for v in (*c.slips, c.reversed) if v is not c.moved or abs(v.size) < FARTHEST * e.duration_s]
+    left = min((v for v in known if math.isfinite(v)), default=0.0)
+    # an input that is but noise tells no movement: of the output its own noise alone is explained
+    noise = e.sensors[1].noise_n if e.but_noise(0) else c.noise_n
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
-    # slopes that no friction has may still follow an output
-    explained = explained_by(e)
-    odd = explained < 0.5 or (explained < 0.9 and min(p.gamma_p, p.gamma_r) < 0.0)
-    # whatever the friction, an output does not fall as the input rises, nor rise as it falls
-    # and no slip explains it
-    left = min((c.rms_n for c in (*e.causes.slips, e.causes.reversed) if math.isfinite(c.rms_n)), default=math.inf)
-    if left < NOTHING * e.ranges[1].span:
-        return False
-    return moves and odd and e.shapes.against > AGAINST and p.typical_n > max(LEFT * e.ranges[1].span, NOISE * e.sensors[1].noise_n)
+    return moves and math.sqrt(max(left**2 - noise**2, 0.0)) > NOTHING * e.ranges[1].span

@@ -14,14 +14,15 @@ from sstl_cli.identification.gate.rules.sign import below
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "zero", 40
-# no sound zero reads so far below no tension, whatever moved it (N, and share of the span)
+# no sound zero reads so far below no tension, whatever moved it (N, and share of the wider span)
 BELOW_N, SHARE = 1.0, 0.05
 # zero offsets of 2 N on each of two sensors are in the catalogue;
 # drag, delay and friction that falls with load open the lines at low tension: they then meet below zero
 ABOVE_N, UNDER_N = 4.5, 8.0
 SHARE_APART = 0.15
-# by how much (N) a run's zero is another than that of the other runs, which agree within the second number
-MOVED_N, AGREE_N, FEWEST = 1.0, 0.25, 2
+# how many times further than the other runs among themselves a run's lines lie from theirs, least part of the span that counts as such a scatter
+# (sensors and friction differ by as much between movements), fewest others, and factor within which both lines move as one zero moves them
+MOVED, SCATTER, FEWEST, ALIKE = 5.0, 0.005, 2, 2.0
 # zeros are read off loops that lines explain
 EXPLAINED = 0.985
 # on a straight tube the lines hardly open, and where they meet is anywhere
@@ -75,12 +76,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load, about {worst:.3g}) }}",
             )  # fmt: skip
     told = {e.run_id for e in log if _below(e, 0) or _below(e, 1) or _apart(e, 0) or _apart(e, 1)} | zeroed
-    for e, by in _moved([e for e in log if e.run_id not in told]):
+    for e, i, by in _moved([e for e in log if e.run_id not in told]):
         yield Remark(
             (e.run_id,), RULE, "remark", by, "N",
-            f"{names([e.run_id])}: both lines lie {by:+.3g} N from where those of the other runs of this sensor do; its zero was "
-            "probably taken under load",
-            f"{CHANNELS[1]} = {{ column = ..., offset = {by:.3g} }} (for this file)",
+            f"{names([e.run_id])}: both lines lie where a zero of the {WORDS[i]} {by:+.3g} N from that of the other runs moves them; it was "
+            "probably set anew (tared) before this run",
+            f"{CHANNELS[i]} = {{ column = ..., offset = {by:.3g} }} (for this file)",
         )  # fmt: skip
 
 
@@ -97,19 +98,25 @@ def _cut(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, float]]:
-    """Yield runs of which both lines lie apart from those of the other runs by the same tension, and that tension (N)."""
-    for system in sorted({e.system for e in log}):
-        seen = [e for e in log if e.system == system and e.tendon_like and e.slopes.known and e.slopes.friction > LEAST_FRICTION]
+def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, int, float]]:
+    """Yield runs of which both lines lie apart from those of the other runs as a zero moves them, its channel and by how much (N)."""
+    for system, tendon in sorted({(e.system, e.tendon) for e in log}, key=str):
+        sensed = [e for e in log if (e.system, e.tendon) == (system, tendon) and e.tendon_like]
+        seen = [e for e in sensed if e.slopes.known and e.slopes.friction > LEAST_FRICTION]
+        least = SCATTER * max((e.ranges[1].span for e in sensed), default=0.0)
         for e in seen:
-            others = [(o.slopes.beta_p, o.slopes.beta_r) for o in log if o is not e and o.slopes.known and o.tendon == e.tendon]
+            others = np.array([(o.slopes.beta_p, o.slopes.beta_r) for o in seen if o is not e])
             if len(others) < FEWEST:
                 continue
-            usual, spread = np.median(others, axis=0), float(np.max(np.ptp(others, axis=0)))
+            usual = np.median(others, axis=0)
+            scatter = np.maximum(np.max(np.abs(others - usual), axis=0), least)
             pull, release = e.slopes.beta_p - float(usual[0]), e.slopes.beta_r - float(usual[1])
-            # dry friction moves the two lines apart, a zero both alike
-            if spread < AGREE_N and min(abs(pull), abs(release)) > MOVED_N and abs(pull - release) < AGREE_N:
-                yield e, 0.5 * (pull + release)
+            # dry friction moves the two lines apart; a zero of the output both alike, one of the input each by its slope
+            if abs(pull) > MOVED * scatter[0] and pull * release > 0.0:
+                apart = math.log(release / pull)
+                i = int(abs(apart) < abs(apart - 2.0 * e.slopes.friction))
+                if abs(apart if i else apart - 2.0 * e.slopes.friction) < math.log(ALIKE):
+                    yield e, i, pull if i else -pull / e.slopes.gamma_p
 
 
 def _told(log: Sequence[Evidence], held: set[tuple[str, int]]) -> Iterator[Remark]:
@@ -158,9 +165,10 @@ def _meet(gamma_p: float, beta_p: float, gamma_r: float, beta_r: float) -> tuple
 
 def _below(e: Evidence, i: int) -> bool:
     r = e.ranges[i]
-    if not e.usable or not e.both_tensions or max(v.largest for v in e.ranges) > IMPOSSIBLE_N:
+    if not e.usable or not e.both_tensions or e.but_noise(i) or max(v.largest for v in e.ranges) > IMPOSSIBLE_N:
         return False
-    return r.low < -max(BELOW_N, SHARE * r.span)
+    # a sensor is off by a share of its range, which an output that friction holds back does not show
+    return r.low < -max(BELOW_N, SHARE * max(v.span for v in e.ranges))
 
 
 def _apart(e: Evidence, i: int) -> bool:
