@@ -76,7 +76,11 @@ def left(rows: Rows, top: Ids) -> str:
             if share > 0.0
             else f"{best} describes what was held out worse than nothing added"
         )
-    if worst.z <= 2.0:
+    # the tests are of what the most evident model leaves, which need not be the most probable one
+    leads = row.evidence >= max((c.evidence for c in rows.candidates if c.kind == OUTPUT), default=0.0)
+    z = worst.z if leads or row.kind != OUTPUT else row.worst_z
+    if z <= 2.0:
         louder = "explains it only beside noise that is larger than was measured"
         return f"{best} {louder if (rows.log.strain or 0.0) > 1.0 else 'is less likely than something that has no name here'}"
-    return f"{best} leaves what noise is not ({worst.name}, {worst.z:.0f} sigma)"
+    explains = f" which explains {100.0 * share:.0f} % of the squared error," if row.kind == OUTPUT and share >= HALF else ""
+    return f"{best}{explains} leaves what noise is not ({f'{worst.name}, ' if z == worst.z else ''}{z:.0f} sigma)"
