@@ -17,3 +17,21 @@ def spelled_out(verdict: Mapping[str, Any]) -> tuple[str, ...]:
     members = verdict.get("members")
     known = members if isinstance(members, Mapping) else {}
     return tuple(dict.fromkeys(i for e in verdict.get("ambiguity_group") or [] for i in known.get(e, [e])))
+
+
+def rivals(verdict: Mapping[str, Any]) -> list[str]:
+    """Return what else an ambiguity group holds beside the named effects, the parts of a combination joined.
+
+    Documents of earlier versions do not say which effects stand together.
+
+    Examples
+    --------
+    >>> rivals({"effects": ["a"], "causes": [["a"], ["b", "c"], ["b"]]})
+    ['b + c', 'b']
+    >>> rivals({"effects": ["a"], "ambiguity_group": ["a", "b"]})
+    ['b']
+    """
+    own = set(verdict["effects"])
+    if verdict.get("causes") is None:
+        return [e for e in spelled_out(verdict) if e not in own]
+    return [" + ".join(c) for c in verdict["causes"] if set(c) != own]

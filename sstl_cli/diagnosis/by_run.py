@@ -2,7 +2,8 @@
 
 A mixed model (Harville 1977): a normal part of each run beside theta of its configuration. Linear in both, its likelihood has a
 closed form for each spread. A pulley, or a gain of one system, shows in the same differences between runs of a bend, by
-fewer numbers: without this rival it would be sure of whatever friction does.
+fewer numbers: without this rival it would be sure of whatever friction does. What all runs of one system have in common
+against those of the other is no scatter, and speaks for none.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ def scatter(kind: Free) -> Hypothesis:
 
 
 def contrasts(sim: Simulator) -> int:
-    """Return how many differences between runs of one configuration there are."""
-    return len(sim.problem.records) - len(sim.problem.configs)
+    """Return how many differences between runs of one configuration there are, but for one between the systems."""
+    return len(sim.problem.records) - len(sim.problem.configs) - (len(sim.problem.systems) - 1)
 
 
 def add(found: Search, most: int) -> None:
@@ -75,7 +76,10 @@ def column(sim: Simulator, f: Fit, kind: Free) -> Array:
 
 @dataclass(frozen=True)
 class Told:
-    """What each run tells (shape (runs,) each): of its own part ``own``, of theta ``theta``, of both ``both``, and their scores."""
+    """What each run tells (shape (runs,) each): of its own part ``own``, of theta ``theta``, of both ``both``, and their scores.
+
+    ``place`` and ``system`` are the indices of its configuration and of its system.
+    """
 
     own: Array
     theta: Array
@@ -83,6 +87,7 @@ class Told:
     own_score: Array
     theta_score: Array
     place: NDArray[np.int64]
+    system: NDArray[np.int64]
 
 
 def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | None:
@@ -99,7 +104,8 @@ def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | 
     own_told, theta_told, both, own_score, theta_score = (
         np.bincount(sim.run, x, runs).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z)
     )
-    told = Told(own_told, theta_told, both, own_score, theta_score, np.array([r.config for r in sim.problem.records]))
+    place, system = (np.array(x) for x in zip(*((r.config, sim.problem.systems.index(r.system)) for r in sim.problem.records), strict=True))
+    told = Told(own_told, theta_told, both, own_score, theta_score, place, system)
     # from what the noise of one run hides to where it has no meaning
     lowest, most = HALF / max(float(np.sqrt(told.own.max())), np.finfo(float).tiny), kind.parameter.most
     if lowest >= most:
@@ -119,7 +125,8 @@ def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | 
         residual=base.residual - moved,
         jacobian=np.column_stack((base.jacobian, own * (part / spread)[sim.run])),
     )
-    return Weighed(f, on.gain + gain, on.evidence + gain - strengths_charge(1, 2.0 * max(gain, 0.0)))
+    scattered = gain - systematic(told)
+    return Weighed(f, on.gain + gain, on.evidence + scattered - strengths_charge(1, 2.0 * max(scattered, 0.0)))
 
 
 def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
@@ -133,6 +140,20 @@ def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
     part = apart * kept
     gain = moved * told.theta_score - 0.5 * told.theta * moved**2 + 0.5 * apart * part - 0.5 * np.log1p(told.own * spread**2)
     return float(gain.sum()), part, shift
+
+
+def systematic(told: Told) -> float:
+    """Return what one part for all runs of each system gains (nats), beside theta of each configuration: no chance has a hand in it."""
+    bend, other = (np.eye(x.max() + 1)[x] for x in (told.place, told.system))
+    cross = bend.T @ (told.both[:, None] * other)
+    thetas = bend.T @ (told.theta[:, None] * bend)
+    gram = np.block([[thetas, cross], [cross.T, other.T @ (told.own[:, None] * other)]])
+    score = np.concatenate((bend.T @ told.theta_score, other.T @ told.own_score))
+
+    def gained(a: Array, b: Array) -> float:
+        return 0.5 * float(b @ np.linalg.lstsq(a, b, rcond=1e-12)[0])
+
+    return gained(gram, score) - gained(thetas, score[: len(thetas)])
 
 
 def interval(sim: Simulator, spread: float) -> tuple[float, float]:

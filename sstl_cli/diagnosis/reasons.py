@@ -67,9 +67,9 @@ def left(rows: Rows, top: Ids) -> str:
     if strained(row) and share >= HALF:
         return f"{best} would need sizes that none of its effects usually has"
     if only_scatters(row):
-        return f"{best} scatters by as much, but is on average no nearer to the output than nothing added"
+        return f"{best} lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
     if row.kind == BESIDE:
-        return f"{best} takes only {100.0 * share:.0f} % off what noise is not in the channel beside"
+        return f"{best} explains only {100.0 * share:.0f} % of what the channel beside shows beyond its noise"
     if row.held is not None and share == row.held < HALF:
         return (
             f"{best} removes {100.0 * share:.0f} % at most of the gap of what was held out"
@@ -83,4 +83,4 @@ def left(rows: Rows, top: Ids) -> str:
         louder = "explains it only beside noise that is larger than was measured"
         return f"{best} {louder if (rows.log.strain or 0.0) > 1.0 else 'is less likely than something that has no name here'}"
     explains = f" which explains {100.0 * share:.0f} % of the squared error," if row.kind == OUTPUT and share >= HALF else ""
-    return f"{best}{explains} leaves what noise is not ({f'{worst.name}, ' if z == worst.z else ''}{z:.0f} sigma)"
+    return f"{best}{explains} leaves more than noise can be ({f'{worst.name}, ' if z == worst.z else ''}{z:.0f} sigma)"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sstl_cli.core.groups import spelled_out
+from sstl_cli.core.groups import rivals
 from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES
@@ -36,17 +36,18 @@ def sentence(document: dict[str, Any]) -> str:
         return f"The cause of the gap is not known: {verdict['why']}{sure}."
     names = " and ".join(f"{_plain(e)} ({e})" for e in effects)
     if status == "ambiguous":
-        others = [e for e in spelled_out(verdict) if e not in effects]
-        rivals = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
-        return f"{_much(document['gap'])} comes most likely from {names}{rivals}{sure}."
+        others = rivals(verdict)
+        rest = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
+        return f"{_much(document['gap'])} comes most likely from {names}{rest}{sure}."
     return f"{_much(document['gap'])} comes from {names}{sure}."
 
 
 def _moved(analysis: dict[str, Any]) -> str:
-    """Return by how much theta has changed, bend by bend."""
-    now = analysis["theta"]
-    said = [f"{c} {was:.3g} -> {now[c]:.3g}, {100.0 * (now[c] / was - 1.0):+.0f} %" for c, was in analysis["theta_before"].items()]
-    return _listed(said)
+    """Return by how much theta has changed, bend by bend, where it is a per cent or more anywhere."""
+    now = analysis.get("theta_with_effect") or analysis["theta"]
+    moved = {c: round(100.0 * (now[c] / was - 1.0)) for c, was in analysis["theta_before"].items()}
+    said = [f"{c} {analysis['theta_before'][c]:.3g} -> {now[c]:.3g}, {by:+d} %" for c, by in moved.items() if by]
+    return _listed(said) or "by less than one per cent"
 
 
 def _much(gap: dict[str, Any]) -> str:
@@ -78,11 +79,10 @@ def lines(document: dict[str, Any]) -> list[str]:
     def _n(value: float | None) -> str:
         return quantity(small(value), unit)
 
+    added = f" -> {_n(gap['rmse_with_effect_n'])} with the effect" if document["verdict"]["effects"] else ""
+    known = f", known misfit {_n(gap['known_misfit_n'])}" if gap.get("known_misfit_n") else ""
     out = [
-        f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned -> {_n(gap['rmse_with_effect_n'])} with the "
-        f"effect; noise floor {_n(gap['noise_floor_n'])}"
-        if document["verdict"]["effects"]
-        else f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned; noise floor {_n(gap['noise_floor_n'])}"
+        f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned{added}; noise floor {_n(gap['noise_floor_n'])}{known}"
     ]
     if document["verdict"]["effects"]:
         why = "what a run has of its own is fitted to it" if gap["held_out_kind"] == OWN else "no other excitation to hold out"
@@ -101,7 +101,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     if document["verdict"]["effects"] and (document.get("analysis") or {}).get("theta_changed"):
         out.append(f"  theta has changed as well since the simulator was accepted: {_moved(document['analysis'])}")
     out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")
-    group = [e for e in spelled_out(document["verdict"]) if e not in document["verdict"]["effects"]]
+    group = rivals(document["verdict"])
     if document["verdict"]["effects"]:
         out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))
     out += _shown(document["verdict"], unit)

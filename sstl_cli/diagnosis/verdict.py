@@ -270,7 +270,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
         if p[NONE] < named:
-            why = f"of many that might be there none is likely; most likely of them {explained(rows, top)}"
+            why = f"several effects might be there and none of them is likely, {' + '.join(top)} more than any other"
         return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
         return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
@@ -280,7 +280,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         why = f"{explained(rows, top)}, but {_runner_up(p)} is not ruled out"
         return say(AMBIGUOUS, top, share, group, why)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
-    return say(AMBIGUOUS, top, share, group, f"{explained(rows, top)}; {rivals} explain it about as well")
+    return say(AMBIGUOUS, top, share, group, f"{explained(rows, top)}; not ruled out: {rivals}")
 
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:

@@ -131,6 +131,7 @@ def _verdict(g: Given) -> Verdict:
         probability_none=rest.get(NONE, 0.0),
         probability_unknown=rest.get(("?",), 0.0),
         members=members or None,
+        causes=[list(ids) for ids in said.group],
         would_have_shown=least,
         leftover=None if worst is None else [LeftOver(test=t.name, sigma=float(t.z), where=t.peak) for t in worst],
         odd_runs=None,

@@ -13,7 +13,7 @@ from sstl_cli.diagnosis import where
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF
 from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.diagnosis.faults import squared_errors
-from sstl_cli.diagnosis.fit import fit
+from sstl_cli.diagnosis.fit import Fit, fit, normal_equations
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.steps.diagnose_given import Given
@@ -61,18 +61,29 @@ def recorded_shares(g: Given, code: Codes) -> list[Place]:
 def before(g: Given, gap: Gap) -> dict[str, object]:
     """Return theta of a model that was accepted before, by bend that it has seen, and whether it has changed; nothing without one.
 
-    It has where the odds of one that is fitted are beyond doubt (49 to 1, each bend charged for), and it explains at least half of
-    the squared error of the model as given.
+    It has where the odds of one that is fitted are beyond doubt (49 to 1, each bend charged for). Where nothing is named it has to explain at
+    least half of the squared error of the model as given; beside effects that are named it is theirs: alone it would follow them.
     """
-    had, base, sim = g.search.sim.accepted, g.search.base, g.search.sim
+    had, f, sim = g.search.sim.accepted, g.accepted, g.search.sim
     if had is None:
         return {}
     seen = [i for i, (a, n) in enumerate(zip(had, g.nominal, strict=True)) if a == n]
-    nats = fit(sim, base.whiten, NOTHING, had, np.zeros(0), 0).cost - base.cost
-    beyond_doubt = nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0)) > DECIDES_NATS
+    nats = _lost(g, f, had) if f.free else fit(sim, f.whiten, NOTHING, had, np.zeros(0), 0).cost - f.cost
+    changed = bool(seen) and nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0)) > DECIDES_NATS
     given, retuned = gap.rmse_base_n or 0.0, gap.rmse_retuned_n or 0.0
-    most = retuned**2 <= (1.0 - HALF) * given**2
-    return {"theta_before": {g.problem.configs[i]: float(had[i]) for i in seen}, "theta_changed": bool(seen) and beyond_doubt and most}
+    if not f.free:
+        changed = changed and retuned**2 <= (1.0 - HALF) * given**2
+    of = {"theta_before": had, **({"theta_with_effect": f.theta} if f.free else {})}
+    return {**{k: {g.problem.configs[i]: float(v[i]) for i in seen} for k, v in of.items()}, "theta_changed": changed}
+
+
+def _lost(g: Given, f: Fit, theta: Array) -> float:
+    """Return what a fit loses (nats, to second order) at another theta, its own parameters following."""
+    a, _ = normal_equations(g.search.sim, f.whiten(f.jacobian), np.zeros(len(f.residual)))
+    n, off = len(theta), theta - f.theta
+    rest = a[n:, n:] + np.diag(1e-9 * np.diag(a)[n:] + 1e-12)
+    kept = a[:n, :n] - a[:n, n:] @ np.linalg.solve(rest, a[n:, :n])
+    return 0.5 * float(off @ kept @ off)
 
 
 def floor_interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float, float] | tuple[None, None]:

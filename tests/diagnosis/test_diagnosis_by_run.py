@@ -62,7 +62,7 @@ def test_gain_is_that_of_the_dense_covariance(both):
     own = both * theta + rng.normal(0.0, 2.0, 100)
     z = own * rng.normal(0.0, 0.3, 5)[n] + rng.standard_normal(100)
     sums = [np.bincount(n, x) for x in (own * own, theta * theta, own * theta, own * z, theta * z)]
-    told = by_run.Told(*sums, np.array([0, 0, 0, 1, 1]))
+    told = by_run.Told(*sums, np.array([0, 0, 0, 1, 1]), np.zeros(5, int))
     columns = theta[:, None] * np.eye(2)[place]
     for spread in (0.02, 0.3):
         gain, part, shift = by_run.gain_of(spread, told)
@@ -74,6 +74,31 @@ def test_gain_is_that_of_the_dense_covariance(both):
         assert part == pytest.approx(spread**2 * each.T @ weight @ (z - columns @ mean))
         plain = multivariate_normal(np.zeros(100), np.eye(100)).logpdf(z)
         assert gain == pytest.approx(multivariate_normal(columns @ mean, cov).logpdf(z) - plain)
+
+
+def test_what_one_system_has_in_all_its_runs_is_no_scatter():
+    rng = np.random.default_rng(2)
+    place, system = np.array([0, 0, 1, 1, 2, 2]), np.array([0, 1, 0, 1, 0, 1])
+    n = np.repeat(np.arange(6), 30)
+    theta = rng.normal(0.0, 3.0, 180)
+    own = 0.7 * theta + rng.normal(0.0, 1.0, 180)
+
+    def told(parts):
+        z = own * parts[n] + 0.1 * rng.standard_normal(180)
+        sums = [np.bincount(n, x) for x in (own * own, theta * theta, own * theta, own * z, theta * z)]
+        return by_run.Told(*sums, place, system), z
+
+    alike, z = told(np.where(system == 1, 0.5, -0.5))
+    bends = theta[:, None] * np.eye(3)[place[n]]
+    without, beside = (
+        0.5 * float(np.sum((z - x @ np.linalg.lstsq(x, z, rcond=None)[0]) ** 2))
+        for x in (bends, np.column_stack((bends, own[:, None] * np.eye(2)[system[n]])))
+    )
+    assert by_run.systematic(alike) == pytest.approx(without - beside)
+    # as many runs that differ by as much, but not as their systems do
+    mixed, _ = told(np.array([0.5, -0.5, -0.5, 0.5, 0.5, -0.5]))
+    assert by_run.systematic(mixed) < 0.2 * by_run.gain_of(0.5, mixed)[0]
+    assert by_run.gain_of(0.5, alike)[0] < 1.05 * by_run.systematic(alike)
 
 
 def test_what_runs_have_of_their_own_is_found_to_size_and_taken_off():

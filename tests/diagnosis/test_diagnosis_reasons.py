@@ -37,13 +37,13 @@ def test_several_effects_of_which_no_size_is_usual_are_strained():
 
 def test_reasons_tell_what_was_found_and_what_is_left():
     assert explained(ROWS, ("viscous",)) == "adding viscous gains 90 nats and leaves 87 % of the noise beyond it"
-    most = "even the best candidate, viscous, which explains 75 % of the squared error, leaves what noise is not"
+    most = "even the best candidate, viscous, which explains 75 % of the squared error, leaves more than noise can be"
     assert left(ROWS, ("viscous",)) == f"{most} (mean by run, 7 sigma)"
     # the tests are those of the most evident model
     ahead = replace(ROWS, candidates=(replace(ROW, worst_z=30.0), replace(ROW, ids=("crosstalk", "viscous"), evidence=99.0)))
     assert left(ahead, ("viscous",)) == f"{most} (30 sigma)"
     little = replace(ROWS, candidates=(replace(ROW, chi2=2.2),))
-    assert left(little, ("viscous",)) == "even the best candidate, viscous, leaves what noise is not (mean by run, 7 sigma)"
+    assert left(little, ("viscous",)) == "even the best candidate, viscous, leaves more than noise can be (mean by run, 7 sigma)"
     assert left(ROWS, ()) == "something is left that no candidate explains (mean by run)"
     low = replace(ROWS, candidates=(replace(ROW, held=0.2),))
     assert "removes 20 % at most of the gap of what was held out" in left(low, ("viscous",))

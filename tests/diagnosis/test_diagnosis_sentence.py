@@ -157,3 +157,27 @@ def test_tracking_and_notes_come_last():
     tracked = {"reference": "sinus", "rmse_with_n": 0.1, "rmse_without_n": 0.4}
     said = lines({**document(), "downstream": {"tracking": [tracked]}, "notes": ["too short"]})
     assert said[-2:] == ["  a controller that knows it tracks the sinus reference to 0.1 N instead of 0.4 N", "  note: too short"]
+
+
+def test_effects_that_stand_together_are_listed_together():
+    found = document("ambiguous", group=["viscous", "slack", "crosstalk"], causes=[["viscous"], ["crosstalk", "slack"], ["slack"]])
+    assert "or from crosstalk + slack, slack: this data" in sentence(found)
+    assert lines(found)[3] == "  not told apart from it on this data: crosstalk + slack, slack"
+
+
+def test_theta_is_that_beside_the_named_effects_and_bends_that_kept_theirs_are_not_listed():
+    theta = {
+        "theta": {"a": 0.6, "b": 0.7},
+        "theta_before": {"a": 0.5, "b": 0.5},
+        "theta_with_effect": {"a": 0.501, "b": 0.52},
+        "theta_changed": True,
+    }
+    assert "  theta has changed as well since the simulator was accepted: b 0.5 -> 0.52, +4 %" in lines({**document(), "analysis": theta})
+    slight = {**theta, "theta_with_effect": {"a": 0.501, "b": 0.501}}
+    assert any(x.endswith("accepted: by less than one per cent") for x in lines({**document(), "analysis": slight}))
+
+
+def test_what_a_model_is_known_to_leave_stands_beside_the_noise():
+    found = document("none", effects=())
+    found["gap"] = {**GAP, "noise_floor_n": 0.02, "known_misfit_n": 0.05}
+    assert lines(found)[0] == "  1 N as given -> 0.25 N re-tuned; noise floor 0.02 N, known misfit 0.05 N"

@@ -53,6 +53,7 @@ class Verdict(Part):
     members: dict[str, list[str]] | None = Field(
         default=None, description="parts of a class that this excitation cannot separate, and of combinations in the set"
     )
+    causes: list[list[str]] | None = Field(default=None, description="the same set, one entry a candidate: effects that stand together")
     would_have_shown: list[LeastShown] | None = Field(
         default=None, description="for none: per effect the smallest size and gap that would have been seen"
     )
@@ -171,7 +172,8 @@ class OutputScale(Part):
 class Analysis(Part):
     """What was analysed: rate, samples, runs and what was set aside, the re-tuned base by bend, and the noise by sensor.
 
-    ``theta_before`` is that of a model that was accepted before, ``theta_changed`` whether re-tuning it closes most of the gap.
+    ``theta_before`` is that of a model that was accepted before, ``theta_with_effect`` that beside the effects that are named, and
+    ``theta_changed`` whether it is another one now.
     """
 
     rate_hz: float
@@ -182,6 +184,7 @@ class Analysis(Part):
     noise: dict[str, dict[str, dict[str, Estimated]]]
     output_scale: OutputScale | None = None
     theta_before: dict[str, float] | None = None
+    theta_with_effect: dict[str, float] | None = None
     theta_changed: bool | None = None
 
 
