@@ -173,9 +173,10 @@ def page(kept: Kept, cases: int, seed: int) -> list[str]:
         "1938) the mean is 1 and 5 % lie beyond.", "", *gains(found), "",
         f"Twice the gain (nats) of an effect refitted with everything free: {refits}.", "",
         "Twice the log-likelihood ratio of a true effect over the base it contains, over draws of the noise. Theory: variance",
-        "2 k + 4 D^2 for k strengths (noncentral chi^2).", "", *ratios(kept, seed), "",
+        "2 k + 4 D^2 for k strengths (noncentral chi^2). The noise is estimated anew on each draw.", "", *ratios(kept, seed), "",
         "D^2 that the estimated filter keeps of that of the exact covariance, computed densely from the true noise, for responses to",
-        "theta and to six effects.", "", *dense(kept, seed), "",
+        "theta and to six effects. Where a sensor has no slow noise and holds are too short to show that, a quarter of its white noise is",
+        "believed to be slow, as sensors usually have it: D^2 is then less than it could be.", "", *dense(kept, seed), "",
     ]  # fmt: skip
 
 
