@@ -48,7 +48,8 @@ def tables(screen: Screen, document: DiagnosisDocument) -> None:
     if following and document.verdict.status != "none":
         apart = " from ".join(following.separates)
         if following.settles is False:
-            screen.say(f"to tell {apart}: {following.why} (most by a {following.trajectory})")
+            most = f" (most by a {following.trajectory})" if round(following.d2 or 0.0, 1) > 0.0 else ""
+            screen.say(f"to tell {apart}: {following.why}{most}")
         else:
             screen.say(f"record next: {following.trajectory}, to tell {apart}; {following.why}")
 
