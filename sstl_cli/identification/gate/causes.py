@@ -7,6 +7,7 @@ of the output is compared with what friction alone leaves: only a slip that the 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 2, 1), (0, 1, 2, 5), (0, 1, 2, LAG)
 ZERO_IN, ZERO_OUT, CREEP, GAIN_BESIDE = (0, 3), (0, 4), (0, 1, 2, CREEPS), (0, 2, 4, 1)
 GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 4, 7), (0, 2, 4, 8), (0, 2, 4, 9), (0, 2, 4, 10)
+# part of a run that an output may be moved by for what is left to count: what lies beyond its ends is not compared
+MOVED = 0.2
 # first guess of the spread of the strands' friction
 FIRST_SPREAD = 0.4
 # first guesses of n theta: a nearly straight tube, and bends of one and of two passes
@@ -105,6 +108,11 @@ class Causes:
         """Return friction alone, that by speed, and with each slip that leaves the order of the samples as it is."""
         return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.slow, self.speed, self.creep
 
+    def least_n(self, duration_s: float) -> float:
+        """Return what friction leaves of a run with the slip that explains most (N RMS), 0 where nothing was compared."""
+        known = [c for c in (*self.slips, self.reversed) if c is not self.moved or not abs(c.size) > MOVED * duration_s]
+        return min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)
+
     def left(self, rms_n: float) -> float:
         """Return a residual (N) without the noise."""
         return math.sqrt(max(rms_n**2 - self.noise_n**2, 0.0)) if math.isfinite(rms_n) else math.inf
@@ -153,6 +161,16 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         found = replace(found, scale=min(best_fit(x, y, bundled(GAIN_BESIDE), floor, play), found.gain, key=lambda c: c.rms_n))
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
+
+
+def finest(fit: Callable[[int], Cause], k: int, step: int, within: range) -> tuple[Cause, int]:
+    """Return the best fit near a sample, and that sample, by halving steps."""
+    tried = {k: fit(k)}
+    while step > 1:
+        step //= 2
+        tried.update({j: fit(j) for j in (k - step, k + step) if j not in tried and j in within})
+        k = min(tried, key=lambda j: tried[j].rms_n)
+    return tried[k], k
 
 
 def floor_of(noise_n: float, y: Array) -> float:

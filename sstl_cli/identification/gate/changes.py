@@ -23,6 +23,7 @@ from sstl_cli.identification.gate.causes import (
     best_fit,
     bundled,
     by_speed,
+    finest,
     floor_of,
 )
 
@@ -121,15 +122,9 @@ def _steepest(v: Array) -> list[int]:
 
 
 def _finest(x: Array, y: Array, kind: tuple[int, bool], k: int, floor: float, step: int) -> tuple[Cause, int]:
-    """Return the best fit of one change near a sample, and that sample, by halving steps."""
-    free = KINDS[kind]
-    tried = {k: best_fit(x, y, free, floor, behind=Behind(k))}
-    while step > 1:
-        step //= 2
-        near = [j for j in (k - step, k + step) if j not in tried and LEAST_POINTS < j < len(x) - LEAST_POINTS]
-        tried.update({j: best_fit(x, y, free, floor, behind=Behind(j)) for j in near})
-        k = min(tried, key=lambda j: tried[j].rms_n)
-    return tried[k], k
+    """Return the best fit of one change near a sample, and that sample."""
+    within = range(LEAST_POINTS + 1, len(x) - LEAST_POINTS)
+    return finest(lambda j: best_fit(x, y, KINDS[kind], floor, behind=Behind(j)), k, step, within)
 
 
 def _apart(x: Array, y: Array, k: int, floor: float) -> float:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import MORE, SPEED, Cause, Causes, best_fit, bundled, floor_of
+from sstl_cli.identification.gate.causes import MORE, SPEED, Cause, Causes, best_fit, bundled, finest, floor_of
 
 Array = NDArray[np.float64]
 # points of the search, samples (parts of the run) at which it begins, and how many of the best of these are followed
@@ -75,15 +76,14 @@ def _likeliest(x: Array, y: Array, floor: float) -> int:
     few, its = np.ascontiguousarray(x[::m]), np.ascontiguousarray(y[::m])
     n = len(few)
     least, most = int(SIDE * n), int((1.0 - SIDE) * n)
-    tried = {int(k): _fit(few, its, _step(n, int(k)), floor).rms_n for k in np.linspace(least, most, CUTS)}
-    for k in sorted(tried, key=lambda a: tried[a])[:FOLLOWED]:
-        step = (most - least) // CUTS
-        while step > 1:
-            step //= 2
-            near = [j for j in (k - step, k, k + step) if least <= j <= most]
-            tried.update({j: _fit(few, its, _step(n, j), floor).rms_n for j in near if j not in tried})
-            k = min(near, key=lambda a: tried[a])
-    return m * min(tried, key=lambda a: tried[a])
+
+    @cache
+    def fit(k: int) -> Cause:
+        return _fit(few, its, _step(n, k), floor)
+
+    begun = sorted((int(k) for k in np.linspace(least, most, CUTS)), key=lambda k: fit(k).rms_n)
+    found = [finest(fit, k, (most - least) // CUTS, range(least, most + 1)) for k in begun[:FOLLOWED]]
+    return m * min(found, key=lambda c: c[0].rms_n)[1]
 
 
 def _fit(x: Array, y: Array, part: Array, floor: float) -> Cause:

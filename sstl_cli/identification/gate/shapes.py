@@ -27,8 +27,6 @@ TURN = 0.1
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
 # what friction must leave (part of the span) for a change of gain or zero to be sought
 ODD = 0.01
-# part of a run that an output may be moved by for what is left to count: what lies beyond its ends is not compared
-MOVED = 0.2
 
 
 @dataclass(frozen=True)
@@ -59,9 +57,7 @@ def shapes_of(
     limits = limits_of(points, noise, steps, causes)
     over, under = overflows.turns(*raw), overflows.turns(*raw[::-1])
     wraps = (overflows.size_n(raw[0], over), overflows.size_n(raw[1], under))
-    far = abs(causes.moved.size) > MOVED * float(t[-1] - t[0])
-    known = [c for c in (*causes.slips, causes.reversed) if not (far and c is causes.moved)]
-    left = min((c.rms_n for c in known if math.isfinite(c.rms_n)), default=0.0)
+    left = causes.least_n(float(t[-1] - t[0]))
     fold, rest = _folded(x, y, noise[1]), rest_of(t, x, y, noise, steps[1], causes)
     if causes.enough or rest is not None:
         # a sensor that stops has no other gain and zero

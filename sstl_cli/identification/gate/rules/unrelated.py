@@ -12,8 +12,8 @@ from sstl_cli.identification.gate.rules.dead import MOST, lost_by
 RULE, RANK = "unrelated", 48
 # how much the output must move (share of the input): within backlash it shows but presliding
 MOVES = 0.15
-# part of the run that an output may be late by if the delay explains it but half, and beyond which too little overlaps for the delay to be compared
-FAR, CLEAR, FARTHEST = 0.02, 0.9, 0.2
+# part of the run that an output may be late by if the delay explains it but half
+FAR, CLEAR = 0.02, 0.9
 # what friction, alone and with any slip, leaves (share of the output's span) beyond the noise
 NOTHING = 0.12
 # part of what is left as recorded that another sign must leave for it to be the sign
@@ -48,10 +48,8 @@ def _unrelated(e: Evidence) -> bool:
     flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
     if not e.tendon_like or flipped or e.but_noise(1):
         return False
-    c = e.causes
-    known = [v.rms_n for v in (*c.slips, c.reversed) if v is not c.moved or abs(v.size) < FARTHEST * e.duration_s]
-    left = min((v for v in known if math.isfinite(v)), default=0.0)
+    left = e.causes.least_n(e.duration_s)
     # an input that is but noise tells no movement: of the output its own noise alone is explained
-    noise = e.sensors[1].noise_n if e.but_noise(0) else c.noise_n
+    noise = e.sensors[1].noise_n if e.but_noise(0) else e.causes.noise_n
     moves = e.ranges[1].span > MOVES * e.ranges[0].span
     return moves and math.sqrt(max(left**2 - noise**2, 0.0)) > NOTHING * e.ranges[1].span
