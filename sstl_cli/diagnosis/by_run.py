@@ -104,7 +104,8 @@ def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | 
     own_told, theta_told, both, own_score, theta_score = (
         np.bincount(sim.run, x, runs).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z)
     )
-    place, system = (np.array(x) for x in zip(*((r.config, sim.problem.systems.index(r.system)) for r in sim.problem.records), strict=True))
+    place = np.array([r.config for r in sim.problem.records])
+    system = np.array([sim.problem.systems.index(r.system) for r in sim.problem.records])
     told = Told(own_told, theta_told, both, own_score, theta_score, place, system)
     # from what the noise of one run hides to where it has no meaning
     lowest, most = HALF / max(float(np.sqrt(told.own.max())), np.finfo(float).tiny), kind.parameter.most

@@ -84,6 +84,18 @@ class Rows:
     best: Leftover
 
 
+def leading(rows: Rows) -> CandidateRow | None:
+    """Return the most evident model of the output, None where the base is as evident."""
+    fitted = [c for c in rows.candidates if c.kind == OUTPUT and c.evidence > 0.0]
+    return max(fitted, key=lambda c: c.evidence, default=None)
+
+
+def best_of(rows: Rows) -> float:
+    """Return the largest evidence of any model of the output, at least that of the base (0)."""
+    best = leading(rows)
+    return 0.0 if best is None else best.evidence
+
+
 def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float = 1.0) -> Rows:
     """Return the rows of a finished search; ``beside`` are candidates of the recorder and of other channels."""
     sim = found.sim

@@ -136,6 +136,27 @@ def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:
     return _normal_equations(sim.config, len(sim.problem.configs), np.ascontiguousarray(j), r)
 
 
+def held(a: Array, fixed: NDArray[np.int64], off: Array) -> tuple[float, Array]:
+    """Return what it costs (nats, to second order) to move some parameters of a fit, and by how much the others then go the other way.
+
+    Parameters
+    ----------
+    a : ndarray, shape (k, k)
+        Curvature of the cost (see :func:`normal_equations`).
+    fixed : ndarray of int, shape (m,)
+        Which are moved.
+    off : ndarray, shape (m,)
+        By how much.
+
+    Returns
+    -------
+    float and ndarray, shape (k - m,)
+    """
+    loose = np.setdiff1d(np.arange(len(a)), fixed)
+    cross = np.asarray(np.linalg.solve(a[np.ix_(loose, loose)], a[np.ix_(loose, fixed)] @ off), np.float64)
+    return 0.5 * float(off @ (a[np.ix_(fixed, fixed)] @ off - a[np.ix_(fixed, loose)] @ cross)), cross
+
+
 @njit(cache=True, nogil=True)
 def _normal_equations(config: Counts, configs: int, j: Array, r: Array) -> tuple[Array, Array]:
     free = j.shape[1] - 1

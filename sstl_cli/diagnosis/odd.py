@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import HALF, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge
-from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, Ids, Rows
+from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, Ids, Rows, leading
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.verdict import AMBIGUOUS, UNDECIDED, Verdict, leading
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, UNDECIDED, Verdict
 from sstl_cli.diagnosis.whitening import Whitener
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sstl_cli.diagnosis.constants import HALF
-from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, leading
 from sstl_cli.physics.effects import get
 
 
@@ -77,10 +77,10 @@ def left(rows: Rows, top: Ids) -> str:
             else f"{best} describes what was held out worse than nothing added"
         )
     # the tests are of what the most evident model leaves, which need not be the most probable one
-    leads = row.evidence >= max((c.evidence for c in rows.candidates if c.kind == OUTPUT), default=0.0)
-    z = worst.z if leads or row.kind != OUTPUT else row.worst_z
+    tested = row.kind != OUTPUT or row is leading(rows)
+    z = worst.z if tested else row.worst_z
     if z <= 2.0:
         louder = "explains it only beside noise that is larger than was measured"
         return f"{best} {louder if (rows.log.strain or 0.0) > 1.0 else 'is less likely than something that has no name here'}"
     explains = f" which explains {100.0 * share:.0f} % of the squared error," if row.kind == OUTPUT and share >= HALF else ""
-    return f"{best}{explains} leaves more than noise can be ({f'{worst.name}, ' if z == worst.z else ''}{z:.0f} sigma)"
+    return f"{best}{explains} leaves more than noise can be ({f'{worst.name}, ' if tested else ''}{z:.0f} sigma)"

@@ -26,7 +26,7 @@ from sstl_cli.diagnosis.constants import (
     VARIANTS,
 )
 from sstl_cli.diagnosis.evidence import Weighed, weigh
-from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
+from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
 from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, variants
 from sstl_cli.diagnosis.records import representatives
@@ -203,10 +203,7 @@ def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]
             continue
         kept = np.array([f in h.free for f in whole.free])
         fixed = configs + np.flatnonzero(~kept)
-        loose = np.concatenate((np.arange(configs), configs + np.flatnonzero(kept)))
-        off = neutral[~kept] - whole.values[~kept]
-        cross = np.linalg.solve(a[np.ix_(loose, loose)], a[np.ix_(loose, fixed)] @ off)
-        loss = 0.5 * float(off @ (a[np.ix_(fixed, fixed)] @ off - a[np.ix_(fixed, loose)] @ cross))
+        loss, cross = held(a, fixed, neutral[~kept] - whole.values[~kept])
         moved = np.concatenate((whole.theta, whole.values[kept])) - cross
         low = np.array([f.parameter.least for f in h.free])
         high = np.array([f.parameter.most for f in h.free])

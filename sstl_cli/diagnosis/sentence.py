@@ -101,9 +101,8 @@ def lines(document: dict[str, Any]) -> list[str]:
     if document["verdict"]["effects"] and (document.get("analysis") or {}).get("theta_changed"):
         out.append(f"  theta has changed as well since the simulator was accepted: {_moved(document['analysis'])}")
     out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")
-    group = rivals(document["verdict"])
     if document["verdict"]["effects"]:
-        out.append("  not told apart from it on this data: " + (", ".join(group) if group else "nothing"))
+        out.append("  not told apart from it on this data: " + (", ".join(rivals(document["verdict"])) or "nothing"))
     out += _shown(document["verdict"], unit)
     out += [f"  without run {r['run_id']}: {_said(r)}" for r in document["verdict"].get("odd_runs") or []]
     for tracked in (document.get("downstream") or {}).get("tracking", []):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
-from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.reasons import carried, explained, left, strained
 from sstl_cli.diagnosis.weights import Weights
@@ -92,18 +92,6 @@ def _gap(c: CandidateRow) -> float:
     """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
     left = (1.0 - c.share) ** 2
     return float(np.sqrt(max(c.chi2, 1.0) * max(1.0 - left, 0.0) / left)) if left > 0.0 else float("inf")
-
-
-def leading(rows: Rows) -> CandidateRow | None:
-    """Return the most evident model of the output, None where the base is as evident."""
-    fitted = [c for c in rows.candidates if c.kind == OUTPUT and c.evidence > 0.0]
-    return max(fitted, key=lambda c: c.evidence, default=None)
-
-
-def best_of(rows: Rows) -> float:
-    """Return the largest evidence of any model of the output, at least that of the base (0)."""
-    best = leading(rows)
-    return 0.0 if best is None else best.evidence
 
 
 def discounted(nats: float, share: float, explained: float) -> float:

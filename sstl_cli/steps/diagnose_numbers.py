@@ -13,7 +13,7 @@ from sstl_cli.diagnosis import where
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF
 from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.diagnosis.faults import squared_errors
-from sstl_cli.diagnosis.fit import Fit, fit, normal_equations
+from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.steps.diagnose_given import Given
@@ -80,10 +80,8 @@ def before(g: Given, gap: Gap) -> dict[str, object]:
 def _lost(g: Given, f: Fit, theta: Array) -> float:
     """Return what a fit loses (nats, to second order) at another theta, its own parameters following."""
     a, _ = normal_equations(g.search.sim, f.whiten(f.jacobian), np.zeros(len(f.residual)))
-    n, off = len(theta), theta - f.theta
-    rest = a[n:, n:] + np.diag(1e-9 * np.diag(a)[n:] + 1e-12)
-    kept = a[:n, :n] - a[:n, n:] @ np.linalg.solve(rest, a[n:, :n])
-    return 0.5 * float(off @ kept @ off)
+    a += 1e-9 * np.diag(np.diag(a) + 1e-12)
+    return held(a, np.arange(len(theta)), theta - f.theta)[0]
 
 
 def floor_interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float, float] | tuple[None, None]:

@@ -13,7 +13,7 @@ import pytest
 
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.diagnosis.constants import DECIDES_NATS, JOINS_NATS
-from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows, leading
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
@@ -24,7 +24,6 @@ from sstl_cli.diagnosis.verdict import (
     Weights,
     candidate_terms,
     decided,
-    leading,
     log_terms,
     probabilities,
     standing,
