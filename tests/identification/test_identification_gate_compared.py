@@ -40,6 +40,16 @@ def test_an_output_cut_off_by_its_sensor_is_saturated_and_no_gain():
     assert [r.rule for r in said] == ["limit"] and said[0].run_ids == ("act0",) and said[0].number == pytest.approx(13.0, abs=0.1)
 
 
+def test_runs_that_go_to_the_level_at_which_others_are_cut_off_are_cut_off_too_and_not_early():
+    runs = [steep("act", w, i) for i, w in enumerate((0.2, 0.4, 0.6, 0.8))]
+    cut = [replace(r, tension_out_n=np.minimum(r.tension_out_n, 10.0)) for r in runs]
+    # a rise that ends at the limit ends early; what stays below is as it was
+    short = replace(runs[0], run_id="low", tension_in_n=0.5 * runs[0].tension_in_n, tension_out_n=0.5 * runs[0].tension_out_n)
+    said = gate.remarks([*cut, short])
+    assert [r.rule for r in said] == ["limit"]
+    assert set(said[0].run_ids) == {r.run_id for r in cut if r.tension_out_n.max() == 10.0}
+
+
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
 @pytest.mark.parametrize(("gain", "zero"), [(2.0, 0.0), (0.5, 0.0), (1.0, 5.0), (1.0, -5.0)])
 def test_what_changes_midway_is_named_with_its_channel_size_and_time(channel, gain, zero):

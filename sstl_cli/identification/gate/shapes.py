@@ -59,8 +59,8 @@ def shapes_of(
     wraps = (overflows.size_n(raw[0], over), overflows.size_n(raw[1], under))
     left = causes.least_n(float(t[-1] - t[0]))
     fold, rest = _folded(x, y, noise[1]), rest_of(t, x, y, noise, steps[1], causes)
-    if causes.enough or rest is not None:
-        # a sensor that stops has no other gain and zero
+    if causes.enough or rest is not None or any(map(math.isfinite, wraps)):
+        # a sensor that stops, or whose number overflows, has no other gain and zero
         return Shapes(limits, wraps, fold_n=fold, rest=rest)
     change = change_of(t, x, y, noise, left) if left > ODD * float(np.ptp(y)) else None
     parted = parted_of(points, noise[1], left, causes) if change is None else None

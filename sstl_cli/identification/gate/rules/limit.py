@@ -17,15 +17,27 @@ MOVED = 0.3
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels is cut off."""
     for i in (0, 1):
-        hit = [e for e in log if e.tendon_like and math.isfinite(_level(e, i)) and not _elsewhen(e) and not (i and e.causes.enough)]
-        if hit:
-            level = max(_level(e, i) for e in hit)
+        if hit := limited(log, i):
+            level = max(_level(e, i) for e in hit if math.isfinite(_level(e, i)))
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "failure", level, "N",
                 f"{names([e.run_id for e in hit])}: the {WORDS[i]} does not pass {level:.4g} N while the {WORDS[1 - i]} goes on rising; the "
                 "sensor or its amplifier is probably saturated",
                 "none: record again with more range, or cut out what lies at the limit",
             )  # fmt: skip
+
+
+def limited(log: Sequence[Evidence], i: int) -> list[Evidence]:
+    """Return the runs of which a channel is cut off: those that show it, and those of the same sensor that go to that level and no further."""
+    shown = [e for e in log if e.tendon_like and math.isfinite(_level(e, i)) and not _elsewhen(e) and not (i and e.causes.enough)]
+    levels = {e.system: _level(e, i) for e in shown}
+    return [e for e in log if e in shown or (e.tendon_like and e.system in levels and _ends_at(e, i, levels[e.system]))]
+
+
+def _ends_at(e: Evidence, i: int, level_n: float) -> bool:
+    """Whether the highest readings of a channel are one level; those below it go on to it."""
+    s = e.sensors[i]
+    return abs(e.ranges[i].high - level_n) <= max(s.step_n, s.noise_n)
 
 
 def _level(e: Evidence, i: int) -> float:
