@@ -34,7 +34,8 @@ class Entry:
 class Job:
     """One case to draw: what it is to be, its own seed, the simulator that stands in for hardware, and how it is recorded.
 
-    An ``accepted`` one is recorded in two sessions: the model of the first is what the second is compared with.
+    An ``accepted`` one is recorded in two sessions: the model of the first is what the second is compared with. One with ``habits`` is
+    of a rig that does what no law describes, and of which no model was accepted.
     """
 
     entry: Entry
@@ -43,6 +44,7 @@ class Job:
     quick: bool = False
     as_labs: bool = False
     accepted: bool = False
+    habits: bool = False
 
 
 def jobs(

@@ -187,6 +187,9 @@ class Library:
         list[float] | None, typer.Option(min=0.05, max=100, help="Gap over the noise; again for more (default: 0.4, 1.2 and 4).")
     ] = None
     accepted: Annotated[bool, typer.Option("--accepted", help="Ask what has changed since a session whose model was accepted.")] = False
+    habits: Annotated[
+        bool, typer.Option("--habits", help="Of rigs that do what no law describes, too (with --accepted some do in any case).")
+    ] = False
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings.")] = False
     workers: Workers = 2
     seed: Seed = 0
@@ -203,7 +206,7 @@ def library(asked: Library) -> None:
     from sstl_cli.steps import blind_library as step
 
     screen, strengths = Screen(asked.as_json), tuple(asked.strength or STRENGTHS)
-    options = step.Options(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, strengths, asked.accepted)
+    options = step.Options(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, strengths, asked.accepted, asked.habits)
     with screen.progress("drawing and searching cases", asked.cases) as advance:
         made = step.run(asked.file, options, asked.workers, asked.force, advance)
     if made.failed:

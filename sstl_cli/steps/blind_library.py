@@ -43,7 +43,8 @@ Gatherer = Callable[[Job], Sequence[Example]]
 class Options:
     """Which cases are drawn: how many, from which seed on, by which simulators, how long, as recorded how, how strong.
 
-    ``accepted`` cases ask what has changed since a session of which the model was accepted.
+    ``accepted`` cases ask what has changed since a session of which the model was accepted, those with ``habits`` are of rigs that do
+    what no law describes.
     """
 
     cases: int
@@ -53,6 +54,7 @@ class Options:
     recordings: str = MIXED
     strengths: tuple[float, ...] = STRENGTHS
     accepted: bool = False
+    habits: bool = False
 
 
 def run(
@@ -79,8 +81,14 @@ def run(
     parts = out.with_name(f"{out.name}.parts")
     cases, seed = asked.cases, asked.seed
     drawn = jobs(cases, seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
-    waiting = [replace(j, accepted=asked.accepted) for j in drawn]
-    how = {"quick": asked.quick, "recordings": asked.recordings, "strengths": list(asked.strengths), "accepted": asked.accepted}
+    waiting = [replace(j, accepted=asked.accepted, habits=asked.habits) for j in drawn]
+    how = {
+        "quick": asked.quick,
+        "recordings": asked.recordings,
+        "strengths": list(asked.strengths),
+        "accepted": asked.accepted,
+        "habits": asked.habits,
+    }
     _claim(parts, {"cases": cases, "seed": seed, "simulator": asked.simulator, **how})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
@@ -114,6 +122,7 @@ def run(
         recordings=asked.recordings,
         strengths=list(asked.strengths),
         accepted=asked.accepted,
+        habits=asked.habits,
         rows=table.num_rows,
     )
 
@@ -130,22 +139,22 @@ def gather(job: Job) -> list[Example]:
     from sstl_cli.steps.diagnose import run as diagnose
 
     np.seterr(all="ignore")
-    case: Case | Sessions = sessions.draw(job) if job.accepted else draw_job(job)
+    case: Case | Sessions = sessions.draw(job) if job.accepted else sessions.with_habit(job) if job.habits else draw_job(job)
     runs, before = (case.after, case.before) if isinstance(case, Sessions) else (case.runs, [])
     position = any(r.position_in_mm is not None for r in runs)
     options = DiagnoseOptions(sim=case.sim, exclude=case.exclude, position=position, max_effects=MOST_EFFECTS)
     with threadpool_limits(1):
         if before:
             options = replace(options, sim=diagnose(before, options).model())
-        return [*_searched(case_name(job), case.truth, runs, options)]
+        return [*_searched(case_name(job), case.truth, runs, options, again=not job.habits)]
 
 
-def _searched(name: str, truth: CaseTruth, runs: Sequence[Run], options: DiagnoseOptions) -> Generator[Example]:
+def _searched(name: str, truth: CaseTruth, runs: Sequence[Run], options: DiagnoseOptions, again: bool) -> Generator[Example]:
     from sstl_cli.steps.diagnose import gather as evidence
 
     found = labelled(name, truth, evidence(runs, options).rows)
     yield found
-    missing = without(found)
+    missing = without(found) if again else None
     if missing is not None:
         less = replace(options, exclude=tuple(sorted({*options.exclude, *found.answer})))
         yield replace(missing, rows=evidence(runs, less).rows)

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from sstl_cli.blind import cases, sessions
+from sstl_cli.blind.learning import right_answer
 from sstl_cli.blind.record import DISTURBANCE
 from sstl_cli.blind.schedule import Entry, Job
+from sstl_cli.core.errors import SstlError
+from sstl_cli.diagnosis.verdict import UNKNOWN
 
 JOB = Job(Entry("single", ("zero_offset",), 6.0), 31, "variant", True, accepted=True)
 
@@ -61,3 +64,23 @@ def test_two_sessions_are_the_same_whoever_draws_them(without_habit, monkeypatch
     again = sessions.draw(replace(JOB, seed=33))
     for a, b in zip(without_habit.after, again.after, strict=True):
         assert np.array_equal(a.tension_out_n, b.tension_out_n)
+
+
+@pytest.mark.parametrize("part", [0.3, 4.0])
+def test_a_rig_with_a_habit_has_a_cause_with_a_name_where_the_habit_is_small(part, monkeypatch):
+    monkeypatch.setattr(sessions, "BESIDE", (part,))
+    job = replace(JOB, accepted=False, habits=True)
+    case, plain = sessions.with_habit(job), cases.draw(job.entry, job.seed, job.quick, job.simulator)
+    assert case.truth.habit == pytest.approx(part * plain.truth.strength)
+    named = part < 1.0
+    assert right_answer(case.truth) == (("zero_offset",) if named else UNKNOWN)
+    assert case.truth.strength == pytest.approx(plain.truth.strength * (1.0 if named else part))
+    # the same withheld effect, and the habit beside it
+    noise_n = plain.truth.noise_n
+    apart = [off(a, b) for a, b in zip(case.runs, plain.runs, strict=True)]
+    assert max(apart) > 0.5 * part * plain.truth.strength * noise_n
+
+
+def test_what_nothing_is_withheld_from_has_no_habit_beside_it():
+    with pytest.raises(SstlError, match="nothing that a habit could stand beside"):
+        sessions.with_habit(Job(Entry("none"), 31, "variant", True, habits=True))

@@ -289,6 +289,7 @@ class BlindLibraryDocument(Document):
     recordings: str = Field(description="complete and at a steady rate (plain), as labs make them (lab), or both in turn (mixed)")
     strengths: list[float] = Field(description="gaps over the noise, in turn")
     accepted: bool = Field(description="whether cases are compared with a model that was accepted on a session before")
+    habits: bool = Field(False, description="whether rigs do what no law describes, beside what is withheld")
     rows: int
 
 
