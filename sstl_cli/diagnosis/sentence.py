@@ -81,9 +81,10 @@ def lines(document: dict[str, Any]) -> list[str]:
 
     added = f" -> {_n(gap['rmse_with_effect_n'])} with the effect" if document["verdict"]["effects"] else ""
     known = f", known misfit {_n(gap['known_misfit_n'])}" if gap.get("known_misfit_n") else ""
-    out = [
-        f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} re-tuned{added}; noise floor {_n(gap['noise_floor_n'])}{known}"
-    ]
+    # what is most likely beside a known scatter, or noise that is not alike everywhere, need not leave the least RMSE
+    likely = "re-tuned (to what is most likely, not to the least RMSE)" if _more(gap["rmse_retuned_n"], gap["rmse_base_n"]) else "re-tuned"
+    floor = f"noise floor {_n(gap['noise_floor_n'])}"
+    out = [f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} {likely}{added}; {floor}{known}"]
     if document["verdict"]["effects"]:
         why = "what a run has of its own is fitted to it" if gap["held_out_kind"] == OWN else "no other excitation to hold out"
         held = "held-out error falls" if gap["held_out"] else f"error falls ({why})"
@@ -112,6 +113,11 @@ def lines(document: dict[str, Any]) -> list[str]:
         )
     out += [f"  note: {text}" for text in document.get("notes", [])]
     return out
+
+
+def _more(value: float | None, than: float | None) -> bool:
+    """Whether a number is larger than another one as both are written."""
+    return value is not None and than is not None and float(f"{value:.2g}") > float(f"{than:.2g}")
 
 
 def _said(odd: dict[str, Any]) -> str:

@@ -181,3 +181,11 @@ def test_what_a_model_is_known_to_leave_stands_beside_the_noise():
     found = document("none", effects=())
     found["gap"] = {**GAP, "noise_floor_n": 0.02, "known_misfit_n": 0.05}
     assert lines(found)[0] == "  1 N as given -> 0.25 N re-tuned; noise floor 0.02 N, known misfit 0.05 N"
+
+
+def test_a_retuned_model_that_leaves_more_than_the_given_one_says_why():
+    found = document("none", effects=())
+    found["gap"] = {**GAP, "rmse_base_n": 0.15, "rmse_retuned_n": 0.18, "noise_floor_n": 0.02}
+    assert lines(found)[0] == "  0.15 N as given -> 0.18 N re-tuned (to what is most likely, not to the least RMSE); noise floor 0.02 N"
+    found["gap"]["rmse_retuned_n"] = 0.1501
+    assert lines(found)[0] == "  0.15 N as given -> 0.15 N re-tuned; noise floor 0.02 N"
