@@ -101,6 +101,7 @@ library: $(STAMP) ## draw and search the cases that the verdict is learned from 
 	mkdir -p $(OUT)
 	test -f $(OUT)/library.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library.parquet --cases 600 --quick --seed 44000000
 	test -f $(OUT)/library-large.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library-large.parquet --cases 200 --quick --seed 44100000 --strength 12 --strength 40
+	test -f $(OUT)/library-habits.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library-habits.parquet --cases 360 --quick --habits --seed 44300000 --strength 1.2 --strength 4 --strength 12 --strength 40
 	test -f $(OUT)/library-accepted.parquet || nice -n 10 $(BIN)/sstl blind library $(OUT)/library-accepted.parquet --cases 180 --quick --accepted --seed 45200000 --strength 2 --strength 6 --strength 20 --strength 60
 
 LIBRARY := $(sort $(wildcard data/library-*.parquet))

@@ -20,6 +20,7 @@ from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.physics import disturbances
 from sstl_cli.physics.disturbances import Disturbance
+from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
 
 # gap of the rig's own habit over the noise of its sensor
@@ -68,6 +69,8 @@ def draw(job: Job) -> Sessions:
 def with_habit(job: Job) -> Case:
     """Return the case of a job on a rig with a habit that no law describes; where that carries most of the gap nobody could name a cause.
 
+    Faults of the recorder are seen in the readings, whatever the rig does: they have no habit beside them.
+
     Raises
     ------
     SstlError
@@ -75,7 +78,7 @@ def with_habit(job: Job) -> Case:
     """
     case = cases.draw(job.entry, job.seed, job.quick, job.simulator, job.as_labs)
     source, effects = cases.rebuild(case.truth)
-    if not effects or DISTURBANCE in effects or case.truth.channel != "out":
+    if not effects or DISTURBANCE in effects or case.truth.channel != "out" or not all(get(e).fitted for e in effects):
         raise SstlError("has nothing that a habit could stand beside", where=f"seed {job.seed}", code="E951")
     rng = stream(job.seed, "habit")
     part = float(rng.choice(BESIDE))
