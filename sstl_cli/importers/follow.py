@@ -20,17 +20,17 @@ from sstl_cli.core.runs import PASSES, SIGNALS, TEXTS, Run
 from sstl_cli.core.units import Linear
 from sstl_cli.importers.mapping import Mapping
 from sstl_cli.importers.plan import Plan, plan_of, recordings
+from sstl_cli.importers.seen import Seen
 from sstl_cli.importers.sources import Labels, labels_of
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, layout_of
 
 READ_BYTES = 4 << 20
 # the layout of a text is told from its first lines: wait for some
 ENOUGH_LINES = 8
-HEAD_BYTES = 256
 
 
 class TextFollower:
-    """Follows one text file; a file that is cut short, replaced or renamed is begun anew.
+    """Follows one text file; another one in its place is begun anew, the same one written once more goes on where it was.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class TextFollower:
 
     def _begin(self) -> None:
         self._rest = b""
-        self._head = b""
+        self._seen = Seen()
         self._rows = 0
         self._skip = self.mapping.skip_samples
 
@@ -72,7 +72,11 @@ class TextFollower:
         SstlError
             If the file is no text, or the mapping does not fit it.
         """
-        if self._replaced():
+        replaced = self._replaced()
+        if replaced is None:
+            # what has been read is being written once more
+            return
+        if replaced:
             # what was written before the file was renamed still counts
             yield from self._read(True)
             self._close()
@@ -97,21 +101,39 @@ class TextFollower:
         self._plan = None
         self._begin()
 
-    def _replaced(self) -> bool:
-        """Whether another file has taken the name; one cut short or written over is begun anew at once."""
+    def _replaced(self) -> bool | None:
+        """Whether another file has taken the name; one written over is begun anew at once. None: it has not come as far again as it was read.
+
+        Some recorders write their whole file once more for every line, in its place or as another file of its name.
+        """
         if self._file is None:
             return False
         here = os.fstat(self._file.fileno())
-        same = os.pread(self._file.fileno(), len(self._head), 0) == self._head
-        if here.st_size < self._file.tell() or not same:
+        if not self._seen.goes_on(self._file.fileno(), here.st_size):
+            if here.st_size < self._seen.size and self._seen.begins(self._file.fileno(), here.st_size):
+                return None
             self._close()
             return False
         try:
             there = os.stat(self.path)
+            if (there.st_ino, there.st_dev) == (here.st_ino, here.st_dev):
+                return False
+            # a pipe would be waited for
+            other = open(self.path, "rb") if stat.S_ISREG(there.st_mode) else None
         except OSError:
             # renamed, and nothing new yet
             return False
-        return (there.st_ino, there.st_dev) != (here.st_ino, here.st_dev)
+        if other is None:
+            return True
+        size = os.fstat(other.fileno()).st_size
+        again = self._seen.begins(other.fileno(), size)
+        if not again or size < self._seen.size:
+            other.close()
+            return not again
+        other.seek(self._seen.size)
+        self._file.close()
+        self._file = other
+        return False
 
     def _read(self, last: bool) -> Iterator[Run]:
         file = self._file
@@ -120,11 +142,11 @@ class TextFollower:
         if self._plan is None:
             if not self._ready(last):
                 return
-            file.seek(self._layout.first_byte)
+            file.seek(0)
+            self._seen.add(file.read(self._layout.first_byte))
         end = self._layout.line_end
         while data := file.read(READ_BYTES):
-            if len(self._head) < HEAD_BYTES:
-                self._head = os.pread(file.fileno(), min(HEAD_BYTES, file.tell()), 0)
+            self._seen.add(data)
             self._rest += data
             at = self._rest.rfind(end)
             if at < 0:

@@ -52,6 +52,33 @@ def test_a_file_cut_short_or_replaced_is_begun_anew(tmp_path):
     assert times(follower.look()) == [112.0, *(200.0 + k for k in range(9))]
 
 
+@pytest.mark.parametrize("renamed", [True, False])
+def test_a_file_that_is_written_once_more_for_every_line_counts_each_once(tmp_path, renamed):
+    path, rows = tmp_path / "log.csv", [row(k, "1." + "5" * 400) for k in range(300)]
+    follower, found = TextFollower(path, Mapping()), []
+    # more than a block of what is known by its digest, and less
+    for n in (100, 101, 180, 300):
+        text = HEAD + "".join(rows[:n])
+        if renamed:
+            (tmp_path / "new").write_text(text)
+            os.replace(tmp_path / "new", path)
+        else:
+            # it may be looked at while it is not yet as long as it was
+            for part in ("", text[:150], text[: len(text) // 3]):
+                path.write_text(part)
+                found += times(follower.look()) if len(found) else []
+            path.write_text(text)
+        found += times(follower.look())
+    assert found == list(range(300)) and follower.restarts == 0
+    rows[7] = row(7, "2." + "5" * 400)
+    path.write_text(HEAD + "".join(rows))
+    other = tmp_path / "new"
+    other.write_text(HEAD + "".join(rows) + row(300))
+    os.replace(other, path)
+    # one reading is another one: it is another log
+    assert times(follower.look()) == list(range(301)) and follower.restarts == 1
+
+
 def test_a_long_preamble_is_waited_for(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("# a word\n" * 12)
