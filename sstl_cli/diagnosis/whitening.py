@@ -28,7 +28,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import tails
-from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, STATES, TURN, filtered, gains
+from sstl_cli.diagnosis.kalman import (
+    BOTH_NEW,
+    DECAY,
+    FRESH,
+    MEAN,
+    MEAN_KEPT,
+    MEAN_NEW,
+    STATE_KEPT,
+    STATE_NEW,
+    STATES,
+    TURN,
+    filtered,
+    gains,
+)
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record, starts_of
 from sstl_cli.diagnosis.smoother import MOVES
@@ -76,6 +89,11 @@ class Phases:
     gain: Array
     doubt_n: Array
 
+    @property
+    def columns(self) -> Array:
+        """The same side by side, shape (samples, 4)."""
+        return np.column_stack((self.slide, self.left, self.gain, self.doubt_n))
+
     def at(self, rows: NDArray[np.intp] | slice) -> Phases:
         """Return the phases of some samples."""
         return Phases(self.slide[rows], self.left[rows], self.gain[rows], self.doubt_n[rows])
@@ -83,15 +101,23 @@ class Phases:
 
 @dataclass(frozen=True)
 class Own:
-    """Coloured noise of the output's sensor, per step, shape (samples,): what is kept of it and variance of what is new in it;
+    """Coloured noise of the output's sensor, per step, shape (samples, 5): what is kept of it and variance of what is new in it;
     weight of the value before in the mean over the step, covariance of what is new in both, variance of what is new in the mean.
     """
 
-    decay: Array
-    fresh: Array
-    shown: Array
-    both: Array
-    mean: Array
+    columns: Array
+
+    @property
+    def decay(self) -> Array:
+        return self.columns[:, DECAY]
+
+    @property
+    def fresh(self) -> Array:
+        return self.columns[:, FRESH]
+
+    @property
+    def mean(self) -> Array:
+        return self.columns[:, MEAN]
 
 
 @dataclass(frozen=True)
@@ -135,9 +161,7 @@ class Whitener:
     own: Own
     weights: Array
     scale: Array
-    slide: Array
-    left: Array
-    gain: Array
+    phases: Array
     first: Mask
     log_det: float
     known: tuple[Turned, ...] = ()
@@ -162,9 +186,7 @@ class Whitener:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
-        out = filtered(
-            x, self.moves, self.own.decay, self.own.shown, self.weights, self.scale, self.slide, self.left, self.gain, self.first
-        )
+        out = filtered(x, self.moves, self.own.columns, self.weights, self.scale, self.phases, self.first)
         for turn in self.known:
             out = turn(out)
         if self.trust is not None:
@@ -187,9 +209,8 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     scale = np.where(keep > 0, 1.0 / scale_n, 0.0)
     first = np.zeros(n, np.bool_)
     first[list(starts)] = True
-    zero = np.zeros(n)
     log_det = 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n))
-    return _White(np.zeros((n, MOVES)), Own(zero, zero, zero, zero, zero), np.zeros((n, STATES)), scale, zero, zero, zero, first, log_det)
+    return _White(np.zeros((n, MOVES)), Own(np.zeros((n, 5))), np.zeros((n, STATES)), scale, np.zeros((n, 4)), first, log_det)
 
 
 @dataclass(frozen=True)
@@ -222,11 +243,9 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -
     # both readings of an instant are late together: what slides differs by as much from what the smooth input makes of it
     white_n = np.hypot(c.white_n, phases.slide * phases.gain * c.jitter_n)
     white_n = white_n if discrepancy_n is None else np.hypot(white_n, discrepancy_n)
-    weights, scale, log_det = gains(
-        phases.slide, phases.left, phases.gain, phases.doubt_n, c.error_law, c.own.decay, c.own.fresh, c.own.shown, c.own.both, c.own.mean,
-        white_n, c.keep, c.first, c.start,
-    )  # fmt: skip
-    plain = Whitener(c.moves, c.own, weights, scale, phases.slide, phases.left, phases.gain, c.first, log_det)
+    columns = phases.columns
+    weights, scale, log_det = gains(columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start)
+    plain = Whitener(c.moves, c.own, weights, scale, columns, c.first, log_det)
     return plain if c.wander is None else _varied(plain, c.wander)
 
 
@@ -252,7 +271,7 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     variance = np.array(
         [out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)]
     )
-    own = Own(*(np.concatenate(part) for part in zip(*(_own(r, out) for r, (_, out) in zip(records, sensors, strict=True)), strict=True)))
+    own = Own(np.concatenate([np.column_stack(_own(r, out)) for r, (_, out) in zip(records, sensors, strict=True)]))
     start = np.zeros(len(first))
     start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + variance[whose]
     law = np.concatenate([_entering(r, into, noise.smoother[r.system]) for r, (into, _) in zip(records, sensors, strict=True)])

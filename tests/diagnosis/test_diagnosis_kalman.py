@@ -9,6 +9,7 @@ from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, TURN,
 from sstl_cli.diagnosis.smoother import LAW, MOVES
 
 N, SIGMA = 6, 0.3
+PHASES, OWN = ("slide", "left", "gain", "doubt_n"), ("decay", "fresh", "shown", "both", "mean")
 
 
 def plain(n: int) -> dict[str, np.ndarray]:
@@ -16,8 +17,7 @@ def plain(n: int) -> dict[str, np.ndarray]:
     zero = np.zeros(n)
     first = np.zeros(n, bool)
     first[0] = True
-    names = ("slide", "left", "gain", "doubt_n", "decay", "fresh", "shown", "both", "mean", "start")
-    return {k: zero.copy() for k in names} | {
+    return {k: zero.copy() for k in (*PHASES, *OWN, "start")} | {
         "law": np.zeros((n, LAW)),
         "white_n": np.full(n, SIGMA),
         "keep": np.ones(n, bool),
@@ -26,9 +26,9 @@ def plain(n: int) -> dict[str, np.ndarray]:
 
 
 def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
-    weights, scale, log_det = gains(**a)
-    moves = np.ascontiguousarray(a["law"][:, :MOVES])
-    return filtered(x, moves, a["decay"], a["shown"], weights, scale, a["slide"], a["left"], a["gain"], a["first"]), log_det
+    phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
+    weights, scale, log_det = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"])
+    return filtered(x, np.ascontiguousarray(a["law"][:, :MOVES]), own, weights, scale, phases, a["first"]), log_det
 
 
 def agrees(a: dict[str, np.ndarray], covariance: np.ndarray) -> None:
