@@ -54,46 +54,8 @@ def run(
     First unwhitened and on representative runs, because a whitened fit from a poor start gets stuck; then with the noise
     that the richest model leaves, each model by its own phases. ``passed`` says whether combinations have to be left out (see core.deadline).
     """
-    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
-    chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
-    plain = _plain(small, 1.0)
-    base = fit(small, plain, NOTHING, theta0[chosen], np.zeros(0), careful=True)
-    spread = float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0)))
-    plain = _plain(small, max(spread, 1e-9))
-    base = fit(small, plain, NOTHING, base.theta, np.zeros(0), BASE_ITERATIONS, careful=True)
     starts = _as_known(sim, [h for i in ids for h in starting(i, sim.problem.systems)])
-
-    def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
-        gain, start = screen(small, base, h)
-        advance(SCREENED / max(len(starts), 1))
-        return gain, h, start
-
-    promises = sorted(each(promise, starts, workers), key=lambda p: -p[0])
-
-    def coarse(place: int) -> Fit:
-        gain, h, start = promises[place]
-        near = place < RICH_FITS or gain > PROMISING * promises[0][0]
-        done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS, careful=True)
-        advance(FITTED / max(len(starts), 1))
-        return done
-
-    rough = sorted(each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids))
-    theta = _spread(theta0, chosen, base.theta)
-    plain_all = _plain(sim, max(spread, 1e-9))
-    first = fit(sim, plain_all, NOTHING, theta, np.zeros(0), BASE_ITERATIONS, careful=True)
-    measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
-    if any(r.misfit_n is not None for r in sim.problem.records):
-        # what slides show beyond holds is the scatter of the accepted model, which is known
-        noise = noise_of.white_only(measured)
-    else:
-        rich = [
-            fit(sim, plain_all, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
-            for f in rough[:RICH_FITS]
-        ]
-        sim, first, noise = hearing.heard(sim, [first, *rich], measured)
-    found = Search(sim, noise, measured, settle(sim, noise, first), {}, {})
-
-    found, first_round = _first_round(found, rough, chosen, workers)
+    found, first_round = _begun(sim, starts, theta0, advance, workers)
     lead = max((found.base.cost - f.cost for f in first_round), default=0.0)
 
     def alone(group: Sequence[Fit]) -> tuple[Weighed, ...]:
@@ -118,6 +80,54 @@ def run(
         found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
     return usual.beyond(found)
+
+
+def _begun(
+    sim: Simulator, starts: Sequence[Hypothesis], theta0: Array, advance: Callable[[float], None], workers: int
+) -> tuple[Search, list[Fit]]:
+    """Return a search that has its noise and its base, and a first whitened fit of every hypothesis."""
+    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
+    chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
+    base = fit(small, _plain(small, 1.0), NOTHING, theta0[chosen], np.zeros(0), careful=True)
+    spread = max(float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0))), 1e-9)
+    rough, theta = _rough(small, starts, base.theta, spread, advance, workers)
+    plain = _plain(sim, spread)
+    first = fit(sim, plain, NOTHING, _spread(theta0, chosen, theta), np.zeros(0), BASE_ITERATIONS, careful=True)
+    measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
+    if any(r.misfit_n is not None for r in sim.problem.records):
+        # what slides show beyond holds is the scatter of the accepted model, which is known
+        noise = noise_of.white_only(measured)
+    else:
+        rich = [
+            fit(sim, plain, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
+            for f in rough[:RICH_FITS]
+        ]
+        sim, first, noise = hearing.heard(sim, [first, *rich], measured)
+    return _first_round(Search(sim, noise, measured, settle(sim, noise, first), {}, {}), rough, chosen, workers)
+
+
+def _rough(
+    small: Simulator, starts: Sequence[Hypothesis], theta: Array, spread_n: float, advance: Callable[[float], None], workers: int
+) -> tuple[list[Fit], Array]:
+    """Return unwhitened fits of every hypothesis on representative runs, the best first, and the theta of the base there."""
+    plain = _plain(small, spread_n)
+    base = fit(small, plain, NOTHING, theta, np.zeros(0), BASE_ITERATIONS, careful=True)
+
+    def promise(h: Hypothesis) -> tuple[float, Hypothesis, Array]:
+        gain, start = screen(small, base, h)
+        advance(SCREENED / max(len(starts), 1))
+        return gain, h, start
+
+    promises = sorted(each(promise, starts, workers), key=lambda p: -p[0])
+
+    def coarse(place: int) -> Fit:
+        gain, h, start = promises[place]
+        near = place < RICH_FITS or gain > PROMISING * promises[0][0]
+        done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS, careful=True)
+        advance(FITTED / max(len(starts), 1))
+        return done
+
+    return sorted(each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids)), base.theta
 
 
 def _as_known(sim: Simulator, found: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -7,7 +7,7 @@ from concurrent.futures import as_completed
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -95,22 +95,7 @@ def run(
     with closing(_worked(left, parts, workers, gatherer or gather)) as done:
         for _ in done:
             advance(1)
-    tables = [open_table(_part(parts, j), LIBRARY).table() for j in waiting]
-    failed = sum(t.num_rows == 0 for t in tables)
-    table = pa.concat_tables(tables)
-    facts = {
-        "cases": cases - failed,
-        "failed": failed,
-        "simulators": sorted({j.simulator for j in waiting}),
-        "seeds": [[seed, seed + cases - 1]],
-        **how,
-    }
-    write_library(out, table, Provenance(COMMAND, seed, {}, facts), force)
-    # what else somebody has put there stays
-    for own in (parts / "plan.json", *(_part(parts, j) for j in waiting), *parts.glob(".*.tmp")):
-        own.unlink(missing_ok=True)
-    with suppress(OSError):
-        parts.rmdir()
+    table, failed, facts = _collected(out, parts, waiting, asked, how, force)
     return BlindLibraryDocument(
         schema="sstl.blind.library/1",
         out=str(out),
@@ -125,6 +110,29 @@ def run(
         habits=asked.habits,
         rows=table.num_rows,
     )
+
+
+def _collected(
+    out: Path, parts: Path, waiting: Sequence[Job], asked: Options, how: Mapping[str, object], force: bool
+) -> tuple[pa.Table, int, dict[str, Any]]:
+    """Write the parts as one table and take them away; return it, how many cases failed, and how it was made."""
+    tables = [open_table(_part(parts, j), LIBRARY).table() for j in waiting]
+    failed = sum(t.num_rows == 0 for t in tables)
+    table = pa.concat_tables(tables)
+    facts = {
+        "cases": asked.cases - failed,
+        "failed": failed,
+        "simulators": sorted({j.simulator for j in waiting}),
+        "seeds": [[asked.seed, asked.seed + asked.cases - 1]],
+        **how,
+    }
+    write_library(out, table, Provenance(COMMAND, asked.seed, {}, facts), force)
+    # what else somebody has put there stays
+    for own in (parts / "plan.json", *(_part(parts, j) for j in waiting), *parts.glob(".*.tmp")):
+        own.unlink(missing_ok=True)
+    with suppress(OSError):
+        parts.rmdir()
+    return table, failed, facts
 
 
 def gather(job: Job) -> list[Example]:
