@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.ending import Parted, held_back, parted
 from sstl_cli.diagnosis.kalman import TURN
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
@@ -88,11 +89,11 @@ class _Asked:
 class Simulator:
     """Predicts the measured output of every record; records are concatenated in order.
 
-    ``fixed`` effects are those the user's own simulator already contains; the same effect as a candidate is a change of
-    its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit),
+    ``fixed`` effects are those of the user's own simulator; the same effect as a candidate is a change of its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit),
     ``accepted`` the theta of a model that was accepted before, shape (configurations,),
     ``usual`` the standard deviation by which each of its strengths varies from record to record, by effect and name,
-    ``scatters`` whether the records know what an accepted model leaves, or how it varies.
+    ``scatters`` whether the records know what an accepted model leaves, or how it varies, ``behind`` whether more friction at the
+    end than it has acts on that too (see ending).
     """
 
     problem: Problem
@@ -101,6 +102,7 @@ class Simulator:
     dispersion: Mapping[str, float] = field(default_factory=dict)
     accepted: Array | None = None
     usual: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    behind: bool = True
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -111,6 +113,7 @@ class Simulator:
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u)) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
+        self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)
         self._factors = np.array([r.factor for r in p.records])
         self._share = np.concatenate([r.share for r in p.records])
         self._driven = np.array([r.slip is not None for r in p.records])
@@ -135,7 +138,7 @@ class Simulator:
         return replace(drive, time_s=drive.time_s + r.begun_s, slip=r.slip, neighbour_n=neighbour_of(r))
 
     def _each(self, signal: Array) -> list[Array]:
-        """Return a signal over all samples of the simulation, record by record."""
+        """Return a signal record by record."""
         return [signal[a:b] for a, b in zip(self._fine_edges[:-1], self._fine_edges[1:], strict=True)]
 
     def changed(self, effect_id: str, values: Mapping[str, float]) -> dict[str, float]:
@@ -237,15 +240,19 @@ class Simulator:
         """
         made = [self._made(a) for a in asked]
         outs = predict_runs(self._runs, [m[0] for m in made])
-        return [self._seen(out, read, seen, a.whole) for a, (_, read, seen), out in zip(asked, made, outs, strict=True)]
+        return [
+            self._seen(out, case, read, seen, a.whole, more) for a, (case, read, seen, more), out in zip(asked, made, outs, strict=True)
+        ]
 
-    def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked]:
-        """Return what is to be simulated, the input as it is read (N), and what the output's sensor does."""
+    def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked, float]:
+        """Return what is to be simulated, the input as it is read (N), what the output's sensor does, and more friction at the end (N)."""
         load, effects = None, asked.effects
         if LINE.id in effects:
             load = effects[LINE.id]["load_mm_per_n"]
-        effects = {k: v for k, v in effects.items() if k not in ASIDE}
-        active = activate({**self.fixed, **{k: self.changed(k, v) for k, v in effects.items()}})
+        effects = {**self.fixed, **{k: self.changed(k, v) for k, v in effects.items() if k not in ASIDE}}
+        whole = asked.whole and self._known is not None and self.behind
+        effects, more = parted(effects, self.fixed) if whole else Parted(effects, 0.0)
+        active = activate(effects)
         runs, records = self._runs, self.problem.records
         read = runs.tension_n + asked.shift_n if np.any(asked.shift_n) else runs.tension_n
         given = read
@@ -255,12 +262,14 @@ class Simulator:
         seen, starts = active.of_hook("output"), self._starts
         if seen:
             starts = np.array([_true_start(r, s, seen) for r in records for s in starts_of(r)])
-        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load), read, seen
+        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load), read, seen, more
 
-    def _seen(self, out: Array, read: Array, seen: Hooked, whole: bool) -> Array:
+    def _seen(self, out: Array, case: Case, read: Array, seen: Hooked, whole: bool, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""
         if whole and self._known is not None:
             out = out + self._known
+        if more_n > 0.0:
+            out = held_back(out, more_n, self._begin, case.start_n)
         if seen:
             pairs = zip(self._samplings, self._each(read), self._each(out), strict=True)
             out = np.concatenate([sensed(seen, s, u, y) for s, u, y in pairs])

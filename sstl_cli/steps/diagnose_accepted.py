@@ -104,10 +104,12 @@ def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
 
 
 def _unheard(sim: Simulator, chosen: Fit) -> tuple[Simulator, Fit]:
-    """Return simulator and fit driven by inputs that were told of no slow noise: so they are where a model that knows is tried."""
-    bare = replace(sim, problem=replace(sim.problem, records=tuple(replace(r, wander=None) for r in sim.problem.records)))
-    if all(r.told_n == 0.0 for r in sim.problem.records):
-        return bare, chosen
-    plain = replace(sim, problem=told(bare.problem, dict.fromkeys(sim.problem.systems, WHITE_ONLY)))
+    """Return simulator and fit driven by inputs that were told of no slow noise: so they are where a model that knows is tried.
+
+    What was found is the model's own from now on: friction at the end is in its line, and beside that it is learned what else is left.
+    """
+    plain = replace(sim, behind=False, problem=replace(sim.problem, records=tuple(replace(r, wander=None) for r in sim.problem.records)))
+    if any(r.told_n != 0.0 for r in sim.problem.records):
+        plain = replace(plain, problem=told(plain.problem, dict.fromkeys(sim.problem.systems, WHITE_ONLY)))
     prediction = plain.predict(chosen.theta, chosen.effects)
     return plain, replace(chosen, prediction=prediction, residual=plain.y - prediction)

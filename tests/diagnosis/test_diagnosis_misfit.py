@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sstl_cli.blind.inject import Injection, put_in
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.state import turning
 from sstl_cli.physics.scenario import load
@@ -64,6 +65,18 @@ def test_friction_that_has_risen_all_along_is_said(monday):
     assert {c: now[c] / t for c, t in was.items()} == pytest.approx(dict.fromkeys(was, 1.25), rel=0.05)
     assert again["verdict"]["status"] == "none" and again["analysis"]["theta_changed"]
     assert again["sentence"].startswith("Theta has changed since the simulator was accepted (") and "+25 %" in again["sentence"]
+
+
+def test_friction_at_the_end_of_a_rig_with_a_habit_is_named_and_kept(monday):
+    runs = put_in(odd(record({}, 2), 2), Injection("const_friction", 0.6, "w_end_n"))
+    found = run(runs, replace(OPTIONS, sim=monday[1]))
+    assert found.verdict.effects == ("const_friction",) and found.verdict.status == "identified"
+    values = {p["name"]: p["estimate"] for p in found.document()["candidates"][0]["parameters"]}
+    assert values["w_end_n"] == pytest.approx(0.6, rel=0.15)
+    # accepted, it is the rig's own
+    again = run(runs, replace(OPTIONS, sim=found.model())).document()
+    assert again["verdict"]["status"] == "none"
+    assert again["gap"]["rmse_base_n"] == pytest.approx(again["gap"]["known_misfit_n"], rel=0.15)
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_fits import THETA, simulator
 
+from sstl_cli.diagnosis.ending import held_back, parted
 from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases, as_effects, free_parameters, neighbour_of
 from sstl_cli.diagnosis.wander import nowhere
@@ -81,6 +82,31 @@ def test_what_is_known_to_be_left_is_read_by_the_sensor_like_the_rest():
     first, *rest = SIM.problem.records
     some = replace(SIM, problem=replace(SIM.problem, records=(first, *(replace(r, known=np.ones(len(r.u))) for r in rest))))
     assert some.predict(THETA, {}) - SIM.predict(THETA, {}) == pytest.approx((SIM.run > 0).astype(float))
+
+
+def test_more_friction_at_the_end_holds_back_what_is_known_to_be_left_too():
+    seal = {"const_friction": {"w_end_n": 0.4}}
+    # where nothing is known the line has it: a play behind a play is one between lines that are so much farther apart
+    plays = expected(lambda r, a: held_back(played(r.u, a, r.start_n), 0.4, np.array([0]), np.array([r.start_n])))
+    assert SIM.predict(THETA, seal) == pytest.approx(plays, abs=1e-9)
+    knowing = changed(known=lambda r: np.sin(np.arange(len(r.u))))
+    whole = expected(
+        lambda r, a: held_back(played(r.u, a, r.start_n) + np.sin(np.arange(len(r.u))), 0.4, np.array([0]), np.array([r.start_n]))
+    )
+    assert knowing.predict(THETA, seal) == pytest.approx(whole, abs=1e-9)
+    # what an accepted model has of it is its line's, and so is all that is accepted from now on
+    ripple = np.concatenate([np.sin(np.arange(len(r))) for r in SIM.problem.records])
+    assert replace(knowing, fixed=seal).predict(THETA, {}) == pytest.approx(SIM.predict(THETA, seal) + ripple, abs=1e-9)
+    assert replace(knowing, behind=False).predict(THETA, seal) == pytest.approx(SIM.predict(THETA, seal) + ripple, abs=1e-9)
+
+
+def test_friction_begins_anew_where_a_record_does_and_as_it_arrives_where_nothing_was_read():
+    arriving = np.array([0.0, 1.0, 2.0, 1.0, -1.0, 5.0, 5.0])
+    assert held_back(arriving, 0.5, np.array([0, 5]), np.array([0.2, np.nan])).tolist() == [0.2, 0.5, 1.5, 1.5, -0.5, 5.0, 5.0]
+    values, fixed = {"const_friction": {"w_l_n": 0.1, "w_end_n": 0.3}}, {"const_friction": {"w_end_n": 0.2}}
+    effects, more = parted(values, fixed)
+    assert effects["const_friction"] == {"w_l_n": 0.1, "w_end_n": 0.2} and more == pytest.approx(0.1)
+    assert parted(fixed, values) == (fixed, 0.0) and parted({}, fixed) == ({}, 0.0)
 
 
 def test_an_effect_that_the_simulator_contains_is_changed_by_the_candidate():

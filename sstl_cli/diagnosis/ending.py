@@ -1,0 +1,54 @@
+"""Friction at the end where the output is read, of a rig that is known to do more than its model.
+
+Whatever a line does arrives there with what no law describes: a seal or the joint itself holds back both. What an accepted
+model holds of such friction stays in its line, beside which it was learned what else the rig does; more of it acts on the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Effects = Mapping[str, Mapping[str, float]]
+EFFECT, PARAMETER = "const_friction", "w_end_n"
+
+
+class Parted(NamedTuple):
+    """Effects with the friction at the end that the line has, and what is more (N)."""
+
+    effects: Effects
+    more_n: float
+
+
+def parted(effects: Effects, fixed: Effects) -> Parted:
+    """Return effects with no more friction at the end than the accepted model's, and the rest.
+
+    Parameters
+    ----------
+    effects, fixed : mapping
+        Values of what is asked for, changes included, and of the accepted model.
+    """
+    has = fixed.get(EFFECT, {}).get(PARAMETER, 0.0)
+    more = effects.get(EFFECT, {}).get(PARAMETER, 0.0) - has
+    if more <= 0.0:
+        return Parted(effects, 0.0)
+    return Parted({**effects, EFFECT: {**effects[EFFECT], PARAMETER: has}}, more)
+
+
+@njit(cache=True, nogil=True)
+def held_back(arriving: Array, more_n: float, at: NDArray[np.int64], begin: Array) -> Array:
+    """Return what is left of tensions (N) that have to overcome friction both ways; at the samples ``at`` it begins anew (N, NaN: as it arrives)."""
+    out = np.empty(arriving.size)
+    k, now = 0, arriving[0]
+    for t in range(arriving.size):
+        if k < at.size and at[k] == t:
+            now = begin[k] if begin[k] == begin[k] else arriving[t]
+            k += 1
+        now = min(max(now, arriving[t] - more_n), arriving[t] + more_n)
+        out[t] = now
+    return out
