@@ -110,7 +110,7 @@ class Simulator:
         self._runs = laid([piece for r in p.records for piece in _pieces(r, self._drive(r, r.u, r.rate))])
         self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
-        self._samplings = [Sampling(r.system, r.dt_s, len(r.u)) for r in p.records]
+        self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
         self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)

@@ -250,7 +250,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if sure >= weights.commit and tied:
         group = tuple(dict.fromkeys((top, *sorted(rivalling, key=lambda k: (-p[k], k)))))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
-        said = f"{explained(rows, top)}; {rivals} explain this data as well"
+        said = f"{explained(rows, top)}; {rivals} explain{'' if len(group) > 2 else 's'} this data as well"
         return say(AMBIGUOUS, top, sum(p[k] for k in group), group, said)
     if sure >= weights.commit:
         return say(IDENTIFIED, top, sure, (top,), explained(rows, top))

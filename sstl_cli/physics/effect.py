@@ -162,12 +162,13 @@ Hook = Callable[[Array, Array, "Sampling", Values], Array]
 
 @dataclass(frozen=True)
 class Sampling:
-    """What a sensor hook may know of the run: channel pair, sampling period (s) and number of samples."""
+    """What a sensor hook may know of the run: channel pair, sampling period (s), number of samples, and what the output reads first (N)."""
 
     system: str
     dt_s: float
     count: int
     rng: np.random.Generator | None = None
+    begin_n: float | None = None
 
     @cached_property
     def fraction(self) -> Array:

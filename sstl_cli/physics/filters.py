@@ -77,11 +77,11 @@ def delayed(signal: Array, samples: float) -> Array:
     return _delay(np.ascontiguousarray(signal), samples)
 
 
-def play(signal: Array, half_width: float) -> Array:
-    """Return the signal behind a symmetric play (backlash) of the given half-width."""
+def play(signal: Array, half_width: float, begin: float | None = None) -> Array:
+    """Return the signal behind a symmetric play (backlash) of the given half-width, which begins in the middle or near ``begin``."""
     if half_width <= 0.0:
         return signal
-    return _play(np.ascontiguousarray(signal), half_width)
+    return _play(np.ascontiguousarray(signal), half_width, float(signal[0] if begin is None else begin))
 
 
 @njit(cache=True, nogil=True)
@@ -134,9 +134,8 @@ def _delay(signal: Array, samples: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _play(signal: Array, half_width: float) -> Array:
+def _play(signal: Array, half_width: float, y: float) -> Array:
     out = np.empty_like(signal)
-    y = signal[0]
     for k in range(signal.size):
         y = min(max(y, signal[k] - half_width), signal[k] + half_width)
         out[k] = y

@@ -100,6 +100,12 @@ def test_more_friction_at_the_end_holds_back_what_is_known_to_be_left_too():
     assert replace(knowing, behind=False).predict(THETA, seal) == pytest.approx(SIM.predict(THETA, seal) + ripple, abs=1e-9)
 
 
+def test_a_sticky_sensor_is_friction_at_the_end_to_any_recording():
+    sticky = SIM.predict(THETA, {"sensor_nonlinearity": {"h_n": 0.4}})
+    assert sticky == pytest.approx(SIM.predict(THETA, {"const_friction": {"w_end_n": 0.4}}), abs=1e-9)
+    assert np.abs(sticky - SIM.predict(THETA, {})).max() > 0.3
+
+
 def test_friction_begins_anew_where_a_record_does_and_as_it_arrives_where_nothing_was_read():
     arriving = np.array([0.0, 1.0, 2.0, 1.0, -1.0, 5.0, 5.0])
     assert held_back(arriving, 0.5, np.array([0, 5]), np.array([0.2, np.nan])).tolist() == [0.2, 0.5, 1.5, 1.5, -0.5, 5.0, 5.0]

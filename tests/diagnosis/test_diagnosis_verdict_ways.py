@@ -229,7 +229,7 @@ def test_a_combination_whose_part_adds_too_little_does_not_stand():
 
 def test_why_tells_what_was_seen():
     assert "gains 2500 nats" in said(seen("viscous", p=0.9)).why
-    assert "crosstalk explain this data as well" in said(seen("viscous", p=0.9), seen("crosstalk", p=0.02)).why
+    assert "crosstalk explains this data as well" in said(seen("viscous", p=0.9), seen("crosstalk", p=0.02)).why
     assert "mean by speed, 40 sigma" in said(seen("viscous", p=0.2), unknown=0.7).why
     assert "mean by speed" in said(none=0.1, unknown=0.9).why
     assert "10 % of the squared error" in said(seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)).why

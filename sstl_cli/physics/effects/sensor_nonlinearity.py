@@ -12,8 +12,9 @@ def _curved(tension: Array, a: float) -> Array:
     return tension + a * tension * (1.0 - tension / FULL_SCALE_N)
 
 
-def _output(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
-    return play(_curved(tension, v["a_out"]), v["h_n"])
+def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
+    # what it reads at first it holds: where in its play it began is not for a model to choose
+    return play(_curved(tension, v["a_out"]), v["h_n"], run.begin_n)
 
 
 def _input(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
