@@ -16,10 +16,10 @@ EFFECT = Effect(
     equation="dT/ds = -zeta (mu kappa T + w); where it is driven T -> T - zeta w_in, at the end T -> T - zeta w_end",
     source="Published extension of the capstan equation of Eq. (1); catalogue entry [L]",
     parameters=(
-        Parameter("w_l_n", "N", 0.0, 0.0, 0.5, "friction per pass, w L", limits=(0.0, 20.0)),
+        Parameter("w_l_n", "N", 0.0, 0.0, 0.5, "friction per pass, w L"),
         # a seal, a guide or the joint itself: once, whatever the passes
-        Parameter("w_in_n", "N", 0.0, 0.0, 0.5, "friction where the line is driven", limits=(0.0, 20.0)),
-        Parameter("w_end_n", "N", 0.0, 0.0, 0.5, "friction at the end where the output is read", limits=(0.0, 20.0)),
+        Parameter("w_in_n", "N", 0.0, 0.0, 0.5, "friction where the line is driven"),
+        Parameter("w_end_n", "N", 0.0, 0.0, 0.5, "friction at the end where the output is read"),
     ),
     excitation="Low tensions; both channels; at least two speeds to tell it from viscous drag.",
     look_alikes=("zero_offset", "viscous", "pulley_friction"),
