@@ -53,7 +53,7 @@ from the model and from the nearest rival.
 What is wanted: 80 % of the decidable ones named, wrong commits at most 5 %, untouched halves `none` in 90 %, sizes within 20 %
 in 80 % of those named. Beside a large known misfit the answer is careful, and names too little.
 A column with a dash was not run. In the two cylinders a motion drives the line; dry friction behind it is there the same
-operation on the readings as hysteresis of the sensor, by which name it is called.
+operation on the readings as hysteresis of the sensor: where a sensor may have as much of it the two stand in a set.
 """
 
 
