@@ -76,18 +76,19 @@ def with_habit(job: Job) -> Case:
     SstlError
         If no bench could be simulated, or nothing is withheld that the habit could stand beside.
     """
+    withheld = job.entry.effects
+    if not withheld or not all(e != DISTURBANCE and get(e).fitted and get(e).channel == "out" for e in withheld):
+        raise SstlError("has nothing that a habit could stand beside", where=f"seed {job.seed}", code="E951")
     case = cases.draw(job.entry, job.seed, job.quick, job.simulator, job.as_labs)
     source, effects = cases.rebuild(case.truth)
-    if not effects or DISTURBANCE in effects or case.truth.channel != "out" or not all(get(e).fitted for e in effects):
-        raise SstlError("has nothing that a habit could stand beside", where=f"seed {job.seed}", code="E951")
     rng = stream(job.seed, "habit")
     part = float(rng.choice(BESIDE))
-    drawn, amplitude = _habit(source, rng, part * case.truth.strength * source.noise_n)
+    level = part * case.truth.strength
+    drawn, amplitude = _habit(source, rng, level * source.noise_n)
     runs = replace(source, disturbance=drawn).record(source.bench.runs, {DISTURBANCE: {"amplitude": amplitude}, **effects})
-    truth = replace(case.truth, habit=part * case.truth.strength)
+    truth = replace(case.truth, habit=level)
     if part > 1.0:
-        strength = part * case.truth.strength
-        truth = replace(truth, kind="unlisted", effects={}, strength=strength, unlisted=(drawn.description,), also=drawn.listed)
+        truth = replace(truth, kind="unlisted", effects={}, strength=level, unlisted=(drawn.description,), also=drawn.listed)
     return replace(case, runs=runs, truth=truth)
 
 

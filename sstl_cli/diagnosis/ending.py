@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from sstl_cli.physics.filters import play
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
@@ -40,15 +41,10 @@ def parted(effects: Effects, fixed: Effects) -> Parted:
     return Parted({**effects, EFFECT: {**effects[EFFECT], PARAMETER: has}}, more)
 
 
-@njit(cache=True, nogil=True)
 def held_back(arriving: Array, more_n: float, at: NDArray[np.int64], begin: Array) -> Array:
-    """Return what is left of tensions (N) that have to overcome friction both ways; at the samples ``at`` it begins anew (N, NaN: as it arrives)."""
-    out = np.empty(arriving.size)
-    k, now = 0, arriving[0]
-    for t in range(arriving.size):
-        if k < at.size and at[k] == t:
-            now = begin[k] if begin[k] == begin[k] else arriving[t]
-            k += 1
-        now = min(max(now, arriving[t] - more_n), arriving[t] + more_n)
-        out[t] = now
-    return out
+    """Return what is left of tensions (N) that have to overcome friction both ways; at the samples ``at`` it begins anew (N, NaN: as it arrives).
+
+    The first sample is one of them.
+    """
+    pieces = zip(np.split(arriving, at[1:]), begin, strict=True)
+    return np.concatenate([play(x, more_n, None if np.isnan(b) else float(b)) for x, b in pieces])

@@ -89,11 +89,11 @@ class _Asked:
 class Simulator:
     """Predicts the measured output of every record; records are concatenated in order.
 
-    ``fixed`` effects are those of the user's own simulator; the same effect as a candidate is a change of its strengths. ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit),
-    ``accepted`` the theta of a model that was accepted before, shape (configurations,),
-    ``usual`` the standard deviation by which each of its strengths varies from record to record, by effect and name,
-    ``scatters`` whether the records know what an accepted model leaves, or how it varies, ``behind`` whether more friction at the
-    end than it has acts on that too (see ending).
+    ``fixed`` effects are those of the user's own simulator; the same effect as a candidate is a change of its strengths.
+    ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit), ``accepted`` the theta of a
+    model that was accepted before, shape (configurations,), ``usual`` the standard deviation by which each of its strengths
+    varies from record to record, by effect and name, ``scatters`` whether the records know what an accepted model leaves, or
+    how it varies, ``behind`` whether more friction at the end than it has acts on that too (see ending).
     """
 
     problem: Problem
@@ -240,9 +240,7 @@ class Simulator:
         """
         made = [self._made(a) for a in asked]
         outs = predict_runs(self._runs, [m[0] for m in made])
-        return [
-            self._seen(out, case, read, seen, a.whole, more) for a, (case, read, seen, more), out in zip(asked, made, outs, strict=True)
-        ]
+        return [self._seen(out, a.whole, *m) for a, m, out in zip(asked, made, outs, strict=True)]
 
     def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked, float]:
         """Return what is to be simulated, the input as it is read (N), what the output's sensor does, and more friction at the end (N)."""
@@ -264,7 +262,7 @@ class Simulator:
             starts = np.array([_true_start(r, s, seen) for r in records for s in starts_of(r)])
         return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load), read, seen, more
 
-    def _seen(self, out: Array, case: Case, read: Array, seen: Hooked, whole: bool, more_n: float) -> Array:
+    def _seen(self, out: Array, whole: bool, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""
         if whole and self._known is not None:
             out = out + self._known

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,9 +90,9 @@ class Phases:
     gain: Array
     doubt_n: Array
 
-    @property
+    @cached_property
     def columns(self) -> Array:
-        """The same side by side, shape (samples, 4)."""
+        """The same side by side, shape (samples, 4); kept, since several shares of a law's own error are tried at the same phases."""
         return np.column_stack((self.slide, self.left, self.gain, self.doubt_n))
 
     def at(self, rows: NDArray[np.intp] | slice) -> Phases:

@@ -41,7 +41,7 @@ class Seen:
         size = min(size, self.size)
         if os.pread(descriptor, min(size, BLOCK), 0) != self._first[:size]:
             return False
-        for k, known in enumerate(self._digests[: size // BLOCK]):
+        for k, known in enumerate(self._digests[1 : size // BLOCK], 1):
             if _digest(os.pread(descriptor, BLOCK, k * BLOCK)) != known:
                 return False
         at = len(self._digests) * BLOCK

@@ -79,8 +79,7 @@ def run(
     """
     require_writable(out, force)
     parts = out.with_name(f"{out.name}.parts")
-    cases, seed = asked.cases, asked.seed
-    drawn = jobs(cases, seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
+    drawn = jobs(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
     waiting = [replace(j, accepted=asked.accepted, habits=asked.habits) for j in drawn]
     how = {
         "quick": asked.quick,
@@ -89,33 +88,20 @@ def run(
         "accepted": asked.accepted,
         "habits": asked.habits,
     }
-    _claim(parts, {"cases": cases, "seed": seed, "simulator": asked.simulator, **how})
+    _claim(parts, {"cases": asked.cases, "seed": asked.seed, "simulator": asked.simulator, **how})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
     with closing(_worked(left, parts, workers, gatherer or gather)) as done:
         for _ in done:
             advance(1)
-    table, failed, facts = _collected(out, parts, waiting, asked, how, force)
-    return BlindLibraryDocument(
-        schema="sstl.blind.library/1",
-        out=str(out),
-        cases=cases - failed,
-        failed=failed,
-        simulators=facts["simulators"],
-        seeds=facts["seeds"],
-        quick=asked.quick,
-        recordings=asked.recordings,
-        strengths=list(asked.strengths),
-        accepted=asked.accepted,
-        habits=asked.habits,
-        rows=table.num_rows,
-    )
+    rows, facts = _collected(out, parts, waiting, asked, how, force)
+    return BlindLibraryDocument(schema="sstl.blind.library/1", out=str(out), rows=rows, **facts)
 
 
 def _collected(
     out: Path, parts: Path, waiting: Sequence[Job], asked: Options, how: Mapping[str, object], force: bool
-) -> tuple[pa.Table, int, dict[str, Any]]:
-    """Write the parts as one table and take them away; return it, how many cases failed, and how it was made."""
+) -> tuple[int, dict[str, Any]]:
+    """Write the parts as one table and take them away; return its rows, and how it was made."""
     tables = [open_table(_part(parts, j), LIBRARY).table() for j in waiting]
     failed = sum(t.num_rows == 0 for t in tables)
     table = pa.concat_tables(tables)
@@ -132,7 +118,7 @@ def _collected(
         own.unlink(missing_ok=True)
     with suppress(OSError):
         parts.rmdir()
-    return table, failed, facts
+    return table.num_rows, facts
 
 
 def gather(job: Job) -> list[Example]:

@@ -40,10 +40,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     drifts = [d for e in log if (d := drift_of(e)) != 0.0 and e.loops > 1]
     drift = sorted(drifts, key=abs)[len(drifts) // 2] if drifts else 0.0
     # an output that is cut off ends its rise early and no clock is to blame
-    cut = limited(log, 1)
+    cut = {e.run_id for e in limited(log, 1)}
     for early in (True, False):
         # a run too short to show the drift of the others shows its mean as a delay
-        hit = [e for e in log if (_moved(e, early) or (early and _ahead(e, log))) and e not in cut and not _drifted(e, drift)]
+        hit = [e for e in log if (_moved(e, early) or (early and _ahead(e, log))) and e.run_id not in cut and not _drifted(e, drift)]
         if early and hit:
             # of one clock all runs lead by as much, those with them that alone would not tell
             usual = median([_size(e) for e in hit])

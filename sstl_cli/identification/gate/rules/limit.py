@@ -29,9 +29,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def limited(log: Sequence[Evidence], i: int) -> list[Evidence]:
     """Return the runs of which a channel is cut off: those that show it, and those of the same sensor that go to that level and no further."""
-    shown = [e for e in log if e.tendon_like and math.isfinite(_level(e, i)) and not _elsewhen(e) and not (i and e.causes.enough)]
-    levels = {e.system: _level(e, i) for e in shown}
-    return [e for e in log if e in shown or (e.tendon_like and e.system in levels and _ends_at(e, i, levels[e.system]))]
+    levels = {e.system: _level(e, i) for e in log if _shows(e, i)}
+    return [e for e in log if e.tendon_like and e.system in levels and (_shows(e, i) or _ends_at(e, i, levels[e.system]))]
+
+
+def _shows(e: Evidence, i: int) -> bool:
+    return e.tendon_like and math.isfinite(_level(e, i)) and not _elsewhen(e) and not (i and e.causes.enough)
 
 
 def _ends_at(e: Evidence, i: int, level_n: float) -> bool:
