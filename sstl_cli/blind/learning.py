@@ -53,7 +53,7 @@ FOR = {
     *(f"log_behind_{m:g}" for m in MISFITS),
 }
 AGAINST = {"rank", "left_share", "means", "outside", "unstable", "strengths", "recorder_out", "beside_out"}
-WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.015, 0.02, 0.92, 0.05
+WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.02, 0.02, 0.92, 0.05
 # kinds of the cases whose effect is no candidate: drawn so, and searched again without it
 EXCLUDED, WITHOUT = "excluded", "without"
 SCHEMA = "sstl.weights/1"
@@ -92,15 +92,14 @@ class _Design:
 
 
 def examples(cases: Iterable[Example]) -> list[Example]:
-    """Return the cases that something can be learned from, with the candidates that stand; the answer of others cannot be given."""
-    found = []
-    for case in cases:
-        hidden = case.answer != NONE and case.strength < LEAST_GAP
-        rows = standing(case.rows)
-        known = {c.ids for c in rows.candidates} | {NONE, UNKNOWN}
-        if not hidden and case.kind != "poor" and case.answer in known:
-            found.append(replace(case, rows=rows))
-    return found
+    """Return the cases that say something, with the candidates that stand: neither on poor movements nor with what nobody could see."""
+    seen = (c for c in cases if c.kind != "poor" and (c.answer == NONE or c.strength >= LEAST_GAP))
+    return [replace(case, rows=standing(case.rows)) for case in seen]
+
+
+def answerable(e: Example) -> bool:
+    """Whether the right answer is among those that can be given."""
+    return e.answer in (NONE, UNKNOWN) or any(c.ids == e.answer for c in e.rows.candidates)
 
 
 def right_answer(truth: CaseTruth) -> Ids:
@@ -214,18 +213,21 @@ def judged_by(found: Sequence[Example], others: Mapping[str, Weights]) -> Judged
     return [(e, probabilities(e.rows, others[e.simulator])) for e in found]
 
 
-def calibrated(judged: Judged, weights: Weights, more: Judged = ()) -> Weights:
+def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = ()) -> Weights:
     """Return weights with thresholds and reliability from predictions of simulators that were left out.
 
     Parameters
     ----------
+    drawn : sequence of (example, probabilities)
+        All cases as they were drawn, with causes that no candidate has and nobody could tell: what is stated, and how often a name
+        is wrong, counts over those, as a user meets them.
     more : sequence of (example, probabilities), optional
         Cases of another question that say as well by how much the laws of a family's members are off.
     """
     bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability={})
     bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
-    bare = replace(bare, commit=_threshold(judged, bare))
-    return replace(bare, reliability=_by_status([(e, decided(e.rows, p, bare)) for e, p in judged]))
+    bare = replace(bare, commit=_threshold(drawn, bare))
+    return replace(bare, reliability=_by_status([(e, decided(e.rows, p, bare)) for e, p in drawn]))
 
 
 def _member(family: set[str], judged: Judged, weights: Weights) -> float:
@@ -244,11 +246,11 @@ def _member(family: set[str], judged: Judged, weights: Weights) -> float:
     return 1.0
 
 
-def _threshold(judged: Judged, weights: Weights) -> float:
+def _threshold(drawn: Judged, weights: Weights) -> float:
     """Return the smallest probability from which on at most ``WRONG_COMMITS`` of all cases are committed to wrongly."""
     for commit in COMMITS:
         tried = replace(weights, commit=float(commit))
-        if sum(is_wrong(e, decided(e.rows, p, tried)) for e, p in judged) <= WRONG_COMMITS * len(judged):
+        if sum(is_wrong(e, decided(e.rows, p, tried)) for e, p in drawn) <= WRONG_COMMITS * len(drawn):
             return round(float(commit), 6)
     return float(COMMITS[-1])
 

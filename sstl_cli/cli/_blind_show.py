@@ -231,7 +231,7 @@ def learned(screen: Screen, document: BlindLearnDocument) -> None:
     """Print how weights learned on the other simulators do on each one."""
     from sstl_cli.blind.strength import STRENGTHS
 
-    names = ("both_of_a_pair", "covered", "false_alarm", "wrong_commits", "unknown_recall", "right")
+    names = ("both_of_a_pair", "covered", "false_alarm", "wrong_commits", "wrong_as_drawn", "unknown_recall", "right")
     header = ("left out", "cases", *(f"exact at {s:g}" for s in STRENGTHS), *(n.replace("_", " ") for n in names))
     titles = {"left_out": "weights learned on the other simulators", "accepted": "the same, of what has changed since a model was accepted"}
     for part, found in (("left_out", document.left_out), ("accepted", document.accepted)):

@@ -34,20 +34,20 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
     """
     facts = {p: facts_of(p) for p in paths}
     changes = [p for p in paths if facts[p].accepted]
-    taught, provenance = _lesson({p: facts[p] for p in paths if p not in changes})
+    taught, drawn, provenance = _lesson({p: facts[p] for p in paths if p not in changes})
     advance(1)
     others = learning.left_out(taught)
-    judged = learning.judged_by(taught, others)
-    weights = learning.calibrated(judged, learning.learn(taught, provenance))
-    rows, also_rows = report(judged, weights), None
+    judged, all_judged = learning.judged_by(taught, others), learning.judged_by(drawn, others)
+    weights = learning.calibrated(judged, learning.learn(taught, provenance), all_judged)
+    rows, also_rows = report(judged, all_judged, weights), None
     advance(2)
     if changes:
         # what has changed is asked of the same evidence, but beside what a rig is known to leave
-        also, provenance = _lesson({p: facts[p] for p in changes})
+        also, also_drawn, provenance = _lesson({p: facts[p] for p in changes})
         apart = learning.left_out(also, others)
-        also_judged = learning.judged_by(also, apart)
-        known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), judged)
-        weights, also_rows = replace(weights, known=known), report(also_judged, known)
+        also_judged, also_all = learning.judged_by(also, apart), learning.judged_by(also_drawn, apart)
+        known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), also_all, judged)
+        weights, also_rows = replace(weights, known=known), report(also_judged, also_all, known)
     advance(2)
     document = BlindLearnDocument(
         schema="sstl.blind.learn/1", commit=weights.commit, cover=weights.cover, left_out=rows, out=out, provenance=dict(weights.provenance)
@@ -55,8 +55,8 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
     return learning.to_document(weights), document if also_rows is None else document.model_copy(update={"accepted": also_rows})
 
 
-def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], dict[str, object]]:
-    """Return the examples of libraries of one kind, and where they come from."""
+def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], list[Example], dict[str, object]]:
+    """Return the examples of libraries of one kind to learn from, all as they were drawn, and where they come from."""
     found = strained([e for p in facts for e in read_library(p)])
     simulators = sorted({e.simulator for e in found})
     if len(simulators) < 2 or len(found) < FEWEST:
@@ -67,14 +67,18 @@ def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], dict[str, objec
             code="E955",
         )
     taught = told(found)
-    return taught, {
-        "cases": sum(int(f.cases) for f in facts.values()),
-        "examples": len(taught),
-        "without_answer": sum(e.kind == WITHOUT for e in taught),
-        "simulators": simulators,
-        "seeds": sorted(s for f in facts.values() for s in f.seeds),
-        "inputs": inputs_of(list(facts)),
-    }
+    return (
+        taught,
+        [e for e in found if e.kind != WITHOUT],
+        {
+            "cases": sum(int(f.cases) for f in facts.values()),
+            "examples": len(taught),
+            "without_answer": sum(e.kind == WITHOUT for e in taught),
+            "simulators": simulators,
+            "seeds": sorted(s for f in facts.values() for s in f.seeds),
+            "inputs": inputs_of(list(facts)),
+        },
+    )
 
 
 def strained(found: Sequence[Example]) -> list[Example]:
@@ -90,22 +94,22 @@ def told(found: Sequence[Example]) -> list[Example]:
     Of an effect that is no candidate and that another explains as well nobody could say that it is missing. The others were searched
     again without their effect; where no library has such, the effect is taken out of the evidence.
     """
-    kept = [e for e in found if e.kind not in (EXCLUDED, WITHOUT)]
+    kept = [e for e in found if e.kind not in (EXCLUDED, WITHOUT) and learning.answerable(e)]
     possible = [e for e in found if e.kind == WITHOUT] or [c for e in kept if (c := learning.without_answer(e)) is not None]
     order = stream(0, "without").permutation(len(possible))
     return kept + [possible[i] for i in order[: sum(e.kind == EXCLUDED for e in found)]]
 
 
-def report(judged: learning.Judged, weights: Weights) -> list[LearnedRow]:
+def report(judged: learning.Judged, drawn: learning.Judged, weights: Weights) -> list[LearnedRow]:
     """Return how the weights of the other simulators do on each simulator, and on all, by the thresholds of these."""
-    said: dict[str, list[tuple[Example, Verdict]]] = {}
-    for e, p in judged:
-        said.setdefault(e.simulator, []).append((e, decided(e.rows, p, weights)))
-    rows = [_row(s, said[s]) for s in sorted(said)]
-    return [*rows, _row("all", [pair for s in sorted(said) for pair in said[s]])]
+    said = [[(e, decided(e.rows, p, weights)) for e, p in part] for part in (judged, drawn)]
+    rows = [
+        _row(s, *([pair for pair in part if pair[0].simulator == s] for part in said)) for s in sorted({e.simulator for e, _ in judged})
+    ]
+    return [*rows, _row("all", *said)]
 
 
-def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> LearnedRow:
+def _row(name: str, said: Sequence[tuple[Example, Verdict]], drawn: Sequence[tuple[Example, Verdict]]) -> LearnedRow:
     single = [(e, v) for e, v in said if len(e.answer) == 1 and e.answer != UNKNOWN]
     known = [(e, v) for e, v in said if e.answer not in (NONE, UNKNOWN)]
     named = [(e, v) for e, v in known if v.status in SAID_NAMES]
@@ -120,6 +124,7 @@ def _row(name: str, said: Sequence[tuple[Example, Verdict]]) -> LearnedRow:
         wrong_commits=share(learning.is_wrong(e, v) for e, v in said),
         unknown_recall=share(v.status == "unknown" for e, v in said if e.answer == UNKNOWN),
         right=share(learning.is_right(e, v) for e, v in said),
+        wrong_as_drawn=share(learning.is_wrong(e, v) for e, v in drawn),
     )
 
 

@@ -13,6 +13,7 @@ from sstl_cli.blind.learning import (
     AGAINST,
     FOR,
     Example,
+    answerable,
     calibrated,
     examples,
     is_right,
@@ -86,11 +87,12 @@ def test_a_left_out_simulator_is_not_learned_from(library, others):
 
 
 def test_thresholds_keep_wrong_commits_few_and_sets_cover(library, others):
-    weights = calibrated(judged_by(library, others), learn(library))
+    judged = judged_by(library, others)
+    weights = calibrated(judged, learn(library), judged)
     assert 0.5 <= weights.commit < 1.0 and 0.5 <= weights.cover < 1.0
     said = [(e, verdict(e.rows, replace(others[e.simulator], commit=weights.commit, cover=weights.cover))) for e in library]
     committed = [is_right(e, v) for e, v in said if v.status == "identified"]
-    assert len(committed) > 20 and sum(not r for r in committed) <= 0.015 * len(library) + 1
+    assert len(committed) > 20 and sum(not r for r in committed) <= 0.02 * len(library) + 1
     assert set(weights.reliability) == {"identified", "ambiguous", "unknown", "none"}
     for rows in weights.reliability.values():
         values = [b for _, b in rows]
@@ -100,7 +102,8 @@ def test_thresholds_keep_wrong_commits_few_and_sets_cover(library, others):
 def test_a_library_of_coin_flips_is_not_committed_to(library):
     rng = np.random.default_rng(2)
     mixed = [replace(e, answer=(EFFECTS[rng.integers(5)],)) if e.kind == "single" else e for e in library]
-    weights = calibrated(judged_by(mixed, left_out(mixed)), learn(mixed))
+    judged = judged_by(mixed, left_out(mixed))
+    weights = calibrated(judged, learn(mixed), judged)
     sure = [e for e in mixed if e.kind == "single" and verdict(e.rows, weights).status == "identified"]
     assert len(sure) < 0.2 * sum(e.kind == "single" for e in mixed)
 
@@ -132,11 +135,27 @@ def test_what_should_be_said(change, answer):
     assert right_answer(made_truth(**{"effects": ("viscous",), **change})) == answer
 
 
-@pytest.mark.parametrize("change", [{"kind": "poor"}, {"strength": 0.05}, {"answer": ("stick_slip",)}])
-def test_cases_that_nobody_can_answer_are_left_out(change):
+def test_what_is_stated_counts_causes_that_nobody_could_tell(library, others):
+    """A cause that is no candidate and looks like one in every number: the same rows with another answer."""
+    judged = judged_by(library, others)
+    hidden = [(replace(e, answer=UNKNOWN), p) for e, p in judged if e.kind == "single"]
+    plain, drawn = (calibrated(judged, learn(library), part) for part in (judged, [*judged, *hidden]))
+    assert drawn.commit > plain.commit
+    stated, honest = (max(b for _, b in w.reliability["identified"]) for w in (plain, drawn))
+    assert stated > 0.9 and honest < 0.7
+
+
+@pytest.mark.parametrize("change", [{"kind": "poor"}, {"strength": 0.05}])
+def test_cases_that_say_nothing_are_left_out(change):
     one = case("single", "one", np.random.default_rng(0))
     assert len(examples([one])) == 1
     assert examples([replace(one, **change)]) == []
+
+
+def test_what_no_row_tells_counts_and_teaches_nothing():
+    one = case("single", "one", np.random.default_rng(0))
+    assert answerable(one) and not answerable(replace(one, answer=("stick_slip",)))
+    assert len(examples([replace(one, answer=("stick_slip",))])) == 1
 
 
 def test_taking_the_answer_away_makes_it_unknown(library):

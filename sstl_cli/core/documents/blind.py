@@ -306,6 +306,7 @@ class LearnedRow(Part):
     wrong_commits: Share | None
     unknown_recall: Share | None
     right: Share | None
+    wrong_as_drawn: Share | None = Field(description="with causes that are no candidate as they were drawn, whether or not one could tell")
 
 
 class BlindLearnDocument(Document):
