@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -32,6 +33,23 @@ from sstl_cli.physics.effect import TRANSITION
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+
+
+class Bounds(NamedTuple):
+    """Where free parameters may lie, shapes (k,)."""
+
+    low: Array
+    high: Array
+
+
+class _Place(NamedTuple):
+    """Parameters, what is predicted there (N), what that leaves (whitened), and the part of the cost that depends on them (nats)."""
+
+    theta: Array
+    values: Array
+    prediction: Array
+    left: Array
+    cost: float
 
 
 @dataclass(frozen=True)
@@ -200,42 +218,24 @@ def fit(
         Whether slopes are made afresh at every step: few steps from a poor start lead further by them.
     """
     free = hypothesis.free
-    low = np.array([f.parameter.least for f in free])
-    high = np.array([f.parameter.most for f in free])
-    configs = len(theta)
-    prediction = known.prediction if known else sim.predict(theta, as_effects(free, values))
-    r = whiten(sim.y - prediction)
-    cost = 0.5 * float(r @ r)
+    bounds = Bounds(np.array([f.parameter.least for f in free]), np.array([f.parameter.most for f in free]))
+    at = _place(sim, whiten, free, theta, values, known.prediction if known else None)
     damping = DAMPING
     # what acts along the line answers by jerks: what a step has done there says little of the next one
     careful = careful or any(x.effect.stage == TRANSITION for x in free)
-    j = known.jacobian.copy() if known else jacobian(sim, theta, free, values, prediction)
+    j = known.jacobian.copy() if known else jacobian(sim, theta, free, values, at.prediction)
     fresh = True
     for _ in range(iterations):
-        a, b = normal_equations(sim, whiten(j), r)
+        a, b = normal_equations(sim, whiten(j), at.left)
         scale = np.maximum(np.diag(a), 1e-9)
-        gain = promised = 0.0
-        for attempt in range(DAMPINGS):
-            step = _bounded_step(a + np.diag(damping * scale), b, values, low, high, configs)
-            promised = float(b @ step - 0.5 * step @ a @ step)
-            # a shorter step that promises next to nothing is not worth a look
-            if attempt and promised < ENOUGH_NATS:
-                break
-            new_theta = np.clip(theta + step[:configs], THETA_LOW, THETA_HIGH)
-            new_values = np.clip(values + step[configs:], low, high)
-            new_prediction = sim.predict(new_theta, as_effects(free, new_values))
-            new_r = whiten(sim.y - new_prediction)
-            new_cost = 0.5 * float(new_r @ new_r)
-            if new_cost < cost:
-                gain = cost - new_cost
-                break
-            damping *= DAMPING_FACTOR
+        new, promised, damping = _step(sim, whiten, free, at, (a, b, scale), bounds, damping)
+        gain = at.cost - new.cost
         told = not careful and gain >= KEPT_PROMISE * promised
         if gain > 0.0:
-            moved = np.concatenate((new_theta - theta, new_values - values))
+            moved = np.concatenate((new.theta - at.theta, new.values - at.values))
             if gain >= ENOUGH_NATS and told:
-                _secant(sim.config, j, new_prediction - prediction, moved, scale)
-            theta, values, prediction, r, cost = new_theta, new_values, new_prediction, new_r, new_cost
+                _secant(sim.config, j, new.prediction - at.prediction, moved, scale)
+            at = new
             damping = max(damping / DAMPING_FACTOR, 1e-8)
         if gain >= ENOUGH_NATS and told:
             fresh = False
@@ -244,10 +244,37 @@ def fit(
             break
         else:
             damping = damping if gain > 0.0 else DAMPING
-            j, fresh = jacobian(sim, theta, free, values, prediction), True
+            j, fresh = jacobian(sim, at.theta, free, at.values, at.prediction), True
     if not fresh:
-        j = jacobian(sim, theta, free, values, prediction)
-    return Fit(hypothesis, theta, values, cost + 0.5 * whiten.log_det, prediction, sim.y - prediction, j, whiten)
+        j = jacobian(sim, at.theta, free, at.values, at.prediction)
+    return Fit(hypothesis, at.theta, at.values, at.cost + 0.5 * whiten.log_det, at.prediction, sim.y - at.prediction, j, whiten)
+
+
+def _place(sim: Simulator, whiten: Whitener, free: Sequence[Free], theta: Array, values: Array, prediction: Array | None = None) -> _Place:
+    """Return what the simulator predicts at parameters, if that is not known, and what it leaves."""
+    prediction = sim.predict(theta, as_effects(free, values)) if prediction is None else prediction
+    left = whiten(sim.y - prediction)
+    return _Place(theta, values, prediction, left, 0.5 * float(left @ left))
+
+
+def _step(
+    sim: Simulator, whiten: Whitener, free: Sequence[Free], at: _Place, normal: tuple[Array, Array, Array], bounds: Bounds, damping: float
+) -> tuple[_Place, float, float]:
+    """Return where the first damped step leads that gains, what it promised (nats), and its damping; the same place where none does."""
+    a, b, scale = normal
+    configs, promised = len(at.theta), 0.0
+    for attempt in range(DAMPINGS):
+        step = _bounded_step(a + np.diag(damping * scale), b, at.values, bounds, configs)
+        promised = float(b @ step - 0.5 * step @ a @ step)
+        # a shorter step that promises next to nothing is not worth a look
+        if attempt and promised < ENOUGH_NATS:
+            break
+        theta = np.clip(at.theta + step[:configs], THETA_LOW, THETA_HIGH)
+        new = _place(sim, whiten, free, theta, np.clip(at.values + step[configs:], bounds.low, bounds.high))
+        if new.cost < at.cost:
+            return new, promised, damping
+        damping *= DAMPING_FACTOR
+    return at, promised, damping
 
 
 @njit(cache=True, nogil=True)
@@ -332,10 +359,11 @@ def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin:
     return best
 
 
-def _bounded_step(a: Array, b: Array, values: Array, low: Array, high: Array, configs: int) -> Array:
+def _bounded_step(a: Array, b: Array, values: Array, bounds: Bounds, configs: int) -> Array:
     """Return the damped step, with parameters that would leave their bounds held on them."""
     step = np.zeros(len(b))
     active = np.ones(len(b), bool)
+    low, high = bounds
     for _ in range(len(values) + 1):
         index = np.flatnonzero(active)
         step[:] = 0.0

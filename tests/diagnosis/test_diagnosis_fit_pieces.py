@@ -9,7 +9,7 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import EDGE, PARAMETER_STEP, SHARES, START_FACTORS, THETA_HIGH, THETA_LOW, THETA_STEP
-from sstl_cli.diagnosis.fit import _bounded_step, first_theta, fit, jacobian, partial, settle
+from sstl_cli.diagnosis.fit import Bounds, _bounded_step, first_theta, fit, jacobian, partial, settle
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.simulator import as_effects
 from sstl_cli.diagnosis.whitening import Noise, Sensor
@@ -74,16 +74,16 @@ def test_neutral_is_no_bound():
 def test_a_step_is_that_of_the_free_ones_where_others_are_held_on_their_bounds():
     a = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, 0.2], [0.5, 0.2, 2.0]])
     b = np.array([1.0, -9.0, 2.0])
-    low, high = np.array([0.0, 0.0]), np.array([9.0, 9.0])
+    bounds = Bounds(np.array([0.0, 0.0]), np.array([9.0, 9.0]))
     # one theta and two parameters; the first of these would fall below 0, where it stands
-    step = _bounded_step(a, b, np.array([0.0, 1.0]), low, high, 1)
+    step = _bounded_step(a, b, np.array([0.0, 1.0]), bounds, 1)
     assert step[1] == 0.0 and step[[0, 2]] == pytest.approx(np.linalg.solve(a[np.ix_([0, 2], [0, 2])], b[[0, 2]]))
     # away from its bound it may go there, and upwards from it as well
-    assert _bounded_step(a, b, np.array([1.0, 1.0]), low, high, 1) == pytest.approx(np.linalg.solve(a, b))
-    assert _bounded_step(a, -b, np.array([0.0, 9.0]), low, high, 1) == pytest.approx(np.linalg.solve(a, -b))
-    assert _bounded_step(a, b, np.array([9.0, 9.0]), low, high, 1)[2] == 0.0
+    assert _bounded_step(a, b, np.array([1.0, 1.0]), bounds, 1) == pytest.approx(np.linalg.solve(a, b))
+    assert _bounded_step(a, -b, np.array([0.0, 9.0]), bounds, 1) == pytest.approx(np.linalg.solve(a, -b))
+    assert _bounded_step(a, b, np.array([9.0, 9.0]), bounds, 1)[2] == 0.0
     # without any parameter it is theta's own
-    assert _bounded_step(a[:1, :1], b[:1], np.zeros(0), np.zeros(0), np.zeros(0), 1) == pytest.approx([0.25])
+    assert _bounded_step(a[:1, :1], b[:1], np.zeros(0), Bounds(np.zeros(0), np.zeros(0)), 1) == pytest.approx([0.25])
 
 
 def test_a_fit_of_no_iterations_is_its_start_and_its_cost_that_of_the_residual():
