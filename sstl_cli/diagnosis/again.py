@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sstl_cli.diagnosis import by_run, hearing
-from sstl_cli.diagnosis.constants import ALIVE_NATS, RICH_FITS, SHORT_ITERATIONS
+from sstl_cli.diagnosis.constants import ALIVE_NATS, LEADERS, SHORT_ITERATIONS
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, settle
 from sstl_cli.diagnosis.found import Search, deepest, each
@@ -31,7 +31,7 @@ def beside_the_best(found: Search, most: int, workers: int) -> Search:
         return found
     tried = replace(found, singles=dict(found.singles), combined=dict(found.combined))
     by_run.add(tried, most)
-    leaders = [w.fit for w in tried.ranked() if w.evidence > 0.0][:RICH_FITS]
+    leaders = [w.fit for w in tried.ranked() if w.evidence > 0.0][:LEADERS]
     if not leaders:
         return found
     noise = _noise(found, leaders)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import gammaincinv, ndtr
 
-from sstl_cli.diagnosis.constants import FEWEST_CONTRASTS, HALF, LEADERS
+from sstl_cli.diagnosis.constants import FEWEST_CONTRASTS, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
@@ -108,7 +108,7 @@ def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | 
     system = np.array([sim.problem.systems.index(r.system) for r in sim.problem.records])
     told = Told(own_told, theta_told, both, own_score, theta_score, place, system)
     # from what the noise of one run hides to where it has no meaning
-    lowest, most = HALF / max(float(np.sqrt(told.own.max())), np.finfo(float).tiny), kind.parameter.most
+    lowest, most = 0.5 / max(float(np.sqrt(told.own.max())), np.finfo(float).tiny), kind.parameter.most
     if lowest >= most:
         return None
     bounds = (float(np.log(lowest)), float(np.log(most)))
@@ -131,16 +131,22 @@ def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | 
 
 
 def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
-    """Return what a spread gains (nats), each run's own part (shape (runs,)), and by how much theta moves (shape (configurations,))."""
+    """Return what a spread gains (nats), each run's own part (shape (runs,)), and by how much theta moves (shape (configurations,)).
+
+    The likelihood is restricted (Patterson and Thompson 1971): theta is integrated out, of which runs that differ tell less than they
+    seem to. With theta at its best the spread would come out too small, by the root of 1 - bends / runs.
+    """
     kept = spread**2 / (1.0 + told.own * spread**2)
     power = told.theta - told.both**2 * kept
     score = told.theta_score - told.both * told.own_score * kept
-    shift = np.bincount(told.place, score) / np.maximum(np.bincount(told.place, power), np.finfo(float).tiny)
+    left = np.maximum(np.bincount(told.place, power), np.finfo(float).tiny)
+    shift = np.bincount(told.place, score) / left
     moved = shift[told.place]
     apart = told.own_score - told.both * moved
     part = apart * kept
     gain = moved * told.theta_score - 0.5 * told.theta * moved**2 + 0.5 * apart * part - 0.5 * np.log1p(told.own * spread**2)
-    return float(gain.sum()), part, shift
+    less_told = np.log(np.maximum(np.bincount(told.place, told.theta), np.finfo(float).tiny) / left)
+    return float(gain.sum() + 0.5 * less_told.sum()), part, shift
 
 
 def systematic(told: Told) -> float:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import SIGNALS, Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.constants import AS_BEFORE, AS_BEFORE_SIGMA, EVEN, FIRST_PLACED, HALF, PLACED, STEADY
+from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, EVEN, FIRST_PLACED, HALF, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 
@@ -221,7 +221,7 @@ def tops(u: Array) -> tuple[Array, Array]:
     bend = after - before
     k = np.flatnonzero(before * after < 0.0)
     # half a sample off, by half of the curvature
-    most[k + 1] = -HALF * HALF**2 * bend[k]
+    most[k + 1] = -0.5 * 0.5**2 * bend[k]
     beyond[k + 1] = most[k + 1] * ((after[k] + before[k]) / bend[k]) ** 2
     return beyond, np.abs(most)
 
@@ -241,7 +241,7 @@ def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int
     for a, b in stretches(gap):
         before, after = max(a - 1, 0), min(b, len(u) - 1)
         moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
-        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AS_BEFORE_SIGMA * noise_n
+        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AT_MOST * noise_n
         if not same:
             found.append((a, b))
     return found

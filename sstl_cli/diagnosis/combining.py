@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import ADDS, COARSE_ITERATIONS, JOINS_NATS, LEADERS, LEAST_STRENGTH, PAIRS, PARTNERS, SWAPS
+from sstl_cli.diagnosis.constants import ADDS, COARSE_ITERATIONS, EDGE, JOINS_NATS, LEADERS, PAIRS, PARTNERS, SWAPS
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
 from sstl_cli.diagnosis.found import Search, each
@@ -176,7 +176,7 @@ def _begin(f: Fit, step: Array) -> Array:
     values = []
     for x, value, s in zip(f.free, f.values, step, strict=True):
         p = x.parameter
-        least = LEAST_STRENGTH * x.width * (1.0 if p.high > p.neutral else -1.0)
+        least = EDGE * x.width * (1.0 if p.high > p.neutral else -1.0)
         moved = p.neutral + (float(s) if abs(s) > abs(least) else least)
         values.append(float(value) if p.shape else float(np.clip(moved, p.least, p.most)))
     return np.array(values)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, HELD, ROUNDINGS, THETA_STEP
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HELD, ROUNDINGS, THETA_STEP
 from sstl_cli.diagnosis.driven import WITHIN
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis
@@ -24,7 +24,7 @@ from sstl_cli.diagnosis.whitening import white
 
 Array = NDArray[np.float64]
 # lags of a drive that rounds corners between two samples, in steps of the simulation
-LAGS = (0.0, HALF**2, HALF, 1.0)
+LAGS = (0.0, 0.5**2, 0.5, 1.0)
 
 
 def likelier(sim: Simulator, nominal: Array) -> tuple[Simulator, Array]:

@@ -22,15 +22,15 @@ from sstl_cli.diagnosis.constants import (
     LEAST_MAPPED,
     MAP_SIZES,
     OTHER_KNOTS,
+    PARTS,
     QUIETEST,
-    RUN_PARTS,
     SCATTER_FLAT,
     SCATTER_NEAR,
     SCATTER_STEP,
-    SCATTER_TRIES,
     SPREAD,
     TAIL,
     TAIL_ROUNDS,
+    TRIES,
     UNSEEN_SHARE,
     WIDEST,
 )
@@ -167,7 +167,7 @@ def _scatter(m: _Map, places: Array, begin: Sequence[float] | Array) -> tuple[Ar
         )
 
     simplex = start + np.vstack((np.zeros(len(start)), SCATTER_STEP * np.eye(len(start))))
-    options = {"initial_simplex": simplex, "maxfev": SCATTER_TRIES, "xatol": SCATTER_NEAR, "fatol": SCATTER_FLAT}
+    options = {"initial_simplex": simplex, "maxfev": TRIES, "xatol": SCATTER_NEAR, "fatol": SCATTER_FLAT}
     found = np.exp(minimize(cost, start, method="Nelder-Mead", options=options).x)
     usual, slow, far, tail = found
     best = _posterior(m, m.whitener(usual * shape, slow, far), columns, tail)
@@ -243,7 +243,7 @@ def _memory(m: _Map, residual: Array) -> float:
     power = sum(float(x @ x) for x in pieces)
     if power <= 0.0:
         return 1.0
-    longest = max(len(x) for x in pieces) // RUN_PARTS
+    longest = max(len(x) for x in pieces) // PARTS
     lag = 1
     while lag < longest and sum(float(x[lag:] @ x[:-lag]) for x in pieces if len(x) > lag) > power * float(np.exp(-1.0)):
         lag += 1

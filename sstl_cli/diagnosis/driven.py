@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.clock import Corners, blurred, cornered, tops
-from sstl_cli.diagnosis.constants import HALF
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import NOTHING, Told
 from sstl_cli.diagnosis.means import bridged, latent_means
@@ -49,7 +48,7 @@ def input_of(run: Run, faults: Faults, thin: int, factor: int, n: int, dt: float
     # where it is rounded, it is highest between samples, though by no law that is known
     top, most = tops(into.value) if told.rounded else (0.0, 0.0)
     error_law, error_n = error_of_means(into.chain, factor)
-    open_ = np.hypot(HALF * most, into.doubt) if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
+    open_ = np.hypot(0.5 * most, into.doubt) if corner is None else np.hypot(corner.beyond * np.sqrt(WITHIN), into.doubt)
     blur, shown = at_corners(np.hypot(blurred(run, into.rate, thin), open_), factor, None if corner is None else np.abs(corner.beyond))
     error_law[:, MEAN_NEW] += (shown * blur) ** 2
     error_law[:, TURN] += (1.0 - shown**2) * blur**2

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainccinv
 
-from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FINE_STEP, LEAST_GAP, LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FEW, FINE_STEP, LEAST_GAP, LEAST_SHARE
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
@@ -145,7 +145,7 @@ def recorder_effects(
     clipped = max(c.clipped - before.get("saturation", 0.0), 0.0)
     excess = max(c.total - c.readings * noise_n**2, 1e-12)
     found = []
-    if c.spikes + c.frozen >= MIN_FAULTY and faulty > 0.0:
+    if c.spikes + c.frozen >= FEW and faulty > 0.0:
         values = {"spike_pct": 100.0 * c.spikes / (2 * c.readings), "frozen_pct": 100.0 * c.frozen / (2 * c.readings)}
         found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n, events, c.total))
     if c.clips and clipped > 0.0:

@@ -17,7 +17,6 @@ from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import (
     ANGLE_DIGITS,
-    CHIRP_FROM_HZ,
     DECIDABLE,
     FASTEST_HZ,
     ISOLATED,
@@ -38,7 +37,7 @@ from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.verdict import Verdict
 from sstl_cli.diagnosis.whitening import whitener
 from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
-from sstl_cli.physics.trajectories import tension_path, times
+from sstl_cli.physics.trajectories import SPAN_HZ, span_hz, tension_path, times
 
 Array = NDArray[np.float64]
 
@@ -170,8 +169,8 @@ def _slowed(trajectory: Trajectory, system: str, dt_s: float, fastest: float) ->
         if share >= 1.0:
             return Movement(system, trajectory, time, path)
         share *= SLOWER
-        if trajectory.kind in ("chirp", "random"):
-            low, top = trajectory.frequency_hz or CHIRP_FROM_HZ, trajectory.top_frequency_hz or 1.0
+        if trajectory.kind in SPAN_HZ:
+            low, top = span_hz(trajectory)
             # a chirp keeps its slow beginning as far as it can
             slower = {
                 "frequency_hz": min(low, 0.5 * top * share) if trajectory.kind == "chirp" else low * share,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import ALL_COUNT, BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, RUN_PARTS, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.constants import ALL_COUNT, BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, PARTS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.diagnosis.simulator import Simulator, as_effects
@@ -43,8 +43,8 @@ def make_folds(sim: Simulator) -> Folds:
         label = list(range(len(p.records)))
         kind, honest = "run", False
     else:
-        half = (np.arange(len(sim.y)) * RUN_PARTS // len(sim.y)).astype(np.int64)
-        return Folds(half, RUN_PARTS, "part of the only run", False)
+        half = (np.arange(len(sim.y)) * PARTS // len(sim.y)).astype(np.int64)
+        return Folds(half, PARTS, "part of the only run", False)
     fold = np.array(label, np.int64) % MAX_FOLDS
     return Folds(fold[sim.run], int(fold.max()) + 1, kind, honest)
 
@@ -91,7 +91,7 @@ def predicted_nats(sim: Simulator, f: Fit, folds: Folds) -> float:
     configs = len(f.theta)
     # in units of what is expected of each beforehand, where the others tell nothing the information is none and not below
     usual = np.concatenate((np.full(configs, THETA_HIGH - THETA_LOW), [x.width for x in f.free]))
-    pull = np.concatenate((np.zeros(configs), f.values)) / usual
+    pull = np.concatenate((np.zeros(configs), f.values - [x.parameter.neutral for x in f.free])) / usual
 
     def cost(samples: Mask) -> float:
         a, b = normal_equations(sim, j * samples[:, None], r)

@@ -15,11 +15,11 @@ from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.clipping import Limit, Pair, limit_of
 from sstl_cli.diagnosis.constants import (
     CHANCE_COPIES,
-    CLIPPED_RUN,
     CLIPPED_SIGMA,
     COPIED,
     COPIED_NOISE_N,
     DOUBT_NATS,
+    FEW,
     HALF,
     MIN_READINGS,
     MOST_ALIKE,
@@ -77,7 +77,7 @@ def renewed(run: Run, finite: Mask) -> Run:
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
         period = sensor.refresh_s / sensor.period_s
         top = values >= np.max(values[finite])
-        limit = _standing(top, 2.0 * CLIPPED_RUN * period) if sensor.held else limited(np.where(finite, values, np.min(values[finite])))
+        limit = _standing(top, 2.0 * FEW * period) if sensor.held else limited(np.where(finite, values, np.min(values[finite])))
         fresh |= finite & limit
         rest = fresh[finite & ~limit]
         flickers = _flickers(sensor, values[fresh & ~limit])

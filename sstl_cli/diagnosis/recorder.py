@@ -15,19 +15,16 @@ from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
     CLIPPED_LEAST,
     CLIPPED_MOST,
-    CLIPPED_RUN,
     CLIPPED_SIGMA,
     ENOUGH_HELD,
+    FEW,
     FINEST,
     FROZEN_CHANCE,
-    FROZEN_LONGEST,
-    FROZEN_RUN,
-    MOST_REPEATS,
+    MIN_READINGS,
     PILED_CHANCE,
     REST,
     SAME_LEVEL,
     SHORTEST_READ,
-    SHORTEST_SCANNED,
     SPIKE_RUN,
     SPIKE_SIGMA,
     SPIKE_TRAVEL,
@@ -84,7 +81,7 @@ def scan(signal: Array, time: Array | None = None) -> Faults:
     """
     n = len(signal)
     none = np.zeros(n, bool)
-    if n < SHORTEST_SCANNED:
+    if n < MIN_READINGS:
         return Faults(none, none, none, float("inf"), 0.0, 0.0)
     step = quantisation(signal)
     noise = white_noise(signal)
@@ -249,10 +246,10 @@ def _frozen(signal: Array, noise: float, step: float) -> Mask:
     sensor = float(np.sqrt(max(noise**2 - step**2 / 12.0, 0.0)))
     if noise <= 0.0 or sensor < 0.5 * step:
         return frozen
-    # the difference of two readings has this density at 0, and a level is a step wide
-    repeat = min(MOST_REPEATS, step / (2.0 * np.sqrt(np.pi) * sensor)) if step > 0 else 1e-6
-    need = FROZEN_RUN
-    while repeat ** (need - 1) * len(signal) > FROZEN_CHANCE and need < FROZEN_LONGEST:
+    # the difference of two readings has this density at 0, and a level is a step wide: at most every other reading repeats
+    repeat = step / (2.0 * np.sqrt(np.pi) * sensor) if step > 0 else 1e-6
+    need = FEW
+    while repeat ** (need - 1) * len(signal) > FROZEN_CHANCE:
         need += 1
     for a, b in stretches(np.concatenate(([False], np.diff(signal) == 0.0))):
         if b - a + 1 >= need:
@@ -287,7 +284,7 @@ def _clipped(signal: Array, noise: float, step: float) -> tuple[Mask, float]:
         return none
     # on a grid a rest repeats its level as well, if not so often and in a row
     longest = max(b - a for a, b in stretches(flat))
-    return none if step > 0.0 and (longest < CLIPPED_RUN or count < 2 * CLIPPED_RUN) else (flat, top)
+    return none if step > 0.0 and (longest < FEW or count < 2 * FEW) else (flat, top)
 
 
 def _levels(values: Array) -> tuple[Array, Array]:

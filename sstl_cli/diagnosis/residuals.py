@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import BANDS_HZ, LEAST_CELL, PARTS, SINCE_S
+from sstl_cli.diagnosis.constants import BANDS_HZ, FEW, PARTS, SINCE_S
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.where import PHASES, phases
@@ -145,7 +145,7 @@ def _binned(
     """Return the tests of equal means and of equal spreads over bins: means of ``z``, spreads of ``compared``."""
     bins = int(index.max()) + 1
     count = np.bincount(index, keep, bins)
-    used = count > LEAST_CELL
+    used = count > FEW
     found = []
     for what, x, variance in (("mean", z, 1.0), ("spread", (compared**2 - 1.0) * keep, 2.0)):
         total = np.bincount(index, x * keep, bins)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import RESTING_S, UNSEEN
+from sstl_cli.diagnosis.constants import UNSEEN, WINDOWS_S
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.white import averaged, least_white, typical
@@ -19,7 +19,7 @@ def with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
     rounding = _rests(faults)
     if rounding == 0.0:
         return sensor
-    return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, RESTING_S))
+    return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, WINDOWS_S[-1]))
 
 
 def _rests(faults: Sequence[Faults]) -> float:

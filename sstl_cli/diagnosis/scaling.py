@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import HIGH_N, LOW_N, TARGET_N, TOP_PCT
+from sstl_cli.diagnosis.constants import HIGH_N, LOW_N, TARGET_N, UNSEEN_SHARE
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
@@ -19,7 +19,7 @@ POWERS = {"N": 1, "N s/mm": 1, "1/N": -1, "mm/N": -1, "1/kN": -1, "s/N": -1}
 
 def unit_of(runs: Sequence[Run]) -> float:
     """Return how many N of the recording are one N of the fit: 1 within 3-60 N, else a round number."""
-    tops = [np.nanpercentile(np.abs(r.tension_in_n), TOP_PCT) for r in runs if np.isfinite(r.tension_in_n).any()]
+    tops = [np.nanquantile(np.abs(r.tension_in_n), 1.0 - UNSEEN_SHARE) for r in runs if np.isfinite(r.tension_in_n).any()]
     top = float(max(tops, default=TARGET_N))
     if LOW_N <= top <= HIGH_N or top == 0.0:
         return 1.0

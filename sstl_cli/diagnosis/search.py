@@ -18,12 +18,12 @@ from sstl_cli.diagnosis.constants import (
     COARSE_ITERATIONS,
     COMBINED,
     FITTED,
+    LEADERS,
     MAX_ITERATIONS,
+    PARTNERS,
     PROMISING,
-    RICH_FITS,
     SCREENED,
     SHORT_ITERATIONS,
-    VARIANTS,
 )
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
@@ -100,7 +100,7 @@ def _begun(
     else:
         rich = [
             fit(sim, plain, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
-            for f in rough[:RICH_FITS]
+            for f in rough[:LEADERS]
         ]
         sim, first, noise = hearing.heard(sim, [first, *rich], measured)
     return _first_round(Search(sim, noise, measured, settle(sim, noise, first), {}, {}), rough, chosen, workers)
@@ -122,7 +122,7 @@ def _rough(
 
     def coarse(place: int) -> Fit:
         gain, h, start = promises[place]
-        near = place < RICH_FITS or gain > PROMISING * promises[0][0]
+        near = place < LEADERS or gain > PROMISING * promises[0][0]
         done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS, careful=True)
         advance(FITTED / max(len(starts), 1))
         return done
@@ -146,7 +146,7 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
         return _containing(found, settle(sim, noise, start, 1, SHORT_ITERATIONS))
 
     fits = each(begun, rough, workers)
-    likeliest = [f for f in sorted(fits, key=lambda f: f.cost)[:RICH_FITS] if f.cost < base.cost]
+    likeliest = [f for f in sorted(fits, key=lambda f: f.cost)[:LEADERS] if f.cost < base.cost]
     least = deepest(sim, noise, base, likeliest)
     if least is base:
         return found, fits
@@ -219,5 +219,5 @@ def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]
         high = np.array([f.parameter.most for f in h.free])
         rows.append((loss, h, np.clip(moved[configs:], low, high), moved[:configs]))
     scores = [loss + 0.5 * len(h.strengths) * np.log(len(sim.y)) for loss, h, _, _ in rows]
-    order = np.argsort(scores)[:VARIANTS]
+    order = np.argsort(scores)[:PARTNERS]
     return [rows[i][1:] for i in order]

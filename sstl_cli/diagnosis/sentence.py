@@ -22,7 +22,7 @@ def sentence(document: dict[str, Any]) -> str:
         return f"It is not certain that anything {what}: {verdict['why']}{sure}."
     if status == "none" and left:
         gap, unit = document["gap"], document.get("unit") or "N"
-        rest = max(gap["rmse_retuned_n"] ** 2 - (gap["noise_floor_n"] or 0.0) ** 2, 0.0) ** HALF
+        rest = max(gap["rmse_retuned_n"] ** 2 - (gap["noise_floor_n"] or 0.0) ** 2, 0.0) ** 0.5
         much = f"{quantity(small(rest), unit)} beyond the noise, where it was {quantity(small(left), unit)}"
         if (document.get("analysis") or {}).get("theta_changed"):
             return (

@@ -17,7 +17,7 @@ from sstl_cli.control.controller import Controller, Options, Theta
 from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop, track
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS, MIN_LINE, MIN_STREAM
+from sstl_cli.diagnosis.constants import LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS, LEAST_SAMPLES, MIN_STREAM
 from sstl_cli.identification import segment_run
 from sstl_cli.physics.filters import first_order
 
@@ -100,7 +100,7 @@ def _believed(stream: Stream) -> Theta:
     lines = []
     for phase in ("PP", "RP"):
         chosen = stream.phase == phase
-        if chosen.sum() < MIN_LINE or np.ptp(stream.command_n[chosen]) < 1e-6:
+        if chosen.sum() < LEAST_SAMPLES or np.ptp(stream.command_n[chosen]) < 1e-6:
             raise SstlError(f"no {phase} samples in the command stream", where=f"run {stream.run_id!r}", code="E931")
         lines += [float(v) for v in np.polyfit(stream.command_n[chosen], stream.reference_n[chosen], 1)]
     return Theta(*lines)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import DECADES, FACTORS, OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, STRENGTHS
 from sstl_cli.diagnosis.fit import Fit, normal_equations, partial
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
@@ -43,7 +43,7 @@ def grid(free: Sequence[Free]) -> list[Array]:
             # a factor may be anything: a wrong unit is far from a calibration
             axes.append([k * p.neutral for k in FACTORS])
         elif p.low < p.neutral < p.high:
-            axes.append([p.neutral + (OFF_NEUTRAL * f.width if any(x.parameter.shape for x in free) else 0.0)])
+            axes.append([p.neutral + (STRENGTHS[0] * f.width if any(x.parameter.shape for x in free) else 0.0)])
         else:
             reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
             axes.append([p.neutral + o * reach for o in offsets])

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import ALIKE_INPUT, ALIKE_OTHER, ALIKE_WAYS, CLEAR, KNOTS_FROM, KNOTS_TO
+from sstl_cli.diagnosis.constants import ALIKE_INPUT, ALIKE_OTHER, ALIKE_WAYS, CLEAR, UNSEEN_SHARE
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record
 
@@ -63,7 +63,7 @@ def state(r: Record) -> tuple[Array, Array, Array]:
 
 def knots(x: Array, count: int) -> Array:
     """Return knots, shape (count,), that span all but the ends of what a coordinate was; one where it never moved."""
-    low, high = np.quantile(x, (KNOTS_FROM, KNOTS_TO))
+    low, high = np.quantile(x, (UNSEEN_SHARE, 1.0 - UNSEEN_SHARE))
     return np.linspace(low, high, count) if high > low else np.array([low])
 
 

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import HALF
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.found import Search
 
@@ -38,4 +37,4 @@ def _price(found: Search, w: Weighed) -> float:
     sizes = [found.sim.usual.get((x.effect.id, x.parameter.name), 0.0) for x, _ in strengths]
     if not strengths or min(sizes) <= 0.0:
         return float("inf")
-    return HALF * float(np.sum([((v - x.parameter.neutral) / s) ** 2 for (x, v), s in zip(strengths, sizes, strict=True)]))
+    return 0.5 * float(np.sum([((v - x.parameter.neutral) / s) ** 2 for (x, v), s in zip(strengths, sizes, strict=True)]))

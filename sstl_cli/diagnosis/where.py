@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import FAST_PCT, RESTS, STILL_N, TABLE_HZ, TABLE_SINCE_S
+from sstl_cli.diagnosis.constants import FAST_PCT, HELD, STILL_N, TABLE_HZ, TABLE_SINCE_S
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ def phases(sim: Simulator, prediction: Array) -> NDArray[np.int64]:
     for r, s in zip(sim.problem.records, sim.slices(), strict=True):
         u = r.u.reshape(-1, r.factor).mean(axis=1)
         du = np.gradient(u)
-        moving = np.abs(du) > RESTS * max(np.percentile(np.abs(du), FAST_PCT), 1e-12)
+        moving = np.abs(du) > HELD * max(np.percentile(np.abs(du), FAST_PCT), 1e-12)
         # a hold belongs to the movement before it
         last = np.maximum.accumulate(np.where(moving, np.arange(len(u)), -1))
         first = int(np.argmax(moving)) if moving.any() else 0

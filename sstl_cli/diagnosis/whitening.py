@@ -269,12 +269,11 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
     first = np.zeros(sum(count), np.bool_)
     first[begin] = True
     sensors = [(noise.input[r.system], noise.output[r.system]) for r in records]
-    variance = np.array(
-        [out.coloured_n**2 + (0.0 if r.misfit_n is None else r.misfit_n[0] ** 2) for r, (_, out) in zip(records, sensors, strict=True)]
-    )
+    misfit = np.concatenate([np.zeros(n) if r.misfit_n is None else r.misfit_n for n, r in zip(count, records, strict=True)])
+    coloured_n = np.array([out.coloured_n for _, out in sensors])
     own = Own(np.concatenate([np.column_stack(_own(r, out)) for r, (_, out) in zip(records, sensors, strict=True)]))
     start = np.zeros(len(first))
-    start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + variance[whose]
+    start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + coloured_n[whose] ** 2 + misfit[begin] ** 2
     law = np.concatenate([_entering(r, into, noise.smoother[r.system]) for r, (into, _) in zip(records, sensors, strict=True)])
     white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
     moves = np.ascontiguousarray(law[:, :MOVES])
@@ -320,7 +319,7 @@ def _own(r: Record, out: Sensor) -> tuple[Array, ...]:
     decay, fresh = kept * spread / np.maximum(before, 1e-300), spread**2 * (1.0 - kept**2)
     for s in starts_of(r):
         at = s.at // r.factor
-        decay[at], fresh[at] = 0.0, out.coloured_n**2 + r.misfit_n[0] ** 2
+        decay[at], fresh[at] = 0.0, out.coloured_n**2 + r.misfit_n[at] ** 2
     return decay, fresh, decay, fresh, fresh
 
 

@@ -12,6 +12,8 @@ from sstl_cli.physics.scenario import Lines, Trajectory
 Array = NDArray[np.float64]
 # default range of the input tension (N): the sensing loop must fall by Gamma_r / Gamma_p before it releases
 RANGE_N = {"act": (1.0, 30.0), "sstl": (0.2, 40.0)}
+# lowest and highest frequency (Hz) of a movement that says none
+SPAN_HZ = {"chirp": (0.02, 1.0), "random": (0.02, 0.15)}
 DURATION_S = {"trapezoid": 12.0, "sinusoid": 100.0, "random": 400.0, "ramp_hold": 60.0, "minor_loops": 60.0, "chirp": 60.0}
 MAX_SAMPLES = 100_000_000
 
@@ -30,6 +32,12 @@ def times(trajectory: Trajectory, sampling_hz: float) -> Array:
             code="E711",
         )
     return np.arange(n) / sampling_hz
+
+
+def span_hz(trajectory: Trajectory) -> tuple[float, float]:
+    """Return lowest and highest frequency (Hz) of a chirp or a random movement."""
+    low, high = SPAN_HZ[trajectory.kind]
+    return trajectory.frequency_hz or low, trajectory.top_frequency_hz or high
 
 
 def tension_path(trajectory: Trajectory, system: str, time_s: Array, rng: np.random.Generator) -> Array:
@@ -52,7 +60,7 @@ def tension_path(trajectory: Trajectory, system: str, time_s: Array, rng: np.ran
     if kind == "random":
         return low + (high - low) * _multisine(trajectory, time_s, rng)
     if kind == "chirp":
-        f0, f1 = trajectory.frequency_hz or 0.02, trajectory.top_frequency_hz or 1.0
+        f0, f1 = span_hz(trajectory)
         total = time_s[-1] + time_s[1]
         angle: Array = 2 * np.pi * f0 * total / np.log(f1 / f0) * ((f1 / f0) ** phase - 1)
         return mid - half * np.cos(angle)
@@ -67,7 +75,7 @@ def _trapezoid(phase: Array) -> Array:
 
 
 def _multisine(trajectory: Trajectory, time_s: Array, rng: np.random.Generator) -> Array:
-    f0, f1 = trajectory.frequency_hz or 0.02, trajectory.top_frequency_hz or 0.15
+    f0, f1 = span_hz(trajectory)
     frequencies = rng.uniform(f0, f1, 8)
     angles, amplitudes = rng.uniform(0, 2 * np.pi, 8), rng.uniform(0.4, 1.0, 8)
     wave = np.sum(amplitudes[:, None] * np.sin(2 * np.pi * frequencies[:, None] * time_s + angles[:, None]), axis=0)

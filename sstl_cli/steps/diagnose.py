@@ -22,6 +22,7 @@ from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.noise import of_readings
 from sstl_cli.diagnosis.records import Problem, Record, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.scale import Scale
@@ -268,7 +269,9 @@ def _faults(found: Search, ids: Sequence[str], scenario: Scenario, lacking: int 
     """Return the faults of the recorder that are candidates, beyond those that a simulator knows; without the run ``lacking``."""
     sim = found.sim
     known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
-    fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in found.noise.output.values()]))
+    # readings are compared one by one, not their means over a step of the simulation
+    read = of_readings(sim.problem.records, found.noise)
+    fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in read.output.values()]))
     runs = [i for i in range(len(sim.problem.records)) if i != lacking]
     predictions = sim.predict_fine(found.base.theta, {})
     records = tuple(sim.problem.records[i] for i in runs)

@@ -9,7 +9,7 @@ import pytest
 from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import combining as of
-from sstl_cli.diagnosis.constants import LEADERS, LEAST_STRENGTH
+from sstl_cli.diagnosis.constants import EDGE, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import Search
@@ -66,7 +66,7 @@ def test_partners_and_pairs_promise_what_they_gain_to_first_order():
 def test_a_partner_begins_at_its_step_and_never_at_nothing():
     f = made(0.0, named("stribeck", "mean_ratio", "mean_mm_s"), (1.3, 2.0))
     assert of._begin(f, np.array([0.2, 9.0])) == pytest.approx([1.2, 2.0])
-    assert of._begin(f, np.array([1e-9, 0.0])) == pytest.approx([1.0 + LEAST_STRENGTH * 0.5, 2.0])
+    assert of._begin(f, np.array([1e-9, 0.0])) == pytest.approx([1.0 + EDGE * 0.5, 2.0])
     assert of._begin(f, np.array([-0.2, 0.0]))[0] == 1.0 and of._begin(f, np.array([99.0, 0.0]))[0] == 3.0
 
 

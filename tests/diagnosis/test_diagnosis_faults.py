@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import LEAST_SHARE, MIN_FAULTY
+from sstl_cli.diagnosis.constants import FEW, LEAST_SHARE
 from sstl_cli.diagnosis.faults import RecorderEffect, _coarse, recorder_effects
 from sstl_cli.diagnosis.recorder import Faults
 
 N, NOISE = 100, 0.1
 NO = np.zeros(N, bool)
-FEW = np.arange(N) < MIN_FAULTY
+SOME = np.arange(N) < FEW
 
 
 def faults(spike=NO, frozen=NO, clipped=NO, level=float("inf"), step=0.0):
@@ -41,8 +41,8 @@ def test_a_sound_record_has_no_faults():
 
 def test_spikes_carry_their_squared_error():
     # five samples are off by 10 N, the others by 1 N, which is not the spikes'; the noise of 0.1 N is nobody's
-    error = np.where(FEW, 10.0, 1.0)
-    effect = found(record(error, out=faults(spike=FEW)))["acquisition_faults"]
+    error = np.where(SOME, 10.0, 1.0)
+    effect = found(record(error, out=faults(spike=SOME)))["acquisition_faults"]
     assert effect.removed_n2 == pytest.approx(495.0)
     assert effect.share == pytest.approx(495.0 / (500.0 + 95.0 - N * NOISE**2))
     assert effect.parameters == pytest.approx({"spike_pct": 100.0 * 5 / 200, "frozen_pct": 0.0})
@@ -52,30 +52,30 @@ def test_spikes_carry_their_squared_error():
 
 
 def test_what_a_rig_is_known_to_carry_is_no_news():
-    made = record(np.where(FEW, 10.0, 0.0), out=faults(spike=FEW))
+    made = record(np.where(SOME, 10.0, 0.0), out=faults(spike=SOME))
     (first,) = recorder_effects((made,), [np.full(N, 5.0)], NOISE)
     # five readings of equal weight: chance brings up to 2.4 times as many at 49 to 1
     assert first.events == pytest.approx(5.0) and first.at_most_n2 == pytest.approx(first.removed_n2 * 2.4, rel=0.01)
     assert recorder_effects((made,), [np.full(N, 5.0)], NOISE, {"acquisition_faults": first.at_most_n2 / N}) == []
-    worse = record(np.where(FEW, 20.0, 0.0), out=faults(spike=FEW))
+    worse = record(np.where(SOME, 20.0, 0.0), out=faults(spike=SOME))
     (news,) = recorder_effects((worse,), [np.full(N, 5.0)], NOISE, {"acquisition_faults": first.at_most_n2 / N})
     assert news.removed_n2 == pytest.approx(2000.0 - first.at_most_n2)
 
 
 def test_fewer_are_chance():
-    few = np.arange(N) < MIN_FAULTY - 1
+    few = np.arange(N) < FEW - 1
     assert found(record(np.where(few, 10.0, 0.0), out=faults(spike=few))) == {}
 
 
 def test_what_carries_next_to_nothing_is_no_cause():
     # of 95 x 1 N^2 of others five samples of 0.5 N carry 1.25 N^2
-    assert found(record(np.where(FEW, 0.5, 1.0), out=faults(frozen=FEW))) == {}
+    assert found(record(np.where(SOME, 0.5, 1.0), out=faults(frozen=SOME))) == {}
     assert LEAST_SHARE > 1.25 / 96.25
 
 
 def test_a_spoilt_input_counts_by_how_far_it_is_from_the_latent_one():
-    u = np.where(FEW, 6.0, 8.0)
-    effect = found(record(into=faults(frozen=FEW), u=u))["acquisition_faults"]
+    u = np.where(SOME, 6.0, 8.0)
+    effect = found(record(into=faults(frozen=SOME), u=u))["acquisition_faults"]
     assert effect.removed_n2 == pytest.approx(5 * 4.0) and effect.parameters["frozen_pct"] == pytest.approx(2.5)
 
 
@@ -133,13 +133,13 @@ def test_a_rounded_input_counts_by_half_and_as_steeply_as_the_line_can_be():
 def test_what_was_counted_of_one_record_is_not_counted_of_the_rest():
     clipped = np.arange(N) >= 50
     both = found(
-        record(np.where(FEW, 10.0, np.where(clipped, -3.0, 0.0)), out=faults(spike=FEW, clipped=clipped, level=2.0, step=1.2)), noise=0.01
+        record(np.where(SOME, 10.0, np.where(clipped, -3.0, 0.0)), out=faults(spike=SOME, clipped=clipped, level=2.0, step=1.2)), noise=0.01
     )
     assert "quantisation" not in both and both["saturation"].removed_n2 == pytest.approx(50 * 9.0)
 
 
 def test_records_add_up_and_predictions_may_be_coarser():
-    spoilt = record(np.where(FEW, 10.0, 0.0), out=faults(spike=FEW))
+    spoilt = record(np.where(SOME, 10.0, 0.0), out=faults(spike=SOME))
     (effect,) = recorder_effects((spoilt, record()), [np.full(N, 5.0), np.full(N // 2, 5.0)], NOISE)
     assert effect.removed_n2 == pytest.approx(500.0) and effect.parameters["spike_pct"] == pytest.approx(100.0 * 5 / 400)
 
@@ -154,9 +154,9 @@ def test_rounding_at_the_edge_of_the_noise_is_no_limit_of_the_input():
 
 
 def test_the_larger_cause_comes_first():
-    error = np.where(FEW, 10.0, 0.0)
+    error = np.where(SOME, 10.0, 0.0)
     clipped = np.arange(N) >= 90
-    both = record(np.where(clipped, -3.0, error), out=faults(spike=FEW, clipped=clipped, level=2.0))
+    both = record(np.where(clipped, -3.0, error), out=faults(spike=SOME, clipped=clipped, level=2.0))
     assert [e.id for e in recorder_effects((both,), [np.full(N, 5.0)], NOISE)] == ["acquisition_faults", "saturation"]
 
 

@@ -16,6 +16,7 @@ from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import Hypothesis, variants
 from sstl_cli.diagnosis.verdict import Verdict
 from sstl_cli.diagnosis.whitening import Noise, Sensor
+from sstl_cli.physics.trajectories import SPAN_HZ
 
 OFFSET = next(h for h in variants("zero_offset", ("act",)) if [f.parameter.name for f in h.free] == ["z_out_act_n"])
 FRICTION = variants("const_friction", ("act",))[0]
@@ -48,6 +49,15 @@ def test_no_movement_leaves_the_limits_of_the_rig(trajectory, limits):
         assert np.allclose(np.diff(m.time_s), 0.02)
     if limits.rate_n_per_s == 30.0:
         assert movements and movements[0].tension_n.max() > 35.0
+
+
+def test_a_random_movement_is_slowed_as_a_whole():
+    """From its own frequencies, not from a chirp's: else it is made faster first, and its slow part far too slow."""
+    random = next(t for t in MENU if t.kind == "random")
+    (slow,) = within(search(), random, Limits(15.0, 2.0))
+    low, top = SPAN_HZ["random"]
+    share = slow.trajectory.frequency_hz / low
+    assert 0.1 < share < 1.0 and slow.trajectory.top_frequency_hz / top == pytest.approx(share)
 
 
 def test_what_is_written_is_what_was_judged():

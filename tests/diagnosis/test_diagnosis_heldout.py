@@ -134,17 +134,18 @@ def thinned(residual, h, values) -> Fit:
     return replace(made(residual, h, values), whiten=white(NOISE_N, np.arange(len(model.y)) % 80 == 7, [s.start for s in model.slices()]))
 
 
-def test_what_is_foretold_is_the_density_of_a_fold_given_the_others():
-    """By dense covariances: theta of two bends and a zero, of which the others leave what they leave."""
-    offset = named("zero_offset", "z_out_act_n")
-    f = thinned(noise(3), offset, (0.1,))
+@pytest.mark.parametrize(("effect", "parameter", "value"), [("zero_offset", "z_out_act_n", 0.1), ("gain_error", "g_act", 1.1)])
+def test_what_is_foretold_is_the_density_of_a_fold_given_the_others(effect, parameter, value):
+    """By dense covariances: theta of two bends and a parameter, of which the others leave what they leave."""
+    chosen = named(effect, parameter)
+    f = thinned(noise(3), chosen, (value,))
     model, folds = simulator(), make_folds(simulator())
     kept = np.flatnonzero(f.whiten.scale > 0)
     j = np.zeros((len(kept), 3))
     j[np.arange(len(kept)), model.config[kept]] = f.jacobian[kept, 0]
     j[:, 2] = f.jacobian[kept, 1]
-    before = np.diag([(THETA_HIGH - THETA_LOW) ** 2] * 2 + [offset.free[0].width ** 2])
-    # the fit stands 0.1 N off what is expected beforehand
+    before = np.diag([(THETA_HIGH - THETA_LOW) ** 2] * 2 + [chosen.free[0].width ** 2])
+    # the fit stands 0.1 off what is expected beforehand: that it is not there
     mean = j @ np.array([0.0, 0.0, -0.1])
 
     def nats(at):

@@ -1,5 +1,7 @@
 """Noise of the sensors from holds: made windows whose noise is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from rig_logs import SHORT, record
@@ -10,6 +12,8 @@ from sstl_cli.diagnosis.noise import _held, _window_costs, measured, of_readings
 from sstl_cli.diagnosis.recorder import white_beside, white_noise
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.whitening import step_of
+from sstl_cli.physics.scenario import Scenario
+from sstl_cli.steps import diagnose
 from tests.diagnosis.made_windows import Held, coloured
 
 
@@ -90,3 +94,16 @@ def test_the_white_part_of_quick_slow_noise_is_what_is_left_and_no_more_than_was
     seen = white_noise(slow * wander + white * rng.standard_normal(n))
     assert seen > 1.2 * white and white_beside(seen, slow, memory) == pytest.approx(white, rel=0.1)
     assert white_beside(seen, 0.0, memory) == seen and white_beside(seen, 1.0, memory) > 0.0
+
+
+@pytest.mark.parametrize("hz", [1000.0, 4000.0])
+def test_readings_are_held_against_the_noise_of_a_reading_at_any_rate(hz, monkeypatch):
+    """The output's noise is known of means over a step of the simulation: at 4 kHz of four readings, half as large."""
+    problem = prepare(record({}, hz=hz, moves=SHORT[1:2], configs=1), 1.0)
+    known = measured(problem.records, np.ones(sum(len(r) for r in problem.records)))
+    sim = SimpleNamespace(problem=problem, predict_fine=lambda theta, effects: [None] * len(problem.records))
+    found = SimpleNamespace(sim=sim, noise=known, base=SimpleNamespace(theta=None))
+    told = []
+    monkeypatch.setattr(diagnose.faults, "recorder_effects", lambda r, p, noise_n, known: told.append(noise_n) or [])
+    assert diagnose._faults(found, (), Scenario()) == []
+    assert told == [pytest.approx(0.02, rel=0.15)]

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from sstl_cli.diagnosis import noise as of
 from sstl_cli.diagnosis import rounding, white
-from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, RESTING_S, SMOOTHER, UNSEEN, WHITE
+from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, SMOOTHER, UNSEEN, WHITE, WINDOWS_S
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, step_of, whitener
@@ -36,7 +36,7 @@ def test_a_coarse_converter_without_noise_keeps_one_error_throughout_a_rest():
     # rounding of 0.04 N is below a noise of 0.05 N, and above one of 0.03 N
     assert rounding.with_rounding(sensor, [faults(0.05, step)]) is sensor
     rounded = rounding.with_rounding(sensor, [faults(0.03, step), faults(0.03, step), faults(9.0, 0.0)])
-    assert rounded == Sensor(0.02, pytest.approx(0.05), RESTING_S)
+    assert rounded == Sensor(0.02, pytest.approx(0.05), WINDOWS_S[-1])
     assert rounding.with_rounding(replace(sensor, correlation_s=3.0), [faults(0.03, step)]).correlation_s == 3.0
 
 

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis import recorder
-from sstl_cli.diagnosis.constants import FROZEN_RUN, SPIKE_SIGMA, UNSEEN
+from sstl_cli.diagnosis.constants import FEW, SPIKE_SIGMA, UNSEEN
 from sstl_cli.diagnosis.recorder import (
     FOURTHS_ERROR,
     Faults,
@@ -147,7 +147,7 @@ def test_spikes_close_to_one_another_hide_none_of_them():
     assert np.flatnonzero(recorder._spikes(y, 0.5, y > 1e9)).tolist() == at
 
 
-@pytest.mark.parametrize(("repeats", "seen"), [(FROZEN_RUN - 1, False), (FROZEN_RUN, True)])
+@pytest.mark.parametrize(("repeats", "seen"), [(FEW - 1, False), (FEW, True)])
 def test_so_many_equal_readings_in_a_row_are_no_chance(repeats, seen):
     y = np.arange(30.0)
     y[10 : 10 + repeats] = 10.0

@@ -10,7 +10,7 @@ from made_fits import NOISE_N, made, noise, simulator
 from made_sims import sim
 
 from sstl_cli.diagnosis import residuals
-from sstl_cli.diagnosis.constants import LEAST_CELL
+from sstl_cli.diagnosis.constants import FEW
 from sstl_cli.diagnosis.residuals import LINE, SINGLE, Leftover, Misfit, leftover
 
 
@@ -23,7 +23,7 @@ def small(z, keep=None, **more):
 
 
 def test_means_and_spreads_of_bins_by_hand():
-    count = LEAST_CELL + 1
+    count = FEW + 1
     z = np.concatenate((np.full(count, 1.0), np.full(count, -2.0), [9.0, 9.0]))
     index = np.repeat([0, 1, 2], [count, count, 2])
     mean, spread = residuals._binned("x", z, z, np.ones(len(z), bool), index, ["a", "b", "c"], {}, False)

@@ -10,7 +10,7 @@ import pytest
 from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import starts as of
-from sstl_cli.diagnosis.constants import OFF_NEUTRAL, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.constants import SHAPE_GRID, STRENGTHS
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.starts import grid, screen
 from sstl_cli.diagnosis.whitening import Noise, Sensor
@@ -42,7 +42,7 @@ def test_starts_of_strengths_and_shapes():
     # a shape that says where to begin begins there
     assert {float(v[1]) for v in grid(variants("presliding", ("act",))[1].free)} == {0.5}
     drift = named("friction_drift", "d_mu", "path_n")
-    assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([OFF_NEUTRAL * 0.6] * 3)
+    assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([STRENGTHS[0] * 0.6] * 3)
 
 
 def test_screening_gains_what_the_linear_model_gains():
