@@ -13,7 +13,7 @@ from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.blind.truth import CaseTruth
-from sstl_cli.diagnosis.constants import LEAST_GAP, MISFITS, SHARES
+from sstl_cli.diagnosis.constants import DECIDABLE, LEAST_GAP, MISFITS, SHARES, TOLD
 from sstl_cli.diagnosis.features import OUTPUT, Ids, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
@@ -61,8 +61,10 @@ STATUSES = (IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING)
 COMMITS = np.linspace(0.5, 0.98, 25)
 # share of its response by which a law is usually off
 USUAL_SHARE = MISFITS[1]
+# fewer cases say nothing of how often a verdict is right
+FEWEST_STATED = 50
 # half of D^2 = 24: naming at 49 to 1 in 95 of 100 cases
-DECIDABLE_NATS = 12.0
+DECIDABLE_NATS = 0.5 * DECIDABLE
 
 
 @dataclass(frozen=True)
@@ -186,6 +188,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None,
         dict.fromkeys(FAMILIES, 1.0),
         0.5,
         0.1,
+        DECIDABLE,
         {},
         dict(provenance or {}),
     )
@@ -227,6 +230,7 @@ def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = (
     bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability={})
     bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(drawn, bare))
+    bare = replace(bare, shows_d2=_shows(drawn, bare))
     return replace(bare, reliability=_by_status([(e, decided(e.rows, p, bare)) for e, p in drawn]))
 
 
@@ -253,6 +257,20 @@ def _threshold(drawn: Judged, weights: Weights) -> float:
         if sum(is_wrong(e, decided(e.rows, p, tried)) for e, p in drawn) <= WRONG_COMMITS * len(drawn):
             return round(float(commit), 6)
     return float(COMMITS[-1])
+
+
+def _shows(drawn: Judged, weights: Weights) -> float:
+    """Return the squared distance to nothing from which on a single effect is taken for nothing in fewer than 1 - ``TOLD`` of cases.
+
+    What it gains is half of that on average; a verdict charges for its strengths, and for all that might be there instead.
+    """
+    own = [(next((c.gain for c in e.rows.candidates if c.ids == e.answer and c.kind == OUTPUT), None), e, p) for e, p in drawn]
+    seen = [(gain, float(decided(e.rows, p, weights).status != NOTHING)) for gain, e, p in own if gain is not None and len(e.answer) == 1]
+    if len(seen) < FEWEST_STATED:
+        return DECIDABLE
+    gains, found = np.array(seen).T
+    rising = IsotonicRegression(y_min=0.0, y_max=1.0).fit(gains, found).predict(gains)
+    return round(float(max(2.0 * gains[rising >= TOLD].min(initial=np.inf), DECIDABLE)), 1) if (rising >= TOLD).any() else DECIDABLE
 
 
 def _quiet(judged: Judged) -> float:
@@ -297,7 +315,7 @@ def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, floa
     """Return stated probability against share of right verdicts, monotone (Zadrozny and Elkan 2002)."""
     x = np.array([v.confidence for _, v in said if v.confidence is not None])
     y = np.array([is_right(e, v) for e, v in said if v.confidence is not None], float)
-    if len(x) < 50:
+    if len(x) < FEWEST_STATED:
         return ()
     fitted = IsotonicRegression(y_min=0.02, y_max=0.995, out_of_bounds="clip").fit(x, y)
     grid = np.quantile(x, np.linspace(0.02, 0.98, 9))
@@ -313,6 +331,7 @@ def to_document(w: Weights) -> dict[str, object]:
         "member": dict(w.member),
         "quiet": w.quiet,
         "cover": w.cover,
+        "shows_d2": w.shows_d2,
         "reliability": {status: [list(r) for r in rows] for status, rows in w.reliability.items()},
         "candidate": dict(w.candidate),
         "none": dict(w.none),

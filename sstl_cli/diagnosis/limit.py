@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import DECIDABLE, ENOUGH_NATS, MAX_ITERATIONS, REFIT_ITERATIONS
+from sstl_cli.diagnosis.constants import ENOUGH_NATS, MAX_ITERATIONS, REFIT_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, normal_equations
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.simulator import Simulator
@@ -44,21 +44,26 @@ def _squared(truth: Fit, near: Fit) -> float:
     return max(2.0 * near.cost - truth.whiten.log_det, 0.0)
 
 
-def least_shown(found: Search) -> list[Shown]:
-    """Return for each effect the smallest size that this log would have shown: the base refitted to it stays D^2 = 24 behind.
+def least_shown(found: Search, d2: float) -> list[Shown]:
+    """Return for each effect the smallest size that this log would have shown: the base refitted to it stays as far behind.
 
     An effect that would not have shown within its bounds has no row.
+
+    Parameters
+    ----------
+    d2 : float
+        Squared distance that shows (see ``Weights.shows_d2``).
     """
     rows = [
-        _least(found, effect_id, next(w.fit for w in models if w.fit.hypothesis.foretold))
+        _least(found, d2, effect_id, next(w.fit for w in models if w.fit.hypothesis.foretold))
         for effect_id, models in sorted(found.singles.items())
     ]
     return [row for row in rows if row is not None]
 
 
-def _least(found: Search, effect_id: str, f: Fit) -> Shown | None:
+def _least(found: Search, shows: float, effect_id: str, f: Fit) -> Shown | None:
     sim = found.sim
-    started = _linear(sim, f)
+    started = _linear(sim, f, shows)
     if started is None:
         return None
     i, size = started
@@ -73,16 +78,16 @@ def _least(found: Search, effect_id: str, f: Fit) -> Shown | None:
         truth = fit(sim, found.base.whiten, f.hypothesis, found.base.theta, values, 0)
         near = _nearest(sim, truth, found.base)
         d2 = _squared(truth, near)
-        if d2 >= DECIDABLE - 2.0 * ENOUGH_NATS:
+        if d2 >= shows - 2.0 * ENOUGH_NATS:
             left = truth.prediction - near.prediction
             gap = float(np.sqrt(np.sum(sim.weight * left**2) / max(sim.weight.sum(), 1.0)))
             return Shown(effect_id, p.name, p.unit, size, gap)
         # a response that saturates, or that theta takes up, needs more than the linear one says
-        size *= min(float(np.sqrt(DECIDABLE / d2)), 2.0) if d2 > 0.0 else 2.0
+        size *= min(float(np.sqrt(shows / d2)), 2.0) if d2 > 0.0 else 2.0
     return None
 
 
-def _linear(sim: Simulator, f: Fit) -> tuple[int, float] | None:
+def _linear(sim: Simulator, f: Fit, shows: float) -> tuple[int, float] | None:
     """Return the strength whose linear response shows with the smallest gap, theta refitted, and its size."""
     a, _ = normal_equations(sim, f.whiten(f.jacobian), np.zeros(len(sim.y)))
     configs = len(f.theta)
@@ -95,7 +100,7 @@ def _linear(sim: Simulator, f: Fit) -> tuple[int, float] | None:
         information = float(a[configs + i, configs + i] - cross @ a[own, configs + i])
         if information <= 0.0:
             continue
-        size = float(np.sqrt(DECIDABLE / information))
+        size = float(np.sqrt(shows / information))
         column = f.jacobian[:, 1 + i] - f.jacobian[:, 0] * cross[sim.config]
         rows.append((size * float(np.sqrt(np.sum(sim.weight * column**2))), i, size))
     return min(rows)[1:] if rows else None

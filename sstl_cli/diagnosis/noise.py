@@ -2,7 +2,8 @@
 
 White noise shows in third differences. Coloured noise of the output shows in holds, where the play keeps the tension: each
 hold gives a spread, and their median is not moved by holds that something else disturbs. Coloured noise of the input shows
-nowhere by itself: it is taken to be like the output's (the sensors of a rig are alike) unless the slides say otherwise.
+hardly by itself, since an input moves: it is taken to be like the output's (the sensors of a rig are alike) unless the slides say
+otherwise, and no more than where the input rests. What no model explains of the output is no noise of the input.
 The slides are asked together with the flexible part of the model projected out (restricted likelihood, Patterson and
 Thompson 1971), and the spreads stay near what was measured by log-normal priors, so that no wrong model can buy variance.
 """
@@ -10,14 +11,12 @@ Thompson 1971), and the spreads stay near what was measured by log-normal priors
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import chdtri
 
-from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import (
     ALIKE,
     ALIKE_FROM,
@@ -25,46 +24,30 @@ from sstl_cli.diagnosis.constants import (
     AT_MOST,
     CORRELATIONS_S,
     CURVATURE_STEP,
-    DECIDES_NATS,
     DIFFERENCE,
     ENOUGH,
     FLAT,
-    HELD,
-    HOLD_ROUNDS,
     LEAST_COLOUR,
-    LEAST_WINDOWS,
     LEVELS,
-    LOUDER,
     MEASURED,
     RICH_RIDGE,
-    SHORTEST_WINDOW,
     SMOOTHER,
     TRIES,
-    UNKNOWN_COLOUR,
     UNMEASURED,
     UNSEEN,
     WHITE,
-    WINDOWS_S,
 )
+from sstl_cli.diagnosis.holds import held_noise, input_means, moving
 from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.recorder import white_beside
 from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.rounding import with_rounding
 from sstl_cli.diagnosis.white import averaged, least_white, spacing, typical, white_of, white_of_output
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, Step, constants, late_n, step_of, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, late_n, step_of, whitener
 
 Array = NDArray[np.float64]
 # place of the input's coloured noise among the numbers that are fitted
 ENTERING = 2
-
-
-@dataclass(frozen=True)
-class _Held:
-    """Coloured noise seen in holds: standard deviation (N), by what (natural logarithm) it may be off, correlation time (s)."""
-
-    coloured_n: float
-    correlation_s: float
-    spread: float = MEASURED
 
 
 def measured(records: Sequence[Record], slide: Array) -> Noise:
@@ -85,7 +68,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
         white_in = typical([white_of(r.raw.tension_in_n, r, "tension_in_n") for r, _ in mine])
         white_out, off = white_of_output(mine)
         levels = white_out * LEVELS
-        held, white_held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+        held, white_held = held_noise([r for r, _ in mine], [s for _, s in mine], white_out, levels)
         wide[system] = held.spread
         # of the output it is that of means over a step, of the input that of readings
         alike = white_in / averaged([r for r, _ in mine])
@@ -96,12 +79,15 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             least_in, least_out = (typical([least_white(r, column) for r, _ in mine]) for column in ("tension_in_n", "tension_out_n"))
             white_out = max(white_beside(white_out, slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_out_n"))), least_out)
             white_in = max(white_beside(white_in, ratio * slow.sd_n, slow.kept(spacing([r for r, _ in mine], "tension_in_n"))), least_in)
-            held, white_held = _held([r for r, _ in mine], [s for _, s in mine], white_out, levels)
+            held, white_held = held_noise([r for r, _ in mine], [s for _, s in mine], white_out, levels)
             # a difference is known as well as what was taken off; there is no more of it than was seen
             off = float(min(np.hypot(off, MEASURED * (seen**2 / white_out**2 - 1.0)), off + np.log(seen / white_out) / AT_MOST))
         loose[system] = off
+        # an input need not rest as well as it is told to, so that this is a bound
+        resting, _ = held_noise([input_means(r) for r, _ in mine], [moving(r, white_in) for r, _ in mine], white_in, white_in * LEVELS)
+        slow_in = ratio * held.coloured_n if resting.spread >= UNMEASURED else min(ratio * held.coloured_n, resting.coloured_n)
         out[system] = with_rounding(Sensor(white_held, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
-        into[system] = with_rounding(Sensor(white_in, ratio * held.coloured_n, held.correlation_s), [r.faults_in for r, _ in mine])
+        into[system] = with_rounding(Sensor(white_in, slow_in, held.correlation_s), [r.faults_in for r, _ in mine])
     return Noise(into, out, dict.fromkeys(out, 1.0), open=wide, loose=loose)
 
 
@@ -119,113 +105,6 @@ def white_only(noise: Noise) -> Noise:
         {k: Sensor(s.white_n, UNSEEN * s.white_n, s.correlation_s) for k, s in side.items()} for side in (noise.input, noise.output)
     )
     return Noise(into, out, dict(noise.smoother), dict(noise.spread))
-
-
-def _held(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> tuple[_Held, float]:
-    """Return the coloured noise that holds show beside the white one, at one of several levels (N), and the white noise (N) there.
-
-    The most likely ones of windows without their straight line (restricted likelihood), from the quieter half of them at
-    first, then from all that they can have made: holds that something else disturbs do not count. A sensor behind a filter has
-    less noise from one reading to the next, where third differences look, than in means: the white one is then larger.
-    """
-    rows = _windows(records, slides)
-    if len(rows) < LEAST_WINDOWS:
-        return _Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED), white_n
-    tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
-    every = _costs(rows, records[0], white_n * LOUDER, levels)
-    kept = _undisturbed(every[0], rows.shape[1])
-    usual = UNKNOWN_COLOUR * white_n
-    nats = np.array([_believed(tries, costs[:, kept, 0].sum(axis=1), usual)[1] for costs in every])
-    louder = int(np.argmin(nats)) if nats[0] - nats.min() > DECIDES_NATS else 0
-    costs = every[louder]
-    kept = _undisturbed(costs, rows.shape[1])
-    return _believed(tries, costs[:, kept, 0].sum(axis=1), usual)[0], white_n * float(LOUDER[louder])
-
-
-def _windows(records: Sequence[Record], slides: Sequence[Array]) -> Array:
-    """Return the longest windows of holds of which there are enough, one a row; the last tried where there are not."""
-    rows = np.zeros((0, 0))
-    for window_s in WINDOWS_S:
-        length = max(SHORTEST_WINDOW, round(window_s / (records[0].dt_s * records[0].factor)))
-        rows = np.array(
-            [p for r, slide in zip(records, slides, strict=True) for p in _pieces(r.y, (slide < HELD) & (r.weight > 0), length)]
-        )
-        if len(rows) >= LEAST_WINDOWS:
-            break
-    return rows
-
-
-def _costs(rows: Array, first: Record, white_n: Array, levels: Array) -> Array:
-    """Return what coloured noise of every time (s) and level (N) costs on each window beside each white noise (N).
-
-    See ``_window_costs``; shape (whites, times x levels, windows, 2).
-    """
-    readings, step_s = float(np.median(first.readings)), first.dt_s * first.factor
-    white, coloured = np.repeat(white_n / np.sqrt(readings), len(levels)), np.tile(levels, len(white_n))
-    found = [_window_costs(rows, white, coloured, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S]
-    return np.concatenate([c.reshape(len(white_n), len(levels), *c.shape[1:]) for c in found], axis=1)
-
-
-def _undisturbed(costs: Array, length: int) -> NDArray[np.bool_]:
-    """Return the windows that noise alone can have made, shape (windows,): of those that the quieter half of them allow."""
-    spread = costs[0, :, 1]
-    kept = spread <= np.median(spread)
-    # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
-    limit = chdtri(length - 2, 0.5 / len(kept))
-    for _ in range(HOLD_ROUNDS):
-        now = costs[int(np.argmin(costs[:, kept, 0].sum(axis=1))), :, 1] <= limit
-        if (now == kept).all() or now.sum() < LEAST_WINDOWS:
-            break
-        kept = now
-    return kept
-
-
-def _believed(tries: Sequence[tuple[float, float]], costs: Array, usual_n: float) -> tuple[_Held, float]:
-    """Return the noise that windows leave possible beside what is usual (N), and its cost (nats).
-
-    What is slower than a window shows next to nothing in it: its level is then what is usual, by a prior (Cauchy's of the
-    logarithm, as wide as two sensors are apart) that gives way to what windows say.
-    """
-    level = np.array([c for c, _ in tries])
-    costs = costs + np.log1p((np.log(level / usual_n) / ALIKE) ** 2)
-    weight = np.exp(costs.min() - costs)
-    nats = float(costs.min() - np.log(weight.mean()))
-    weight /= weight.sum()
-    centre = float(weight @ np.log(level))
-    spread = float(np.sqrt(weight @ (np.log(level) - centre) ** 2))
-    near = min(np.unique(level), key=lambda c: abs(np.log(c) - centre))
-    slow = [(cost, tau) for (c, tau), cost in zip(tries, costs, strict=True) if c == near]
-    return _Held(float(np.exp(centre)), min(slow)[1], float(np.clip(spread, MEASURED, ALIKE))), nats
-
-
-def _window_costs(rows: Array, white_n: float | Array, coloured_n: Array, step: Step) -> Array:
-    """Return minus the restricted log likelihood (nats) and the sum of whitened squares of each window.
-
-    Freed of its straight line, a window is turned into the axes of the coloured noise, which are those of every level of it, whatever is white.
-
-    Parameters
-    ----------
-    white_n : float or ndarray, shape (levels,)
-    coloured_n : ndarray, shape (levels,)
-
-    Returns
-    -------
-    ndarray, shape (levels, windows, 2)
-    """
-    length = rows.shape[1]
-    lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length)))
-    alike = np.where(lag > 0, step.lasting * step.kept ** np.maximum(lag - 1, 0), step.variance)
-    line = np.stack((np.ones(length), np.linspace(-1.0, 1.0, length)), axis=1)
-    free = np.linalg.qr(line, mode="complete")[0][:, 2:]
-    power, axes = np.linalg.eigh(free.T @ alike @ free)
-    variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + np.broadcast_to(white_n, coloured_n.shape)[:, None] ** 2
-    square = (1.0 / variance) @ ((rows @ (free @ axes)) ** 2).T
-    return np.stack((0.5 * (square + np.log(variance).sum(axis=1, keepdims=True)), square), axis=2)
-
-
-def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
-    """Return stretches of a hold."""
-    return [y[start : start + length] for a, b in stretches(held) for start in range(a, b - length + 1, length)]
 
 
 def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: Array, start: Noise) -> tuple[Noise, dict[str, float]]:

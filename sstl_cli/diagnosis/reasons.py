@@ -12,15 +12,15 @@ from sstl_cli.physics.effects import get
 def carried(c: CandidateRow, rows: Rows) -> float:
     """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
 
-    Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments).
-    What was held out has the same say: no candidate takes off more than it may at most remove there. Not of jumps, which nobody
-    can foretell, as long as they leave no more than the noise.
+    Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments), and no
+    more than by size. What was held out has the same say: no candidate takes off more than it may at most remove there. Not of jumps,
+    which nobody can foretell, as long as they leave no more than the noise.
     """
     if c.kind == OUTPUT:
         left = max(c.chi2 - 1.0, 0.0)
         share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
-        if only_scatters(c):
-            return 0.0
+        if not averaged(c) or only_scatters(c):
+            share = min(share, c.share)
         foretold = left > 1.0 or not averaged(c)
         return share if c.held is None or not foretold else min(share, c.held)
     if c.kind != BESIDE:
@@ -57,6 +57,21 @@ def explained(rows: Rows, ids: Ids) -> str:
     return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it"
 
 
+def partly(rows: Rows, ids: Ids) -> str:
+    """Return of how little of the gap a candidate can be the cause."""
+    row = next(c for c in rows.candidates if c.ids == ids)
+    name, share = " + ".join(ids), carried(row, rows)
+    if row.kind == BESIDE:
+        return f"{name} explains only {100.0 * share:.0f} % of what the channel beside shows beyond its noise"
+    if share != row.held and share <= 0.0:
+        return f"{name} brings the model no nearer to the output"
+    if share != row.held:
+        return f"{name} explains only {100.0 * share:.0f} % of the squared error beyond the noise"
+    if share <= 0.0:
+        return f"{name} describes what was held out worse than nothing added"
+    return f"{name} removes {100.0 * share:.0f} % at most of the gap of what was held out"
+
+
 def left(rows: Rows, top: Ids) -> str:
     """Return why even the most probable candidate is not thought to be the cause."""
     worst = rows.best.worst()
@@ -68,14 +83,8 @@ def left(rows: Rows, top: Ids) -> str:
         return f"{best} would need sizes that none of its effects usually has"
     if only_scatters(row):
         return f"{best} lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
-    if row.kind == BESIDE:
-        return f"{best} explains only {100.0 * share:.0f} % of what the channel beside shows beyond its noise"
-    if row.held is not None and share == row.held < HALF:
-        return (
-            f"{best} removes {100.0 * share:.0f} % at most of the gap of what was held out"
-            if share > 0.0
-            else f"{best} describes what was held out worse than nothing added"
-        )
+    if share < HALF and (row.kind == BESIDE or share == row.held or share <= 0.0):
+        return f"even the best candidate, {partly(rows, top)}"
     # the tests are of what the most evident model leaves, which need not be the most probable one
     tested = row.kind != OUTPUT or row is leading(rows)
     z = worst.z if tested else row.worst_z

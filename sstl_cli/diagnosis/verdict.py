@@ -17,7 +17,7 @@ from scipy.special import logsumexp, softmax
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES
-from sstl_cli.diagnosis.reasons import carried, explained, left, strained
+from sstl_cli.diagnosis.reasons import carried, explained, left, partly, strained
 from sstl_cli.diagnosis.weights import Weights
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ CANDIDATE_TERMS = (
 )  # fmt: skip
 LOG_TERMS = (
     "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
-    "outside", "recorder", "beside", "beside_left", "coloured", "noise_ratio", "strain",
+    "outside", "recorder", "beside", "beside_left", "coloured", "noise_ratio",
 )  # fmt: skip
 
 
@@ -180,7 +180,6 @@ def log_terms(rows: Rows) -> Array:
         "beside_left": 0.0 if beside is None else max(beside.share, 0.0) * _squash(max(beside.chi2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
-        "strain": _squash(log.strain or 0.0),
     }
     return np.array([values[t] for t in LOG_TERMS])
 
@@ -235,7 +234,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     named = sum(p[k] for k in ranked)
     top = ranked[0] if ranked else NONE
     first = next((c for c in rows.candidates if c.ids == top), None)
-    if first is not None and (carried(first, rows) < HALF or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
+    takes = 1.0 if first is None else carried(first, rows)
+    if first is not None and (takes <= 0.0 or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
         return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
@@ -243,16 +243,18 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     family = _family(top, p)
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
-    if sure >= weights.commit and not _told(rows, top, family, weights.member):
+    # of what most of the gap comes from in spite of it nobody is sure
+    commits = sure >= weights.commit and takes >= HALF
+    if commits and not _told(rows, top, family, weights.member):
         group = tuple(dict.fromkeys((*family, *rivalling)))
         why = f"{explained(rows, top)}; which of {', '.join(' + '.join(k) for k in group)} it is, this data does not tell"
         return say(AMBIGUOUS, top, sum(p[k] for k in group), group, why)
-    if sure >= weights.commit and tied:
+    if commits and tied:
         group = tuple(dict.fromkeys((top, *sorted(rivalling, key=lambda k: (-p[k], k)))))
         rivals = ", ".join(" + ".join(k) for k in group[1:])
         said = f"{explained(rows, top)}; {rivals} explain{'' if len(group) > 2 else 's'} this data as well"
         return say(AMBIGUOUS, top, sum(p[k] for k in group), group, said)
-    if sure >= weights.commit:
+    if commits:
         return say(IDENTIFIED, top, sure, (top,), explained(rows, top))
     likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
@@ -263,12 +265,10 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if p[UNKNOWN] >= named:
         return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
     group = _set(ranked, p, weights.cover)
-    share = sum(p[k] for k in group)
-    if len(group) == 1:
-        why = f"{explained(rows, top)}, but {_runner_up(p)} is not ruled out"
-        return say(AMBIGUOUS, top, share, group, why)
+    why = explained(rows, top) if takes >= HALF else partly(rows, top)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
-    return say(AMBIGUOUS, top, share, group, f"{explained(rows, top)}; not ruled out: {rivals}")
+    why += f"; not ruled out: {rivals}" if rivals else f", but {_runner_up(p)} is not ruled out"
+    return say(AMBIGUOUS, top, sum(p[k] for k in group), group, why)
 
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:

@@ -17,7 +17,7 @@ from typing import Any
 class Weights:
     """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model.
 
-    ``reliability`` has for each status what was stated, and the share of such verdicts that were right.
+    ``shows_d2`` is the squared distance to nothing from which on an effect is hardly ever taken for nothing; ``reliability`` has for each status what was stated, and the share of such verdicts that were right.
     """
 
     candidate: Mapping[str, float]
@@ -28,6 +28,7 @@ class Weights:
     member: Mapping[str, float]
     quiet: float
     cover: float
+    shows_d2: float
     reliability: Mapping[str, tuple[tuple[float, float], ...]]
     provenance: Mapping[str, Any] = field(default_factory=dict)
     known: Weights | None = None
@@ -58,6 +59,7 @@ def from_document(d: Mapping[str, Any]) -> Weights:
         d["member"],
         d["quiet"],
         d["cover"],
+        d["shows_d2"],
         {status: tuple((float(a), float(b)) for a, b in rows) for status, rows in d["reliability"].items()},
         d["provenance"],
         from_document(d["known"]) if "known" in d else None,

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from statistics import median
 
 from sstl_cli.blind import learning
 from sstl_cli.blind.judge import share
@@ -57,7 +56,7 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
 
 def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], list[Example], dict[str, object]]:
     """Return the examples of libraries of one kind to learn from, all as they were drawn, and where they come from."""
-    found = strained([e for p in facts for e in read_library(p)])
+    found = [e for p in facts for e in read_library(p)]
     simulators = sorted({e.simulator for e in found})
     if len(simulators) < 2 or len(found) < FEWEST:
         raise SstlError(
@@ -79,13 +78,6 @@ def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], list[Example], 
             "inputs": inputs_of(list(facts)),
         },
     )
-
-
-def strained(found: Sequence[Example]) -> list[Example]:
-    """Return the examples with the usual strain of the noise where a library is from before it was kept."""
-    known = [e.rows.log.strain for e in found if e.rows.log.strain is not None]
-    usual = median(known) if known else None
-    return [e if e.rows.log.strain is not None else replace(e, rows=replace(e.rows, log=replace(e.rows.log, strain=usual))) for e in found]
 
 
 def told(found: Sequence[Example]) -> list[Example]:

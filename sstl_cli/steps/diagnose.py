@@ -168,6 +168,7 @@ def run(
             [Remark(**asdict(r)) for r in remarks],
             following.Limits(options.max_tension_n, options.max_rate_n_per_s),
             deadline.passed,
+            _weights(options).shows_d2,
         )
     )
     result = Diagnosis(found, said, options, body)

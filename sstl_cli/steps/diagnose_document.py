@@ -119,7 +119,7 @@ def _verdict(g: Given) -> Verdict:
     in_class = {part: title for title, parts in said.classes.items() for part in parts}
     members = {title: list(parts) for title, parts in said.classes.items()}
     members |= {name(ids): list(ids) for ids in said.group if len(ids) > 1}
-    least = [LeastShown(**asdict(s)) for s in limit.least_shown(g.search)] if _asks_least(g) else None
+    least = [LeastShown(**asdict(s)) for s in limit.least_shown(g.search, g.shows_d2)] if _asks_least(g) else None
     # what chance makes now and then is not left over
     worst = [t for t in sorted(g.rows.best.tests, key=lambda t: -t.z)[:TOLD] if t.z > 2.0] if said.status == UNDECIDED else None
     found = Verdict(

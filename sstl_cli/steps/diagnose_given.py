@@ -12,6 +12,7 @@ from sstl_cli.core.documents.gate import Remark
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import features, following
 from sstl_cli.diagnosis.channels import ChannelGap
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.features import Ids
 from sstl_cli.diagnosis.fit import Fit
@@ -58,6 +59,8 @@ class Given:
     limits: following.Limits | None = None
     # whether a stage that can be left out has to be
     passed: Callable[[str], bool] = lambda _: False
+    # see Weights
+    shows_d2: float = DECIDABLE
 
 
 @dataclass(frozen=True)

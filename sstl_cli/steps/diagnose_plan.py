@@ -22,6 +22,7 @@ from sstl_cli.diagnosis.limit import Shown, distance2, least_shown
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid
+from sstl_cli.diagnosis.weights import learned
 from sstl_cli.diagnosis.whitening import Noise, Sensor, whitener
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
@@ -66,7 +67,7 @@ def run(scenario: Scenario, effects: Sequence[str] | None = None, advance: Calla
         if (single := _least(found, e)) is not None:
             found.singles[e] = (single,)
         advance(0.5 / len(ids))
-    shown = {s.effect: s for s in least_shown(found)}
+    shown = {s.effect: s for s in least_shown(found, learned().shows_d2)}
     names, cosine = isolability(found, len(ids))
     rows = []
     for e in sorted(shown):
@@ -117,7 +118,7 @@ def _least(found: Search, effect_id: str) -> Weighed | None:
     best: tuple[float, Weighed] | None = None
     for start in grid(h.free) if h.strengths else ():
         single = Weighed(fit(sim, found.base.whiten, h, found.base.theta, start, 0), 0.0, 0.0)
-        rows = least_shown(replace(found, singles={effect_id: (single,)}))
+        rows = least_shown(replace(found, singles={effect_id: (single,)}), learned().shows_d2)
         if rows and (best is None or rows[0].gap_n < best[0]):
             best = (rows[0].gap_n, single)
     return None if best is None else best[1]

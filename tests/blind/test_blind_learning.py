@@ -180,3 +180,16 @@ def test_right_is_the_truth_in_the_set_or_the_right_no():
     nothing = replace(said, status="none", effects=(), group=())
     assert is_right(replace(one, answer=NONE), nothing) and not is_right(replace(one, answer=UNKNOWN), nothing)
     assert is_right(replace(one, answer=UNKNOWN), replace(nothing, status="unknown"))
+
+
+def test_what_shows_is_where_next_to_nothing_is_taken_for_nothing(library, others):
+    """Effects that gained up to 20 nats were called nothing, those that gained more never."""
+    judged = judged_by(library, others)
+    singles = [(e, p) for e, p in judged if e.kind == "single"]
+    made = []
+    for k, gain in enumerate(np.linspace(1.0, 60.0, 60)):
+        e, p = singles[k % len(singles)]
+        candidates = tuple(replace(c, gain=gain) if c.ids == e.answer else c for c in e.rows.candidates)
+        rest = dict.fromkeys(p, 0.0)
+        made.append((replace(e, rows=replace(e.rows, candidates=candidates)), {**rest, (NONE if gain < 20.0 else e.answer): 1.0}))
+    assert calibrated(judged, learn(library), made).shows_d2 == pytest.approx(40.0, abs=2.0)

@@ -103,16 +103,6 @@ def test_a_case_searched_without_its_effect_stands_for_those_of_which_nobody_can
     assert [e.name for e in old] == ["a", "a-without"]
 
 
-def test_a_library_from_before_the_strain_was_kept_has_the_usual_one(tmp_path):
-    cases = [
-        replace(c, rows=replace(c.rows, log=replace(c.rows.log, strain=x))) for c, x in zip(many(4), (None, 0.5, 3.0, 1.0), strict=True)
-    ]
-    found = read_library(save(tmp_path / "l.parquet", cases))
-    assert [e.rows.log.strain for e in found] == [None, 0.5, 3.0, 1.0]
-    assert [e.rows.log.strain for e in blind_learn.strained(found)] == [1.0, 0.5, 3.0, 1.0]
-    assert [e.rows.log.strain for e in blind_learn.strained(found[:1])] == [None]
-
-
 def test_a_case_whose_effect_is_clear_is_searched_again_without_it(monkeypatch):
     case = SimpleNamespace(sim=None, exclude=("viscous",), runs=[], truth=truth_of(["slack"], "bristle"))
     asked = []

@@ -60,7 +60,7 @@ def test_the_distance_grows_with_the_square_of_size_over_noise():
 
 
 def test_what_a_log_would_have_shown_scales_with_its_noise_and_leaves_the_distance_that_decides():
-    (quiet,), (loud,) = least_shown(search(NOISE_N)), least_shown(search(3.0 * NOISE_N))
+    (quiet,), (loud,) = least_shown(search(NOISE_N), DECIDABLE), least_shown(search(3.0 * NOISE_N), DECIDABLE)
     assert (quiet.effect, quiet.unit) == ("zero_offset", "N")
     assert loud.size == pytest.approx(3.0 * quiet.size)
     # theta follows a larger offset by a curve, no longer by a line
@@ -70,14 +70,14 @@ def test_what_a_log_would_have_shown_scales_with_its_noise_and_leaves_the_distan
 
 
 def test_the_least_size_is_indeed_at_the_distance_that_decides():
-    (shown,) = least_shown(search(NOISE_N))
+    (shown,) = least_shown(search(NOISE_N), DECIDABLE)
     assert distance2(simulator(), made(0.0, OFFSET, (shown.size,)), made()) == pytest.approx(DECIDABLE, rel=0.1)
 
 
 def test_no_size_is_promised_that_the_effect_cannot_have():
     sane = search(NOISE_N)
     loud = search(1e5 * NOISE_N)
-    assert least_shown(sane) and least_shown(loud) == []
+    assert least_shown(sane, DECIDABLE) and least_shown(loud, DECIDABLE) == []
 
 
 def test_a_response_that_theta_takes_up_needs_a_size_beyond_the_linear_one():
@@ -93,6 +93,6 @@ def test_a_response_that_theta_takes_up_needs_a_size_beyond_the_linear_one():
         {"const_friction": (Weighed(one, 0.0, 0.0),)},
         {},
     )
-    (shown,) = least_shown(found)
+    (shown,) = least_shown(found, DECIDABLE)
     at = made(0.0, friction, (shown.size,), noise_n)
     assert distance2(simulator(), at, base) == pytest.approx(DECIDABLE, rel=0.1)

@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from sstl_cli.diagnosis import noise as of
 from sstl_cli.diagnosis import rounding, white
 from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, SMOOTHER, UNSEEN, WHITE, WINDOWS_S
+from sstl_cli.diagnosis.holds import _pieces
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, step_of, whitener
@@ -85,7 +86,7 @@ def test_values_are_spaced_as_they_are_read():
 
 def test_windows_fill_a_hold_from_its_beginning():
     held = np.array([0, 1, 1, 1, 1, 1, 0, 1, 1, 0], bool)
-    assert [p.tolist() for p in of._pieces(np.arange(10.0), held, 2)] == [[1.0, 2.0], [3.0, 4.0], [7.0, 8.0]]
+    assert [p.tolist() for p in _pieces(np.arange(10.0), held, 2)] == [[1.0, 2.0], [3.0, 4.0], [7.0, 8.0]]
 
 
 def test_a_perfect_model_leaves_the_noise_of_both_sensors_where_it_enters():

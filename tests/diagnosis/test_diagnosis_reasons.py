@@ -17,9 +17,12 @@ ROWS = Rows(LOG, (ROW,), LEFT, LEFT)
 
 
 def test_a_model_carries_what_it_takes_off_and_no_more_than_of_what_was_held_out():
-    # the base leaves 2 beyond the noise, the model a half
-    assert carried(ROW, ROWS) == pytest.approx(0.75)
-    assert carried(replace(ROW, held=0.2), ROWS) == pytest.approx(0.2) and carried(replace(ROW, held=0.9), ROWS) == pytest.approx(0.75)
+    # the base leaves 2 beyond the noise, the model a half; by size it takes off a little less
+    assert carried(replace(ROW, share=0.9), ROWS) == pytest.approx(0.75) and carried(ROW, ROWS) == pytest.approx(0.7)
+    assert carried(replace(ROW, held=0.2), ROWS) == pytest.approx(0.2) and carried(replace(ROW, held=0.9), ROWS) == pytest.approx(0.7)
+    # noise that is believed to be loud hides that a model is no nearer: then nothing is left of the base either
+    quiet = replace(ROWS, log=replace(ROWS.log, base_chi2=0.9), candidates=(replace(ROW, chi2=0.9, share=0.0),))
+    assert carried(quiet.candidates[0], quiet) == 0.0 and "no nearer" in left(quiet, ("viscous",))
     assert carried(replace(ROW, kind=RECORDER, held=0.1), ROWS) == 1.0
     # half of the error of the channel beside is a quarter of its square, of which the noise has half
     assert carried(replace(ROW, kind=BESIDE, share=0.5, chi2=2.0), ROWS) == pytest.approx(0.75 / 0.875)
@@ -37,7 +40,7 @@ def test_several_effects_of_which_no_size_is_usual_are_strained():
 
 def test_reasons_tell_what_was_found_and_what_is_left():
     assert explained(ROWS, ("viscous",)) == "adding viscous gains 90 nats and leaves 87 % of the noise beyond it"
-    most = "even the best candidate, viscous, which explains 75 % of the squared error, leaves more than noise can be"
+    most = "even the best candidate, viscous, which explains 70 % of the squared error, leaves more than noise can be"
     assert left(ROWS, ("viscous",)) == f"{most} (mean by run, 7 sigma)"
     # the tests are those of the most evident model
     ahead = replace(ROWS, candidates=(replace(ROW, worst_z=30.0), replace(ROW, ids=("crosstalk", "viscous"), evidence=99.0)))

@@ -101,32 +101,32 @@ def test_a_prior_of_ones_own_moves_the_odds_by_its_factor_and_takes_the_confiden
 
 def test_who_explains_little_of_the_gap_is_not_its_cause():
     found = said(row("const_friction", evidence=2000.0, chi2=1.9), *OTHERS, log=FAILING)
-    assert found.status == "unknown"
+    assert found.status == "ambiguous" and "explains only" in found.why
 
 
 @pytest.mark.parametrize(
-    ("effect", "chi2", "held", "named"),
+    ("effect", "chi2", "held", "status"),
     [
-        ("friction_drift", 1.0, None, True),
+        ("friction_drift", 1.0, None, "identified"),
         # nothing, or less than half of the gap at most, is removed of what was held out, however well it fits
-        ("friction_drift", 1.0, -0.4, False),
-        ("friction_drift", 1.0, 0.4, False),
-        ("friction_drift", 3.0, 0.4, False),
-        ("friction_drift", 3.0, 0.7, True),
-        ("friction_drift", 1.0, float("inf"), True),
+        ("friction_drift", 1.0, -0.4, "unknown"),
+        ("friction_drift", 1.0, 0.4, "ambiguous"),
+        ("friction_drift", 3.0, 0.4, "ambiguous"),
+        ("friction_drift", 3.0, 0.7, "identified"),
+        ("friction_drift", 1.0, float("inf"), "identified"),
         # what is left is noise by the candidate's own law: jumps that nobody can foretell
-        ("stick_slip", 1.5, 0.2, True),
-        ("stick_slip", 3.0, 0.2, False),
+        ("stick_slip", 1.5, 0.2, "identified"),
+        ("stick_slip", 3.0, 0.2, "ambiguous"),
     ],
 )
-def test_who_does_not_describe_what_was_held_out_is_not_its_cause(effect, chi2, held, named):
+def test_who_does_not_describe_what_was_held_out_is_not_its_cause(effect, chi2, held, status):
     wide = replace(LOG, base_chi2=1e5, base_worst_z=1e5, base_mean_z=1e5)
     winner = replace(row(effect, evidence=2e6, chi2=chi2), held=held)
     others = [replace(r, evidence=300.0, gain=304.0, chi2=9e4) for r in OTHERS if r.ids != (effect,)]
     found = said(winner, *others, log=wide)
-    assert (found.effects == (effect,)) is named
-    if not named:
-        assert found.status == "unknown" and "held out" in found.why and found.confidence is not None
+    assert found.status == status and found.confidence is not None
+    if held is not None and held < 0.5 and chi2 != 1.5:
+        assert "held out" in found.why
 
 
 def test_a_mean_over_jumps_that_is_no_nearer_than_the_base_is_no_cause_whatever_its_scatter_gains():
@@ -150,6 +150,6 @@ def test_a_set_holds_who_is_probable_beside_a_class_that_leads():
 def test_an_effect_beside_is_named_for_what_it_takes_off_the_squared_error(share, left, named):
     # 76 % off the error is 95 % of the squared error beyond the noise, 7 % with seven times the noise left is 14 %
     found = said(row("load_spring", evidence=226.0, kind=BESIDE, share=share, chi2=left), *OTHERS)
-    assert (found.status == "unknown") is not named
+    assert found.status == ("identified" if named else "ambiguous")
     if not named:
         assert "only 14 %" in found.why

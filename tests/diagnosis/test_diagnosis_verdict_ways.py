@@ -60,7 +60,7 @@ def weights(candidates=(), none=0.1, unknown=0.1, reliability=MappingProxyType({
     named = sum(c.p for c in candidates) or 1.0
     return Weights(
         {**own, "more": sum(pair)}, {**one, "one": float(np.log(none / named))}, {**one, "one": float(np.log(unknown / named))},
-        effect, COMMIT, {"lag": MEMBER}, QUIET, COVER, reliability,
+        effect, COMMIT, {"lag": MEMBER}, QUIET, COVER, 24.0, reliability,
     )  # fmt: skip
 
 
@@ -117,8 +117,10 @@ WAYS = {
         [seen("viscous", p=0.7), seen("crosstalk", p=0.01)], 0.19, 0.1, "ambiguous", ("viscous",), (("viscous",),), 0.7),
     "unknown by probability": (
         [seen("viscous", p=0.2)], 0.1, 0.7, "unknown", (), (), 0.7),
-    "unknown: the probable one explains less than half": (
-        [seen("viscous", p=0.9, chi2=1.51)], 0.05, 0.05, "unknown", (), (), 0.05),
+    "a part: the probable one explains less than half": (
+        [seen("viscous", p=0.9, chi2=1.51)], 0.05, 0.05, "ambiguous", ("viscous",), (("viscous",),), 0.9),
+    "unknown: the probable one comes no nearer": (
+        [seen("viscous", p=0.9, share=0.0, chi2=0.9)], 0.05, 0.05, "unknown", (), (), 0.05),
     "half explained is enough": (
         [seen("viscous", p=0.9, chi2=1.5)], 0.05, 0.05, "identified", ("viscous",), (("viscous",),), 0.9),
     "jumps are explained though nobody knows their moments": (
