@@ -156,9 +156,11 @@ def recorder_effects(
     stepped = max(c.stepped - before.get("quantisation", 0.0), 0.0)
     # the noise was measured on rounded samples: what rounding adds to it is no noise
     noise2 = max(noise_n**2 - c.step_out**2 / 12.0, 0.0)
-    # beside a larger noise, known to a few percent only, nobody can say what a fine converter carries
-    if min(stepped, rest) > max(2.0 * noise_n**2, LEAST_GAP * c.readings * noise2):
-        unexplained = max(rest - c.readings * noise2, stepped)
+    # beside a larger noise, known to a few percent only, nobody can say what a fine converter carries; nor is there anything that it
+    # carries where noise explains all
+    beyond = rest - c.readings * noise2
+    if beyond > 0.0 and min(stepped, rest) > max(2.0 * noise_n**2, LEAST_GAP * c.readings * noise2):
+        unexplained = max(beyond, stepped)
         values = {"q_in_n": c.step_in, "q_out_n": c.step_out}
         found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n, total_n2=c.total))
     # what carries next to nothing of the error is no cause of it

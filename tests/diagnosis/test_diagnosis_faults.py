@@ -121,6 +121,8 @@ def test_the_noise_was_measured_on_rounded_samples():
 def test_rounding_that_is_a_small_part_of_the_noise_is_nobodys_fault():
     # 0.12 N^2 of rounding beside 1 N^2 of noise count, 0.0075 N^2 do not, however little else is left
     assert "quantisation" in found(record(1.02, into=faults(step=1.2 * 2.0 / np.exp(0.25))), noise=1.0)
+    # noise alone explains as much, or more: then no step is seen in it
+    assert found(record(0.98, into=faults(step=1.2 * 2.0 / np.exp(0.25))), noise=1.0) == {}
     assert "quantisation" not in found(record(1.002, into=faults(step=0.3 * 2.0 / np.exp(0.25))), noise=1.0)
 
 
