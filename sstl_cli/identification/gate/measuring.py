@@ -13,7 +13,7 @@ from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import median
 from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
-from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of
+from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
@@ -112,7 +112,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         line_share=(line_share(t, x), line_share(t, y)),
         correlation=correlation,
         copy_rms=math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
-        slopes=agreed(slopes, play, causes, sensors[1].noise_n),
+        slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1])),
         play=play,
         causes=causes,
         ahead=ahead_of(t, x, y, sensors, -(-len(clean) // MOST_POINTS), play, causes) if moves else None,
