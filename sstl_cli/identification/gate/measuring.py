@@ -14,11 +14,13 @@ from sstl_cli.identification.filtering import median
 from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
+from sstl_cli.identification.gate.changes import Recorded
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
 from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import hum_of
+from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, movement_of
 from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
@@ -99,7 +101,9 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
     noises, steps = (sensors[0].noise_n, sensors[1].noise_n), (sensors[0].step_n, sensors[1].step_n)
     causes = causes_of(t, x, y, noises, play) if moves else NO_CAUSES
-    shapes = shapes_of((t, x, y), raw, noises, steps, causes) if moves else NO_SHAPES
+    block = -(-len(clean) // MOST_POINTS)
+    renewed = (channel_of(clean.tension_in_n, sensors[0].held), channel_of(clean.tension_out_n, sensors[1].held))
+    shapes = shapes_of((t, x, y), raw, Recorded(renewed, noises, block), steps, causes) if moves else NO_SHAPES
     strides = (sensors[0].stride, sensors[1].stride)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
@@ -115,7 +119,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1])),
         play=play,
         causes=causes,
-        ahead=ahead_of(t, x, y, sensors, -(-len(clean) // MOST_POINTS), play, causes) if moves else None,
+        ahead=ahead_of(t, x, y, sensors, block, play, causes) if moves else None,
         shapes=shapes,
         forward_rms=residuals[0],
         swapped_rms=residuals[1],
