@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import fast_part, median, noise_sd, quantile
+from sstl_cli.identification.gate.rounding import ramps, rounding_of
 
 Array = NDArray[np.float64]
 CHANNELS = ("tension_in_n", "tension_out_n")
@@ -44,7 +45,8 @@ class Sensor:
     the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
     white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
     noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
-    in such stretches; ``still_left`` whether the value jumps at the end of it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples.
+    in such stretches; ``still_left`` whether the value jumps at the end of it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples;
+    ``digit_n`` is the last digit where nothing but its rounding is left beside the movement, 0 for readings of a sensor.
     """
 
     column: str
@@ -57,6 +59,7 @@ class Sensor:
     still_share: float = 0.0
     white: bool = True
     still_left: bool = False
+    digit_n: float = 0.0
 
     @property
     def held(self) -> bool:
@@ -67,6 +70,11 @@ class Sensor:
     def stride(self) -> int:
         """Samples of the log from one renewal to the next."""
         return math.ceil(self.refresh_s / self.period_s - 0.05) if self.held else 1
+
+    @property
+    def computed(self) -> bool:
+        """Whether the channel holds numbers of a program, and no readings."""
+        return self.digit_n > 0.0
 
     @property
     def fine(self) -> bool:
@@ -126,8 +134,10 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
     noise = noise_sd(renewed)
     found = _still(v, changed, hold, step, noise)
+    # noise may hide between levels
+    digit = rounding_of(renewed) if step == 0.0 or ramps(v) else 0.0
     at = float(time[found.at]) if found.length else 0.0
-    return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left)
+    return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left, digit)
 
 
 def digits_lost(values: Array) -> float:
