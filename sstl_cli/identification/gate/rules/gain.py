@@ -35,7 +35,8 @@ TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
-    gains = [(gain_of(e), e) for e in log]
+    rig = _of_rig(log)
+    gains = [(_adopted(gain_of(e), e, rig), e) for e in log]
     usual = {system: _usual([g for g, e in gains if e.system == system]) for system in {e.system for e in log}}
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
@@ -64,6 +65,26 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"differ by a factor of {g:.3g}; probably {what}",
             mend,
         )  # fmt: skip
+
+
+def _of_rig(log: Sequence[Evidence]) -> float:
+    """Return the gain that all runs with lines of their own agree on, where it is none of friction; else NaN."""
+    known = sorted(g for e in log if e.slopes.known and (g := gain_of(e)) > 0.0)
+    agree = len(known) >= AGREE and math.log(known[-1] / known[0]) < TOGETHER
+    return known[len(known) // 2] if agree and abs(math.log(known[len(known) // 2])) > math.log(ODD) else math.nan
+
+
+def _adopted(g: float, e: Evidence, rig: float) -> float:
+    """Return the gain of a run, that of the rig where the run shows no lines of its own and allows it.
+
+    Where an output is hardly released, a zero takes much of the gain, and the highest readings differ by what friction takes as well.
+    """
+    if e.slopes.known or math.isnan(rig) or not g > 0.0:
+        return g
+    if not _held(e):
+        return rig if rig >= g else g
+    low, high = sorted((e.causes.scale.size, e.causes.gain.size))
+    return rig if low - LEVELS < math.log(rig) < high + LEVELS else g
 
 
 def alone(log: Sequence[Evidence]) -> set[str]:
