@@ -32,6 +32,8 @@ REPEATS, STRAYS, STRAYS_BESIDE, RARE_NATS = 0.02, 0.02, 0.1, 14.0
 LONG_SHARE = 0.15
 # part of the span by which a sensor must jump that comes back
 COMES_BACK = 0.25
+# samples beside a stretch whose middle one or two spikes do not move
+PASSING = 5
 # share of whole tens in whole numbers (a tenth by chance) and of samples that lost a digit (a tenth), with room for few samples; decades within which
 # these join their neighbours, and beyond which others stand off them
 TENS, LOST, JOINS, OFF = 0.03, 0.04, 0.06, 0.3
@@ -258,7 +260,7 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     repeats = float(np.mean(np.minimum(fresh, 8.0) - 1.0 > 0.5)) if len(fresh) else 0.0
     held = v[edges[:-1]]
     limit = 10.0 * noise + 4.0 * quantile(np.abs(np.diff(v)), 0.98)
-    before, after = v[np.maximum(edges[:-1] - 1, 0)], v[np.minimum(edges[1:], len(v) - 1)]
+    before, after = _around(v, edges)
     left = np.abs(after - held) > limit
     jump = left | (np.abs(before - held) > limit)
     white = noisy(v[changed])
@@ -281,6 +283,13 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     # between coarse levels an output in backlash rests and leaves without a jump
     long &= (jump | dead) if step > COARSE * noise else (inside | jump | dead)
     return _longest(long, left, edges)
+
+
+def _around(v: Array, edges: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Return what a channel read before and after each stretch: the middle of some samples, as one or two readings that were lost are no jump."""
+    beside = np.arange(PASSING)
+    before = np.median(v[np.maximum(edges[:-1, None] - 1 - beside, 0)], axis=1)
+    return before, np.median(v[np.minimum(edges[1:, None] + beside, len(v) - 1)], axis=1)
 
 
 def _longest(long: NDArray[np.bool_], left: NDArray[np.bool_], edges: NDArray[np.int64]) -> _Stretch:
