@@ -55,7 +55,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         g = sorted(v for v, _ in hit)[len(hit) // 2]
         error = 2.0 * _error([v for v, _ in hit], hit[0][1])
         what, mend = _guess(g, hit[0][1], error)
-        rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE]
+        # another system may have other sensors
+        rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE and e.system == hit[0][1].system]
         if rest:
             what, mend = _between(g, hit[0][1], rest, error)
         ids = tuple(e.run_id for _, e in hit)
@@ -185,15 +186,14 @@ def _guess(g: float, e: Evidence, error: float) -> tuple[str, str]:
 
 
 def _between(g: float, e: Evidence, rest: list[Evidence], error: float) -> tuple[str, str]:
-    """Return what probably happened to one run of many, whose other runs have no gain: one of its channels has changed.
+    """Return what probably happened to one run of many, the others of whose system have no gain: one of its channels has changed.
 
     Its own noise, or its range in the same movement, tells which one; else both are named.
     """
     size = math.log(g)
-    alike = [o for o in rest if o.system == e.system] or rest
-    away = [_noise_apart(e, alike, i) for i in (0, 1)]
+    away = [_noise_apart(e, rest, i) for i in (0, 1)]
     if math.isnan(away[0]) or math.isnan(away[1]):
-        same = [o for o in alike if o.trajectory == e.trajectory]
+        same = [o for o in rest if o.trajectory == e.trajectory]
         away = [math.log(e.ranges[0].span / float(np.median([o.ranges[0].span for o in same]))), math.nan] if same else away
     inner, outer = away
     units = {i: force_unit(f, min(max(FITS, error), FITS_MOST)) for i, f in ((0, g), (1, 1.0 / g))}
