@@ -12,13 +12,13 @@ from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import median
 from sstl_cli.identification.gate.ahead import ahead_of
-from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
+from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, reference_left, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
 from sstl_cli.identification.gate.changes import Recorded
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, copies_of, keys_of, sketch_of
+from sstl_cli.identification.gate.fingerprints import NEVER, NO_KEYS, NO_SKETCH, again_of, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import hum_of
 from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
@@ -59,7 +59,7 @@ def evidence_of(run: Run) -> Evidence:
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH,
+        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if not _sound(run):
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in (run.tension_in_n, run.tension_out_n))
@@ -130,6 +130,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
+        reference_left=reference_left(run.tension_ref_n, clean.tension_in_n),
         reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
         movement=movement_of(clean.tension_in_n),
         copies=copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
@@ -164,6 +165,8 @@ def _of_readings(e: Evidence, run: Run) -> Evidence:
         keys=keys_of(*raw),
         output_keys=keys_of(raw[1], raw[1]) if sensors[1].fine else NO_KEYS,
         sketch=sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
+        # without noise a movement that repeats comes again by itself
+        again=again_of(*raw) if any(s.fine and not s.computed for s in sensors) else NEVER,
     )
 
 
