@@ -214,7 +214,7 @@ def _missed(time: Array, step: Array, period: float) -> tuple[int, int]:
     return sum(rows), len(rows)
 
 
-def _signal(name: str, values: Array, reach: float, lost: Dropouts | None) -> list[Finding]:
+def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
