@@ -131,7 +131,8 @@ def bridged(signal: Array, threshold: float) -> Array:
 def ends_off(signal: Array, threshold: float) -> tuple[bool, bool]:
     """Return whether the first and the last sample are spikes: off their one neighbour, the line that leads to them, and any movement.
 
-    A channel that is renewed now and then may begin or end with a reading that is new.
+    A channel that is renewed now and then may begin or end with a reading that is new, and an output that rested may begin to move there:
+    then it goes as fast somewhere else.
     """
     found = [False, False]
     if len(signal) < LEAST_ENDS:
@@ -142,7 +143,9 @@ def ends_off(signal: Array, threshold: float) -> tuple[bool, bool]:
         if off <= threshold:
             continue
         second, first = np.diff(signal, 2), np.abs(np.diff(signal))
-        found[at] = bool(np.median(np.abs(second)) > 0.0 and off > TWICE * float(np.quantile(first, 1.0 - FASTEST)))
+        elsewhere = np.abs(np.diff(despiked(np.ascontiguousarray(signal), threshold)))[1:-1]
+        fastest = max(TWICE * float(np.quantile(first, 1.0 - FASTEST)), float(elsewhere.max()))
+        found[at] = bool(np.median(np.abs(second)) > 0.0 and off > fastest)
     return found[0], found[1]
 
 

@@ -14,8 +14,9 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles
-from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward, stamp_step
-from sstl_cli.importers.text_layout import unit_in
+from sstl_cli.importers.guess_time import Stated, TimeGuess, guess_time, runs_forward, stamp_step
+from sstl_cli.importers.text import WITHOUT_MARKS, grouped_in
+from sstl_cli.importers.text_layout import layout_of, unit_in
 
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
@@ -48,7 +49,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
     data = _first_values(chosen, path, channels)
     if len(data) < 2:
-        raise SstlError("holds fewer than two numeric channels", where=str(path), fix="check the file", code="E333")
+        raise _too_few(chosen, path)
     names = [said(c.name, "" if chosen.ID == "text" and c.unit == unit_in(c.name) else c.unit) for c in channels]
     names = [_clock_if_forward(s, data.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
@@ -62,6 +63,13 @@ def look_at(path: Path, wanted: str | None) -> Look:
         line = f'time_s = {{ column = "{clock}", unit = "s" }}'
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
     return Look(path, chosen, tuple(names), data, time, roles)
+
+
+def _too_few(chosen: Format, path: Path) -> SstlError:
+    """Return that a file holds too few channels of numbers, and what stands in a cell that looks like one."""
+    grouped = grouped_in(path) if chosen.ID == "text" else ""
+    fix = f"{WITHOUT_MARKS} (it holds {grouped!r})" if grouped else "check the file"
+    return SstlError("holds fewer than two numeric channels", where=str(path), fix=fix, code="E333")
 
 
 def _clock_if_forward(one: Said, values: Array | None) -> Said:
@@ -98,14 +106,17 @@ def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> dict[s
     return out
 
 
-def _stamps(chosen: Format, path: Path, texts: list[str]) -> float:
-    """Return the usual step (s) of a channel of dates in text, NaN where there is none."""
-    if not texts:
-        return math.nan
+def _stamps(chosen: Format, path: Path, texts: list[str]) -> Stated | None:
+    """Return the sampling period that a channel of times in text tells, or the header of the file, None where neither does."""
     with guarded(path, chosen.TITLE):
-        for block in chosen.read(path, [], texts[:1], Layout(), Notes()):
-            return stamp_step([str(v) for v in block.columns[texts[0]][:STAMPS]])
-    return math.nan
+        for name in texts:
+            for block in chosen.read(path, [], [name], Layout(), Notes()):
+                stamps = [str(v) for v in block.columns[name][:STAMPS]]
+                if math.isfinite(step := stamp_step(stamps)):
+                    return Stated(step, f"'{name}' holds {'dates' if '-' in stamps[0] else 'times'} as text")
+                break
+    step = layout_of(path, Layout()).step_s if chosen.ID == "text" else math.nan
+    return Stated(step, "the header states it") if math.isfinite(step) else None
 
 
 def _read(chosen: Format, path: Path, names: list[str]) -> dict[str, Array]:

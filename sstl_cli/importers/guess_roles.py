@@ -40,6 +40,9 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
         First samples of each channel, shape (n,).
     """
     tensions = [s for s in names if s.tension]
+    # where two are forces by their units, a tension in V is that of the mains or of a motor
+    forces = [s for s in tensions if s.dimension == "force"]
+    tensions = forces if len(forces) > 1 else tensions
     sided = {side: [s for s in tensions if s.side == side] for side in ("in", "out")}
     plain = [s for s in tensions if not s.side]
     if len(sided["in"]) == 1 and len(sided["out"]) == 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -12,8 +13,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.units import unit_of
+from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_words import UNIT_WORDS
 
 Array = NDArray[np.float64]
 # unix times of the years 2001 to 2100, by the unit they are counted in
@@ -23,6 +25,8 @@ EPOCH_LAST = 4.1
 DAYS = ((36_000.0, 73_000.0), (730_000.0, 770_000.0))
 LIKELY_STEP_S = (2e-5, 0.5)
 FORWARD = 0.98
+# a number with its unit in one cell, as a table of times is written
+_SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 
 
 @dataclass(frozen=True)
@@ -34,14 +38,26 @@ class TimeGuess:
     reasons: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Stated:
+    """A sampling period (s) that no channel of numbers tells, and what does."""
+
+    step_s: float
+    by: str
+
+
 def stamp_step(texts: Sequence[str]) -> float:
-    """Return the usual step (s) of stamps written as dates with a time of day, or as the latter alone, NaN where they are none.
+    """Return the usual step (s) of stamps written as dates with a time of day, as the latter alone, or as numbers with a unit of time; NaN where they are none.
 
     Examples
     --------
     >>> stamp_step(["2024-03-05T14:02:11.000Z", "2024-03-05T14:02:11.020Z", "2024-03-05T14:02:11.040Z"])
     0.02
     """
+    if numbers := [_SPOKEN.fullmatch(t.strip()) for t in texts]:
+        spoken = [float(m[1].replace(",", ".")) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and _is_time(m[2])]
+        if len(spoken) == len(texts) > 1 and min(np.diff(spoken)) >= 0.0 and float(np.median(np.diff(spoken))) > 0.0:
+            return float(np.median(np.diff(spoken)))
     try:
         # a time of day alone is that of any day
         stamps = [datetime.fromisoformat(t.strip() if "-" in t or "T" in t else f"2000-01-01T{t.strip()}") for t in texts]
@@ -52,7 +68,12 @@ def stamp_step(texts: Sequence[str]) -> float:
     return float(np.median(steps)) if steps and min(steps) >= 0.0 and float(np.median(steps)) > 0.0 else math.nan
 
 
-def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], step_s: float = math.nan) -> TimeGuess:
+def _is_time(unit: str) -> bool:
+    known = UNIT_WORDS.get(unit.lower(), unit)
+    return is_unit(known) and unit_of(known)[0] == "time"
+
+
+def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stated: Stated | None = None) -> TimeGuess:
     """Return the clock: by name and by running forward; a channel that counts samples is no clock.
 
     Parameters
@@ -63,8 +84,8 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], step
         First samples of each channel, shape (n,).
     texts : list of str
         Names of the channels that hold text.
-    step_s : float
-        Usual step (s) of the first of these, NaN where it holds no dates.
+    stated : Stated, optional
+        The sampling period that one of these tells, or the header.
     """
     # a counter that begins anew is a clock all the same
     wraps = {s.name: w for s in names if s.name in data and (w := wrapped(data[s.name])) is not None}
@@ -73,6 +94,9 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], step
     counters = [s for s in forward if s.quantity == "index" or (s.quantity != "time" and _counts(data[s.name]))]
     clocks = [s for s in forward if s not in counters and (s.quantity == "time" or not (s.quantity or s.side))]
     named = [s for s in clocks if s.quantity == "time" or s.dimension == "time"]
+    if any(not s.side for s in named):
+        # beside a clock of the whole, what holds its value over most samples is a reading (a temperature)
+        named = [s for s in named if not (s.side and _repeats(data[s.name]) > 0.5)]
     reasons = [f"'{s.name}' counts samples and is no time" for s in counters]
     anew = "begins anew: an import begins another run there; unwrap it in the file to keep one"
     reasons += [f"'{s.name}' counts to {wraps[s.name][1]} and {anew}" for s in clocks if s.name in wraps]
@@ -96,13 +120,13 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], step
         if even:
             return _of(even[0], data[even[0].name], reasons, sure=False)
     hint = f" ('{texts[0]}' holds text)" if texts else ""
-    if math.isfinite(step_s):
-        name = json.dumps(texts[0], ensure_ascii=False)
-        reasons.append(f"{name} holds dates as text, a sample every {step_s:g} s; an import takes numbers, or the rate")
-        ask = f"{texts[0]} holds dates as text: does a sample come every {step_s:g} s throughout?"
-        return TimeGuess(f"time_s = {{ rate_hz = {1.0 / step_s:g} }}  # (?) {ask}", None, tuple(reasons))
+    if stated is not None:
+        reasons.append(f"{stated.by}, a sample every {stated.step_s:g} s; an import takes numbers, or the rate")
+        ask = f"{stated.by}: does a sample come every {stated.step_s:g} s throughout?"
+        return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}  # (?) {ask}", None, tuple(reasons))
     reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
-    return TimeGuess(f"time_s = {{ rate_hz = 1000 }}  # (?) no clock found{hint}: which rate?", None, tuple(reasons))
+    # a number that is not in the file would be taken once the mark is deleted
+    return TimeGuess(f"time_s = {{ rate_hz = 0 }}  # (?) no clock found{hint}: which rate?", None, tuple(reasons))
 
 
 def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:

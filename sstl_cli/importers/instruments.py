@@ -1,7 +1,8 @@
-"""Headers that instruments write in lines of their own, each of which begins with what it tells: ControlDesk and TwinCAT's scope."""
+"""Headers that instruments write in lines of their own, each of which begins with what it tells: ControlDesk, TwinCAT's scope and LabVIEW."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,6 +12,8 @@ READINGS, NAMES, UNITS = "trace_values", "trace_name", "unit"
 # the lines of TwinCAT's scope, in pairs of a word and what it says of a channel; each channel has a clock of its own
 SCOPE_NAMES, SCOPE_UNITS, SCOPE_LEAST = "Name", "Unit", 3
 CLOCK_MS = "ms"
+# LabVIEW's lines: the units of the channels, what they are recorded over, and the step of that; one column for it comes first, which may be empty
+LABVIEW_UNITS, LABVIEW_OVER, LABVIEW_STEP, LABVIEW_COLUMNS = "Y_Unit_Label", "X_Dimension", "Delta_X", "X_Columns"
 
 
 @dataclass(frozen=True)
@@ -62,3 +65,30 @@ def _scope(sample: list[str], cut: Cut) -> Stated | None:
 
 def _is_reading(cell: str) -> bool:
     return not cell or cell[0].isdigit() or cell[0] in "+-.,"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What LabVIEW's header says of the columns behind it: their units, and the step (s) of their clock, NaN where it says none."""
+
+    units: tuple[str, ...] = ()
+    step_s: float = math.nan
+
+
+def labview(header: list[str], cut: Cut) -> Measured:
+    """Return units and sampling period from the lines of LabVIEW's header, nothing where each channel has a clock of its own."""
+    told = {row[0]: row[1:] for line in header if (row := cut(line))}
+    over = told.get(LABVIEW_OVER, [])
+    timed = bool(over) and set(over) - {""} == {"Time"}
+    if told.get(LABVIEW_COLUMNS, [""])[:1] == ["Multi"]:
+        return Measured()
+    steps = {_number(v) for v in told.get(LABVIEW_STEP, []) if v} if timed else set()
+    step = steps.pop() if len(steps) == 1 else math.nan
+    return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan)
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell.replace(",", "."))
+    except ValueError:
+        return math.nan

@@ -21,6 +21,7 @@ TITLE = "CSV, TSV or whitespace text"
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 RANK = 90
 BLOCK_BYTES = 4 << 20
+WITHOUT_MARKS = "write numbers without marks between thousands"
 # 1.234,56, 1 234,56 or 1,234.56
 _GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
@@ -204,10 +205,22 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
                 )
 
 
+def grouped_in(path: Path) -> str:
+    """Return the first cell of a text log with both a mark between thousands and a decimal sign, '' where no line of its beginning has one."""
+    found = layout_of(path, Layout())
+    delimiter = "\t" if found.delimiter == SPACES else found.delimiter
+    with open(path, "rb") as file:
+        file.seek(found.first_byte)
+        lines = file.read(BLOCK_BYTES).decode("utf-8", "replace").splitlines()
+    cells = (c.strip() for line in lines for c in cut(line, delimiter))
+    # 1.234 alone is a number; the last mark of 1.234,5 is another one
+    return next((c for c in cells if (m := _GROUPED.fullmatch(c)) and re.findall(r"\D", c)[-1] != m[1]), "")
+
+
 def _how_to_mend(cell: str) -> str:
     """Return what to do about a cell that is no number."""
     if _GROUPED.fullmatch(cell.strip()):
-        return "write numbers without marks between thousands"
+        return WITHOUT_MARKS
     return "correct the value, or leave it empty for 'not measured'"
 
 

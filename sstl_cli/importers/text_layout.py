@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import STRANGE, UNIT_WORDS
-from sstl_cli.importers.instruments import stated_by
+from sstl_cli.importers.instruments import Measured, labview, stated_by
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -35,7 +36,7 @@ _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 
 @dataclass(frozen=True)
 class TextLayout:
-    """Delimiter (one character, or ``space``), names, units and first data line of a text log."""
+    """Delimiter (one character, or ``space``), names, units and first data line of a text log, and the sampling period that its header states."""
 
     delimiter: str
     decimal: str
@@ -47,6 +48,7 @@ class TextLayout:
     named: bool
     line_end: bytes
     text: tuple[bool, ...]
+    step_s: float = math.nan
 
 
 def layout_of(path: Path, wanted: Layout) -> TextLayout:
@@ -58,7 +60,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         If the file is binary or UTF-16, a line is longer than 1 MiB, or no line holds a number.
     """
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
-    at = _end_of_labview(lines, wanted.skip_rows)
+    at = header = _end_of_labview(lines, wanted.skip_rows)
     rest = lines[at:]
     sample = [_decode(x) for x in rest]
     data = [x for x in sample if x.strip() and not x.lstrip().startswith(wanted.comment or _COMMENTS)][-SAMPLE_LINES:]
@@ -81,9 +83,16 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     names, units, named = _names(head.texts, width, delimiter, path)
     if stated is not None and len(stated.names) == width:
         names, units, named = _numbered(stated.names), stated.units, True
+    measured = labview([_decode(x) for x in lines[:header]], lambda line: cut(line, delimiter)) if header > wanted.skip_rows else Measured()
+    units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
     text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in head.first)
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
-    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text)
+    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, measured.step_s)
+
+
+def _known(units: tuple[str, ...], width: int) -> list[str]:
+    """Return units that are known for as many columns, '' for others."""
+    return [_stated(u) or "" for u in (*units, *[""] * width)[:width]]
 
 
 def _end_of_labview(lines: list[bytes], start: int) -> int:

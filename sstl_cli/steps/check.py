@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
+from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 
 Array = NDArray[np.float64]
@@ -82,7 +83,8 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
     for name, values in usable.items():
-        found += _signal(name, values, reach)
+        other = next((v for o, v in usable.items() if o != name), None)
+        found += _signal(name, values, reach, None if other is None else dropouts_of(values, other))
     if any(f.what == "digits lost" for f in found):
         # a channel that turns within one decade shows it less
         found = [f for f in found if f.what not in ("spikes", "saturation")]
@@ -212,7 +214,7 @@ def _missed(time: Array, step: Array, period: float) -> tuple[int, int]:
     return sum(rows), len(rows)
 
 
-def _signal(name: str, values: Array, reach: float) -> list[Finding]:
+def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
@@ -223,7 +225,8 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     # how often a value repeats by itself; what is clipped must not make the rest look noise-free
     still = float(np.count_nonzero((step == 0.0) & inside)) / max(1, int(np.count_nonzero(inside)))
     levels, grain = _grain(values)
-    if grain > 0.0:
+    # far below the noise it is the last digit of a file that tells them apart
+    if grain > 0.0 and filtering.noise_sd(values) < LEVELS * grain:
         # a channel that hardly moves shows few levels of any converter: the further one of the two tells how fine it is
         coarse = levels < LEVELS and reach < LEVELS * grain
         found.append(
@@ -251,7 +254,11 @@ def _signal(name: str, values: Array, reach: float) -> list[Finding]:
     elif spikes:
         many = spikes > MANY * n
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
-        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, "single samples off both neighbours", fix))
+        said = "single samples off both neighbours"
+        if lost is not None:
+            # the rule ``filled`` tells them as well
+            said, fix = f"{said}, {lost.samples} samples at {lost.level_n:.4g} N: readings that were missing", MEND
+        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, said, fix))
     return found
 
 

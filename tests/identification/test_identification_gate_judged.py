@@ -122,3 +122,53 @@ def test_a_channel_that_hardly_moves_is_not_coarse():
     y = np.round(3.0 + 0.3 * np.sin(np.arange(3000) / 300.0), 1)
     assert ("quantised", check.REMARK) in found(x, y)
     assert ("quantised", check.FAILURE) in found(np.round(5.0 + 0.3 * np.sin(np.arange(3000) / 200.0), 1), y)
+
+
+def test_readings_of_an_error_code_are_told_alike_by_both_checks():
+    run = loop(kind="multisine")
+    lost = np.random.default_rng(1).random(len(run)) < 0.004
+    y = np.where(lost, -999.0, run.tension_out_n)
+    (spikes,) = [
+        f
+        for f in check.run(check.Piece("a", {"time_s": run.time_s, "tension_in_n": run.tension_in_n, "tension_out_n": y}))
+        if f.what == "spikes"
+    ]
+    (filled,) = [r for r in gate.remarks([replace(run, tension_out_n=y)]) if r.rule == "filled"]
+    assert spikes.fix == filled.mend and "-999 N" in spikes.detail
+
+
+@pytest.mark.parametrize(("noise", "wrap"), [(0.003, 0.5), (0.02, 0.8)])
+def test_a_rest_before_an_error_code_is_left_by_no_jump(noise, wrap):
+    t = np.arange(1800) / 100.0
+    x = 12.0 - 9.0 * np.cos(2.0 * np.pi * t / 9.0)
+    rng = np.random.default_rng(3)
+    y = np.round((play(x, lines(wrap)) + noise * rng.standard_normal(len(t))) / 0.2) * 0.2
+    run = Run("a", "sstl", t, x + 0.02 * rng.standard_normal(len(t)), y)
+    assert gate.remarks([run]) == ()
+    changes = np.flatnonzero(np.diff(y) != 0.0)
+    end = int(changes[np.argmax(np.diff(changes)) + 1])
+    lost = y.copy()
+    lost[[100, 500, end - 20, end - 19, 1000, 1700]] = -999.0
+    assert [r.rule for r in gate.remarks([replace(run, tension_out_n=lost)])] == ["filled"]
+
+
+def test_the_last_digit_of_a_file_far_below_the_noise_is_no_converter():
+    noise = 0.005 * np.random.default_rng(1).standard_normal(800)
+    x = np.repeat(np.round(5.0 + 0.02 * np.sin(np.arange(800) / 40.0) + noise, 5), 5)
+    y = 4.0 + np.sin(np.arange(4000) / 200.0)
+    assert "quantised" not in {what for what, _ in found(x, y)}
+    assert ("quantised", check.REMARK) in found(np.round(x, 2), y)
+
+
+@pytest.mark.parametrize("wrap", [0.8, 1.0, 1.3])
+def test_a_run_that_is_hardly_released_is_in_the_unit_of_the_others(wrap):
+    t = np.arange(1600) / 100.0
+
+    def decay(k, wrap, loop_s):
+        x = 20.5 - 19.7 * np.exp(-t / 15.0) * np.cos(2.0 * np.pi * t / loop_s)
+        scatter = 0.03 * np.random.default_rng(k).standard_normal((2, len(t)))
+        return Run(f"r{k}", "act", t, (x + scatter[0]) / 9.80665, play(x, lines(wrap)) + scatter[1], config_id="c", trajectory="m")
+
+    log = [*(decay(k, 0.4, 3.2 + 0.1 * k) for k in range(4)), decay(9, wrap, 5.0)]
+    (said,) = [r for r in gate.remarks(log) if r.rule == "gain"]
+    assert "the input is in kgf" in said.sentence and len(said.run_ids) == 5

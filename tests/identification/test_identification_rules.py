@@ -103,6 +103,12 @@ def test_ends_are_bridged_beyond_the_line_that_leads_to_them_and_any_movement():
     early = line.copy()
     early[0] = -0.15
     assert filtering.ends_off(early, 0.01) == (False, False)
+    # so is one that goes as fast elsewhere, as an output that mostly rests and begins to fall with the last sample
+    rests = np.concatenate((np.zeros(150), -0.3 * np.arange(4), np.full(46, -0.9))) + 0.001 * (-1.0) ** k
+    rests[-1] -= 0.28
+    assert filtering.ends_off(rests, 0.01) == (False, False)
+    rests[-1] -= 0.28
+    assert filtering.ends_off(rests, 0.01) == (False, True)
     # a channel that is renewed every fifth sample may begin with a new reading
     held = np.repeat(line, 5)
     held[0] = 9.0

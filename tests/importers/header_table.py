@@ -76,7 +76,7 @@ LVM = (
 )
 
 HEADERS = (
-    Header("LabVIEW .lvm", LVM + rows(T, X, Y, sep="\t"), ("X_Value", "s"), ("Force_in", None), ("Force_out", None)),
+    Header("LabVIEW .lvm", LVM + rows(T, X, Y, sep="\t"), ("X_Value", "s"), ("Force_in", "N"), ("Force_out", "N")),
     Header("LabVIEW Write To Spreadsheet File", rows(T, X, Y, sep="\t"), (None, None), (None, None), (None, None)),
     Header(
         "LabVIEW, volts of two load cells",

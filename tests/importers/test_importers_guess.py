@@ -77,8 +77,10 @@ def test_import_asks_for_every_open_line(tmp_path: Path) -> None:
         answered(found.toml, tmp_path, "config_id=a")
     # a mark deleted without an answer is still not taken for newtons
     bare = "\n".join(line.partition("# (?)")[0] for line in found.toml.splitlines())
+    with pytest.raises(SstlError, match=r"rate_hz.*greater than 0"):
+        answered(bare, tmp_path)
     with pytest.raises(SstlError, match=r"counts needs a gain.*gain = G, offset = Z"):
-        list(run([path], answered(bare, tmp_path)).runs)
+        list(run([path], answered(bare.replace("rate_hz = 0", "rate_hz = 100"), tmp_path)).runs)
 
 
 def test_unreadable_and_unlike_files_are_named(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from header_table import T, X, Y, rows
 
+from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess import Guess, guess
 
 LBF = 4.4482216
@@ -79,3 +80,69 @@ def test_the_unit_at_the_end_of_a_name_is_no_word_of_it(unit: str, tmp_path: Pat
     columns, found = proposed(tmp_path, text)
     assert columns["tension_in_n"]["column"] == f"act_in_{unit}" and columns["tension_out_n"]["column"] == f"act_out_{unit}"
     assert {"tension_in_n", "tension_out_n"} <= {q.target for q in found.questions}
+
+
+@pytest.mark.parametrize("mark", [".", "'"])
+def test_marks_between_thousands_are_named_where_too_few_channels_are_numbers(mark: str, tmp_path: Path) -> None:
+    def grouped(v: float) -> str:
+        return f"{v:,.1f}".replace(",", "#").replace(".", ",").replace("#", mark)
+
+    lines = (f"{50 * k};{grouped(1e3 * x)};{grouped(1e3 * y)}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
+    with pytest.raises(SstlError, match="without marks between thousands") as raised:
+        proposed(tmp_path, "Zeit (ms);Zugkraft proximal (mN);Zugkraft distal (mN)\n" + "\n".join(lines) + "\n")
+    assert raised.value.code == "E333"
+
+
+def test_no_rate_is_proposed_that_is_not_in_the_file(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path, "Force in (N),Force out (N)\n" + rows(X, Y))
+    # 0 is refused once its mark is deleted
+    assert columns["time_s"] == {"rate_hz": 0} and "time_s" in {q.target for q in found.questions}
+
+
+@pytest.mark.parametrize("written", ["{:g} sec", "{:g} s", "{:g}s"])
+def test_numbers_with_a_unit_of_time_in_their_cells_tell_the_rate(written: str, tmp_path: Path) -> None:
+    lines = (f"{written.format(round(0.05 * k, 6))},{x:.4f},{y:.4f}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
+    columns, found = proposed(tmp_path, "Time,T_prox,T_dist\n" + "\n".join(lines) + "\n")
+    assert columns["time_s"] == {"rate_hz": 20} and "time_s" in {q.target for q in found.questions}
+
+
+def test_a_time_of_day_beside_a_date_tells_the_rate(tmp_path: Path) -> None:
+    start = datetime(2024, 3, 5, 14, 3, 21, tzinfo=UTC)
+    stamps = [(start + timedelta(seconds=0.05 * k)).strftime("05.03.2024;%H:%M:%S,%f")[:-3] for k in range(len(T))]
+    lines = (f"{s};{x:.3f};{y:.3f}".replace(".", ",", 0) for s, x, y in zip(stamps, X, Y, strict=True))
+    text = "Datum;Uhrzeit;Zugkraft Motorseite (N);Zugkraft Werkzeugseite (N)\n" + "\n".join(lines) + "\n"
+    columns, found = proposed(tmp_path, text)
+    assert columns["time_s"] == {"rate_hz": 20} and "time_s" in {q.target for q in found.questions}
+
+
+def test_a_tension_in_volts_beside_two_forces_is_none_of_them(tmp_path: Path) -> None:
+    head = "Temps (s);Tension moteur (V);Force proximale (N);Force distale (N)\n"
+    columns, found = proposed(tmp_path, head + rows(T, 0.3 * X, X, Y, sep=";", dec=","))
+    assert columns["tension_in_n"]["column"] == "Force proximale (N)" and columns["tension_out_n"]["column"] == "Force distale (N)"
+    assert not {"tension_in_n", "tension_out_n"} & {q.target for q in found.questions}
+
+
+@pytest.mark.parametrize("names", ["time,T_in_C,T_out_C,F_in,F_out", "time_s,Tin,Tout,Fin,Fout"])
+def test_temperatures_that_rise_are_no_clocks(names: str, tmp_path: Path) -> None:
+    warm = np.round(np.linspace(22.0, 22.4, len(T)), 1)
+    _, found = proposed(tmp_path, f"{names}\n" + rows(T, warm, warm + 1.0, X, Y))
+    assert not any("clock" in q.text for q in found.questions)
+    assert not any("clocks" in r for r in found.reasons)
+
+
+@pytest.mark.parametrize("columns", ["One", "No"])
+def test_units_and_rate_of_labviews_header_are_read(columns: str, tmp_path: Path) -> None:
+    step = float(T[1] - T[0])
+    head = [
+        "LabVIEW Measurement", "Separator\tTab", f"X_Columns\t{columns}", "***End_of_Header***", "", "Channels\t2", "Y_Unit_Label\tN\tmN",
+        "X_Dimension\tTime\tTime", "X0\t0.0\t0.0", f"Delta_X\t{step:g}\t{step:g}", "***End_of_Header***",
+        "X_Value\tTension proximal\tTension distal\tComment",
+    ]  # fmt: skip
+    clock = [f"{t:.6f}" for t in T] if columns == "One" else [""] * len(T)
+    lines = [f"{t}\t{x:.6f}\t{1e3 * y:.4f}" for t, x, y in zip(clock, X, Y, strict=True)]
+    found, guessed = proposed(tmp_path, "\r\n".join([*head, *lines]) + "\r\n")
+    assert (found["tension_in_n"]["unit"], found["tension_out_n"]["unit"]) == ("N", "mN")
+    if columns == "One":
+        assert found["time_s"] == {"column": "X_Value", "unit": "s"} and "time_s" not in {q.target for q in guessed.questions}
+    else:
+        assert found["time_s"]["rate_hz"] == pytest.approx(1.0 / step) and "time_s" in {q.target for q in guessed.questions}

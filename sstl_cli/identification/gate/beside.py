@@ -7,8 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.gate.movement import movement_of, unlike
+
 Array = NDArray[np.float64]
 MIN_SAMPLES = 32
+# correlation from which on a reference is followed
+FOLLOWED = 0.9
 
 
 def span_of(values: Array | None) -> float:
@@ -35,9 +39,17 @@ def reference_gain(reference: Array | None, x: Array) -> float:
     r, x = reference[good], x[good]
     if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0:
         return math.nan
-    if float(np.corrcoef(r, x)[0, 1]) < 0.9:
+    if float(np.corrcoef(r, x)[0, 1]) < FOLLOWED:
         return math.nan
     return float(np.std(x) / np.std(r))
+
+
+def reference_left(reference: Array | None, x: Array) -> float:
+    """Return what the movement of the reference leaves of that of the input (0 where it is followed, 1 where it has nothing to do with it), NaN where there is none."""
+    good = np.isfinite(reference) if reference is not None else np.zeros(len(x), np.bool_)
+    if reference is None or np.count_nonzero(good) < MIN_SAMPLES or float(np.ptp(reference[good])) == 0.0:
+        return math.nan
+    return unlike(movement_of(reference[good]), movement_of(x[good]))
 
 
 def reference_lag(time_s: Array, reference: Array | None, x: Array) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from sstl_cli.identification.filtering import quantile
 
 Array = NDArray[np.float64]
+MEND = '[repair] dropouts = "interpolate" (with these samples empty), or spikes = "interpolate"'
 # part of the span, and usual steps, that a jump must make; longest stretch filled (samples), and how near to where it was the channel comes back
 JUMP, BEYOND, LONGEST, BACK = 0.1, 12.0, 200, 0.5
 # least number of stretches at one level, and part of all stretches that are at it

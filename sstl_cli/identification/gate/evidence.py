@@ -9,7 +9,7 @@ from sstl_cli.identification.gate.ahead import Ahead
 from sstl_cli.identification.gate.causes import Causes
 from sstl_cli.identification.gate.dropouts import Dropouts
 from sstl_cli.identification.gate.filled import Filled
-from sstl_cli.identification.gate.fingerprints import Keys, Sketch
+from sstl_cli.identification.gate.fingerprints import Again, Keys, Sketch
 from sstl_cli.identification.gate.hum import Hum
 from sstl_cli.identification.gate.lost import Lost
 from sstl_cli.identification.gate.movement import Movement
@@ -61,14 +61,14 @@ class Evidence:
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
-    ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
+    ``reference_left`` is what its reference leaves of the input's movement, ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
     ``position_follows`` is the correlation of position and input, ``copies`` are the pairs of columns that hold the same numbers.
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches of both channels, ``output_keys`` of the output where its noise shows, ``sketch`` is the noise of both channels, which survives a
-    change of unit and a rounding.
+    change of unit and a rounding, ``again`` what of a run comes in it twice.
     """
 
     run_id: str
@@ -119,12 +119,14 @@ class Evidence:
     position_span_mm: float
     position_follows: float
     reference_gain: float
+    reference_left: float
     reference_lag: tuple[float, float]
     movement: Movement
     copies: tuple[tuple[str, str], ...]
     keys: Keys
     output_keys: Keys
     sketch: Sketch
+    again: Again
 
     @property
     def passes(self) -> int:

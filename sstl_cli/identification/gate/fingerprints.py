@@ -21,6 +21,17 @@ DRAWN, LEAST_DRAWN, TURNS = 1024, 64, -0.5
 ROUNDING = 3e-7
 
 
+@dataclass(frozen=True)
+class Again:
+    """The part of a recording's stretches that come in it more than once, and how many samples later."""
+
+    share: float
+    later: int
+
+
+NEVER = Again(0.0, 0)
+
+
 def copies_of(columns: Mapping[str, Array]) -> tuple[tuple[str, str], ...]:
     """Return the pairs of columns that hold the same numbers, sample by sample; what never changes is like anything."""
     moving = [name for name, v in columns.items() if bool(np.any(v[1:] != v[:-1])) and bool(np.isfinite(v).all())]
@@ -34,9 +45,38 @@ def keys_of(x: Array, y: Array) -> Keys:
     return found if len(found) >= FEW else _keys(a, b, LONG)
 
 
+def again_of(x: Array, y: Array) -> Again:
+    """Return how much of a recording comes again in it, sample by sample.
+
+    Of a long one the beginnings of both halves are compared.
+    """
+    half = max(0, (len(x) + 1) // 2)
+    at = np.arange(len(x)) if half <= FINGERPRINTS else np.concatenate([np.arange(k, k + FINGERPRINTS) for k in (0, len(x) - half)])
+    a, b = (np.ascontiguousarray(v[at], np.float64) for v in (x, y))
+    for window in (WINDOW, LONG):
+        key, lively = _all_keys(a, b, window)
+        where = np.flatnonzero(lively)
+        if len(where) < FEW:
+            continue
+        order = where[np.argsort(key[where], kind="stable")]
+        same = np.flatnonzero((key[order[1:]] == key[order[:-1]]) & (order[1:] - order[:-1] >= window))
+        first, second = order[same], order[same + 1]
+        found = np.union1d(first, second)
+        return Again(len(found) / len(where), int(np.median(at[second] - at[first]))) if len(found) else NEVER
+    return NEVER
+
+
 def _keys(a: Array, b: Array, window: int) -> Keys:
+    key, lively = _all_keys(a, b, window)
+    # numpy's own looks integers up one by one, at ten times the price
+    key = np.sort(key[lively])
+    return key[np.append(True, key[1:] != key[:-1])] if len(key) else NO_KEYS
+
+
+def _all_keys(a: Array, b: Array, window: int) -> tuple[Keys, NDArray[np.bool_]]:
+    """Return a key for each stretch, and whether enough changes in it for something to be recognised."""
     if len(a) <= window:
-        return NO_KEYS
+        return NO_KEYS, np.empty(0, np.bool_)
     key = _mixed(a.view(np.uint64), b.view(np.uint64))
     step = 1
     while step < window:
@@ -48,9 +88,7 @@ def _keys(a: Array, b: Array, window: int) -> Keys:
     for moved in together:
         changes = np.concatenate(([0], np.cumsum(moved)))
         lively &= changes[window - 1 :] - changes[: len(changes) - window + 1] >= WINDOW // 2
-    # numpy's own looks integers up one by one, at ten times the price
-    key = np.sort(key[lively])
-    return key[np.append(True, key[1:] != key[:-1])] if len(key) else NO_KEYS
+    return key, lively
 
 
 def _mixed(first: Keys, second: Keys) -> Keys:

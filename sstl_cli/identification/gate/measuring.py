@@ -12,13 +12,15 @@ from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import median
 from sstl_cli.identification.gate.ahead import ahead_of
-from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, span_of
-from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of
+from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, reference_left, span_of
+from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
+from sstl_cli.identification.gate.changes import Recorded
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH, copies_of, keys_of, sketch_of
+from sstl_cli.identification.gate.fingerprints import NEVER, NO_KEYS, NO_SKETCH, again_of, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import hum_of
+from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, movement_of
 from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
@@ -57,7 +59,7 @@ def evidence_of(run: Run) -> Evidence:
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH,
+        position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if not _sound(run):
         a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in (run.tension_in_n, run.tension_out_n))
@@ -99,7 +101,9 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
     play, residuals = _fits(t, x, y, slopes, ranges, correlation, sensors)
     noises, steps = (sensors[0].noise_n, sensors[1].noise_n), (sensors[0].step_n, sensors[1].step_n)
     causes = causes_of(t, x, y, noises, play) if moves else NO_CAUSES
-    shapes = shapes_of((t, x, y), raw, noises, steps, causes) if moves else NO_SHAPES
+    block = -(-len(clean) // MOST_POINTS)
+    renewed = (channel_of(clean.tension_in_n, sensors[0].held), channel_of(clean.tension_out_n, sensors[1].held))
+    shapes = shapes_of((t, x, y), raw, Recorded(renewed, noises, block), steps, causes) if moves else NO_SHAPES
     strides = (sensors[0].stride, sensors[1].stride)
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
@@ -112,10 +116,10 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         line_share=(line_share(t, x), line_share(t, y)),
         correlation=correlation,
         copy_rms=math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
-        slopes=agreed(slopes, play, causes, sensors[1].noise_n),
+        slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1])),
         play=play,
         causes=causes,
-        ahead=ahead_of(t, x, y, sensors, -(-len(clean) // MOST_POINTS), play, causes) if moves else None,
+        ahead=ahead_of(t, x, y, sensors, block, play, causes) if moves else None,
         shapes=shapes,
         forward_rms=residuals[0],
         swapped_rms=residuals[1],
@@ -126,6 +130,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
+        reference_left=reference_left(run.tension_ref_n, clean.tension_in_n),
         reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
         movement=movement_of(clean.tension_in_n),
         copies=copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
@@ -160,6 +165,8 @@ def _of_readings(e: Evidence, run: Run) -> Evidence:
         keys=keys_of(*raw),
         output_keys=keys_of(raw[1], raw[1]) if sensors[1].fine else NO_KEYS,
         sketch=sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
+        # without noise a movement that repeats comes again by itself
+        again=again_of(*raw) if any(s.fine and not s.computed for s in sensors) else NEVER,
     )
 
 

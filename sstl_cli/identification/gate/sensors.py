@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound
 from sstl_cli.identification.filtering import fast_part, median, noise_sd, quantile
+from sstl_cli.identification.gate.rounding import ramps, rounding_of
 
 Array = NDArray[np.float64]
 CHANNELS = ("tension_in_n", "tension_out_n")
@@ -31,6 +32,8 @@ REPEATS, STRAYS, STRAYS_BESIDE, RARE_NATS = 0.02, 0.02, 0.1, 14.0
 LONG_SHARE = 0.15
 # part of the span by which a sensor must jump that comes back
 COMES_BACK = 0.25
+# samples beside a stretch whose middle one or two spikes do not move
+PASSING = 5
 # share of whole tens in whole numbers (a tenth by chance) and of samples that lost a digit (a tenth), with room for few samples; decades within which
 # these join their neighbours, and beyond which others stand off them
 TENS, LOST, JOINS, OFF = 0.03, 0.04, 0.06, 0.3
@@ -44,7 +47,8 @@ class Sensor:
     the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
     white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
     noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
-    in such stretches; ``still_left`` whether the value jumps at the end of it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples.
+    in such stretches; ``still_left`` whether the value jumps at the end of it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples;
+    ``digit_n`` is the last digit where nothing but its rounding is left beside the movement, 0 for readings of a sensor.
     """
 
     column: str
@@ -57,6 +61,7 @@ class Sensor:
     still_share: float = 0.0
     white: bool = True
     still_left: bool = False
+    digit_n: float = 0.0
 
     @property
     def held(self) -> bool:
@@ -67,6 +72,11 @@ class Sensor:
     def stride(self) -> int:
         """Samples of the log from one renewal to the next."""
         return math.ceil(self.refresh_s / self.period_s - 0.05) if self.held else 1
+
+    @property
+    def computed(self) -> bool:
+        """Whether the channel holds numbers of a program, and no readings."""
+        return self.digit_n > 0.0
 
     @property
     def fine(self) -> bool:
@@ -126,8 +136,10 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
     noise = noise_sd(renewed)
     found = _still(v, changed, hold, step, noise)
+    # noise may hide between levels
+    digit = rounding_of(renewed) if step == 0.0 or ramps(v) else 0.0
     at = float(time[found.at]) if found.length else 0.0
-    return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left)
+    return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left, digit)
 
 
 def digits_lost(values: Array) -> float:
@@ -248,7 +260,7 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     repeats = float(np.mean(np.minimum(fresh, 8.0) - 1.0 > 0.5)) if len(fresh) else 0.0
     held = v[edges[:-1]]
     limit = 10.0 * noise + 4.0 * quantile(np.abs(np.diff(v)), 0.98)
-    before, after = v[np.maximum(edges[:-1] - 1, 0)], v[np.minimum(edges[1:], len(v) - 1)]
+    before, after = _around(v, edges)
     left = np.abs(after - held) > limit
     jump = left | (np.abs(before - held) > limit)
     white = noisy(v[changed])
@@ -271,6 +283,13 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     # between coarse levels an output in backlash rests and leaves without a jump
     long &= (jump | dead) if step > COARSE * noise else (inside | jump | dead)
     return _longest(long, left, edges)
+
+
+def _around(v: Array, edges: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Return what a channel read before and after each stretch: the middle of some samples, as one or two readings that were lost are no jump."""
+    beside = np.arange(PASSING)
+    before = np.median(v[np.maximum(edges[:-1, None] - 1 - beside, 0)], axis=1)
+    return before, np.median(v[np.minimum(edges[1:, None] + beside, len(v) - 1)], axis=1)
 
 
 def _longest(long: NDArray[np.bool_], left: NDArray[np.bool_], edges: NDArray[np.int64]) -> _Stretch:

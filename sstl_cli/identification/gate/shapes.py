@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.gate import overflows
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit, floor_of
-from sstl_cli.identification.gate.changes import Change, change_of
+from sstl_cli.identification.gate.changes import Change, Recorded, change_of
 from sstl_cli.identification.gate.limits import limits_of
 from sstl_cli.identification.gate.parted import Parted, parted_of
 from sstl_cli.identification.gate.rests import Rest, rest_of
@@ -50,9 +50,10 @@ NO_SHAPES = Shapes()
 
 
 def shapes_of(
-    points: tuple[Array, Array, Array], raw: tuple[Array, Array], noise: tuple[float, float], steps: tuple[float, float], causes: Causes
+    points: tuple[Array, Array, Array], raw: tuple[Array, Array], recorded: Recorded, steps: tuple[float, float], causes: Causes
 ) -> Shapes:
     """Return the shapes of a run; ``points`` are time (s), input and output (N) without spikes and thinned, ``raw`` all samples."""
+    noise = recorded.noise
     t, x, y = points
     limits = limits_of(points, noise, steps, causes)
     over, under = overflows.turns(*raw), overflows.turns(*raw[::-1])
@@ -62,7 +63,7 @@ def shapes_of(
     if causes.enough or rest is not None or any(map(math.isfinite, wraps)):
         # a sensor that stops, or whose number overflows, has no other gain and zero
         return Shapes(limits, wraps, fold_n=fold, rest=rest)
-    change = change_of(t, x, y, noise, left) if left > ODD * float(np.ptp(y)) else None
+    change = change_of(t, x, y, recorded, left) if left > ODD * float(np.ptp(y)) else None
     parted = parted_of(points, noise[1], left, causes) if change is None else None
     return Shapes(limits, wraps, change, fold, parted=parted)
 

@@ -44,18 +44,30 @@ class Slopes:
     @property
     def gain(self) -> float:
         """Root of pull x release: what output and input sensor differ by, 1 for Coulomb friction."""
-        return math.sqrt(self.gamma_p * self.gamma_r) if self.known else math.nan
+        return math.sqrt(self.gamma_p) * math.sqrt(self.gamma_r) if self.known else math.nan
 
 
 NO_SLOPES = Slopes(*[math.nan] * 6)
 
 
-def agreed(found: Slopes, play: PlayFit | None, causes: Causes, noise_n: float = 0.0) -> Slopes:
+def agreed(
+    found: Slopes, play: PlayFit | None, causes: Causes, noise_n: float = 0.0, span_n: float = math.inf, tells_n: float = 0.0
+) -> Slopes:
     """Return slopes on which phases and play operator agree; those of one where the other has none to show.
 
     Where an output creeps, or friction is no play, the line through a hold passes for a slope: then the two differ.
+
+    Parameters
+    ----------
+    noise_n, tells_n : float
+        White noise of the output, and the least that its readings tell (N).
+    span_n : float
+        Span of the input (N), of which the lines were seen over their reaches.
     """
     if play is None or not play.explained > AGREED_EXPLAINED or not 0.0 < play.gamma_p < play.gamma_r:
+        return NO_SLOPES
+    # an output that rests goes along no line: rounding alone gives such a line a slope
+    if not span_n * min(play.gamma_p * play.reaches[0], play.gamma_r * play.reaches[1]) > tells_n:
         return NO_SLOPES
     # lines seen over a small part of the loop are believed where they are those of friction, or leave noise only
     exact = play.delayed_rms_n < TO_NOISE * noise_n and min(play.reaches) > 0.5 * LEAST_REACH
@@ -65,7 +77,7 @@ def agreed(found: Slopes, play: PlayFit | None, causes: Causes, noise_n: float =
         return NO_SLOPES
     if found.known and not _held(found.friction, causes):
         return NO_SLOPES
-    if not _scaled(math.log(found.gain if found.known else math.sqrt(play.gamma_p * play.gamma_r)), causes):
+    if not _scaled(math.log(found.gain) if found.known else 0.5 * (math.log(play.gamma_p) + math.log(play.gamma_r)), causes):
         return NO_SLOPES
     if found.known:
         apart = (abs(math.log(a / b)) for a, b in ((found.gamma_p, play.gamma_p), (found.gamma_r, play.gamma_r)))

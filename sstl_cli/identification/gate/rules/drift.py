@@ -35,7 +35,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "second; one of the two clocks probably drifts",
             '[clocks] align = "apply" (with a column that both sides recorded as content)',
         )  # fmt: skip
-    hit = [e for e in log if e.samples > 200 and _creeps(e)]
+    # stamps that do not rise have no period
+    hit = [e for e in log if e.usable and e.samples > 200 and _creeps(e)]
     if hit:
         worst = max((e.dt_last_s / e.dt_first_s - 1.0 for e in hit), key=abs)
         yield Remark(

@@ -40,6 +40,21 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f'[constants] run_id = "{{stem}}" (and leave the copy of {first} out of the import)',
         )  # fmt: skip
     yield from _attached(log, {*noise, *exact})
+    yield from _twice(log)
+
+
+def _twice(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that hold one recording twice, one after the other."""
+    hit = [e for e in log if e.again.share > SHARE]
+    if hit:
+        e = max(hit, key=lambda h: h.again.share)
+        later_s = e.again.later * e.dt_s
+        yield Remark(
+            tuple(h.run_id for h in hit), RULE, "failure", 100.0 * e.again.share, "%",
+            f"{names([h.run_id for h in hit])}: {100 * e.again.share:.0f} % of its samples are there twice, noise included, {later_s:.4g} s apart; one "
+            "recording was probably put in twice, one after the other",
+            f"[time] to_s = {later_s:.6g} (for this file)",
+        )  # fmt: skip
 
 
 def _attached(log: Sequence[Evidence], copies: set[tuple[int, int]]) -> Iterator[Remark]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from sstl_cli.identification.gate.dropouts import MEND
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.rules.stuck import FAILED_SHARE
@@ -41,5 +42,5 @@ def _dropped(log: Sequence[Evidence]) -> Iterator[Remark]:
                 tuple(e.run_id for e, _ in hit), RULE, "remark", float(d.samples), "samples",
                 f"{names([e.run_id for e, _ in hit])}: the {WORDS[i]} jumps to {d.level_n:.4g} N {d.stretches} times and back to where it was ({d.samples} samples) "
                 f"while the {WORDS[1 - i]} goes on; missing samples were probably filled with that number, or it is an error code",
-                '[repair] dropouts = "interpolate" (with these samples empty), or spikes = "interpolate"',
+                MEND,
             )  # fmt: skip

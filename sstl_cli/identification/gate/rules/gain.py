@@ -35,7 +35,8 @@ TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
-    gains = [(gain_of(e), e) for e in log]
+    rig = _of_rig(log)
+    gains = [(_adopted(gain_of(e), e, rig), e) for e in log]
     usual = {system: _usual([g for g, e in gains if e.system == system]) for system in {e.system for e in log}}
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
@@ -54,7 +55,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         g = sorted(v for v, _ in hit)[len(hit) // 2]
         error = 2.0 * _error([v for v, _ in hit], hit[0][1])
         what, mend = _guess(g, hit[0][1], error)
-        rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE]
+        # another system may have other sensors
+        rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE and e.system == hit[0][1].system]
         if rest:
             what, mend = _between(g, hit[0][1], rest, error)
         ids = tuple(e.run_id for _, e in hit)
@@ -64,6 +66,26 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"differ by a factor of {g:.3g}; probably {what}",
             mend,
         )  # fmt: skip
+
+
+def _of_rig(log: Sequence[Evidence]) -> float:
+    """Return the gain that all runs with lines of their own agree on, where it is none of friction; else NaN."""
+    known = sorted(g for e in log if e.slopes.known and (g := gain_of(e)) > 0.0)
+    agree = len(known) >= AGREE and math.log(known[-1] / known[0]) < TOGETHER
+    return known[len(known) // 2] if agree and abs(math.log(known[len(known) // 2])) > math.log(ODD) else math.nan
+
+
+def _adopted(g: float, e: Evidence, rig: float) -> float:
+    """Return the gain of a run, that of the rig where the run shows no lines of its own and allows it.
+
+    Where an output is hardly released, a zero takes much of the gain, and the highest readings differ by what friction takes as well.
+    """
+    if e.slopes.known or math.isnan(rig) or not g > 0.0:
+        return g
+    if not _held(e):
+        return rig if rig >= g else g
+    low, high = sorted((e.causes.scale.size, e.causes.gain.size))
+    return rig if low - LEVELS < math.log(rig) < high + LEVELS else g
 
 
 def alone(log: Sequence[Evidence]) -> set[str]:
@@ -164,15 +186,14 @@ def _guess(g: float, e: Evidence, error: float) -> tuple[str, str]:
 
 
 def _between(g: float, e: Evidence, rest: list[Evidence], error: float) -> tuple[str, str]:
-    """Return what probably happened to one run of many, whose other runs have no gain: one of its channels has changed.
+    """Return what probably happened to one run of many, the others of whose system have no gain: one of its channels has changed.
 
     Its own noise, or its range in the same movement, tells which one; else both are named.
     """
     size = math.log(g)
-    alike = [o for o in rest if o.system == e.system] or rest
-    away = [_noise_apart(e, alike, i) for i in (0, 1)]
+    away = [_noise_apart(e, rest, i) for i in (0, 1)]
     if math.isnan(away[0]) or math.isnan(away[1]):
-        same = [o for o in alike if o.trajectory == e.trajectory]
+        same = [o for o in rest if o.trajectory == e.trajectory]
         away = [math.log(e.ranges[0].span / float(np.median([o.ranges[0].span for o in same]))), math.nan] if same else away
     inner, outer = away
     units = {i: force_unit(f, min(max(FITS, error), FITS_MOST)) for i, f in ((0, g), (1, 1.0 / g))}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
@@ -23,18 +24,28 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         hit = [e for e in log if e.tendon_like and _smooth(e, i) and e.system not in measured]
         if hit:
             e = hit[0]
-            number = e.sensors[i].noise_n / e.sensors[1 - i].noise_n
+            number = _noise(e, i) / e.sensors[1 - i].noise_n
+            computed = e.sensors[i].computed
+            has = (
+                "is smooth down to the rounding of its digits, without the noise" if computed else f"has {100 * number:.2g} % of the noise"
+            )
             yield Remark(
                 tuple(h.run_id for h in hit), RULE, "remark", number, "1",
-                f"{names([h.run_id for h in hit])}: the {WORDS[i]} has {100 * number:.2g} % of the noise of the "
-                f"{WORDS[1 - i]}; it is probably the command or a smoothed copy and not the sensor",
+                f"{names([h.run_id for h in hit])}: the {WORDS[i]} {has} of the {WORDS[1 - i]}; it is probably the command or a smoothed copy "
+                "and not the sensor",
                 column_line(i),
             )  # fmt: skip
 
 
 def _shows(log: Sequence[Evidence], system: str, i: int) -> bool:
     runs = [e for e in log if e.usable and e.system == system]
-    return 2 * sum(e.sensors[i].noise_n > (ROUNDED if _ahead(e, i) else LESS) * e.sensors[1 - i].noise_n for e in runs) >= len(runs)
+    return 2 * sum(_noise(e, i) > (ROUNDED if _ahead(e, i) else LESS) * e.sensors[1 - i].noise_n for e in runs) >= len(runs)
+
+
+def _noise(e: Evidence, i: int) -> float:
+    """Return the noise of a channel (N), where it is computed that of its rounding: what its second differences show is the movement."""
+    s = e.sensors[i]
+    return s.digit_n / math.sqrt(12.0) if s.computed else s.noise_n
 
 
 def _smooth(e: Evidence, i: int) -> bool:
@@ -42,8 +53,9 @@ def _smooth(e: Evidence, i: int) -> bool:
     # beside hum any sensor is quiet
     if e.hums[1 - i] is not None or this.held or other.held or other.noise_n <= 1e-4 * e.ranges[1 - i].span:
         return False
-    plain = all(s.step_n < 0.5 * s.noise_n or s.step_n == 0.0 for s in (this, other))
-    return (plain and this.noise_n < LESS * other.noise_n) or (
+    # nor is a channel whose noise hides between its levels
+    plain = all(s.step_n < 0.5 * s.noise_n or s.step_n == 0.0 or s.computed for s in (this, other))
+    return (plain and _noise(e, i) < LESS * other.noise_n) or (
         _ahead(e, i) and max(this.noise_n, 0.3 * this.step_n) < ROUNDED * other.noise_n
     )
 

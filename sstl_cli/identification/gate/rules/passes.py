@@ -43,7 +43,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     pairs = [b for b in bends.values() if paired and len(b) > 1 and b[0].config_id is not None]
     wrong = [] if second_rig(log)[0] else [e for bend in pairs for e in _wrong(bend, known)]
     wrong = _everywhere(wrong, log)
-    yield from _told(wrong, "failure", "beside the other runs of the same bend")
+    yield from _told(wrong, "failure", "beside the other runs of the same bend", _shuffled(wrong, pairs))
     if not pairs and known and not second_rig(log)[0]:
         found = [kinds for bend in bends.values() if bend[0].config_id is not None and (kinds := _two_kinds(bend, log)) is not None]
         mixed = [double if double[0].system == "act" else single for single, double in found] if _doubled(found) else []
@@ -179,16 +179,29 @@ def _swallows(loop: Evidence, e: Evidence) -> bool:
     return same and loop.usable and loop.system == "sstl" and passed[0] < passed[1]
 
 
-def _told(wrong: list[Evidence], severity: Severity, by: str) -> Iterator[Remark]:
+def _shuffled(wrong: list[Evidence], pairs: list[list[Evidence]]) -> bool:
+    """Whether runs of both systems are wrong beside runs of their bend and system that are right: no exchange of two labels makes that."""
+    names_of = {e.run_id for e in wrong}
+    right = {(e.config_id, e.location, e.system) for bend in pairs for e in bend if e.run_id not in names_of}
+    return len({e.system for e in wrong if (e.config_id, e.location, e.system) in right}) == 2
+
+
+def _told(wrong: list[Evidence], severity: Severity, by: str, shuffled: bool = False) -> Iterator[Remark]:
     for system, like, right in (("act", "a double pass", "sstl"), ("sstl", "a single pass", "act")):
         hit = [e for e in wrong if e.system == system]
         if hit:
             e = hit[0]
             ids = tuple(h.run_id for h in hit)
+            why, mend = "the label of the system is probably wrong", f'[constants] system = "{right}"'
+            if shuffled:
+                why += (
+                    ", and as runs of both systems are wrong beside others that are right, the labels of the files were probably shuffled"
+                )
+                mend = "file_name or manifest (the labels of each file anew: config_id, system, trajectory)"
             yield Remark(
                 ids, RULE, severity, e.wrap, "1",
-                f"{names(ids)}: labelled {system}, but {_slopes(e)} (n theta = {e.wrap:.2f}) look like {like} {by}; the label of the system is probably wrong",
-                f'[constants] system = "{right}"',
+                f"{names(ids)}: labelled {system}, but {_slopes(e)} (n theta = {e.wrap:.2f}) look like {like} {by}; {why}",
+                mend,
             )  # fmt: skip
 
 

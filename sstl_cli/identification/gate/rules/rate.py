@@ -79,12 +79,13 @@ def _told(hit: list[Evidence], usual: float, unit: str | None, clock: Clock = ""
 def _clock(e: Evidence, runs: Sequence[Evidence], usual: float) -> Clock:
     """Return whether the clock of a run is another one, or may be: it goes the way of others of its movement, sample by sample."""
     beside = [o for o in runs if o.trajectory == e.trajectory and max(o.dt_s / usual, usual / o.dt_s) < APART]
-    named = e.trajectory is not None and _speeded(e, beside, usual)
+    # other movements may bear one name, and their loops last about as long by chance
     same = [o for o in beside if _same(e, o)]
-    if not named and not same:
+    if not same:
         return ""
+    named = e.trajectory is not None and _speeded(e, same, usual)
     # a drive has a lag of its own: it is as many samples as before where the clock is off, and as long where the movement is
-    lags = [w for o in (same or beside) if (w := _lag(e, o)) is not None]
+    lags = [w for o in same if (w := _lag(e, o)) is not None]
     off = float(np.median(lags)) if lags else math.nan
     return "" if off < NO_CLOCK else "other" if named or off > CLOCK else "either"
 

@@ -1,20 +1,23 @@
-"""An input that follows its reference at another scale: one of the two is in another unit."""
+"""An input that follows its reference at another scale, one of the two being in another unit, or not at all in one run of many."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 
+from sstl_cli.identification.gate.beside import FOLLOWED
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import force_unit, stated
 
 RULE, RANK = "reference", 26
 APART = 2.0
+# what a reference leaves of an input from which on it is not followed, and other runs that must show that it is
+LEFT, FEW = math.sqrt(1.0 - FOLLOWED**2), 3
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs whose input is a multiple of the reference it tracks."""
+    """Yield runs whose input is a multiple of the reference it tracks, or does not track it."""
     hit = [e for e in log if e.usable and "tension_in_n" in e.tensions and abs(math.log(_gain(e))) > math.log(APART)]
     if hit:
         g = _gain(hit[0])
@@ -24,6 +27,20 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             tuple(e.run_id for e in hit), RULE, "failure" if unit else "remark", g, "1",
             f"{names([e.run_id for e in hit])}: the input is {g:.3g} times the reference that it tracks; {guess}",
             stated(0, unit or "..."),
+        )  # fmt: skip
+    yield from _foreign([e for e in log if e.usable and math.isfinite(e.reference_left)])
+
+
+def _foreign(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the one run whose input does not go the way of its reference, as that of every other run does."""
+    hit = [e for e in log if e.reference_left > LEFT]
+    if len(hit) == 1 and len(log) > FEW:
+        left = hit[0].reference_left
+        yield Remark(
+            (hit[0].run_id,), RULE, "remark", 100.0 * left, "%",
+            f"{names([hit[0].run_id])}: the reference leaves {100 * left:.0f} % of the input's movement unexplained, at most "
+            f"{100 * max(e.reference_left for e in log if e is not hit[0]):.0f} % in the other runs; it is probably the reference of another run",
+            "tension_ref_n = { column = ..., file = (the file of this run) }",
         )  # fmt: skip
 
 

@@ -1,0 +1,72 @@
+"""What the gate must not say: of stamps that do not rise, of an output that rests, of movements that share but a name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_loops import multisine, play
+from identification_slips import lines
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification import gate
+from sstl_cli.identification.gate.causes import NO_CAUSES
+from sstl_cli.identification.gate.slopes import NO_SLOPES, agreed
+
+T = np.arange(1600) / 100.0
+
+
+def moving(run_id, x, wrap, noise=0.01, step=0.0, system="sstl", t=T, **labels):
+    """Return a run of an ideal capstan, behind a converter where there is a ``step`` (N)."""
+    scatter = noise * np.random.default_rng(sum(map(ord, run_id))).standard_normal((2, len(t)))
+    read = [v + s for v, s in zip((x, play(x, lines(wrap))), scatter, strict=True)]
+    return Run(run_id, system, t, *(np.round(v / step) * step if step else v for v in read), **labels)
+
+
+def decay():
+    """Return a movement of which friction passes on the first rise alone."""
+    return 20.5 - 19.7 * np.exp(-T / 15.0) * np.cos(2.0 * np.pi * T / 3.2)
+
+
+@pytest.mark.parametrize("stamp_s", [0.1, 100.0])
+def test_stamps_that_do_not_rise_end_no_rule(stamp_s):
+    runs = [moving(f"r{i}", multisine(i, seconds=16.0)[1], 0.4, system="act") for i in range(2)]
+    said = gate.remarks([replace(r, time_s=np.floor(r.time_s / stamp_s) * stamp_s) for r in runs])
+    assert not [r for r in said if r.rule == "drift"]
+
+
+def test_an_output_that_rests_has_no_lines_of_its_own():
+    others = [moving(f"r{i}", multisine(i, seconds=16.0)[1], 1.27, step=0.1) for i in range(5)]
+    rests = moving("rests", decay(), 1.27, noise=0.003, step=0.1)
+    assert gate.remarks([*others, rests]) == ()
+    # moved by a delay until nothing but the rest is compared, free lines are flat but for rounding, which may order them as friction does
+    play = gate.evidence_of(others[0]).play
+    flat = replace(play, gamma_p=5e-18, beta_p=10.7, gamma_r=8e-17, beta_r=10.7, explained=1.0, shares=(0.05, 0.04), reaches=(0.3, 0.2))
+    span_n, step_n = 39.0, 0.1
+    assert agreed(NO_SLOPES, flat, NO_CAUSES, 0.0, span_n, step_n) is NO_SLOPES
+    # a line that rises by more than a level is one
+    rising = replace(flat, gamma_p=0.28, gamma_r=3.5)
+    assert agreed(NO_SLOPES, rising, NO_CAUSES, 0.0, span_n, step_n).friction == pytest.approx(1.26, abs=0.01)
+
+
+def test_a_channel_however_small_has_a_gain():
+    r = moving("a", multisine(1, seconds=16.0)[1], 0.4)
+    with np.errstate(all="ignore"):
+        tiny = gate.evidence_of(replace(r, tension_out_n=1e-300 * r.tension_out_n))
+    assert np.log10(tiny.slopes.gain) == pytest.approx(-300.0, abs=0.2)
+
+
+def test_two_movements_of_one_name_say_nothing_of_a_clock():
+    def loops(period_s, edge):
+        return 5.0 + 20.0 * np.abs((T / period_s) % 1.0 - 0.5) ** edge
+
+    beside = [moving(f"a{i}", loops(2.0, 1.0), 0.3 + 0.1 * i, system="act", trajectory="up and down") for i in range(3)]
+    # about as many samples a loop, and another way
+    other = moving("b", loops(2.15, 1.0) * (0.4 + 0.03 * T), 0.4, system="act", trajectory="up and down")
+    (said,) = [r for r in gate.remarks([*beside, replace(other, time_s=0.5 * other.time_s)]) if r.rule == "rate"]
+    assert "clock" not in said.sentence
+    # the same movement is one
+    same = moving("c", loops(2.0, 1.0), 0.4, system="act", trajectory="up and down")
+    (said,) = [r for r in gate.remarks([*beside, replace(same, time_s=0.5 * same.time_s)]) if r.rule == "rate"]
+    assert "clock is probably off" in said.sentence
