@@ -51,8 +51,8 @@ def test_the_scatter_is_as_large_at_every_sample_as_it_is_known_to_be():
         assert power == pytest.approx(total[k] ** 2)
     inner = np.delete(np.arange(1, 2000), 699)
     assert c.own.decay[inner] == pytest.approx(np.exp(-0.02 / slow[inner]) * total[inner] / total[inner - 1])
-    begin = 0.03**2 + SPREAD[0] ** 2
     for at, error in ((0, r.start_error_n), (700, 0.1)):
+        begin = 0.03**2 + SPREAD[at] ** 2
         assert c.own.decay[at] == 0.0 and c.own.fresh[at] == pytest.approx(begin) and c.start[at] == pytest.approx(error**2 + begin)
     # a record without scatter begins with the slow noise alone
     assert c.start[2000] == pytest.approx(RECORDS[1].start_error_n ** 2 + 0.03**2) and np.flatnonzero(c.first).tolist() == [0, 700, 2000]
