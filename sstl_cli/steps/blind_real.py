@@ -59,15 +59,9 @@ def run(
             raise SstlError("the diagnosis gave no model", fix="give one with --model", code="E957")
     terms = accepted.audible(model)
     residual = accepted.rms_n(model, runs)
-    trials: list[tuple[str, str, Scenario]] = [("accepted", e, model) for e in terms]
     wanted = list(plant) if plant is not None else ([] if terms else list(PLANTED))
-    for effect_id in wanted:
-        effect = get(effect_id)
-        if not effect.fitted or effect.channel != "out":
-            raise UsageError(f"{effect_id} does not act on a predicted output tension", where="--plant", code="E957")
-        if effect_id in terms:
-            continue
-        trials.append(("planted", effect_id, _planted(model, effect_id, runs, strength * residual, seed)))
+    planted = {e: _planted(model, e, runs, strength * residual, seed) for e in _plantable(wanted) if e not in terms}
+    trials = [*(("accepted", e, model) for e in terms), *(("planted", e, full) for e, full in planted.items())]
     if not trials:
         raise SstlError("no term to take out", fix="name effects with --plant", code="E957")
     rows = [_null(model, runs, seed, diagnoser)]
@@ -91,6 +85,15 @@ def run(
         false_alarm=rows[0].status != "none",
         inputs={},
     )
+
+
+def _plantable(wanted: Sequence[str]) -> list[str]:
+    """Return the effects that are asked for; UsageError where one does not act on the output that a model predicts."""
+    for effect_id in wanted:
+        effect = get(effect_id)
+        if not effect.fitted or effect.channel != "out":
+            raise UsageError(f"{effect_id} does not act on a predicted output tension", where="--plant", code="E957")
+    return list(wanted)
 
 
 def _null(model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser) -> Trial:

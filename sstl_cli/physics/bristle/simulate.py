@@ -216,7 +216,15 @@ def simulate_bristle(
     march(bench, run.time_s, command, swell, DRIVE_CODES[run.drive], out)
 
     truth = (out.t_in, out.t_out, out.x_in)
-    stamps, seen_in, seen_out, seen_x = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
+    seen = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
+    return _result(seen, out, probe, keep_nodes)
+
+
+def _result(
+    seen: tuple[FloatArray, FloatArray, FloatArray, FloatArray], out: Recording, probe: FloatArray, keep_nodes: bool
+) -> BristleResult:
+    """Return what sensors saw (time, tensions, position), beside the truth and what the solver did."""
+    stamps, seen_in, seen_out, seen_x = seen
     return BristleResult(
         time_s=stamps,
         tension_in_n=seen_in,

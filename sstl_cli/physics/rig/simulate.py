@@ -229,7 +229,13 @@ def simulate_rig(
     bench = Bench(chain, load, law, contact, contact_law, motor, np.zeros(3), setting, probe)
     march(bench, Course(run.time_s, command, swell, DRIVE_CODES[run.drive], lead_in, lead_drive), out)
     truth = (out.t_in, out.t_out, out.x_in)
-    stamps, seen_in, seen_out, seen_x = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
+    seen = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
+    return _result(seen, out, probe, keep_nodes)
+
+
+def _result(seen: tuple[FloatArray, FloatArray, FloatArray, FloatArray], out: Recording, probe: FloatArray, keep_nodes: bool) -> RigResult:
+    """Return what sensors saw (time, tensions, position), beside the truth and what the solver did."""
+    stamps, seen_in, seen_out, seen_x = seen
     return RigResult(
         time_s=stamps,
         tension_in_n=seen_in,
