@@ -119,12 +119,15 @@ def theta(path: Path, values: dict[str, float]) -> Path:
             nothing = dict.fromkeys(c.name for c in THETA.columns if c.name not in row)
             errors = {"gamma_p_se": 0.01, "beta_p": 0.1, "beta_r": 0.1}
             rows.append({**nothing, **row, **errors, "loops": 1, "status": "ok", **(values if i == 0 else {})})
-    pq.write_table(pa.Table.from_pylist(rows, schema=THETA.arrow()), path)
+    table = pa.Table.from_pylist(rows, schema=THETA.arrow())
+    pq.write_table(table.replace_schema_metadata({"sstl": '{"schema": "sstl.theta", "schema_version": 1}'}), path)
     return path
 
 
-@pytest.mark.parametrize("value", [1e308, -1e308, np.inf])
-@pytest.mark.parametrize("name", ["gamma_p", "beta_r"])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [*((n, v) for n in ("gamma_p", "beta_r") for v in (1e308, -1e308, np.inf)), *(("gamma_p", v) for v in (5e-324, 0.0, -1.0))],
+)
 def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     table = theta(tmp_path / "theta.parquet", {name: value})
@@ -134,6 +137,10 @@ def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_pat
         done = inside(*words, "--json")
         assert done.returncode == 3 and name in done.stderr, (words, done.stderr)
         assert "e+30" not in done.stdout.replace(f"{value:g}, beyond any sensor", "")
+    done = inside("check", table, "--json")
+    assert done.returncode == 1 and {f["column"] for f in document(done)["findings"] if f["level"] == "failure"} == {name}
+    done = inside("compensate", "--theta", table, "--config-id", "C0")
+    assert done.returncode == 1 and "'C0' was set aside" in done.stderr and f"{name} is" in done.stderr
     assert "C0" not in (tmp_path / "p.json").read_text()
     (tmp_path / "p.json").write_text((tmp_path / "p.json").read_text().replace("0.59", "1e300", 1))
     done = inside("compensate", "--theta", "p.json")
@@ -141,7 +148,16 @@ def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_pat
 
 
 @pytest.mark.parametrize(
-    "values", [{"gamma_p": 1e308}, {"beta_r": -1e308}, {"gamma_p_se": 1e308}, {"gamma_p_se": -0.1}, {"gamma_r": np.inf}]
+    "values",
+    [
+        {"gamma_p": 1e308},
+        {"beta_r": -1e308},
+        {"gamma_p_se": 1e308},
+        {"gamma_p_se": -0.1},
+        {"gamma_r": np.inf},
+        {"gamma_p": 5e-324},
+        {"lead_mm": 1e308},
+    ],
 )
 @pytest.mark.parametrize("command", ["report", "plot"])
 def test_pictures_of_theta_leave_out_what_no_loop_can_have(values: dict[str, float], command: str, tmp_path: Path) -> None:
