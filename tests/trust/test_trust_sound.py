@@ -227,3 +227,36 @@ def test_ranges_of_absurd_runs_are_short(factor: float, tmp_path: Path) -> None:
     done = inside("info", log(tmp_path / "log.parquet", scaled(factor)))
     row = next(line for line in done.stdout.splitlines() if line.startswith("bad "))
     assert done.returncode == 3 and len(row) < 100 and "nan" not in row
+
+
+@pytest.mark.parametrize("command", ["import", "watch"])
+def test_import_and_watch_tell_a_run_that_no_sensor_has_given(command: str, tmp_path: Path) -> None:
+    """They ended with 0 where info and segment set it aside."""
+    rows = [
+        f"{name},act,{t:.3f},{factor * a},{factor * b}"
+        for name, factor in (("bad", 1e-320), ("good", 1.0))
+        for t, a, b in zip(*loop(1200).values(), strict=True)
+    ]
+    (tmp_path / "l.csv").write_text("\n".join(["run_id,system,time_s,tension_in_n,tension_out_n", *rows]) + "\n")
+    words = [tmp_path / "l.csv", *(["--once"] if command == "watch" else ["--out", tmp_path / "l.parquet"])]
+    done = inside(command, *words, "--json")
+    assert done.returncode == 3 and "tension_in_n never exceeds" in done.stderr and "tension_out_n never exceeds" in done.stderr
+    if command == "import":
+        assert {e["run_id"] for e in document(done)["data_set_aside"]} == {"bad"}
+
+
+def test_a_log_in_other_units_is_refused_by_all_that_compute_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They took kilonewtons for newtons, and only check said so."""
+    monkeypatch.chdir(tmp_path)
+    for column, unit, end in (("tension_in_n", "kN", 1), ("time_s", "ms", 1), ("tension_out_n", "mm", 0)):
+        table = pq.read_table(log(tmp_path / "good.parquet", lambda _: None))
+        at = table.schema.get_field_index(column)
+        schema = table.schema.set(at, table.schema.field(at).with_metadata({"unit": unit}))
+        pq.write_table(table.cast(schema), "log.parquet")
+        assert inside("check", "log.parquet").returncode == end
+        for words in (["segment", "--out", "t.parquet"], ["plot", "--out", "l.svg"], ["export", "-f", "csv", "--out", "l.csv"], DIAGNOSE):
+            done = inside(words[0], "log.parquet", *words[1:], *(["--force"] if "--out" in words else []))
+            assert done.returncode == 0 if not end else (done.returncode == 1 and "[E129]" in done.stderr and unit in done.stderr), done
+        if unit == "kN":
+            assert inside("import", "log.parquet", "--out", "n.parquet").returncode == 0
+            assert pq.read_table("n.parquet")["tension_in_n"][0].as_py() == pytest.approx(1000 * table["tension_in_n"][0].as_py())
