@@ -99,16 +99,18 @@ class Diagnosis:
         ]
         return pd.DataFrame(rows, columns=columns)
 
-    def plot(self, kind: str | None = None) -> Figure:
+    def plot(self, kind: str | None = None, tendon: str | None = None) -> Figure:
         """Return a figure of the report: the gap step by step, or another ``kind`` of ``sstl plot``.
+
+        Of several tendons it shows the one with the largest gap, or the one that is named.
 
         Raises
         ------
         SstlError
             If there is no such figure, or the diagnosis holds nothing for it.
         """
-        choice = choose(self._inputs(), kind)
-        return drawing.drawn(choice.module, choice.data)
+        choice = choose(self._inputs(), kind, tendon=tendon)
+        return drawing.drawn(choice.module, choice.data, choice.title)
 
     def report(self, path: str | PathLike[str], title: str = DEFAULT_TITLE, force: bool = False) -> None:
         """Write one self-contained HTML page of log and diagnosis, whole or not at all."""

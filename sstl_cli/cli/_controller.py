@@ -148,6 +148,11 @@ def _chosen(
         cases, unmapped = setup.mapped_cases(cases, load_model(model), setup.Biases(biases.beta_p, biases.beta_r, known))
         aside.update(unmapped)
     if config_id is not None:
-        cases = [cases[parameters.index_of([c.config_id for c in cases], config_id)]]
-        aside = {name: why for name, why in aside.items() if name == config_id}
+        # a run that was set aside stands behind its configuration in brackets
+        aside = {name: why for name, why in aside.items() if name == config_id or name.startswith(f"{config_id} (")}
+        names = [c.config_id for c in cases]
+        if aside and config_id not in names:
+            reasons = "; ".join(sorted(set(aside.values()))[:3])
+            raise SstlError(f"configuration '{config_id}' was set aside ({reasons})", where=str(path), fix="see sstl check", code="E405")
+        cases = [cases[parameters.index_of(names, config_id)]]
     return cases, aside

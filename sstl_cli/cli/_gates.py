@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from sstl_cli.core.errors import printable
 
 if TYPE_CHECKING:
-    from sstl_cli.core.documents.diagnosis import DiagnosisDocument
+    from sstl_cli.core.documents.diagnosis import DiagnosisDocument, TendonBlock
 
 
 def junit(asked: Mapping[str, object], missed: Sequence[str], sentence: str) -> str:
@@ -35,24 +35,36 @@ def junit(asked: Mapping[str, object], missed: Sequence[str], sentence: str) -> 
 
 
 def markdown(document: DiagnosisDocument, missed: Sequence[str]) -> str:
-    """Return the diagnosis as a short Markdown text: verdict, gates, error step by step, places, candidates."""
-    unit, gap, verdict = document.unit or "N", document.gap, document.verdict
-    out = [f"### sstl diagnose: {verdict.status}", "", _plain(document.sentence or verdict.why), ""]
+    """Return the diagnosis as a short Markdown text: verdict, gates, error step by step, places, candidates, tendon by tendon."""
+    unit = document.unit or "N"
+    out = [f"### sstl diagnose: {document.verdict.status}", "", _plain(document.sentence or document.verdict.why), ""]
     out += [f"- **gate missed**: {_plain(text)}" for text in missed] + ([""] if missed else [])
-    steps = (
-        ("as given", gap.rmse_base_n),
-        ("re-tuned", gap.rmse_retuned_n),
-        ("with the effect", gap.rmse_with_effect_n),
-        ("noise floor", gap.noise_floor_n),
-    )
-    out += _table(["", f"RMSE / {unit}"], [(name, _number(value)) for name, value in steps])
-    places = sorted(document.where, key=lambda r: -r.share_pct)[:5]
+    if not document.tendons:
+        out += _details(document, unit)
+    for block in document.tendons or ():
+        name = f"tendon {block.tendon}" if block.tendon else "tendon without a name"
+        out += [f"#### {_plain(name)}: {block.verdict.status}", "", _plain(block.sentence), "", *_details(block, unit)]
+    return "\n".join(out).rstrip("\n") + "\n"
+
+
+def _details(part: DiagnosisDocument | TendonBlock, unit: str) -> list[str]:
+    """Return the tables of a diagnosis, or of one tendon of it."""
+    gap, out = part.gap, []
+    if gap is not None:
+        steps = (
+            ("as given", gap.rmse_base_n),
+            ("re-tuned", gap.rmse_retuned_n),
+            ("with the effect", gap.rmse_with_effect_n),
+            ("noise floor", gap.noise_floor_n),
+        )
+        out += _table(["", f"RMSE / {unit}"], [(name, _number(value)) for name, value in steps])
+    places = sorted(part.where or (), key=lambda r: -r.share_pct)[:5]
     rows = [(r.system, r.phase, r.config_id or "", _number(r.share_pct)) for r in places]
     out += _table(["system", "phase", "configuration", "share of the gap / %"], rows)
-    if verdict.status != "none":
-        found = [(c.id, _number(c.probability), _number(c.shrink_pct)) for c in document.candidates[:5]]
+    if part.verdict.status != "none":
+        found = [(c.id, _number(c.probability), _number(c.shrink_pct)) for c in (part.candidates or ())[:5]]
         out += _table(["candidate", "probability", "error falls by / %"], found)
-    return "\n".join(out).rstrip("\n") + "\n"
+    return out
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import importlib
 import os
@@ -208,7 +209,8 @@ def _end(error: SstlError) -> NoReturn:
 
 def _usage(error: Any) -> NoReturn:
     """End with what typer says of a wrong option or argument, after the usage line of the command."""
-    error.show()
+    with contextlib.suppress(OSError):
+        error.show()
     if error.exit_code:
         message = " ".join(error.format_message().split())
         if message:

@@ -116,6 +116,7 @@ def _stream(job: Job) -> None:
     """Answer the lines of standard input."""
     import sys
 
+    from sstl_cli.cli.streams import tell
     from sstl_cli.control.controller import IDENTITY, Controller
     from sstl_cli.control.streaming import LineServer, read_lines
     from sstl_cli.core.errors import UsageError, printable
@@ -135,7 +136,7 @@ def _stream(job: Job) -> None:
     controller.reset()
 
     def log(text: str) -> None:
-        print(printable(text), file=sys.stderr, flush=True)
+        tell(printable(text))
 
     log(f"{method} on {case.config_id}, {options.dt_s:g} s a line, command 0..{options.t_max_n:g} N")
     server = LineServer(controller, log)

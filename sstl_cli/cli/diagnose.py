@@ -60,8 +60,8 @@ class Asked:
         float | None, typer.Option(min=0, help="What the proposed recording may ask of the input, N (default: as recorded).")
     ] = None
     max_rate: Annotated[float | None, typer.Option(min=0, help="How fast it may move the input, N/s (default: as recorded).")] = None
-    max_rmse: Annotated[float | None, typer.Option(help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None
-    max_gap_pct: Annotated[float | None, typer.Option(help="Gate: reducible part of the re-tuned RMSE in %.")] = None
+    max_rmse: Annotated[float | None, typer.Option(min=0, help="Gate: re-tuned RMSE in N (exit 4 if missed).")] = None
+    max_gap_pct: Annotated[float | None, typer.Option(min=0, help="Gate: reducible part of the re-tuned RMSE in %.")] = None
     expect: Annotated[str | None, typer.Option(help="Gate: the effect that must be named, or none.")] = None
     junit: Annotated[Path | None, typer.Option(help="Write the gates as a JUnit file, for a build server.")] = None
     summary: Annotated[Path | None, typer.Option(help="Write the diagnosis as a short Markdown text.")] = None

@@ -12,6 +12,13 @@ import typer
 
 from sstl_cli.cli.origin import remember
 
+# the options that name what a command writes: every other one names what it reads, also where an output's name is made from it
+OUTPUTS = frozenset(
+    {"--out", "--phases", "--scores", "--history", "--predictions", "--save-sim", "--next-out", "--junit", "--summary"}
+    # the argument of `blind library`
+    | {"file"}
+)
+
 
 def _load_config(context: typer.Context, path: Path | None) -> Path | None:
     """Make the TOML file the defaults of this command: top-level keys, then the command's own table.
@@ -77,12 +84,13 @@ def keep_files(command: Any) -> None:
     if body is None or getattr(command, "commands", None):
         return
     labels = {p.name: p.opts[0] if p.opts[0].startswith("-") else (p.metavar or p.name).upper() for p in command.params}
+    outputs = {labels[p.name] for p in command.params if set(p.opts) & OUTPUTS}
 
     @functools.wraps(body)
     def kept(**values: Any) -> Any:
         from sstl_cli.core.files import call
 
-        with call({labels[name]: value for name, value in values.items() if name in labels}):
+        with call({labels[name]: value for name, value in values.items() if name in labels}, outputs):
             return body(**values)
 
     command.callback = kept

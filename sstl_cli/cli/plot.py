@@ -23,6 +23,9 @@ def plot(
     out: Annotated[Path, typer.Option("--out", "-o", help="Picture to write: .png, .svg or .pdf.")],
     kind: Annotated[str | None, typer.Option("--kind", "-k", help="loop, time, overview, theta, waterfall, where, ...")] = None,
     run_id: Annotated[str | None, typer.Option("--run", help="The run to draw, for figures of one run.")] = None,
+    tendon: Annotated[
+        str | None, typer.Option(help="The tendon to draw, of a diagnosis that judges several (default: the one with the largest gap).")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
     config: Config = None,
@@ -44,8 +47,8 @@ def plot(
     from sstl_cli.reporting.load import load
     from sstl_cli.steps.plot import run
 
-    choice = run(load(files), kind, run_id)
+    choice = run(load(files), kind, run_id, tendon)
     with atomic(out, force) as temporary:
-        save(choice.module, choice.data, temporary, form)
+        save(choice.module, choice.data, temporary, form, choice.title)
     screen.say(f"wrote {out}: {choice.alt}")
     screen.finish({"schema": "sstl.plot/1", "out": str(out), "kind": choice.kind, "description": choice.alt})

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NoReturn, TextIO, TypeVar
 import typer
 
 from sstl_cli.cli._progress import Bar, Pace
-from sstl_cli.cli.streams import takes_all_text
+from sstl_cli.cli.streams import takes_all_text, tell
 from sstl_cli.core.aside import open_ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, GateError, SstlError, printable
 
@@ -48,7 +48,8 @@ class Screen:
         """Print narration on stderr, broken between words where the terminal ends (not with --quiet)."""
         if "quiet" not in _asked:
             for line in _broken(printable(text), width_of(sys.stderr)):
-                print(line, file=sys.stderr)
+                # what is worked on matters more than what is said of it: a full disk under the narration ends nothing
+                tell(line)
 
     def note_some(self, title: str, lines: Sequence[str], most: int) -> None:
         """Print narration with a list below it, of at most so many lines."""

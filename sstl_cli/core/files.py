@@ -6,7 +6,7 @@ import json
 import os
 import re
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -89,19 +89,22 @@ def make_folder(path: Path) -> None:
 
 
 @contextmanager
-def call(named: Mapping[str, object]) -> Iterator[None]:
+def call(named: Mapping[str, object], outputs: Collection[str]) -> Iterator[None]:
     """Know the files one call names, by option, so that no output takes the place of one that another option names.
 
     Parameters
     ----------
     named : mapping of str to object
         Value of each option: a path, a text that may be one, or a list of these; anything else names no file.
+    outputs : collection of str
+        The options among them that name what the call writes.
     """
     files: dict[object, list[tuple[str, Path | None]]] = {}
     for option, value in named.items():
         for text in value if isinstance(value, (list, tuple)) else [value]:
             if isinstance(text, Path) or (isinstance(text, str) and _is_file(text)):
-                files.setdefault(_identity(text), []).append((option, Path(text)))
+                # without a path of its own an option is an input, and no output has its place
+                files.setdefault(_identity(text), []).append((option, Path(text) if option in outputs else None))
     token = _NAMED.set(files)
     try:
         yield
@@ -122,7 +125,7 @@ def _require_own(path: Path) -> None:
     """Raise UsageError if another option, or the input, is the same file as this output."""
     named = (_NAMED.get() or {}).get(_identity(path), [])
     options = list(dict.fromkeys(option for option, _ in named))
-    # named once and in these words, it is the output's own option
+    # named once, by an output and in these words, it is the output's own option
     if len(options) > 1 or (options and all(text != path for _, text in named)):
         raise UsageError(
             f"is the same file as {' and '.join(options)}", where=str(path), fix="give the output a file of its own", code="E109"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -121,8 +121,9 @@ class TableReader:
         schema = replace(self.schema, columns=tuple(c for c in self.schema.columns if c.name not in skip))
         try:
             for groups in self._row_groups():
-                same = self._constant(groups, skip)
-                away = {*skip, *same, *self._null(groups)}
+                told = self._believed(groups, skip)
+                same = self._constant(groups, told)
+                away = {*skip, *same, *self._null(groups, told)}
                 columns = [n for n in self.file.schema_arrow.names if n not in away]
                 done = 0
                 # one reader over all row groups would hold what it read of every one
@@ -137,22 +138,34 @@ class TableReader:
                 f"is damaged ({str(error)[:120]})", where=str(self.path), fix="copy it again, or make it again", code="E133"
             ) from None
 
-    def _constant(self, groups: list[int], skip: Collection[str]) -> dict[str, pa.Array]:
+    def _believed(self, groups: list[int], skip: Collection[str]) -> dict[str, int]:
+        """Return the place of each column whose statistics may be asked for in these row groups; OSError for a damaged footer.
+
+        Arrow ends the process where it is asked for statistics that a damaged footer makes impossible.
+        """
+        info = self.file.metadata
+        names = [info.schema.column(place).path for place in range(info.num_columns)]
+        optional = {c.name for c in self.schema.columns if c.nullable}
+        wanted = {name: place for place, name in enumerate(names) if name not in skip and name in optional.union(self.coded)}
+        # what it reads ahead it has looked at first, and says so where that is wrong
+        looked = pq.ParquetFile(self.path, metadata=info, pre_buffer=True)
+        next(looked.iter_batches(1, row_groups=groups, columns=list(wanted), use_threads=False), None)
+        parts = [info.row_group(g) for g in groups]
+        kinds = {name: info.schema.column(place).physical_type for name, place in wanted.items()}
+        return {name: place for name, place in wanted.items() if all(p.column(place).physical_type == kinds[name] for p in parts)}
+
+    def _constant(self, groups: list[int], told: Mapping[str, int]) -> dict[str, pa.Array]:
         """Return the coded columns that hold one text a row group, run-end encoded, by its statistics: they need no decoding.
 
         Statistics are believed in files of this program only: others may cut long texts in them.
         """
         if self.metadata.get("schema") != self.schema.id:
             return {}
-        info = self.file.metadata
-        parts = [info.row_group(g) for g in groups]
+        parts = [self.file.metadata.row_group(g) for g in groups]
         ends = pa.array(np.cumsum([part.num_rows for part in parts]), pa.int32())
         found: dict[str, pa.Array] = {}
-        for place in range(info.num_columns):
-            name = info.schema.column(place).path
-            if name in skip or name not in self.coded:
-                continue
-            known = [part.column(place).statistics for part in parts]
+        for name in (n for n in told if n in self.coded):
+            known = [part.column(told[name]).statistics for part in parts]
             if any(k is None or not k.has_min_max or k.null_count or k.min != k.max for k in known):
                 continue
             texts = [k.min for k in known]
@@ -160,17 +173,15 @@ class TableReader:
                 found[name] = pa.RunEndEncodedArray.from_arrays(ends, pa.array(texts, pa.string()))
         return found
 
-    def _null(self, groups: list[int]) -> list[str]:
+    def _null(self, groups: list[int], told: Mapping[str, int]) -> list[str]:
         """Return the schema's columns that these row groups' statistics say are null throughout."""
-        info = self.file.metadata
-        optional = {c.name for c in self.schema.columns if c.nullable}
+        parts = [self.file.metadata.row_group(g) for g in groups]
         found = []
-        for place in range(info.num_columns):
-            name = info.schema.column(place).path
-            if name in optional:
-                known = (info.row_group(g).column(place).statistics for g in groups)
+        for column in self.schema.columns:
+            if column.nullable and column.name in told:
+                known = (part.column(told[column.name]).statistics for part in parts)
                 if all(k is not None and k.has_null_count and k.num_values == 0 and k.null_count > 0 for k in known):
-                    found.append(name)
+                    found.append(column.name)
         return found
 
     def _row_groups(self) -> Iterator[list[int]]:
@@ -224,7 +235,7 @@ def metadata_of(file: pq.ParquetFile) -> dict[str, object]:
         return {}
     try:
         document = json.loads(raw)
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return document if isinstance(document, dict) else {}
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableWriter, open_table
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.sound import CHANNELS, OPTIONAL, noted
+from sstl_cli.core.sound import CHANNELS, OPTIONAL, TENSIONS, noted
 from sstl_cli.core.tables import LOG, TENDON
+from sstl_cli.core.units import is_force
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -172,10 +173,11 @@ def recorded_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:
     Raises
     ------
     SstlError
-        If the file is not a log, a required value is null, a label changes within a run, or a run comes in two
-        pieces.
+        If the file is not a log or in other units, a required value is null, a label changes within a run, or a run
+        comes in two pieces.
     """
     reader = open_table(path, LOG, coded=TEXTS)
+    _require_units(reader.file.schema_arrow, str(path))
     yield from runs_of(ahead(reader.blocks(skip)), str(path), units_of(reader.file.schema_arrow))
 
 
@@ -316,6 +318,19 @@ def units_of(schema: pa.Schema) -> dict[str, str]:
         stated = (schema.field(column).metadata or {}).get(b"unit", b"") if column in schema.names else b""
         out[name] = stated.decode("utf-8", "replace") or "N"
     return out
+
+
+def _require_units(schema: pa.Schema, source: str) -> None:
+    """Raise SstlError E129 if a column says that it is in another unit than the log's: its numbers would be taken for those."""
+    for column in LOG.columns:
+        stated = (schema.field(column.name).metadata or {}).get(b"unit", b"") if column.name in schema.names else b""
+        unit = stated.decode("utf-8", "replace")
+        # an input or output that is no tension keeps its own, as its mapping declared
+        if unit in ("", column.unit) or (column.name in TENSIONS and not is_force(unit)):
+            continue
+        raise SstlError(
+            f"column '{column.name}' is in {unit}, not {column.unit}", where=source, fix="convert it with sstl import", code="E129"
+        )
 
 
 def _run(parts: list[_Part], source: str, seen: set[str], units: dict[str, str] | None) -> Run:

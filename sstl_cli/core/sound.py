@@ -26,7 +26,8 @@ OPTIONAL = ("position_in_mm", "tension_ref_n")
 CHANNELS = REQUIRED + OPTIONAL
 # in any unit a sensor or clock counts in: 32-bit counts reach 4.3e9, milliseconds since 1970 1.8e12
 LARGEST = 1e15
-# a channel that never leaves this many of its unit holds rounding, not a measurement
+SLOPES = PARAMETERS[0::2]
+# a channel that never leaves this many of its unit holds rounding, not a measurement, nor has a loop such a slope in any two units
 SMALLEST = 1e-12
 FASTEST_S = 1e-9
 # a step longer than both ends a run
@@ -78,18 +79,22 @@ def why_unsound(name: str, values: Array) -> dict[str, int]:
 
 
 def why_no_lines(row: Mapping[str, object]) -> dict[str, str]:
-    """Return the slopes, biases and standard errors of a row of Theta that no loop can have, each with the reason.
+    """Return the slopes, biases, standard errors and lead of a row of Theta that no loop can have, each with the reason.
 
     Examples
     --------
     >>> why_no_lines({"gamma_p": 1e308, "beta_p": 0.2, "beta_r": None, "gamma_p_se": -0.1})
     {'gamma_p': 'is 1e+308, beyond any sensor', 'gamma_p_se': 'is a negative standard error'}
+    >>> why_no_lines({"gamma_p": -1.0, "gamma_r": 5e-324})
+    {'gamma_p': 'is -1, no slope of a loop, which rises', 'gamma_r': 'is 4.94e-324, no slope of a loop, which rises'}
     """
     found = {}
-    for name in (*PARAMETERS, *(f"{p}_se" for p in PARAMETERS)):
+    for name in (*PARAMETERS, *(f"{p}_se" for p in PARAMETERS), "lead_mm"):
         value = row.get(name)
         if isinstance(value, float) and abs(value) > LARGEST:
             found[name] = f"is {value:.3g}, beyond any sensor"
+        elif isinstance(value, float) and name in SLOPES and value < SMALLEST:
+            found[name] = f"is {value:.3g}, no slope of a loop, which rises"
         elif isinstance(value, float) and name.endswith("_se") and value < 0.0:
             found[name] = "is a negative standard error"
     return found

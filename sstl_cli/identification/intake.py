@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import SIGNALS, Run
-from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, unsound
+from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, TENSIONS, too_small, unsound
 from sstl_cli.identification.loops import WARM_UP, LoopCutter, usual_step
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class Intake:
         if growing is None or run_id != piece.run_id:
             if growing is not None:
                 # the run before it on the same rig is over
-                yield from growing.close()
+                yield from growing.over()
             growing = _Growing(self, piece)
             self._runs[rig] = (piece.run_id, growing)
         self.samples += len(piece)
@@ -56,7 +56,7 @@ class Intake:
     def end(self) -> Iterator[Pieces]:
         """Yield the loops that end with the recording."""
         for _, growing in self._runs.values():
-            yield from growing.close()
+            yield from growing.over()
         self._runs.clear()
 
     def aside(self, reason: str, count: int) -> None:
@@ -71,6 +71,8 @@ class _Growing:
     def __init__(self, intake: Intake, first: Run) -> None:
         self.intake, self.labels = intake, first
         self.names = [n for n in SIGNALS if getattr(first, n) is not None]
+        # the largest tension so far of either side, and of how many samples
+        self.top, self.sound = np.zeros(2), 0
         self._restart()
 
     def _restart(self) -> None:
@@ -89,6 +91,8 @@ class _Growing:
         absurd = int(np.count_nonzero(np.isfinite(rows[:3]).all(axis=0) & ~good))
         self.intake.aside("not a number", int(np.count_nonzero(~good)) - absurd)
         self.intake.aside(f"beyond any sensor or clock (over {LARGEST:.0e})", absurd)
+        self.top = np.maximum(self.top, np.abs(rows[1:3, good]).max(axis=1, initial=0.0))
+        self.sound += int(np.count_nonzero(good))
         yield from self._ordered(rows[:, good])
 
     def _ordered(self, rows: Array) -> Iterator[Pieces]:
@@ -185,6 +189,13 @@ class _Growing:
         yield from self.close()
         self.intake.breaks += 1
         self._restart()
+
+    def over(self) -> Iterator[Pieces]:
+        """Yield the loop that ends with the run, and set aside what no sensor can have given throughout."""
+        yield from self.close()
+        small = [said for name, top in zip(TENSIONS, self.top, strict=True) if (said := too_small(name, np.array([top])))]
+        if small:
+            self.intake.aside("; ".join(small), self.sound)
 
     def close(self) -> Iterator[Pieces]:
         """Yield the loop that ends with the samples at hand, if it came back to where it began."""

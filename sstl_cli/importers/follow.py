@@ -315,5 +315,6 @@ def _number(cell: str | None) -> float:
 
 
 def _lead(value: object) -> float | None:
-    lead = _number(None if value is None else str(value))
+    # in a log with decimal commas
+    lead = _number(None if value is None else str(value).replace(",", "."))
     return lead if np.isfinite(lead) else None

@@ -148,7 +148,7 @@ def plan_of(files: list[Recording], mapping: MappingFile, labels: dict[str, str 
     if constants.get("system", "act") not in ("act", "sstl"):
         raise SstlError(f"system is '{constants['system']}'", where=find.where, fix="it must be 'act' or 'sstl'", code="E334")
     if "lead_mm" in constants:
-        constants["lead_mm"] = _number(constants["lead_mm"], find.where)
+        constants["lead_mm"] = lead_of(constants["lead_mm"], find.where)
     return Plan(tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units)
 
 
@@ -170,11 +170,18 @@ def fill(value: str | float, names: dict[str, str | float]) -> str | float:
     return re.sub(r"\{(\w+)\}", named, value)
 
 
-def _number(value: str | float, where: str) -> float:
+def lead_of(value: str | float, where: str) -> float:
+    """Return the lead of the screw (mm); a log with decimal commas has one here too, as text among the labels.
+
+    Raises
+    ------
+    SstlError
+        E335 if it is no number.
+    """
     try:
-        return float(value)
+        return float(value.replace(",", ".") if isinstance(value, str) else value)
     except ValueError:
-        raise SstlError(f"lead_mm is '{value}'", where=where, fix="it must be a number in mm", code="E335") from None
+        raise SstlError(f"lead_mm is {value!r}", where=where, fix="give a number in mm", code="E335") from None
 
 
 def _clock_of(time: Source | None, first: Source | None, find: Finder) -> TimeBase:

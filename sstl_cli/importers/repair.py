@@ -16,6 +16,7 @@ from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, unsound
 from sstl_cli.importers.chunk import Chunk, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
+from sstl_cli.importers.plan import lead_of
 from sstl_cli.importers.spikes import spikes
 
 Array = NDArray[np.float64]
@@ -311,10 +312,7 @@ class Splitter:
     def _lead(self, given: str | None) -> float | None:
         """Return the lead of the screw (mm) of the run that begins; NaN says "not given", what no screw can have is counted."""
         value = given if given is not None else self.constants.get("lead_mm")
-        try:
-            lead = math.nan if value is None else float(value)
-        except ValueError:
-            raise SstlError(f"lead_mm is {value!r}", where=self.where, fix="give a number in mm", code="E335") from None
+        lead = math.nan if value is None else lead_of(value, self.where)
         if abs(lead) <= LARGEST:
             return lead
         self.counts.blank("lead_mm", int(not math.isnan(lead)))

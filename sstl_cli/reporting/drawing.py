@@ -89,17 +89,17 @@ def picture(module: ModuleType, data: Any, name: str, caption: str = "", **look:
     return Picture(_inline(buffer.getvalue(), name, description, scales(figure)), description, caption)
 
 
-def save(module: ModuleType, data: Any, path: Path, kind: str) -> None:
-    """Write one figure as a png, svg or pdf file on white paper, the same bytes each time."""
+def save(module: ModuleType, data: Any, path: Path, kind: str, title: str = "") -> None:
+    """Write one figure as a png, svg or pdf file on white paper, the same bytes each time, with a title above it where one is given."""
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with _style({"savefig.facecolor": "white", "svg.hashsalt": "sstl", "svg.fonttype": "path", "pdf.fonttype": 42}):
-        _drawn(module, data).savefig(path, format=kind, dpi=200, metadata=dates[kind])
+        _drawn(module, data, title).savefig(path, format=kind, dpi=200, metadata=dates[kind])
 
 
-def drawn(module: ModuleType, data: Any) -> Figure:
+def drawn(module: ModuleType, data: Any, title: str = "") -> Figure:
     """Return one figure on white paper, to show in a notebook or to draw on."""
     with _style({"figure.facecolor": "white"}):
-        figure = _drawn(module, data)
+        figure = _drawn(module, data, title)
         # laid out now: the style ends here
         figure.draw_without_rendering()
     return figure
@@ -153,12 +153,14 @@ def _readable_on(colour: tuple[float, float, float, float]) -> str:
     return "#000000" if (luminance + 0.05) / 0.05 > 1.05 / (luminance + 0.05) else "#ffffff"
 
 
-def _drawn(module: ModuleType, data: Any) -> Figure:
+def _drawn(module: ModuleType, data: Any, title: str = "") -> Figure:
     size, grid = module.figure(data)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(*grid, squeeze=False)
     module.draw(axes[0, 0] if grid == (1, 1) else axes, data)
+    if title:
+        figure.suptitle(label(title), fontsize=10)
     return figure
 
 

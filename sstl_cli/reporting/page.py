@@ -38,7 +38,12 @@ def page(inputs: Inputs, title: str) -> Page:
         Heading and window title.
     """
     environment = Environment(
-        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        finalize=_shown,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     made = []
     for name, module in sections.find():
@@ -62,3 +67,8 @@ def page(inputs: Inputs, title: str) -> Page:
         script_hash=Markup(f"sha256-{digest}"),
     )
     return Page(html, tuple(s["name"] for s in made))
+
+
+def _shown(value: object) -> object:
+    """Return what a template shows: text of the data with its control characters and marks of direction escaped, all else as it is."""
+    return printable(value) if type(value) is str else value

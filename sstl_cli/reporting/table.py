@@ -42,7 +42,7 @@ def table(caption: str, header: Sequence[Any], rows: Iterable[Sequence[Any]]) ->
     >>> table("t", ["run", ("rmse", "N")], [["a", 0.123456]]).rows[0][1]
     Cell(text='0.1235', value='0.123456', href='')
     """
-    heads = [(h, "") if isinstance(h, str) else h for h in header]
+    heads = [(printable(name), unit) for name, unit in ((h, "") if isinstance(h, str) else h for h in header)]
     cells = [[cell(v) for v in row] for row in rows]
     numeric = [any(r[i].numeric for r in cells) for i in range(len(heads))]
     return Table(caption, heads, cells, numeric)

@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, TENSIONS, too_fast, too_small, unsound
+from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, SLOPES, SMALLEST, TENSIONS, too_fast, too_small, unsound
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
@@ -103,6 +103,9 @@ def table(columns: dict[str, Array], nulls: dict[str, int], required: list[str])
             bad = int(np.count_nonzero(values < 0))
             if bad:
                 found.append(Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again"))
+        if name in SLOPES and (bad := int(np.count_nonzero(values < SMALLEST))):
+            detail = f"{float(np.nanmin(values)):.3g} in one of {bad} rows: a loop rises"
+            found.append(Finding(FAILURE, "no slope", name, bad, detail, "identify Theta again"))
     return found
 
 

@@ -160,6 +160,10 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
 def _blocks(reader: Any, columns: list[str] | None = None) -> Iterator[Any]:
     try:
         for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=columns):
+            for column in batch.columns:
+                if _is_text(column.type):
+                    # Arrow hands out bytes that are no UTF-8 as they are; Python would stop at them much later
+                    column.validate(full=True)
             yield pa.Table.from_batches([batch])
     except (pa.ArrowException, OSError) as error:
         raise SstlError(f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230") from None

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
+from sstl_cli.core.aside import Aside
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import Run
+from sstl_cli.core.sound import note, too_short, too_small
 from sstl_cli.importers.chunk import Chunk
 from sstl_cli.importers.clocks import ClockReport
 from sstl_cli.importers.counts import Counts, Policy
@@ -105,8 +108,28 @@ def run(
         While the stream is read: bad input, or no run left in any file.
     """
     result = Import(iter(()), Counts(), [])
-    object.__setattr__(result, "runs", _runs(result, files, mapping, wanted, manifest or {}, advance))
+    object.__setattr__(result, "runs", _judged(_runs(result, files, mapping, wanted, manifest or {}, advance)))
     return result
+
+
+def _judged(pieces: Iterator[Run]) -> Iterator[Run]:
+    """Yield pieces of runs, and note each run that no recorder can have given: it is written, and no command uses it."""
+    last: Run | None = None
+    samples, start, top = 0, 0.0, np.zeros(len(TENSIONS))
+    for piece in chain(pieces, (None,)):
+        if last is not None and (piece is None or piece.run_id != last.run_id):
+            said = [too_small(name, np.array([t])) for name, t in zip(TENSIONS, top, strict=True)]
+            said.append(too_short((float(last.time_s[-1]) - start) / max(samples - 1, 1)))
+            note([Aside(last.run_id, 0, samples, f"{why} (it is written, and no command uses it)") for why in said if why])
+            last = None
+        if piece is None or not len(piece):
+            continue
+        if last is None:
+            samples, start, top = 0, float(piece.time_s[0]), np.zeros(len(TENSIONS))
+        samples += len(piece)
+        top = np.maximum(top, [np.abs(getattr(piece, name)).max() for name in TENSIONS])
+        last = piece
+        yield piece
 
 
 def mapping_of(file: Path | None, short: str | None = None, on_gap: str | None = None, merge: str | None = None) -> Mapping:

@@ -16,6 +16,8 @@ import pytest
 from program import inside
 
 from sstl_cli.cli import app as program
+from sstl_cli.control import parameters
+from sstl_cli.control.controller import Options, Theta
 from sstl_cli.core import documents
 from sstl_cli.core.documents.error import of
 from sstl_cli.core.errors import SstlError, UsageError
@@ -199,6 +201,29 @@ def test_a_full_disk_behind_the_output_is_one_line(words) -> None:
         done = subprocess.run([sys.executable, "-m", "sstl_cli", *words], stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1 and "[E005] standard output" in done.stderr and "No space left" in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
+def test_narration_that_cannot_be_written_ends_nothing(tmp_path: Path) -> None:
+    (tmp_path / "p.json").write_text(json.dumps(parameters.document({"A": Theta(0.6, 0.1, 1.6, 0.1)}, Options(), "DI")))
+    rows = [f"r,act,{0.01 * k:.2f},{5 - 4 * np.cos(0.02 * k):.4f},{3 - 2 * np.cos(0.02 * k - 0.1):.4f}" for k in range(1200)]
+    (tmp_path / "l.csv").write_text("\n".join(["run_id,system,time_s,tension_in_n,tension_out_n", *rows, "r,act,12,inf,1"]) + "\n")
+    calls = [(["compensate", "--theta", "p.json", "--stream"], 0), (["watch", "l.csv", "--once", "--json"], 3), (["segment", "--nope"], 2)]
+    for words, code in calls:
+        made = []
+        for errors in ("/dev/null", "/dev/full"):
+            with open(errors, "w") as err:
+                made.append(
+                    subprocess.run(
+                        [sys.executable, "-m", "sstl_cli", *words],
+                        input="1.0,0.6\n",
+                        stdout=subprocess.PIPE,
+                        stderr=err,
+                        text=True,
+                        cwd=tmp_path,
+                    )
+                )
+        assert [m.returncode for m in made] == [code, code] and made[0].stdout == made[1].stdout, words
 
 
 def test_closed_streams_do_no_harm() -> None:

@@ -174,6 +174,14 @@ def test_errors_are_one_line_and_leave_nothing(words, says, tmp_path, monkeypatc
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("gate", ["--max-rmse", "--max-gap-pct"])
+@pytest.mark.parametrize("bound", ["nan", "-1"])
+def test_a_gate_that_nothing_or_everything_misses_is_wrong_usage(gate, bound, monkeypatch, capsys) -> None:
+    """No number is above nan: the gate was met by any."""
+    assert run_here(monkeypatch, "diagnose", SAMPLE, gate, bound) == 2
+    assert gate in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "more", [("--save-sim", "x.toml"), ("--next-out", "x.csv"), ("--junit", "x.xml"), ("--max-rmse", "0.1"), ("--position",)]
 )

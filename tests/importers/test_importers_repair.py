@@ -11,6 +11,7 @@ from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.units import conversion, unit_of
 from sstl_cli.importers import repair, text
 from sstl_cli.importers.clocks import compare
+from sstl_cli.importers.follow import TextFollower
 from sstl_cli.importers.inline import inline_mapping
 from sstl_cli.importers.mapping import Mapping, mapping_of
 from sstl_cli.importers.sources import read_manifest
@@ -238,6 +239,19 @@ def test_two_files_with_their_own_clocks(tmp_path: Path) -> None:
     assert not result.clocks[0].used and np.abs(one.tension_out_n - 2 * one.tension_in_n).max() > 0.5
 
 
+def test_a_lead_is_read_with_the_decimal_comma_of_its_log(tmp_path: Path) -> None:
+    """check, info and watch took the file, the import ended."""
+    rows = [f"a;act;20,5;{0.01 * k:.2f};{1 + 0.1 * k:.3f};{0.5 + 0.1 * k:.3f}".replace(".", ",") for k in range(30)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["run_id;system;lead_mm;time_s;tension_in_n;tension_out_n", *rows]) + "\n")
+    (one,) = run([path], Mapping()).runs
+    assert one.lead_mm == 20.5 and one.tension_in_n[1] == 1.1
+    assert [r.lead_mm for r in TextFollower(path, Mapping()).look(last=True)][-1] == 20.5
+    path.write_text(path.read_text().replace("20,5", "wide"))
+    with pytest.raises(SstlError, match="E335"):
+        list(run([path], Mapping()).runs)
+
+
 def test_files_appended_and_manifest(tmp_path: Path) -> None:
     a, b = write(tmp_path / "a.csv", even(10)), write(tmp_path / "b.csv", even(10))
     _, (one,) = load([a, b], files={"merge": "append", "shift": True}, constants={"run_id": "ab"})
@@ -245,6 +259,8 @@ def test_files_appended_and_manifest(tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_text("file,config_id,lead_mm\na.csv,NP-01,1.5\nb.csv,CP-02,\n")
     result = run([a, b], Mapping(), manifest=read_manifest(tmp_path / "m.csv"))
     assert [(r.config_id, r.lead_mm) for r in result.runs] == [("NP-01", 1.5), ("CP-02", None)]
+    (tmp_path / "m.csv").write_text('file,config_id,lead_mm\na.csv,NP-01,"1,5"\nb.csv,CP-02,1.5\n')
+    assert [r.lead_mm for r in run([a, b], Mapping(), manifest=read_manifest(tmp_path / "m.csv")).runs] == [1.5, 1.5]
     (tmp_path / "m.csv").write_text("file,config_id\naa.csv,NP-01\n")
     with pytest.raises(SstlError, match="did you mean 'aa"):
         list(run([a], Mapping(), manifest=read_manifest(tmp_path / "m.csv")).runs)

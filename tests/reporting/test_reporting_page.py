@@ -4,7 +4,9 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +16,11 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.core.runs import read_runs
 from sstl_cli.reporting import drawing, sections
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import read
-from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.inputs import Inputs, view
 from sstl_cli.reporting.load import load
 from sstl_cli.reporting.page import TEMPLATES
 from sstl_cli.reporting.scored import Scored
@@ -25,6 +28,7 @@ from sstl_cli.reporting.words import sentence
 from sstl_cli.steps import report
 from tests import known_pictures
 
+ROOT = Path(__file__).parents[2]
 LOADING = {"src", "srcset", "poster", "data", "background", "xlink:href"}
 
 
@@ -89,6 +93,17 @@ def test_hostile_names_stay_text(html):
     assert sum(tag == "script" for tag, _ in outline.tags) == 1
     assert not [a for _, attrs in outline.tags for a in attrs if a.startswith("on")]
     assert "".join(outline.texts).count(made.HOSTILE) >= 4
+
+
+def test_no_control_character_or_mark_of_direction_of_the_data_is_in_the_page(tmp_path):
+    name = "a\x9b31m\x1b[2J\u202eb"
+    document = {**made.diagnosis(), "file": name, "tendon": name, "sentence": name, "notes": [name]}
+    document["verdict"] = {**document["verdict"], "why": name}
+    document["next_experiment"] = {"separates": [name], "trajectory": name, "why": name}
+    run = replace(next(iter(read_runs(ROOT / "data/samples/log.parquet"))), run_id=name, config_id=name, trajectory=name)
+    page = report.run(Inputs(diagnosis=[read(Diagnosed, document)], log=[view(run)])).html
+    assert "a\\x9b31m\\x1b[2J\\u202eb" in page
+    assert not [c for c in page if not c.isprintable() and c != "\n"]
 
 
 def test_hostile_title_stays_text(files):

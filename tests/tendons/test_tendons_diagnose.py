@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from program import inside
 from tendon_logs import log, without_tendons
 from typer.testing import CliRunner
 
+from sstl_cli.cli import _gates
 from sstl_cli.cli.app import _register, app
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.files import dumps
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import write_runs
@@ -88,3 +92,33 @@ def test_neighbours_are_found_by_configuration_movement_and_time(runs):
     assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, twice).extra
     later = [replace(r, time_s=r.time_s + 30.0) if r is other else r for r in runs]
     assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, later).extra
+
+
+def test_a_picture_names_its_tendon_and_another_can_be_asked_for(found, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("d.json").write_text(dumps(found))
+    for kind in ("where", "waterfall", "candidates"):
+        pictures = {}
+        for words, name in (([], "B"), (["--tendon", "A"], "A"), (["--tendon", "B"], "B")):
+            done = inside("plot", "d.json", "--kind", kind, *words, "--out", "p.svg", "--force", "--json")
+            assert json.loads(done.stdout)["description"].startswith(f"Tendon {name}: "), done
+            pictures[" ".join(words)] = Path("p.svg").read_text()
+        assert pictures[""] == pictures["--tendon B"] != pictures["--tendon A"]
+    for words, code, said in (
+        (["d.json", "--tendon", "C"], 2, "known: A, B"),
+        (["d.json", "--tendon", "A", "--kind", "isolability"], 1, "nothing about tendon A"),
+        (["d.json", "--run", "A"], 1, "E609"),
+    ):
+        done = inside("plot", *words, "--out", "q.svg")
+        assert done.returncode == code and said in done.stderr
+
+
+def test_a_summary_has_every_tendon(found):
+    text = _gates.markdown(DiagnosisDocument.model_validate(found), [])
+    first, a, b = text.split("#### tendon ")
+    assert a.startswith("A: ") and b.startswith("B: ") and "RMSE" not in first
+    assert (
+        "| noise floor |" in a
+        and "| noise floor |" in b
+        and a.count("| share of the gap / % |") == b.count("| share of the gap / % |") == 1
+    )

@@ -11,6 +11,9 @@ import pytest
 from program import inside
 from trust_program import write_csv, write_log
 
+from sstl_cli.cli.options import OUTPUTS
+from sstl_cli.steps.batch import FORMS
+
 # every command that reads a file and writes one: {} is the file, named as input and as output
 COMMANDS = [
     "import {} --out {}",
@@ -76,6 +79,36 @@ def test_every_spelling_of_an_input_is_refused(how: str, tmp_path: Path, monkeyp
         done = inside("import", "log.csv", "--out", name, *force)
         assert done.returncode == 2 and "[E109]" in done.stderr
         assert (tmp_path / "log.csv").read_bytes() == before
+
+
+# the files are named after the option, and one of those names is an input's: {} is that input, named in just these words
+DERIVED = [
+    ("export {} --format c --config-id run-0 --out th", "th.c"),
+    ("export {} --format c --config-id run-0 --out th.c", "th.h"),
+    ("export theta.parquet --format c --config-id run-0 --config {} --out kept/", "kept/sstl_controller.c"),
+    ("reproduce --table I --config {} --out kept", "kept/tables.tex"),
+    ("reproduce --table IV --config {} --gap-logs kept", "kept/stated.parquet"),
+    ("blind library {} --cases 1 --config {}", "library.parquet"),
+]
+
+
+@pytest.mark.parametrize(("command", "name"), DERIVED)
+def test_a_name_made_from_an_option_does_not_overwrite_an_input(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kept").mkdir()
+    log = write_log(tmp_path / "log.parquet", runs=1)
+    assert inside("segment", log, "--out", "theta.parquet").returncode == 0
+    Path(name).write_bytes(b"" if "--config {}" in command else Path("theta.parquet").read_bytes())
+    before = Path(name).read_bytes()
+    done = inside(*command.replace("{}", name).split(), "--force")
+    assert done.returncode == 2 and "[E109]" in done.stderr, done.stderr
+    assert Path(name).read_bytes() == before
+
+
+def test_every_output_of_a_batch_is_known_as_an_output() -> None:
+    assert {option for form in FORMS.values() for option in form.side} <= OUTPUTS
 
 
 def test_two_outputs_of_one_call_are_two_files(tmp_path: Path) -> None:

@@ -44,7 +44,16 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_sdist_holds_what_is_needed_to_test_it(built: Path) -> None:
     with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
         names = {n.partition("/")[2] for n in archive.getnames()}
-    files = ("LICENSE", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile", "constraints.txt", "hashes.txt")
+    files = (
+        ".pre-commit-config.yaml",
+        "LICENSE",
+        "CITATION.cff",
+        "CHANGELOG.md",
+        "CONTRIBUTING.md",
+        "Makefile",
+        "constraints.txt",
+        "hashes.txt",
+    )
     assert set(files) <= names
     for folder in ("tests", "docs", "data", "benchmarks", "tools", "sstl_cli"):
         missing = {str(p.relative_to(built / "tree")) for p in (built / "tree" / folder).rglob("*") if p.is_file()} - names

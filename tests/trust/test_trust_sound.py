@@ -119,12 +119,15 @@ def theta(path: Path, values: dict[str, float]) -> Path:
             nothing = dict.fromkeys(c.name for c in THETA.columns if c.name not in row)
             errors = {"gamma_p_se": 0.01, "beta_p": 0.1, "beta_r": 0.1}
             rows.append({**nothing, **row, **errors, "loops": 1, "status": "ok", **(values if i == 0 else {})})
-    pq.write_table(pa.Table.from_pylist(rows, schema=THETA.arrow()), path)
+    table = pa.Table.from_pylist(rows, schema=THETA.arrow())
+    pq.write_table(table.replace_schema_metadata({"sstl": '{"schema": "sstl.theta", "schema_version": 1}'}), path)
     return path
 
 
-@pytest.mark.parametrize("value", [1e308, -1e308, np.inf])
-@pytest.mark.parametrize("name", ["gamma_p", "beta_r"])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [*((n, v) for n in ("gamma_p", "beta_r") for v in (1e308, -1e308, np.inf)), *(("gamma_p", v) for v in (5e-324, 0.0, -1.0))],
+)
 def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     table = theta(tmp_path / "theta.parquet", {name: value})
@@ -134,6 +137,10 @@ def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_pat
         done = inside(*words, "--json")
         assert done.returncode == 3 and name in done.stderr, (words, done.stderr)
         assert "e+30" not in done.stdout.replace(f"{value:g}, beyond any sensor", "")
+    done = inside("check", table, "--json")
+    assert done.returncode == 1 and {f["column"] for f in document(done)["findings"] if f["level"] == "failure"} == {name}
+    done = inside("compensate", "--theta", table, "--config-id", "C0")
+    assert done.returncode == 1 and "'C0' was set aside" in done.stderr and f"{name} is" in done.stderr
     assert "C0" not in (tmp_path / "p.json").read_text()
     (tmp_path / "p.json").write_text((tmp_path / "p.json").read_text().replace("0.59", "1e300", 1))
     done = inside("compensate", "--theta", "p.json")
@@ -141,7 +148,16 @@ def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_pat
 
 
 @pytest.mark.parametrize(
-    "values", [{"gamma_p": 1e308}, {"beta_r": -1e308}, {"gamma_p_se": 1e308}, {"gamma_p_se": -0.1}, {"gamma_r": np.inf}]
+    "values",
+    [
+        {"gamma_p": 1e308},
+        {"beta_r": -1e308},
+        {"gamma_p_se": 1e308},
+        {"gamma_p_se": -0.1},
+        {"gamma_r": np.inf},
+        {"gamma_p": 5e-324},
+        {"lead_mm": 1e308},
+    ],
 )
 @pytest.mark.parametrize("command", ["report", "plot"])
 def test_pictures_of_theta_leave_out_what_no_loop_can_have(values: dict[str, float], command: str, tmp_path: Path) -> None:
@@ -211,3 +227,36 @@ def test_ranges_of_absurd_runs_are_short(factor: float, tmp_path: Path) -> None:
     done = inside("info", log(tmp_path / "log.parquet", scaled(factor)))
     row = next(line for line in done.stdout.splitlines() if line.startswith("bad "))
     assert done.returncode == 3 and len(row) < 100 and "nan" not in row
+
+
+@pytest.mark.parametrize("command", ["import", "watch"])
+def test_import_and_watch_tell_a_run_that_no_sensor_has_given(command: str, tmp_path: Path) -> None:
+    """They ended with 0 where info and segment set it aside."""
+    rows = [
+        f"{name},act,{t:.3f},{factor * a},{factor * b}"
+        for name, factor in (("bad", 1e-320), ("good", 1.0))
+        for t, a, b in zip(*loop(1200).values(), strict=True)
+    ]
+    (tmp_path / "l.csv").write_text("\n".join(["run_id,system,time_s,tension_in_n,tension_out_n", *rows]) + "\n")
+    words = [tmp_path / "l.csv", *(["--once"] if command == "watch" else ["--out", tmp_path / "l.parquet"])]
+    done = inside(command, *words, "--json")
+    assert done.returncode == 3 and "tension_in_n never exceeds" in done.stderr and "tension_out_n never exceeds" in done.stderr
+    if command == "import":
+        assert {e["run_id"] for e in document(done)["data_set_aside"]} == {"bad"}
+
+
+def test_a_log_in_other_units_is_refused_by_all_that_compute_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They took kilonewtons for newtons, and only check said so."""
+    monkeypatch.chdir(tmp_path)
+    for column, unit, end in (("tension_in_n", "kN", 1), ("time_s", "ms", 1), ("tension_out_n", "mm", 0)):
+        table = pq.read_table(log(tmp_path / "good.parquet", lambda _: None))
+        at = table.schema.get_field_index(column)
+        schema = table.schema.set(at, table.schema.field(at).with_metadata({"unit": unit}))
+        pq.write_table(table.cast(schema), "log.parquet")
+        assert inside("check", "log.parquet").returncode == end
+        for words in (["segment", "--out", "t.parquet"], ["plot", "--out", "l.svg"], ["export", "-f", "csv", "--out", "l.csv"], DIAGNOSE):
+            done = inside(words[0], "log.parquet", *words[1:], *(["--force"] if "--out" in words else []))
+            assert done.returncode == 0 if not end else (done.returncode == 1 and "[E129]" in done.stderr and unit in done.stderr), done
+        if unit == "kN":
+            assert inside("import", "log.parquet", "--out", "n.parquet").returncode == 0
+            assert pq.read_table("n.parquet")["tension_in_n"][0].as_py() == pytest.approx(1000 * table["tension_in_n"][0].as_py())
