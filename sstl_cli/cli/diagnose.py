@@ -154,6 +154,7 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     from sstl_cli.core.files import write_json, write_text
     from sstl_cli.physics.scenario_file import dump
     from sstl_cli.steps.diagnose_gates import Gates
+    from sstl_cli.steps.diagnose_movements import SAID
 
     told: dict[str, object] = {"inputs": inputs([*(asked.logs or ()), *files_among(asked.against, asked.sim, asked.before, asked.prior)])}
     if taken := environment():
@@ -164,7 +165,7 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     if asked.save_sim is not None:
         with screen.progress("saving the model"):
             accepted = result.model()
-        write_text(asked.save_sim, dump(accepted), asked.force)
+        write_text(asked.save_sim, dump(accepted, "" if result.given.trajectories else SAID), asked.force)
     if asked.next_out is not None and document.next_experiment:
         write_text(asked.next_out, _movement(asked.next_out, document.next_experiment), asked.force)
     show.diagnosis(screen, document)

@@ -33,6 +33,7 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
 
     known = _names(context.command)
     document = read_toml(path)
+    _require_tables(context.find_root().command, document, [], path)
     table: Any = document
     for name in path_of(context):
         table = table.get(name, {})
@@ -52,6 +53,23 @@ def _load_config(context: typer.Context, path: Path | None) -> Path | None:
             raise UsageError(f"unknown key '{key}' ({hint})", where=str(path), code="E150")
     context.default_map = {**(context.default_map or {}), **defaults}
     return path
+
+
+def _require_tables(command: Any, table: dict[str, Any], words: list[str], path: Path) -> None:
+    """Raise UsageError E150 if a table is no command's, of this one and those below it: it would have no effect."""
+    from sstl_cli.core.errors import UsageError, nearest
+
+    inner = getattr(command, "commands", {})
+    for name, value in table.items():
+        if not isinstance(value, dict):
+            continue
+        here = [*words, name]
+        if name not in inner:
+            # a command without others below it has keys only
+            known = [".".join([*words, n]) for n in inner]
+            fix = nearest(".".join(here), known) if known else f"give its options as keys of [{'.'.join(words)}]"
+            raise UsageError(f"unknown table [{'.'.join(here)}] ({fix})", where=str(path), code="E150")
+        _require_tables(inner[name], value, here, path)
 
 
 def path_of(context: typer.Context) -> list[str]:

@@ -9,8 +9,8 @@ from typing import Any
 from sstl_cli.physics.scenario import Scenario
 
 
-def dump(scenario: Scenario) -> str:
-    """Return a scenario as TOML text that ``load`` reads back unchanged."""
+def dump(scenario: Scenario, movements: str = "") -> str:
+    """Return a scenario as TOML text that ``load`` reads back unchanged, with a remark above its movements where one is given."""
     document = scenario.model_dump(mode="json", by_alias=True, exclude_none=True)
     lines = [f"{k} = {_value(v)}" for k, v in document.items() if not isinstance(v, (dict, list))]
     for key in ("rig", "noise"):
@@ -28,8 +28,9 @@ def dump(scenario: Scenario) -> str:
     if document.get("output"):
         lines += ["", *_table("output", document["output"])]
     for key in ("configurations", "trajectories", "tendons", "misfits"):
-        for item in document.get(key, []):
-            lines += ["", f"[[{key}]]", *(f"{k} = {_value(v)}" for k, v in item.items())]
+        for place, item in enumerate(document.get(key, [])):
+            remark = [f"# {movements}"] if key == "trajectories" and movements and not place else []
+            lines += ["", *remark, f"[[{key}]]", *(f"{k} = {_value(v)}" for k, v in item.items())]
     return "\n".join(lines) + "\n"
 
 

@@ -142,6 +142,8 @@ def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
         field = arrow.field(column.name)
         number = any(test(field.type) for test in (pa.types.is_floating, pa.types.is_integer, pa.types.is_null))
         fits = _is_text(field.type) if column.type == pa.string() else number
+        if pa.types.is_null(field.type) and not column.nullable:
+            yield Finding(FAILURE, "empty values", column.name, 1, "all of them: the column holds nothing", "record or import again")
         if not fits:
             yield Finding(FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}")
         unit = (field.metadata or {}).get(b"unit")

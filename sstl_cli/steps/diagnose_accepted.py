@@ -18,6 +18,7 @@ from sstl_cli.diagnosis.simulator import LINE, Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
 from sstl_cli.steps.diagnose_given import Evidence
+from sstl_cli.steps.diagnose_movements import with_movements
 
 
 def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
@@ -64,7 +65,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         "coloured_n": unit_n * float(np.median([s.coloured_n for s in noise])),
         "correlation_s": float(np.median([s.correlation_s for s in noise])),
     }
-    return base.model_copy(
+    told = base.model_copy(
         update={
             "configurations": configurations,
             "effects": effects,
@@ -80,6 +81,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
             "noise": base.noise.model_copy(update=heard),
         }
     )
+    return with_movements(told, found.problem)
 
 
 def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:

@@ -43,6 +43,11 @@ class TendonsDiagnosis:
         """Return the accepted simulator of the leading tendon without what it is known to leave."""
         return self.first.bare()
 
+    @property
+    def given(self) -> Scenario:
+        """The simulator that was given, or the one that was assumed."""
+        return self.first.given
+
 
 Diagnosed = Diagnosis | TendonsDiagnosis
 

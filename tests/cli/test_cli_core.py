@@ -180,6 +180,8 @@ def test_file_keys_are_the_names_of_the_options(probe, tmp_path) -> None:
         ("cutof_hz = 1.0", "E150.*'cutof_hz'"),
         ("[segment]\nepochs = 1", "E150.*'epochs'"),
         ("segment = 3", "E151.*not a table"),
+        ("[segmnt]\ncutoff_hz = 3.0", r"E150.*unknown table \[segmnt\] \(did you mean 'segment'"),
+        ("[segment]\n[segment.more]\na = 1", r"E150.*unknown table \[segment.more\] \(give its options as keys"),
         ("a = ", "E142"),
     ],
 )
@@ -190,6 +192,16 @@ def test_wrong_configuration_file(probe, tmp_path, text, says) -> None:
     file.write_text(text)
     with pytest.raises(SstlError, match=says):
         probe("segment", "--config", file)
+
+
+def test_a_table_of_no_command_is_refused_by_any(tmp_path) -> None:
+    """It was without effect, and no word said."""
+    (tmp_path / "c.toml").write_text("[blind.make]\ncases = 3\n[batch]\nworkers = 1\n[train]\nseed = 1\n")
+    assert inside("info", SAMPLE, "--config", "c.toml", cwd=tmp_path).returncode == 0
+    for table, said in (("blind.mak", "did you mean 'blind.make'"), ("trian", "did you mean 'train'")):
+        (tmp_path / "c.toml").write_text(f"[{table}]\nseed = 3\n")
+        done = inside("info", SAMPLE, "--config", "c.toml", cwd=tmp_path)
+        assert done.returncode == 2 and f"unknown table [{table}] ({said}" in done.stderr
 
 
 def test_precedence_reaches_a_real_command(tmp_path) -> None:

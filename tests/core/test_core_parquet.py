@@ -256,3 +256,16 @@ def test_bytes_that_are_no_text_are_a_finding_of_check(tmp_path: Path) -> None:
         reader = open_table(tmp_path / "t", replace(schema, columns=()))
         found = [e.finding for e in check_table.run(reader, schema, lambda _: None)]
         assert [f.what for f in found if "UTF8" in f.detail] == ["unreadable"], found
+
+
+@pytest.mark.parametrize("column", LOG.required)
+def test_a_required_column_that_holds_nothing_is_a_finding_of_check(column: str, tmp_path: Path) -> None:
+    """It was sound, and what segment refused it for said that check lists it."""
+    steps = np.arange(300) * 0.01
+    write_runs(tmp_path / "good", [Run("a", "act", steps, 5.0 - 4.0 * np.cos(steps), 3.0 - 2.0 * np.cos(steps))], MADE)
+    table = pq.read_table(tmp_path / "good")
+    pq.write_table(table.set_column(table.column_names.index(column), column, pa.nulls(300)), tmp_path / "t")
+    found = list(check_table.run(open_table(tmp_path / "t", replace(LOG, columns=())), LOG, lambda _: None))
+    assert ("empty values", column) in {(e.finding.what, e.finding.column) for e in found if e.finding.level == "failure"}
+    with pytest.raises(SstlError, match="E136"):
+        read_logs([tmp_path / "t"])

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 from sstl_cli import __version__
 from sstl_cli.cli.app import _register, app
 from sstl_cli.core.documents.diagnosis import DiagnosisDocument
-from sstl_cli.core.provenance import by_another
+from sstl_cli.core.provenance import Provenance, by_another
+from sstl_cli.core.runs import read_logs, write_runs
 from sstl_cli.physics.scenario import load
 from sstl_cli.physics.scenario_file import dump
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
@@ -88,6 +89,32 @@ def test_a_model_of_another_version_is_noted_where_it_is_simulated(older):
     )
     _, err = sstl("simulate", "--scenario", older / "still.toml", "--out", older / "log.parquet")
     assert f"the scenario was made by sstl {OLDER}" in err
+
+
+def test_a_model_that_is_kept_is_simulated_and_explains_what_it_made(tmp_path):
+    """It had no movement, and simulate ended."""
+    effects = ("--effects", "pulley_friction,zero_offset", "--max-effects", "1")
+    log, sim, made = (tmp_path / n for n in ("log.parquet", "sim.toml", "made.parquet"))
+    write_runs(log, record({"pulley_friction": {"m_p": 0.1, "m_r": 0.1}}, 5)[:4], Provenance("test"))
+    sstl("diagnose", log, *effects, "--save-sim", sim)
+    text = sim.read_text(encoding="utf-8")
+    assert text.count("# movements of sstl within the tensions that were recorded") == 1
+    sstl("simulate", "--scenario", sim, "--out", made)
+    recorded, simulated = read_logs([log]), read_logs([made])
+    assert {(r.system, r.config_id) for r in simulated} == {(r.system, r.config_id) for r in recorded}
+    top = {r.system: max(r.tension_in_n.max(), 0.0) for r in recorded}
+    assert all(r.tension_in_n.max() == pytest.approx(top[r.system], rel=0.02) for r in simulated)
+    for again in (log, made):
+        sstl("diagnose", again, "--sim", sim, *effects, "--expect", "none")
+    # a diagnosis takes the model as if it had none
+    model = load(str(sim))
+    still = model.model_copy(update={"trajectories": (), "sampling_hz": 500.0})
+    found = [run(recorded, DiagnoseOptions(sim=m, effects=("zero_offset",), max_effects=1)) for m in (model, still)]
+    assert found[0].document() == found[1].document()
+    # what was given with movements keeps them, and needs no remark
+    given = model.model_copy(update={"trajectories": model.trajectories[:1], "misfits": (), "wander": None})
+    kept = run(recorded, DiagnoseOptions(sim=given, effects=("zero_offset",), max_effects=1)).bare()
+    assert kept.trajectories == given.trajectories and kept.sampling_hz == given.sampling_hz
 
 
 def test_a_verdict_of_another_version_is_noted_on_the_page_and_on_the_screen(older):

@@ -1,0 +1,52 @@
+"""What an accepted simulator drives where it is simulated: the program's own movements, within the tensions of its record.
+
+The input of a record is a measured curve, for which a scenario has no form; movements are of no account where a diagnosis takes
+the model again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from sstl_cli.diagnosis.records import Problem
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.scenario import Scenario, Trajectory, load
+
+SAID = "movements of sstl within the tensions that were recorded: for the recorded ones there is no form here"
+# of a scenario: no tension is larger, and none below zero
+MOST_N = 1000.0
+FASTEST_HZ = 500.0
+
+
+def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
+    """Return an accepted simulator with movements to simulate, as many channels as its record and its effects have, and its rate.
+
+    One that was given with movements of its own keeps them.
+    """
+    if scenario.trajectories or scenario.generator:
+        return scenario
+    runs = [r.raw for r in problem.records]
+    needed = {name for effect_id in scenario.effects for name in get(effect_id).needs}
+    channels = {
+        "record_position": "position_in_mm" in needed or any(r.position_in_mm is not None for r in runs),
+        "record_reference": "tension_ref_n" in needed or any(r.tension_ref_n is not None for r in runs),
+    }
+    found: list[Trajectory] = []
+    for usual in load("default").trajectories:
+        for system in problem.systems:
+            low, high = _range_n((r.u for r in problem.records if r.system == system), problem.unit_n)
+            # driven by position it would leave this range
+            how = {"systems": (system,), "low_n": low, "high_n": high, "drive": "tension", **channels}
+            found.append(usual.model_copy(update=how))
+    step = float(np.median([np.median(np.diff(r.time_s)) for r in runs]))
+    return scenario.model_copy(update={"trajectories": tuple(found), "sampling_hz": float(f"{min(1.0 / step, FASTEST_HZ):.4g}")})
+
+
+def _range_n(inputs: Iterable[np.ndarray], unit_n: float) -> tuple[float, float]:
+    """Return lowest and highest input tension of some records in the recording's unit, as far as a scenario takes them."""
+    ends = [(float(np.min(u)), float(np.max(u))) for u in inputs]
+    low, high = unit_n * min(a for a, _ in ends), unit_n * max(b for _, b in ends)
+    high = float(f"{min(high, MOST_N):.3g}")
+    return float(f"{min(max(low, 0.0), 0.5 * high):.3g}"), high
