@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from sstl_cli.cli.render import Screen
+from sstl_cli.core.groups import of_samples
 from sstl_cli.core.numbers import quantity, small
 
 if TYPE_CHECKING:
@@ -42,6 +43,9 @@ def tables(screen: Screen, document: DiagnosisDocument) -> None:
             (c.id, small(c.probability), c.rmse_held_out_n, c.shrink_pct, _parameters(c.parameters)) for c in document.candidates[:SHOWN]
         ]
         screen.table("candidates", ("effect", "p", f"RMSE {unit}", "shrink %", "parameters"), rows)
+        # numbers of different samples do not compare
+        for samples, ids in sorted(of_samples(document.candidates[:SHOWN]), key=lambda found: len(found[1]))[:-1]:
+            screen.line(f"RMSE and shrink of {', '.join(ids)} are of other samples: {samples}")
         if len(document.candidates) > SHOWN:
             screen.line(f"and {len(document.candidates) - SHOWN} more; --json has all")
     following = document.next_experiment

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from sstl_cli.core.errors import printable
+from sstl_cli.core.groups import of_samples
 
 if TYPE_CHECKING:
     from sstl_cli.core.documents.diagnosis import DiagnosisDocument, TendonBlock
@@ -62,7 +63,9 @@ def _details(part: DiagnosisDocument | TendonBlock, unit: str) -> list[str]:
     rows = [(r.system, r.phase, r.config_id or "", _number(r.share_pct)) for r in places]
     out += _table(["system", "phase", "configuration", "share of the gap / %"], rows)
     if part.verdict.status != "none":
-        found = [(c.id, _number(c.probability), _number(c.shrink_pct)) for c in (part.candidates or ())[:5]]
+        first = (part.candidates or ())[:5]
+        of = {i: f" ({samples})" for samples, ids in of_samples(first) for i in ids}
+        found = [(c.id, _number(c.probability), f"{_number(c.shrink_pct)}{of.get(c.id, '')}") for c in first]
         out += _table(["candidate", "probability", "error falls by / %"], found)
     return out
 

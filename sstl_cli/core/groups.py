@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 
@@ -17,6 +17,24 @@ def spelled_out(verdict: Mapping[str, Any]) -> tuple[str, ...]:
     members = verdict.get("members")
     known = members if isinstance(members, Mapping) else {}
     return tuple(dict.fromkeys(i for e in verdict.get("ambiguity_group") or [] for i in known.get(e, [e])))
+
+
+def of_samples(candidates: Iterable[Any]) -> list[tuple[str, list[str]]]:
+    """Return what samples the errors of candidates are of, and whose they are; empty where all are of the same.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace as S
+    >>> of_samples([S(id="a", samples="analysed"), S(id="b", samples="all as recorded"), S(id="c", samples="analysed")])
+    [('analysed', ['a', 'c']), ('all as recorded', ['b'])]
+    >>> of_samples([S(id="a", samples="analysed")])
+    []
+    """
+    found: dict[str, list[str]] = {}
+    for c in candidates:
+        if c.samples:
+            found.setdefault(c.samples, []).append(c.id)
+    return list(found.items()) if len(found) > 1 else []
 
 
 def rivals(verdict: Mapping[str, Any]) -> list[str]:

@@ -72,6 +72,7 @@ class Candidate(Shown):
     probability_ci95: Interval = None
     rmse_held_out_n: Number = NAN
     shrink_pct: Number = NAN
+    samples: Text = ""
     identifiability: Text = ""
     parameters: Annotated[tuple[Parameter, ...], ROWS] = ()
     sensor: object = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sstl_cli.core.errors import printable
+from sstl_cli.core.groups import of_samples
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import NAN
 from sstl_cli.reporting.table import Cell, Table, cell, loose, probability, table
@@ -45,7 +46,8 @@ def _candidates(document: Diagnosed, catalogue: Catalogue) -> Table | None:
         return None
     header: list[Any] = ["candidate", "probability", ("held-out RMSE", unit_of(document)), ("shrink", "%"), "identifiability"]
     more = [k for k in ("sensor", "d2", "change", "members", "why") if any(getattr(c, k) not in (None, "", []) for c in found)]
-    names = {"d2": "D² to the winner"}
+    names = {"d2": "D² to the winner", "samples": "errors are of samples"}
+    more += ["samples"] if of_samples(found) else []
     lines = [
         [
             linked(c.id, catalogue),

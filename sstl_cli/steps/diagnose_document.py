@@ -36,7 +36,7 @@ from sstl_cli.physics.effects import get
 from sstl_cli.steps import diagnose_drawn as drawn
 from sstl_cli.steps import diagnose_rows as rows
 from sstl_cli.steps.diagnose_given import Errors, Given, name
-from sstl_cli.steps.diagnose_numbers import RECORDED, before, below_floor, floor_interval, recorded_shares
+from sstl_cli.steps.diagnose_numbers import ANALYSED, RECORDED, before, below_floor, floor_interval, recorded_shares
 
 Array = NDArray[np.float64]
 # tests of the residual that are told where the cause is not known
@@ -67,7 +67,7 @@ def document(g: Given) -> DiagnosisDocument:
         verdict=_verdict(g),
         gap=rows.gap_beside(g, _gap(g, errors, code), only),
         where=[Place(**row) for row in where.shares(sim, errors.base, code)] if _fault(g) is None else recorded_shares(g, code),
-        where_samples="analysed" if _fault(g) is None else RECORDED,
+        where_samples=ANALYSED if _fault(g) is None else RECORDED,
         where_bands={k: [Band(**row) for row in bands] for k, bands in where.bands(sim, errors.base).items()},
         candidates=rows.candidates(g, fitted, only),
         next_experiment=_next(g),
@@ -176,7 +176,7 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
     low, high = floor_interval(noise, lambda n: float(np.hypot(_floor(g, n), errors.fine_n)))
     interval: shrink.Interval | None = shrink.shrinkage(sim, errors.base, errors.accepted, errors.fine_n) if named else None
     percent = 100.0 * (1.0 - with_effect / base) if base > 0.0 else 0.0
-    fault, samples = _fault(g), "analysed"
+    fault, samples = _fault(g), ANALYSED
     if fault is not None:
         # the spoilt samples are in both errors: before as they were read, after as explained
         base, with_effect, given = _recorded(g, fault)

@@ -20,7 +20,7 @@ from sstl_cli.steps.diagnose_given import Given
 
 Array = NDArray[np.float64]
 Codes = NDArray[np.int64]
-RECORDED = "all as recorded"
+ANALYSED, RECORDED = "analysed", "all as recorded"
 # two-sided 95 % of a normal distribution
 SIDES = 1.96
 

@@ -15,6 +15,7 @@ from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
 from sstl_cli.steps.diagnose_given import Errors, Given, name
+from sstl_cli.steps.diagnose_numbers import ANALYSED, RECORDED
 
 # rivals whose distance from the winner is worked out
 RIVALS = 5
@@ -67,6 +68,7 @@ def _row(g: Given, errors: Errors, w: Weighed, lead: Weighed | None) -> Candidat
         probability=g.verdict.probabilities.get(tuple(sorted(w.ids)), 0.0),
         rmse_held_out_n=errors.rms(held),
         shrink_pct=100.0 * (1.0 - errors.rms(held) / base) if base > 0.0 else 0.0,
+        samples=ANALYSED,
         evidence_nats=w.evidence,
         gain_nats=w.gain,
         discrepancy=f.discrepancy,
@@ -107,6 +109,7 @@ def _recorder_row(g: Given, r: RecorderEffect) -> Candidate:
         probability=g.verdict.probabilities.get((r.id,), 0.0),
         rmse_held_out_n=None,
         shrink_pct=100.0 * (1.0 - float(np.sqrt(max(1.0 - r.removed_n2 / max(r.total_n2, 1e-300), 0.0)))),
+        samples=RECORDED,
         d2=None,
         sensor=None,
         parameters=_counted(r.id, r.parameters, "counted in this record, not estimated"),
@@ -120,6 +123,7 @@ def _beside_row(g: Given, gap: ChannelGap) -> Candidate:
         probability=g.verdict.probabilities.get((gap.effect,), 0.0),
         rmse_held_out_n=gap.rmse_with if gap.unit == "N" else None,
         shrink_pct=_fall_pct(gap),
+        samples=f"{gap.channel} beside",
         d2=None,
         sensor=gap.channel,
         parameters=_counted(gap.effect, gap.values, UNTOLD),

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from rig_logs import record
 
+from sstl_cli.cli import _gates
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import dumps
 from sstl_cli.core.runs import Run
@@ -166,3 +168,8 @@ def test_the_numbers_of_a_fault_of_the_recorder_are_of_the_same_readings(effect,
     row = next(c for c in document["candidates"] if c["id"] == effect)
     assert row["shrink_pct"] == pytest.approx(gap["shrink_pct"])
     assert gap["explained_of_reducible_pct"] == pytest.approx(min(100.0 * (base - left) / (base - floor), 100.0), abs=0.1)
+    # what other candidates leave of the readings that are sound does not compare, and each says what its numbers are of
+    samples = {c["id"]: c["samples"] for c in document["candidates"]}
+    assert samples.pop(effect) == gap["samples"] and set(samples.values()) == {"analysed"}
+    rows = _gates.markdown(DiagnosisDocument.model_validate(document), [])
+    assert "(all as recorded)" in rows and "(analysed)" in rows

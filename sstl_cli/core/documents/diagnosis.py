@@ -126,6 +126,7 @@ class Candidate(Part):
     probability: float | None
     rmse_held_out_n: float | None
     shrink_pct: float | None
+    samples: str | None = Field(default=None, description="what these two are of, as gap.samples")
     evidence_nats: float | None = None
     gain_nats: float | None = Field(default=None, description="evidence beyond that of the re-tuned base")
     discrepancy: float | None = Field(default=None, description="what the fit leaves beyond noise")
