@@ -180,14 +180,15 @@ def test_channels_that_hold_nothing_are_not_decoded(tmp_path, monkeypatch):
     asked = []
     whole = pq.ParquetFile.iter_batches
 
-    def counted(self, *args, columns, **more):
-        asked.append(columns)
-        return whole(self, *args, columns=columns, **more)
+    def counted(self, rows, *args, columns, **more):
+        # one row is read to have the footer looked at
+        asked.extend(columns if rows > 1 else ())
+        return whole(self, rows, *args, columns=columns, **more)
 
     monkeypatch.setattr(pq.ParquetFile, "iter_batches", counted)
     runs = list(read_runs(tmp_path / "x.parquet"))
-    # the labels are known from the statistics too; one row is looked at first, whether these may be asked for
-    assert asked[-1] == ["time_s", "tension_in_n", "tension_out_n"] and len(asked) == 2
+    # the labels are known from the statistics too
+    assert asked == ["time_s", "tension_in_n", "tension_out_n"]
     assert [(r.run_id, r.system, r.position_in_mm, r.lead_mm) for r in runs] == [("a", "act", None, None), ("b", "act", None, None)]
 
 
