@@ -230,8 +230,8 @@ def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = (
     bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability={})
     bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(drawn, bare))
-    bare = replace(bare, shows_d2=_shows(drawn, bare))
-    return replace(bare, reliability=_by_status([(e, decided(e.rows, p, bare)) for e, p in drawn]))
+    said = [(e, decided(e.rows, p, bare)) for e, p in drawn]
+    return replace(bare, shows_d2=_shows(said), reliability=_by_status(said))
 
 
 def _member(family: set[str], judged: Judged, weights: Weights) -> float:
@@ -259,18 +259,18 @@ def _threshold(drawn: Judged, weights: Weights) -> float:
     return float(COMMITS[-1])
 
 
-def _shows(drawn: Judged, weights: Weights) -> float:
+def _shows(said: Sequence[tuple[Example, Verdict]]) -> float:
     """Return the squared distance to nothing from which on a single effect is taken for nothing in fewer than 1 - ``TOLD`` of cases.
 
     What it gains is half of that on average; a verdict charges for its strengths, and for all that might be there instead.
     """
-    own = [(next((c.gain for c in e.rows.candidates if c.ids == e.answer and c.kind == OUTPUT), None), e, p) for e, p in drawn]
-    seen = [(gain, float(decided(e.rows, p, weights).status != NOTHING)) for gain, e, p in own if gain is not None and len(e.answer) == 1]
-    if len(seen) < FEWEST_STATED:
+    single = [(e, v) for e, v in said if len(e.answer) == 1]
+    own = [(c.gain, float(v.status != NOTHING)) for e, v in single for c in e.rows.candidates if c.ids == e.answer and c.kind == OUTPUT]
+    if len(own) < FEWEST_STATED:
         return DECIDABLE
-    gains, found = np.array(seen).T
-    rising = IsotonicRegression(y_min=0.0, y_max=1.0).fit(gains, found).predict(gains)
-    return round(float(max(2.0 * gains[rising >= TOLD].min(initial=np.inf), DECIDABLE)), 1) if (rising >= TOLD).any() else DECIDABLE
+    gains, found = np.array(own).T
+    told = gains[IsotonicRegression(y_min=0.0, y_max=1.0).fit(gains, found).predict(gains) >= TOLD]
+    return round(max(2.0 * float(told.min()), DECIDABLE), 1) if told.size else DECIDABLE
 
 
 def _quiet(judged: Judged) -> float:

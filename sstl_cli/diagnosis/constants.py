@@ -196,7 +196,7 @@ DAMPING, DAMPING_FACTOR, DAMPINGS = 1e-3, 8.0, 6
 KEPT_PROMISE = 0.5
 # starts of a fit: shapes on a grid over their range (logarithmic where they span more than this), strengths of the line weak
 # and strong (its answer is not linear), a factor (a wrong unit is far from a calibration), a strength beside a shape
-SHAPE_GRID, DECADES = (0.15, 0.5, 1.0 - 0.15), 20
+SHAPE_GRID, DECADES = (0.15, 0.5, 0.85), 20
 STRENGTHS = (0.01, 0.08)
 FACTORS = (1.0, 0.3, 3.0)
 # iterations of the base before its noise is known, of promising and of other candidates

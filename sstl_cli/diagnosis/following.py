@@ -32,7 +32,7 @@ from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.limit import distance2
-from sstl_cli.diagnosis.records import prepare
+from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.verdict import Verdict
 from sstl_cli.diagnosis.whitening import whitener
@@ -137,8 +137,7 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
     movements = []
     for system in problem.systems:
         mine = [r for r in problem.records if r.system == system]
-        low = max(min(float(r.u.min()) for r in mine), 0.0)
-        most = max(float(r.u.max()) for r in mine)
+        low, most = recorded_n(problem, system)
         high = most if limits.tension_n is None else limits.tension_n / problem.unit_n
         fastest = max(float(np.quantile(np.abs(r.rate), REPEATABLE)) for r in mine)
         if limits.rate_n_per_s is not None:
@@ -152,6 +151,12 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
         if slow is not None:
             movements.append(slow)
     return tuple(movements)
+
+
+def recorded_n(problem: Problem, system: str) -> tuple[float, float]:
+    """Return lowest (none below zero) and highest input tension (N) that was recorded of a system."""
+    mine = [r.u for r in problem.records if r.system == system]
+    return max(min(float(u.min()) for u in mine), 0.0), max(float(u.max()) for u in mine)
 
 
 def sampling_s(found: Search) -> float:

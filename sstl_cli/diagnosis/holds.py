@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,32 +32,6 @@ from sstl_cli.diagnosis.whitening import Step, step_of
 Array = NDArray[np.float64]
 
 
-class Means(Protocol):
-    """Means of one channel (N), shape (n,), which of them count, of how many readings each is, and the step of time (s) over ``factor``."""
-
-    @property
-    def y(self) -> Array: ...
-    @property
-    def weight(self) -> Array: ...
-    @property
-    def readings(self) -> Array: ...
-    @property
-    def dt_s(self) -> float: ...
-    @property
-    def factor(self) -> int: ...
-
-
-@dataclass(frozen=True)
-class InputMeans:
-    """The input of a record as means on the grid of its output."""
-
-    y: Array
-    weight: Array
-    readings: Array
-    dt_s: float
-    factor: int
-
-
 @dataclass(frozen=True)
 class Held:
     """Coloured noise seen in holds: standard deviation (N), by what (natural logarithm) it may be off, correlation time (s)."""
@@ -68,10 +41,10 @@ class Held:
     spread: float = MEASURED
 
 
-def input_means(r: Record) -> InputMeans:
-    """Return the input of a record as means on the grid of its output."""
+def of_input(r: Record) -> Record:
+    """Return a record that holds the means of its input (N) in place of those of its output."""
     block = r.thin * r.factor
-    return InputMeans(block_mean(r.raw.tension_in_n[: len(r) * block], block), r.weight, r.readings, r.dt_s, r.factor)
+    return replace(r, y=block_mean(r.raw.tension_in_n[: len(r) * block], block))
 
 
 def moving(r: Record, white_n: float) -> Array:
@@ -79,7 +52,7 @@ def moving(r: Record, white_n: float) -> Array:
     return (np.abs(block_mean(r.rate, r.factor)) * WINDOWS_S[-1] > AT_MOST * white_n).astype(float)
 
 
-def held_noise(records: Sequence[Means], slides: Sequence[Array], white_n: float, levels: Array) -> tuple[Held, float]:
+def held_noise(records: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> tuple[Held, float]:
     """Return the coloured noise that holds show beside the white one, at one of several levels (N), and the white noise (N) there.
 
     The most likely ones of windows without their straight line (restricted likelihood), from the quieter half of them at
@@ -100,7 +73,7 @@ def held_noise(records: Sequence[Means], slides: Sequence[Array], white_n: float
     return _believed(tries, costs[:, kept, 0].sum(axis=1), usual)[0], white_n * float(LOUDER[louder])
 
 
-def _windows(records: Sequence[Means], slides: Sequence[Array]) -> Array:
+def _windows(records: Sequence[Record], slides: Sequence[Array]) -> Array:
     """Return the longest windows of holds of which there are enough, one a row; the last tried where there are not."""
     rows = np.zeros((0, 0))
     for window_s in WINDOWS_S:
@@ -113,7 +86,7 @@ def _windows(records: Sequence[Means], slides: Sequence[Array]) -> Array:
     return rows
 
 
-def _costs(rows: Array, first: Means, white_n: Array, levels: Array) -> Array:
+def _costs(rows: Array, first: Record, white_n: Array, levels: Array) -> Array:
     """Return what coloured noise of every time (s) and level (N) costs on each window beside each white noise (N).
 
     See ``_window_costs``; shape (whites, times x levels, windows, 2).

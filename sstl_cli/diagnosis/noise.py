@@ -37,7 +37,7 @@ from sstl_cli.diagnosis.constants import (
     UNSEEN,
     WHITE,
 )
-from sstl_cli.diagnosis.holds import held_noise, input_means, moving
+from sstl_cli.diagnosis.holds import held_noise, moving, of_input
 from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.recorder import white_beside
 from sstl_cli.diagnosis.records import Record, content
@@ -84,7 +84,7 @@ def measured(records: Sequence[Record], slide: Array) -> Noise:
             off = float(min(np.hypot(off, MEASURED * (seen**2 / white_out**2 - 1.0)), off + np.log(seen / white_out) / AT_MOST))
         loose[system] = off
         # an input need not rest as well as it is told to, so that this is a bound
-        resting, _ = held_noise([input_means(r) for r, _ in mine], [moving(r, white_in) for r, _ in mine], white_in, white_in * LEVELS)
+        resting, _ = held_noise([of_input(r) for r, _ in mine], [moving(r, white_in) for r, _ in mine], white_in, white_in * LEVELS)
         slow_in = ratio * held.coloured_n if resting.spread >= UNMEASURED else min(ratio * held.coloured_n, resting.coloured_n)
         out[system] = with_rounding(Sensor(white_held, held.coloured_n, held.correlation_s), [r.faults_out for r, _ in mine])
         into[system] = with_rounding(Sensor(white_in, slow_in, held.correlation_s), [r.faults_in for r, _ in mine])

@@ -19,7 +19,7 @@ def carried(c: CandidateRow, rows: Rows) -> float:
     if c.kind == OUTPUT:
         left = max(c.chi2 - 1.0, 0.0)
         share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
-        if not averaged(c) or only_scatters(c):
+        if not averaged(c) or c.share <= 0.0:
             share = min(share, c.share)
         foretold = left > 1.0 or not averaged(c)
         return share if c.held is None or not foretold else min(share, c.held)

@@ -19,6 +19,7 @@ def with_rounding(sensor: Sensor, faults: Sequence[Faults]) -> Sensor:
     rounding = _rests(faults)
     if rounding == 0.0:
         return sensor
+    # the error of a rest lasts as long as the shortest one at least
     return Sensor(sensor.white_n, float(np.hypot(sensor.coloured_n, rounding)), max(sensor.correlation_s, WINDOWS_S[-1]))
 
 

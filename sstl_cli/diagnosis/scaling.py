@@ -19,6 +19,7 @@ POWERS = {"N": 1, "N s/mm": 1, "1/N": -1, "mm/N": -1, "1/kN": -1, "s/N": -1}
 
 def unit_of(runs: Sequence[Run]) -> float:
     """Return how many N of the recording are one N of the fit: 1 within 3-60 N, else a round number."""
+    # above the top are spikes
     tops = [np.nanquantile(np.abs(r.tension_in_n), 1.0 - UNSEEN_SHARE) for r in runs if np.isfinite(r.tension_in_n).any()]
     top = float(max(tops, default=TARGET_N))
     if LOW_N <= top <= HIGH_N or top == 0.0:

@@ -83,6 +83,10 @@ class _Question:
     seed: int
     rounds: int = 1
 
+    @property
+    def title(self) -> str:
+        return f"a simulator without {' and '.join(self.missing)}: diagnosed, with what is named put in, and Table IV before and after"
+
 
 def run(
     seed: int,
@@ -119,7 +123,7 @@ def run(
     with processes(min(workers, len(asked))) as pool:
         done = []
         for q, job in [(q, pool.submit(_answered, q)) for q in asked]:
-            say(f"a simulator without {' and '.join(q.missing)}: diagnosed, with what is named put in, and Table IV before and after")
+            say(q.title)
             done.append(_told(job.result(), say))
     return done
 
@@ -134,7 +138,7 @@ def _told(found: Closed, say: Callable[[str], None]) -> Closed:
 
 def _answered(q: _Question, workers: int = 1, say: Callable[[str], None] = lambda _: None) -> Closed:
     """Return what the diagnosis of one simulator finds, and how far the gap shrinks with it."""
-    say(f"a simulator without {' and '.join(q.missing)}: diagnosed, with what is named put in, and Table IV before and after")
+    say(q.title)
     rig = q.rig if isinstance(q.rig, _Hardware) else _hardware(q.rig, q.seed, None)
     again, found = completed(q.simulator, rig.recorded, workers, q.rounds)
     return _closed(q.missing, q.simulator, again, found, rig, q.seed)

@@ -6,10 +6,10 @@ the model again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
+from sstl_cli.diagnosis.constants import FASTEST_HZ
+from sstl_cli.diagnosis.following import recorded_n
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario, Trajectory, load
@@ -17,7 +17,6 @@ from sstl_cli.physics.scenario import Scenario, Trajectory, load
 SAID = "movements of sstl within the tensions that were recorded: for the recorded ones there is no form here"
 # of a scenario: no tension is larger, and none below zero
 MOST_N = 1000.0
-FASTEST_HZ = 500.0
 
 
 def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
@@ -36,17 +35,16 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
     found: list[Trajectory] = []
     for usual in load("default").trajectories:
         for system in problem.systems:
-            low, high = _range_n((r.u for r in problem.records if r.system == system), problem.unit_n)
+            low, high = _range_n(problem, system)
             # driven by position it would leave this range
             how = {"systems": (system,), "low_n": low, "high_n": high, "drive": "tension", **channels}
             found.append(usual.model_copy(update=how))
-    step = float(np.median([np.median(np.diff(r.time_s)) for r in runs]))
+    step = float(np.median([r.dt_s for r in runs]))
     return scenario.model_copy(update={"trajectories": tuple(found), "sampling_hz": float(f"{min(1.0 / step, FASTEST_HZ):.4g}")})
 
 
-def _range_n(inputs: Iterable[np.ndarray], unit_n: float) -> tuple[float, float]:
-    """Return lowest and highest input tension of some records in the recording's unit, as far as a scenario takes them."""
-    ends = [(float(np.min(u)), float(np.max(u))) for u in inputs]
-    low, high = unit_n * min(a for a, _ in ends), unit_n * max(b for _, b in ends)
-    high = float(f"{min(high, MOST_N):.3g}")
-    return float(f"{min(max(low, 0.0), 0.5 * high):.3g}"), high
+def _range_n(problem: Problem, system: str) -> tuple[float, float]:
+    """Return lowest and highest input tension of a system in the recording's unit, as far as a scenario takes them."""
+    low, most = (problem.unit_n * end for end in recorded_n(problem, system))
+    high = float(f"{min(most, MOST_N):.3g}")
+    return float(f"{min(low, 0.5 * high):.3g}"), high

@@ -31,25 +31,27 @@ def follows_of(position: Array | None, x: Array) -> float:
     return float(np.corrcoef(position[good], x[good])[0, 1])
 
 
+def _recorded(reference: Array | None, x: Array) -> tuple[Array, Array] | None:
+    """Return reference and input where the reference was recorded, None where that is too little or never moves."""
+    if reference is None:
+        return None
+    good = np.isfinite(reference)
+    r = reference[good]
+    return None if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0 else (r, x[good])
+
+
 def reference_gain(reference: Array | None, x: Array) -> float:
     """Return the slope of input over reference, NaN where no reference is followed."""
-    if reference is None:
+    pair = _recorded(reference, x)
+    if pair is None or float(np.corrcoef(*pair)[0, 1]) < FOLLOWED:
         return math.nan
-    good = np.isfinite(reference)
-    r, x = reference[good], x[good]
-    if len(r) < MIN_SAMPLES or float(np.ptp(r)) == 0.0:
-        return math.nan
-    if float(np.corrcoef(r, x)[0, 1]) < FOLLOWED:
-        return math.nan
-    return float(np.std(x) / np.std(r))
+    return float(np.std(pair[1]) / np.std(pair[0]))
 
 
 def reference_left(reference: Array | None, x: Array) -> float:
     """Return what the movement of the reference leaves of that of the input (0 where it is followed, 1 where it has nothing to do with it), NaN where there is none."""
-    good = np.isfinite(reference) if reference is not None else np.zeros(len(x), np.bool_)
-    if reference is None or np.count_nonzero(good) < MIN_SAMPLES or float(np.ptp(reference[good])) == 0.0:
-        return math.nan
-    return unlike(movement_of(reference[good]), movement_of(x[good]))
+    pair = _recorded(reference, x)
+    return math.nan if pair is None else unlike(movement_of(pair[0]), movement_of(pair[1]))
 
 
 def reference_lag(time_s: Array, reference: Array | None, x: Array) -> tuple[float, float]:

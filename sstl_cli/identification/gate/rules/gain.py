@@ -35,8 +35,9 @@ TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
-    rig = _of_rig(log)
-    gains = [(_adopted(gain_of(e), e, rig), e) for e in log]
+    own = [(gain_of(e), e) for e in log]
+    rig = _of_rig(own)
+    gains = [(_adopted(g, e, rig), e) for g, e in own]
     usual = {system: _usual([g for g, e in gains if e.system == system]) for system in {e.system for e in log}}
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
@@ -68,9 +69,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _of_rig(log: Sequence[Evidence]) -> float:
+def _of_rig(gains: Sequence[tuple[float, Evidence]]) -> float:
     """Return the gain that all runs with lines of their own agree on, where it is none of friction; else NaN."""
-    known = sorted(g for e in log if e.slopes.known and (g := gain_of(e)) > 0.0)
+    known = sorted(g for g, e in gains if e.slopes.known and g > 0.0)
     agree = len(known) >= AGREE and math.log(known[-1] / known[0]) < TOGETHER
     return known[len(known) // 2] if agree and abs(math.log(known[len(known) // 2])) > math.log(ODD) else math.nan
 
