@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.constants import CLIPPED_LEAST, CLIPPED_MOST, CLIPPED_SIGMA, FINEST, HALF, START_FACTORS
+from sstl_cli.diagnosis.constants import CLIPPED_LEAST, CLIPPED_MOST, CLIPPED_SIGMA, DOUBT_NATS, FINEST, HALF, START_FACTORS
 from sstl_cli.identification.gate.playfit import line_beside
 
 Array = NDArray[np.float64]
@@ -51,8 +51,10 @@ class Limit:
 
     @property
     def share(self) -> float:
-        """By which share of its tension the line is short of what it would give: friction that grows towards a turn does so for every sensor."""
-        return self.beyond_n / max(abs(self.level_n), self.off_n)
+        """By which share of its tension the line is short of what it would give, beyond what it is off by elsewhere: friction that grows
+        towards a turn does so for every sensor.
+        """
+        return float(np.sqrt(max(self.beyond_n**2 - self.off_n**2, 0.0))) / max(abs(self.level_n), self.off_n)
 
     def nats(self, usual: float = 0.0) -> float:
         """Return what a limit gains, beside lines that are ``usual``-ly short by a share of their tension where they rest at their highest.
@@ -84,7 +86,28 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
         return Limit(level, there, 0.0, noise)
     beyond = np.concatenate([(line - p.out if p.is_out else p.out - line)[t] for p, t, line in lines])
     off = np.concatenate([(p.out - line)[~t] for p, t, line in lines])
-    return Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
+    found = Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
+    return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise)
+
+
+def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float) -> Limit:
+    """Return a limit with the readings below it that an amplifier compresses before it gives out: those short by more than others are off.
+
+    The line is fitted again without them, until they stay the same.
+    """
+    there, cut = found.there, found.level_n
+    while True:
+        lines = [_line(p, t) for p, t in zip(pairs, there, strict=True)]
+        short = np.concatenate([(line - p.out) * (1.0 if p.is_out else -1.0) for p, line in zip(pairs, lines, strict=True)])
+        at_limit, left_out = np.concatenate(found.there), np.concatenate(there)
+        off = max(float(np.sqrt(np.mean(short[~left_out] ** 2))), noise)
+        step = np.maximum((found.level_n - np.concatenate([p.value for p in pairs])) / noise, 0.0).astype(int)
+        mean = np.bincount(step, short) / np.maximum(np.bincount(step), 1)
+        lower = found.level_n - noise * int(np.argmax(mean <= off))
+        if lower >= cut:
+            return Limit(found.level_n, there, max(float(short[at_limit].mean()), 0.0), off)
+        cut = lower
+        there = tuple(t | (p.value >= cut) for p, t in zip(pairs, found.there, strict=True))
 
 
 def _piled(values: Array, noise: float) -> float:

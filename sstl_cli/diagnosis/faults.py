@@ -12,6 +12,7 @@ from scipy.special import gammainccinv
 
 from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FEW, FINE_STEP, LEAST_GAP, LEAST_SHARE
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
+from sstl_cli.diagnosis.readings import gaps
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
 
@@ -82,11 +83,12 @@ class _Carried:
         self.clipped += float(input_error2[~bad_in].sum())
         self.spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
         self.frozen += int(r.faults_in.frozen.sum() + r.faults_out.frozen.sum())
-        self.readings += n
+        recorded = int((gaps(r.raw)[:n] == 0).sum())
+        self.readings += recorded
         self._add_clipped(r, expected, error2, noise_n, usual)
         self.step_in, self.step_out = max(self.step_in, r.faults_in.step_n), max(self.step_out, r.faults_out.step_n)
         slope = np.exp(0.5 * r.raw.passes)
-        self.stepped += n * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
+        self.stepped += recorded * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
 
     def _add_clipped(self, r: Record, expected: Array, error2: Array, noise_n: float, usual: float) -> None:
         n = len(expected)
@@ -111,15 +113,16 @@ class _Carried:
 def squared_errors(r: Record, prediction: Array) -> tuple[Array, Array, Array]:
     """Return what is expected of the output (N), and squared errors (N^2) of output and input, the latter of spoilt readings alone.
 
-    All have shape (n,). A reading at a limit is off by how far the input went beyond it, where that is more than noise.
+    All have shape (n,), with no error where nothing was recorded. A reading at a limit is off by how far the input went beyond it, where that is more than noise.
     """
     thin = max(1, len(r.raw) // max(len(prediction), 1))
     expected = np.repeat(prediction, thin)
     n = len(expected)
     off = np.repeat(r.u, thin)[:n] - r.raw.tension_in_n[:n]
     beyond = r.faults_in.clipped[:n] & (off > CLIPPED_SIGMA * r.faults_in.noise_n)
-    into = np.where(r.faults_in.bad[:n] | beyond, off**2, 0.0)
-    return expected, (r.raw.tension_out_n[:n] - expected) ** 2, into
+    recorded = gaps(r.raw)[:n] == 0
+    into = np.where((r.faults_in.bad[:n] | beyond) & recorded, off**2, 0.0)
+    return expected, np.where(recorded, (r.raw.tension_out_n[:n] - expected) ** 2, 0.0), into
 
 
 def recorder_effects(

@@ -76,12 +76,21 @@ class LogRow:
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of one diagnosis, and the leftovers that they sum up."""
+    """The rows of one diagnosis, and the leftovers that they sum up.
+
+    What is ``barred`` was found in the readings, which were left out for it, although it is no candidate.
+    """
 
     log: LogRow
     candidates: tuple[CandidateRow, ...]
     base: Leftover
     best: Leftover
+    barred: frozenset[str] = frozenset()
+
+    @property
+    def named(self) -> Rows:
+        """The rows of the candidates alone."""
+        return replace(self, candidates=tuple(c for c in self.candidates if not self.barred & set(c.ids)), barred=frozenset())
 
 
 def leading(rows: Rows) -> CandidateRow | None:

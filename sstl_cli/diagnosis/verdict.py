@@ -88,6 +88,14 @@ def _causes(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
     return {k: v if k in (NONE, UNKNOWN) else v * whole / rest for k, v in p.items() if k not in slight}
 
 
+def _barred(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
+    """Return probabilities in which what was found but is no candidate has no name, and a sentence on it where it is likelier than not."""
+    found = {k: v for k, v in p.items() if rows.barred & set(k)}
+    unnamed = p[UNKNOWN] + sum(found.values())
+    why = f"{explained(rows, max(found, key=lambda k: found[k]))}, and is no candidate" if unnamed - p[UNKNOWN] > HALF * unnamed else ""
+    return {**{k: v for k, v in p.items() if k not in found}, UNKNOWN: unnamed}, why
+
+
 def _gap(c: CandidateRow) -> float:
     """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
     left = (1.0 - c.share) ** 2
@@ -226,6 +234,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)
     p = _causes(rows, _sizeable(rows, p))
+    p, barred = _barred(rows, p)
 
     def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
         return Verdict(status, effects, _sure(status, stated, weights, prior), group, p, why)
@@ -236,7 +245,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     first = next((c for c in rows.candidates if c.ids == top), None)
     takes = 1.0 if first is None else carried(first, rows)
     if first is not None and (takes <= 0.0 or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN], (), barred or left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
@@ -263,7 +272,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
             why = f"several effects might be there and none of them is likely, {' + '.join(top)} more than any other"
         return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
-        return say(UNDECIDED, (), p[UNKNOWN], (), left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN], (), barred or left(rows, top))
     group = _set(ranked, p, weights.cover)
     why = explained(rows, top) if takes >= HALF else partly(rows, top)
     rivals = ", ".join(" + ".join(k) for k in group[1:])

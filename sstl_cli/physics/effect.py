@@ -65,13 +65,15 @@ class Parameter:
 class Law:
     """The friction law of one pass, of the pulley between two passes and of both ends, built up by effects.
 
-    ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N.
+    ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N. ``adhesion_n`` presses as so
+    much tension does, ``constant_n`` is spread over the length.
     """
 
     scale_pull: float = 1.0
     scale_release: float = 1.0
     factors: list[Callable[[Array], Array]] = field(default_factory=list)
     constant_n: float = 0.0
+    adhesion_n: float = 0.0
     begin_n: float = 0.0
     end_n: float = 0.0
     pulley_pull: float = 0.0
@@ -84,15 +86,19 @@ class Law:
 class Transition:
     """How the output moves between the envelopes, built up by effects; the defaults are a pure play.
 
-    Friction builds up in proportion to the way and is cut, or with a ``tail`` of 0 or more ever more slowly.
+    Friction builds up in proportion to the way and is cut, or with a ``tail`` of 0 or more ever more slowly. Contacts are as stiff
+    as ``breakaway_mm`` says at any tension, or, where it is above 0, at ``bristle_n`` (N) and so at all others. Drag goes with
+    a power of the speed; its coefficients are those at 1 mm/s.
     """
 
     breakaway_mm: float = 0.0
     spread: float = 0.0
     tail: float = -1.0
+    bristle_n: float = 0.0
     drag_n_s_mm: float = 0.0
     drag_bend_n_s_mm: float = 0.0
     drag_end_n_s_mm: float = 0.0
+    drag_power: float = 1.0
     creep_fraction: float = 0.0
     creep_s: float = 10.0
     static_ratio: float = 1.0

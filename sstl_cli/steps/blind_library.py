@@ -146,12 +146,12 @@ def gather(job: Job) -> list[Example]:
 def _searched(name: str, truth: CaseTruth, runs: Sequence[Run], options: DiagnoseOptions, again: bool) -> Generator[Example]:
     from sstl_cli.steps.diagnose import gather as evidence
 
-    found = labelled(name, truth, evidence(runs, options).rows)
+    found = labelled(name, truth, evidence(runs, options).rows.named)
     yield found
     missing = without(found) if again else None
     if missing is not None:
         less = replace(options, exclude=tuple(sorted({*options.exclude, *found.answer})))
-        yield replace(missing, rows=evidence(runs, less).rows)
+        yield replace(missing, rows=evidence(runs, less).rows.named)
 
 
 def _claim(parts: Path, asked: Mapping[str, object]) -> None:

@@ -251,11 +251,13 @@ def gather(
     problem = found.sim.problem
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
-    recorder = _faults(found, ids, scenario)
+    faulty = _faults(found, scenario)
+    recorder = [e for e in faulty if e.id in ids]
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
         beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
-    rows = features.rows(found, _beside(found, recorder, beside), 1.0 if _propagates(problem) else 0.0)
+    rows = features.rows(found, _beside(found, faulty, beside), 1.0 if _propagates(problem) else 0.0)
+    rows = replace(rows, barred=frozenset(e.id for e in faulty) - set(ids))
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, prepared, own, recorded)
 
 
@@ -266,8 +268,8 @@ def _ready(before: Evidence | None, own: Scale | None, unit_n: float) -> dict[st
     return {r.run_id: r for r in before.prepared.records}
 
 
-def _faults(found: Search, ids: Sequence[str], scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
-    """Return the faults of the recorder that are candidates, beyond those that a simulator knows; without the run ``lacking``."""
+def _faults(found: Search, scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
+    """Return the faults of the recorder beyond those that a simulator knows, candidates or not; without the run ``lacking``."""
     sim = found.sim
     known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
     # readings are compared one by one, not their means over a step of the simulation
@@ -277,7 +279,7 @@ def _faults(found: Search, ids: Sequence[str], scenario: Scenario, lacking: int 
     predictions = sim.predict_fine(found.base.theta, {})
     records = tuple(sim.problem.records[i] for i in runs)
     seen = faults.recorder_effects(records, [predictions[i] for i in runs], max(fine_n, 1e-9), known)
-    return [e for e in seen if e.id in ids]
+    return [e for e in seen if e.id not in scenario.effects]
 
 
 def _beside(found: Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
@@ -293,10 +295,9 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
     found, said, options = result.evidence, result.verdict, result.options
     if len(found.problem.records) < FEWEST_RUNS or deadline.passed(ODD):
         return None
-    ids = [i for i in candidates(options) if i not in (options.sim or Scenario()).effects]
     decide = partial(verdict.verdict, weights=_weights(options), prior=options.prior or None)
     given = options.sim or Scenario()
-    rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, ids, given, i), found.beside))
+    rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, given, i), found.beside))
     suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
     confirmed: list[OddRun] = []
     for suspect in suspects[:CONFIRMED_RUNS]:

@@ -126,6 +126,21 @@ def test_a_limit_gains_by_how_far_the_line_goes_beyond_what_it_is_off_elsewhere(
     assert limit_of([Pair(x, read(y, 1), NOISE_N, True)]).nats() < 1.0
 
 
+@pytest.mark.parametrize("is_out", [True, False])
+def test_a_limit_takes_what_an_amplifier_compresses_below_it(is_out):
+    x, y = moved()
+    value, level, width = (y, 9.0, 0.3) if is_out else (x, 15.0, 0.3)
+    soft = value - width * np.logaddexp(0.0, (value - level) / width)
+    pair = Pair(x, read(soft, 1), NOISE_N, True) if is_out else Pair(read(soft, 1), y, NOISE_N, False)
+    found = limit_of([pair])
+    assert found.nats() > DOUBT_NATS
+    # what is read short by more than noise, and little of the rest; where the input comes down from its limit the output tells nothing
+    short = value - soft
+    assert found.there[0][short > (3.0 if is_out else 10.0) * NOISE_N].all() and not found.there[0][short < 0.1 * NOISE_N].any()
+    # what readings short of nothing are off by is the noise
+    assert found.off_n < 2.0 * NOISE_N
+
+
 def test_a_limit_is_one_level_of_all_runs_of_a_sensor():
     x, y = moved()
     low, free = Pair(x, read(np.minimum(y, 9.0), 1), NOISE_N, True), Pair(x, read(y, 2), NOISE_N, True)
@@ -162,7 +177,7 @@ def test_a_line_that_every_sensor_shows_short_at_its_highest_is_at_no_limit():
     # friction that grows towards a turn: short by 1.9 % in one loop, by 1.2 % in the other
     loop, other = Limit(18.3, (), 0.35, 0.048), Limit(16.5, (), 0.2, 0.05)
     assert loop.nats() > DOUBT_NATS > 2.0 > loop.nats(other.share)
-    assert _usual(("sstl", True), {("sstl", True): loop, ("act", True): other}) == pytest.approx(0.2 / 16.5)
+    assert _usual(("sstl", True), {("sstl", True): loop, ("act", True): other}) == pytest.approx(np.sqrt(0.2**2 - 0.05**2) / 16.5)
     # one level for both is a limit that they share, and the other end of the line says nothing of this one
     same = Limit(18.2, (), 0.3, 0.05)
     assert _usual(("sstl", True), {("sstl", True): loop, ("act", True): same, ("act", False): other}) == 0.0

@@ -51,6 +51,17 @@ def test_spikes_carry_their_squared_error():
     assert row.ids == ("acquisition_faults",) and row.kind == "recorder" and row.share == effect.share and row.evidence == effect.nats
 
 
+def test_what_was_not_recorded_is_off_by_nothing():
+    """A stretch that was lost is bridged; what the bridge is off by is no error of a reading, and does not dwarf the fault's."""
+    error = np.where(SOME, 10.0, 0.0)
+    lost = np.arange(N) >= N - 20
+    whole, bridged = record(error, out=faults(spike=SOME)), record(np.where(lost, 50.0, error), out=faults(spike=SOME))
+    bridged.raw.extra["gap"] = lost.astype(float)
+    (effect,) = recorder_effects((bridged,), [np.full(N, 5.0)], NOISE)
+    assert effect.total_n2 == pytest.approx(found(whole)["acquisition_faults"].total_n2) == pytest.approx(500.0)
+    assert effect.share == pytest.approx(1.0) and effect.parameters["spike_pct"] == pytest.approx(100.0 * 5 / (2 * 80))
+
+
 def test_what_a_rig_is_known_to_carry_is_no_news():
     made = record(np.where(SOME, 10.0, 0.0), out=faults(spike=SOME))
     (first,) = recorder_effects((made,), [np.full(N, 5.0)], NOISE)

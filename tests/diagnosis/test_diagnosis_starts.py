@@ -40,7 +40,7 @@ def test_starts_of_strengths_and_shapes():
     (spread,) = {tuple(v[1] for v in grid(variants("presliding", ("act",))[0].free))[:3]}
     assert spread == pytest.approx((0.15, 0.5, 0.85))
     # a shape that says where to begin begins there
-    assert {float(v[1]) for v in grid(variants("presliding", ("act",))[1].free)} == {0.5}
+    assert {float(v[1]) for v in grid(variants("presliding", ("act",))[2].free)} == {0.5}
     drift = named("friction_drift", "d_mu", "path_n")
     assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([STRENGTHS[0] * 0.6] * 3)
 

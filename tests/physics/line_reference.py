@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from sstl_cli.physics.transmission import march, state
-from sstl_cli.physics.transmission.balance import LEAST_N, MAX_ITERATIONS, MODE_TOLERANCE_N
+from sstl_cli.physics.transmission.balance import LEAST_MM_S, LEAST_N, MAX_ITERATIONS, MODE_TOLERANCE_N
 
 # a smooth line is followed closer than the compiled march follows it
 BALANCE_N = 1e-9
@@ -17,7 +17,7 @@ BALANCE_N = 1e-9
 def marched(tension, steps, scale, lines, i):
     """Return the outputs (N) of line ``i`` of Lines for inputs (N), times of steps (s) and factors on mu, one a knot."""
     law = SimpleNamespace(**{k: lines.laws[i, getattr(state, k.upper())] for k in (
-        "creep_s", "static", "static_speed", "aging", "aging_s", "stribeck", "stribeck_speed", "tail", "factor_step",
+        "creep_s", "static", "static_speed", "aging", "aging_s", "stribeck", "stribeck_speed", "tail", "bristle_n", "thinning", "factor_step",
     )}, factors=lines.factors[i], smooth=lines.laws[i, state.TAIL] >= 0.0)  # fmt: skip
     nodes = [_node(lines.given[i, :, j]) for j in range(lines.nodes[i])]
     _rest(nodes, tension[0], scale[0], lines.start[i])
@@ -69,8 +69,8 @@ def _prepare(node, dt, mu, longer, law):
     a, b, c, d = node.phi_pull * s, node.phi_release * s, node.pulley_pull, node.pulley_release
     node.pull = sum(-((-a) ** k) / math.factorial(k) for k in range(1, 5)) + c - c * c / 2.0
     node.release = sum(b**k / math.factorial(k) for k in range(1, 5)) + d + d * d / 2.0
-    limit = 0.5 * (node.pull + node.release) * max(node.left, 0.0) + node.hold
-    node.stiff, node.viscous = max(limit, LEAST_N) * node.rigid, node.drag / dt
+    limit = 0.5 * (node.pull + node.release) * (law.bristle_n or max(node.left, 0.0)) + node.hold
+    node.stiff, node.viscous = max(limit, LEAST_N) * node.rigid, node.drag / dt * (node.speed + LEAST_MM_S) ** (law.thinning - 1.0)
     if law.smooth:
         node.u = node.u_old + node.went * longer
 

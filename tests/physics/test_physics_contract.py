@@ -17,13 +17,14 @@ from sstl_cli.steps import simulate
 SIMULATORS = get_args(Scenario.model_fields["simulator"].annotation)
 # laws that the fast model has beside those of the simulators that stand in for hardware
 OWN = {
-    "const_friction": {"w_end_n", "w_in_n"},
+    "const_friction": {"w_bend_n", "w_end_n", "w_in_n"},
     "crosstalk": {"m_out", "m_in"},
     "friction_drift": {"d_mu_time", "time_s"},
-    "presliding": {"dahl_mm", "tail"},
+    "load_dependent_friction": {"step", "step_n"},
+    "presliding": {"bristle_mm", "dahl_mm", "tail"},
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
-    "viscous": {"c_bend_n_s_per_mm", "c_end_n_s_per_mm"},
+    "viscous": {"c_bend_n_s_per_mm", "c_end_n_s_per_mm", "power"},
     "zero_drift": {"warming"},
 }
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")

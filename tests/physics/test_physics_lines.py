@@ -52,6 +52,7 @@ def test_fingerprint_table(system, n):
     z, g = 0.3, 1.06
     table = {
         "const_friction": ({"w_l_n": W}, (0, 0, -h * (1 - gp), h * (gr - 1))),
+        "const_friction, bend": ({"w_bend_n": W}, (0, 0, -W * (1 - gp), W * (gr - 1))),
         "const_friction, begin": ({"w_in_n": W}, (0, 0, -W * gp, W * gr)),
         "const_friction, end": ({"w_end_n": W}, (0, 0, -W, W)),
         "gain_error": ({f"g_{system}": g}, (np.log(g), np.log(g), 0, 0)),
@@ -105,6 +106,48 @@ def test_curved_laws_follow_their_differential_equation(system, n):
     assert load[-1] == pytest.approx(10.0 * (4.0**alpha - alpha * n * THETA) ** (1 / alpha), rel=1e-4)
     sheath = predict(drive, THETA, activate({"sheath_compliance": {"c_t_per_n": c}}), 5.0)
     assert sheath[-1] == pytest.approx(1.0 / ((1.0 / 40.0 + c) * np.exp(n * THETA) - c), rel=1e-4)
+
+
+@pytest.mark.parametrize(("system", "n"), [("act", 1), ("sstl", 2)])
+def test_friction_that_steps_has_its_own_angle_on_either_side(system, n):
+    law, rise = {"load_dependent_friction": {"step": 0.2, "step_n": 8.0}}, np.linspace(0.5, 60, 4000)
+    drive = drive_of(system, "CP", DT, rise, Mechanics())
+    out = predict(drive, 0.3, activate(law), 0.2)
+    # far below the step and far above it, where both ends of the line are on the same side
+    low, high = (rise > 2.0) & (rise < 4.0), out > 20.0
+    for part, angle in ((low, 1.2), (high, 0.8)):
+        assert np.polyfit(rise[part], np.log(out[part] / rise[part]), 1) == pytest.approx((0.0, -0.3 * n * angle), abs=2e-3)
+
+
+def test_what_presses_without_tension_is_as_four_equal_zeros():
+    theta, path = 0.5, 12.0 + 10.0 * np.sin(np.linspace(0, 12, 900))
+    pressed = predict(drive_of("sstl", "CP", DT, path, Mechanics()), theta, activate({"const_friction": {"w_bend_n": W}}), 6.0)
+    offset = predict(drive_of("sstl", "CP", DT, path + W, Mechanics()), theta, activate({}), 6.0 + W) - W
+    assert pressed == pytest.approx(offset, abs=1e-9)
+
+
+def test_bristles_of_one_stiffness_break_away_later_at_higher_tension():
+    """What friction builds up over the first way back is the same at all tensions, in proportion to the tension otherwise."""
+    held = {}
+    for law in ("breakaway_mm", "bristle_mm"):
+        for tension in (5.0, 20.0):
+            path = np.concatenate((np.linspace(1.0, tension, 400), np.linspace(tension, tension - 0.02, 20)))
+            effects = activate({"presliding": {law: 1.0, "spread": 0.0}})
+            out = predict(drive_of("act", "CP", DT, path, Mechanics()), 0.5, effects, 1.0)
+            held[law, tension] = (out[399] - out[-1]) / 0.02
+    # stiffer contacts hold back more of a small step: by their tension, or alike
+    assert held["breakaway_mm", 20.0] < 0.8 * held["breakaway_mm", 5.0]
+    assert held["bristle_mm", 20.0] == pytest.approx(held["bristle_mm", 5.0], rel=0.05)
+
+
+def test_drag_that_thins_grows_with_its_power_of_the_speed():
+    def opened(rate):
+        path = np.concatenate((np.linspace(2, 30, round(28 / rate / DT)), np.linspace(30, 2, round(28 / rate / DT))))
+        drive = drive_of("act", "CP", DT, path, Mechanics())
+        drag, free = (predict(drive, 0.3, activate({"viscous": v}), 1.0) for v in ({"c_l_n_s_per_mm": 0.05, "power": 0.5}, {}))
+        return float(np.mean((free - drag)[len(path) // 4 : len(path) // 3]))
+
+    assert opened(40.0) / opened(10.0) == pytest.approx(2.0, rel=0.1)
 
 
 @settings(max_examples=60, deadline=None)

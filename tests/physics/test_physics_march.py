@@ -21,7 +21,12 @@ FRICTION = {
     "stribeck": lambda r: ({}, {"breakaway_mm": r(0.05, 0.3), "stribeck_ratio": r(1.0, 1.2), "stribeck_mm_s": r(5.0, 30.0)}),
     "pulley": lambda r: ({"pulley_pull": r(0.0, 0.2), "pulley_release": r(0.0, 0.2), "pulley_n": r(0.0, 0.3)}, {}),
     "asymmetric": lambda r: ({"scale_pull": r(0.7, 1.0), "scale_release": r(1.0, 1.3), "constant_n": r(0.0, 0.5)}, {}),
-    "load": lambda r: ({"factors": [lambda t, c=r(-0.02, 0.02): np.maximum(1.0 + c * t, 0.1)]}, {"breakaway_mm": r(0.0, 0.2)}),
+    "load": lambda r: (
+        {"adhesion_n": r(0.0, 0.5), "factors": [lambda t, c=r(-0.02, 0.02): np.maximum(1.0 + c * t, 0.1)]},
+        {"breakaway_mm": r(0.0, 0.2)},
+    ),
+    "bristle": lambda r: ({}, {"breakaway_mm": r(0.05, 0.5), "spread": r(0.0, 0.5), "bristle_n": 10.0}),
+    "thinning": lambda r: ({}, {"drag_n_s_mm": r(0.0, 0.05), "drag_power": r(0.4, 1.0)}),
     "dahl": lambda r: ({}, {"breakaway_mm": r(0.05, 0.5), "spread": r(0.0, 0.5), "tail": 1.0}),
     "between": lambda r: ({}, {"breakaway_mm": r(0.05, 0.5), "tail": r(0.1, 0.9), "drag_n_s_mm": r(0.0, 0.02)}),
     "ending": lambda r: ({"constant_n": r(0.0, 0.3)}, {"breakaway_mm": r(0.05, 0.5), "tail": 0.0, "creep_fraction": r(0.0, 0.2)}),

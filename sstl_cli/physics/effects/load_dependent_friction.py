@@ -6,26 +6,39 @@ from sstl_cli.physics.effect import FRICTION_LAW, Array, Effect, Law, Parameter,
 
 REFERENCE_N = 10.0
 FLOOR_N = 0.05
+# within which part of its tension a step happens
+STEP_WIDTH = 0.15
 
 
 def _law(law: Law, v: Values) -> None:
-    alpha = v["alpha"]
+    alpha, step, step_n = v["alpha"], v["step"], v["step_n"]
     if alpha != 0.0:
 
-        def factor(tension: Array) -> Array:
+        def power(tension: Array) -> Array:
             return (np.maximum(tension, FLOOR_N) / REFERENCE_N) ** -alpha
 
-        law.factors.append(factor)
+        law.factors.append(power)
+    if step != 0.0:
+
+        def stepped(tension: Array) -> Array:
+            return np.asarray(1.0 + step * np.tanh((step_n - tension) / (STEP_WIDTH * step_n)))
+
+        law.factors.append(stepped)
 
 
 EFFECT = Effect(
     id="load_dependent_friction",
     title="Friction coefficient that depends on the load",
     stage=FRICTION_LAW,
-    equation="mu = mu0 (T / 10 N)^(-alpha)",
+    equation="mu = mu0 (T / 10 N)^(-alpha); or, where the tendon changes sides, mu = mu0 (1 + s tanh((T_s - T) / (0.15 T_s)))",
     source="Hertzian contact of polymers, catalogue entry [L]; slope products of Table II [C]",
-    parameters=(Parameter("alpha", "1", 0.0, -0.1, 0.33, "load exponent; 1/3 is an elastic Hertz contact"),),
+    parameters=(
+        Parameter("alpha", "1", 0.0, -0.1, 0.33, "load exponent; 1/3 is an elastic Hertz contact"),
+        Parameter("step", "1", 0.0, -0.3, 0.3, "half of the step, as a part of the friction", limits=(-0.9, 0.9)),
+        Parameter("step_n", "N", 10.0, 3.0, 20.0, "tension at which the friction steps", shape=True),
+    ),
     excitation="A wide span of tension, or two amplitudes.",
+    variants=(("alpha",), ("step", "step_n")),
     look_alikes=("sheath_compliance", "gain_error", "asymmetric_friction"),
     law=_law,
 )

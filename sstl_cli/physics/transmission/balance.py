@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.physics.transmission.build_up import built_up
-from sstl_cli.physics.transmission.lanes import larger, put, row, select, size, some, wide
+from sstl_cli.physics.transmission.lanes import exp, larger, log, put, row, select, size, some, wide
 from sstl_cli.physics.transmission.state import (
     AFTER,
     DRAG,
@@ -30,6 +30,7 @@ from sstl_cli.physics.transmission.state import (
     RESIDUAL,
     RIGID,
     SHARE,
+    SPEED,
     STAY,
     STEP,
     STIFF,
@@ -48,10 +49,12 @@ MODE_TOLERANCE_N = 1e-9
 BALANCE_N = 1e-5
 # least force in proportion to which friction builds up, so that what hangs loose has a stiffness (N)
 LEAST_N = 1e-4
+# speed (mm/s) below which drag that grows with a power of the speed grows in proportion
+LEAST_MM_S = 0.02
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def set_out(state: Array, nodes: int, t_in: Any, dt: Any, longer: Any, kind: Kind) -> None:
+def set_out(state: Array, nodes: int, t_in: Any, dt: Any, longer: Any, bristle: Any, thinning: Any, kind: Kind) -> None:
     """Set the stiffness of what sticks and where a step begins; where friction is cut, also its first balance.
 
     That one has nothing moved yet, and trusts the modes of the step before.
@@ -61,9 +64,13 @@ def set_out(state: Array, nodes: int, t_in: Any, dt: Any, longer: Any, kind: Kin
     for j in range(nodes):
         at = j * FIELDS
         pull, release, hold = row(state, at + PULL), row(state, at + RELEASE), row(state, at + HOLD)
-        limit = 0.5 * (pull + release) * larger(row(state, at + LEFT), wide(0.0)) + hold
+        pressing = select(bristle > 0.0, bristle, larger(row(state, at + LEFT), wide(0.0)))
+        limit = 0.5 * (pull + release) * pressing + hold
         stiff, viscous = larger(limit, wide(LEAST_N)) * row(state, at + RIGID), row(state, at + DRAG) * often
         put(state, at + STIFF, stiff)
+        if kind.thinning:
+            # the speed is that of the step before: what goes with a power of it would not be linear
+            viscous = viscous * exp(thinning * log(row(state, at + SPEED) + LEAST_MM_S))
         if kind.dragging:
             put(state, at + VISCOUS, viscous)
         if kind.smooth:

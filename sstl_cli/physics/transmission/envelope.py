@@ -86,7 +86,8 @@ def _one_pass(law: Law, tension: Array, phi: Array, zeta: float, before: Array, 
     arc = w * (1.0 - before - behind)
     angle = zeta * phi[:, None]
     if linear:
-        tension = np.exp(-angle) * tension - arc * _mean_decay(angle)
+        # what is pressed on without tension behaves as if all tensions were so much larger
+        tension = np.exp(-angle) * tension - arc * _mean_decay(angle) + law.adhesion_n * np.expm1(-angle)
     else:
         tension = _integrate(law, tension, angle, arc)
     return tension - w * behind
@@ -106,7 +107,7 @@ def _integrate(law: Law, tension: Array, angle: Array, arc: Array) -> Array:
     def slope(t: Array) -> Array:
         # far outside the range of any tendon a fit may ask for the absurd; it must only not overflow
         t = np.clip(t, 0.0, CEILING_N)
-        friction = t
+        friction = t + law.adhesion_n
         for factor in law.factors:
             friction = friction * factor(t)
         return -angle * friction - arc

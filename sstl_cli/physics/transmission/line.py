@@ -46,7 +46,7 @@ LEAST_COMPLIANCE = 1e-4
 # the numbers of a transition that differ between runs; from the fifth on the march takes them as they are
 SCALARS = attrgetter(
     "drag_n_s_mm", "drag_bend_n_s_mm", "drag_end_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
-    "stribeck_ratio", "stribeck_mm_s", "tail",
+    "stribeck_ratio", "stribeck_mm_s", "tail", "bristle_n", "drag_power",
 )  # fmt: skip
 
 
@@ -110,7 +110,7 @@ def elastic_lines(
         breakaway[i, :nodes] = known[key] if key in known else known.setdefault(key, _breakaway(t, nodes))
     given = np.empty((runs, GIVEN, bend.shape[1]))
     given[:, PHI_PULL], given[:, PHI_RELEASE] = bend * law.scale_pull, bend * law.scale_release
-    given[:, HOLD] = law.constant_n * places.share + law.pulley_n * places.pulley
+    given[:, HOLD] = law.constant_n * places.share + law.adhesion_n * bend + law.pulley_n * places.pulley
     given[:, HOLD, 0] += law.begin_n
     given[last[0], HOLD, last[1]] += law.end_n
     given[:, PULLEY_PULL], given[:, PULLEY_RELEASE] = law.pulley_pull * places.pulley, law.pulley_release * places.pulley

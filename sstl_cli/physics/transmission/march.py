@@ -20,6 +20,7 @@ from sstl_cli.physics.transmission.state import (
     AGE,
     AGING,
     AGING_S,
+    BRISTLE_N,
     BUSY,
     CREEP,
     CREEP_S,
@@ -54,6 +55,7 @@ from sstl_cli.physics.transmission.state import (
     STRIBECK,
     STRIBECK_SPEED,
     TAIL,
+    THINNING,
     U_OLD,
     WENT,
     Input,
@@ -130,17 +132,18 @@ def _between_knots(tension: Array, at: Counts, met: Array, out: Array) -> None:
 @njit(cache=True, error_model="numpy", nogil=True)
 def _kind(into: Input, lines: Lines, order: Counts) -> Kind:
     """Return what is at work in any of some lines."""
-    creeping = dragging = nonlinear = static = aging = moving = False
+    creeping = dragging = nonlinear = static = aging = moving = thinning = False
     for i in order:
         creeping = creeping or lines.given[i, CREEP].max() > 0.0
         dragging = dragging or lines.given[i, DRAG].max() > 0.0
         static = static or lines.laws[i, STATIC] > 1.0
         aging = aging or lines.laws[i, AGING] > 0.0
         moving = moving or lines.laws[i, STRIBECK] > 1.0
+        thinning = thinning or lines.laws[i, THINNING] != 1.0
         for x in lines.factors[i]:
             nonlinear = nonlinear or x != 1.0
     changing = nonlinear or static or aging or moving or into.scale.size > 1
-    return Kind(creeping, dragging, nonlinear, static, aging, moving, changing, lines.laws[order[0], TAIL] >= 0.0)
+    return Kind(creeping, dragging, nonlinear, static, aging, moving, changing, lines.laws[order[0], TAIL] >= 0.0, dragging and thinning)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -217,9 +220,9 @@ def _march(state: Array, laws: Array, table: Array, tension: Array, steps: Array
             gone = _relax(state, nodes, dt / row(laws, CREEP_S))
         if kind.changing or k == 0:
             _limits(state, laws, table, nodes, row(scale, k), kind)
-        set_out(state, nodes, t_in, dt, dt / row(laws, STEP_OLD), kind)
+        set_out(state, nodes, t_in, dt, dt / row(laws, STEP_OLD), row(laws, BRISTLE_N), row(laws, THINNING) - 1.0, kind)
         settle(state, nodes, t_in, row(laws, TAIL), row(laws, BUSY) > 0.0, kind)
-        if kind.moving:
+        if kind.moving or kind.thinning:
             _quicken(state, nodes, dt)
         if kind.static or kind.aging:
             _wear(state, laws, nodes, dt, kind)

@@ -74,8 +74,9 @@ def mean_tension(drive: Drive, theta: float, active: Active, tension_out: Array)
         for share, angle in stations:
             # the tension in the middle of the station stands for all of it
             for half in (0, 1):
-                pull = _after(pull, 0.5 * angle * law.scale_pull, 0.5 * share * law.constant_n)
-                release = _after(release, -0.5 * angle * law.scale_release, -0.5 * share * law.constant_n)
+                pulled, released, spread = 0.5 * angle * law.scale_pull, 0.5 * angle * law.scale_release, 0.5 * share * law.constant_n
+                pull = _after(pull, pulled, spread + pulled * law.adhesion_n)
+                release = _after(release, -released, -(spread + released * law.adhesion_n))
                 if half == 0:
                     total += share * np.maximum(play_operator(drive.tension_n, *pull, *release, start), 0.0)
     return total

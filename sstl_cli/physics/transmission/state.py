@@ -21,9 +21,10 @@ PULL, RELEASE, STIFF, VISCOUS, MODE, INVERSE, OFFSET, CREPT = range(GIVEN + 6, G
 # Newton's step, and what laws with a memory remember
 LOWER, STAY, RESIDUAL, SHARE, STEP, WENT, SPEED, EXCESS, AGE, FACTOR = range(GIVEN + 14, GIVEN + 24)
 FIELDS = GIVEN + 24
-# rows of a line: numbers of its transition, step of its table of factors (N); step before (s), and whether it has not ended
-CREEP_S, STATIC, STATIC_SPEED, AGING, AGING_S, STRIBECK, STRIBECK_SPEED, TAIL, FACTOR_STEP = range(9)
-LAWS = 9
+# rows of a line: numbers of its transition, the tension (N) that gives contacts the stiffness they keep (0: it goes with the tension
+# before them), step of its table of factors (N); step before (s), and whether it has not ended
+CREEP_S, STATIC, STATIC_SPEED, AGING, AGING_S, STRIBECK, STRIBECK_SPEED, TAIL, BRISTLE_N, THINNING, FACTOR_STEP = range(11)
+LAWS = 11
 STEP_OLD, BUSY = LAWS, LAWS + 1
 
 
@@ -65,3 +66,4 @@ class Kind(NamedTuple):
     moving: bool
     changing: bool
     smooth: bool
+    thinning: bool
