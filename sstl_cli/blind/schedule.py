@@ -48,16 +48,23 @@ class Job:
 
 
 def jobs(
-    cases: int, seed: int, simulator: str, quick: bool = False, recordings: str = MIXED, strengths: Sequence[float] = STRENGTHS
+    cases: int,
+    seed: int,
+    simulator: str,
+    quick: bool = False,
+    recordings: str = MIXED,
+    strengths: Sequence[float] = STRENGTHS,
+    nulls: int = 0,
 ) -> list[Job]:
     """Return the cases of a set; case k belongs to seed + k.
 
     ``mixed`` deals the simulators in turn within each kind, so that every kind comes from all of them. ``recordings`` are
-    ``plain`` (complete, at a steady rate), as ``lab`` s make them, or ``mixed``: every other case of a kind.
+    ``plain`` (complete, at a steady rate), as ``lab`` s make them, or ``mixed``: every other case of a kind. So many further ``nulls``
+    are among them: a false alarm is rare, and takes many cases to count.
     """
     dealt: Counter[str] = Counter()
     found = []
-    for k, entry in enumerate(schedule(cases, seed, strengths)):
+    for k, entry in enumerate(schedule(cases, seed, strengths, nulls)):
         turn = dealt[entry.kind] + KINDS.index(entry.kind)
         name = NAMES[turn % len(NAMES)] if simulator == MIXED else simulator
         as_labs = recordings == LAB or (recordings == MIXED and turn % 2 == 1)
@@ -66,12 +73,12 @@ def jobs(
     return found
 
 
-def schedule(cases: int, seed: int, strengths: Sequence[float] = STRENGTHS) -> list[Entry]:
-    """Return the cases of a set in shuffled order; every effect comes once before any comes twice."""
+def schedule(cases: int, seed: int, strengths: Sequence[float] = STRENGTHS, nulls: int = 0) -> list[Entry]:
+    """Return the cases of a set and so many further nulls in shuffled order; every effect comes once before any comes twice."""
     levels = len(strengths)
     rng = stream(seed, "schedule")
     counts = _counts(cases)
-    entries: list[Entry] = []
+    entries = [Entry("none")] * nulls
     # a blind log has one tendon
     everything = [e for e in catalogue() if get(e).channel != "neighbour"]
     audible = [e for e in everything if get(e).channel == "out"]

@@ -37,6 +37,7 @@ class Making:
 
     out: Set
     cases: Annotated[int | None, typer.Option(min=1, max=100_000, help=f"Cases (default {FULL_CASES}, quick {QUICK_CASES}).")] = None
+    nulls: Annotated[int, typer.Option(min=0, max=100_000, help="Further cases in which nothing is missing.")] = 0
     quick: Annotated[bool, typer.Option("--quick", help="Short recordings: a subset for CI.")] = False
     simulator: Simulator = "mixed"
     recordings: Recordings = "mixed"
@@ -60,12 +61,13 @@ def make(asked: Making) -> None:
     from sstl_cli.steps import blind_make
 
     screen, out, quick = Screen(asked.as_json), asked.out, asked.quick
-    count = asked.cases or (QUICK_CASES if quick else FULL_CASES)
+    cases = asked.cases or (QUICK_CASES if quick else FULL_CASES)
+    count = cases + asked.nulls
     folder = files.Folder(out)
     drawn_from = secrets.randbelow(LARGEST_SEED) if asked.seed is None else asked.seed
     with (
         screen.progress("drawing cases", count) as advance,
-        closing(blind_make.run(count, drawn_from, quick, asked.workers, advance, asked.simulator, asked.recordings)) as drawn,
+        closing(blind_make.run(cases, drawn_from, quick, asked.workers, advance, asked.simulator, asked.recordings, asked.nulls)) as drawn,
     ):
         made = files.write_set(folder, drawn, count, drawn_from, quick, asked.force)
     screen.say(f"{made.cases} cases, {made.samples} samples -> {out}; sealed as {made.seal[:16]}")

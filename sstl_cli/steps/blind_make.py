@@ -26,25 +26,27 @@ def run(
     advance: Callable[[float], None] = lambda _: None,
     simulator: str = MIXED,
     recordings: str = MIXED,
+    nulls: int = 0,
 ) -> Generator[Named]:
-    """Yield name and case in order; case k belongs to seed + k, whatever the number of workers.
+    """Yield name and case in order, further ``nulls`` among them; case k belongs to seed + k, whatever the number of workers.
 
     Raises
     ------
     SstlError
         If a case cannot be simulated.
     """
-    waiting = jobs(cases, seed, simulator, quick, recordings)
+    waiting = jobs(cases, seed, simulator, quick, recordings, nulls=nulls)
+    named = names(len(waiting))
     if workers <= 1:
-        for name, job in zip(names(cases), waiting, strict=True):
+        for name, job in zip(named, waiting, strict=True):
             yield name, draw_job(job)
             advance(1)
         return
     with processes(workers) as pool:
         # a few at a time: finished cases wait in memory until they are written
-        for start in range(0, cases, 4 * workers):
+        for start in range(0, len(waiting), 4 * workers):
             part = slice(start, start + 4 * workers)
-            for name, case in zip(names(cases)[part], pool.map(draw_job, waiting[part]), strict=True):
+            for name, case in zip(named[part], pool.map(draw_job, waiting[part]), strict=True):
                 yield name, case
                 advance(1)
 

@@ -25,6 +25,10 @@ def test_half_of_each_kind_and_of_each_simulator_is_recorded_as_labs_do():
     for kind in ("single", "none", "pair"):
         for simulator in ("rig", "bristle", "variant"):
             assert abs(dealt[kind, simulator, True] - dealt[kind, simulator, False]) <= 1
+    more = Counter((j.entry.kind, j.simulator) for j in jobs(600, 3, "mixed", nulls=30))
+    assert {k: more[k] - sum(dealt[(*k, lab)] for lab in (False, True)) for k in more} == {
+        k: 10 * (k[0] == "none") for k in more
+    }  # further nulls of every simulator, and all else as before
     assert not any(j.as_labs for j in jobs(40, 3, "mixed", recordings="plain"))
     assert all(j.as_labs for j in jobs(40, 3, "rig", recordings="lab"))
 
