@@ -277,7 +277,7 @@ def _evident(sim: Simulator, base: Fit, whole: Fit) -> Fit:
         fewer = [h for h in variants(whole.ids[0], sim.problem.systems) if len(h.free) < len(whole.free)]
         begun = [_held(sim, whole, h) for h in fewer]
         best += [fit(sim, whole.whiten, f.hypothesis, f.theta, f.values, ROUNDS) for f in sorted(begun, key=lambda f: f.cost)[:SUBSETS]]
-    return max(best, key=lambda f: weigh(sim, f, base.cost).evidence)
+    return max(best, key=lambda f: weigh(sim, f, base).evidence)
 
 
 def _held(sim: Simulator, whole: Fit, h: Hypothesis) -> Fit:

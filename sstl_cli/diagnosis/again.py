@@ -57,8 +57,8 @@ def _judged(found: Search, noise: Noise, workers: int) -> Search:
     singles = {k: each(again, v, workers) for k, v in found.singles.items()}
     likeliest = min((f for v in singles.values() for f in v), key=lambda f: f.cost)
     base = deepest(sim, noise, settle(sim, noise, found.base), [likeliest])
-    weighed = {k: tuple(sorted((weigh(sim, f, base.cost) for f in v), key=lambda w: -w.evidence)) for k, v in singles.items()}
+    weighed = {k: tuple(sorted((weigh(sim, f, base) for f in v), key=lambda w: -w.evidence)) for k, v in singles.items()}
     done = replace(found, noise=noise, base=base, singles=weighed, combined={})
     for key, f in zip(found.combined, each(again, list(found.combined.values()), workers), strict=True):
-        done.combined[key] = weigh(sim, f, base.cost, done.parts(key))
+        done.combined[key] = weigh(sim, f, base, done.parts(key))
     return done

@@ -113,7 +113,7 @@ def _joined(found: Search, job: _Job) -> Weighed:
         weak = np.concatenate((start.values, grid(h.free[len(start.free) :])[0]))
         again = fit(sim, start.whiten, h, start.theta, weak, 0)
         done = min(done, settle(sim, found.noise, again, 1), key=lambda f: f.cost)
-    return weigh(sim, done, found.base.cost, found.parts(h.ids))
+    return weigh(sim, done, found.base, found.parts(h.ids))
 
 
 def _pairs(sim: Simulator, base: Fit, models: Sequence[Weighed]) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:

@@ -62,7 +62,7 @@ def standard_errors(sim: Simulator, f: Fit) -> Array:
     return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(a)), 0.0))[len(f.theta) :])
 
 
-def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = ()) -> Weighed:
+def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> Weighed:
     """Return a fit with its evidence over the base.
 
     Parameters
@@ -70,16 +70,20 @@ def weigh(sim: Simulator, f: Fit, base_cost: float, parts: Sequence[Weighed] = (
     parts : sequence of Weighed
         The models that lack one of several effects each: the size of an effect's own response is what it adds to them.
     """
-    gain = base_cost - f.cost
+    gain = base.cost - f.cost
     se = standard_errors(sim, f)
     charge = sum(shape_charge(x, float(v), float(s)) for x, v, s in zip(f.free, f.values, se, strict=True) if x.parameter.shape)
     lacking = {next(iter(set(f.ids) - set(p.ids))): p.gain for p in parts if len(set(f.ids) - set(p.ids)) == 1}
     for effect_id in f.ids:
         k = sum(1 for x in f.hypothesis.strengths if x.effect.id == effect_id)
         charge += strengths_charge(k, 2.0 * (gain - lacking.get(effect_id, 0.0)))
-    # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, unless
-    # the bend had no friction when the rig was modelled
-    out = (f.theta <= THETA_LOW) | (f.theta >= THETA_HIGH)
-    had = sim.accepted
-    stopped = bool(np.any(out if had is None else out & (had > THETA_LOW) & (had < THETA_HIGH)))
+    # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, unless the base
+    # is as still, or the bend had no friction when the rig was modelled
+    before = [base.theta] if sim.accepted is None else [base.theta, sim.accepted]
+    stopped = bool(np.any(_out(f.theta) & ~np.any([_out(theta) for theta in before], axis=0)))
     return Weighed(f, gain, min(gain - charge, 0.0) if stopped else gain - charge)
+
+
+def _out(theta: Array) -> NDArray[np.bool_]:
+    """Return which bends have no friction that a tendon moves through."""
+    return np.asarray((theta <= THETA_LOW) | (theta >= THETA_HIGH))

@@ -173,14 +173,14 @@ def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed,
     """Return the hypotheses of one effect, refitted by their own phases while they are ``alive``, the most evident first."""
     sim, base = found.sim, found.base
     if not alive:
-        return tuple(sorted((weigh(sim, f, base.cost) for f in begun), key=lambda w: -w.evidence))
+        return tuple(sorted((weigh(sim, f, base) for f in begun), key=lambda w: -w.evidence))
     done = [_settled(found, f, judged=True) for f in begun]
-    weighed = [weigh(sim, f, base.cost) for f in done]
+    weighed = [weigh(sim, f, base) for f in done]
     whole = done[0]
     if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
         for h, values, theta in _subsets(sim, whole):
             start = fit(sim, whole.whiten, h, theta, values, 0)
-            weighed.append(weigh(sim, _settled(found, start), base.cost))
+            weighed.append(weigh(sim, _settled(found, start), base))
     return tuple(sorted(weighed, key=lambda w: -w.evidence))
 
 

@@ -265,7 +265,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         return say(AMBIGUOUS, top, sum(p[k] for k in group), group, said)
     if commits:
         return say(IDENTIFIED, top, sure, (top,), explained(rows, top))
-    likely = max(p[UNKNOWN], p.get(top, 0.0) if ranked else 0.0)
+    # members of a family that share their probability are one cause
+    likely = max(p[UNKNOWN], sure)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
         if p[NONE] < named:

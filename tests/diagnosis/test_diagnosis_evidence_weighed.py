@@ -20,30 +20,35 @@ GAIN, FRICTION = full("gain_error", ("act",)), variants("const_friction", ("act"
 ONE = made(noise(), GAIN, (1.05,))
 
 
+def over(f, nats):
+    """Return a base that a fit gains so many nats over."""
+    return replace(made(noise()), cost=f.cost + nats)
+
+
 def at(f, theta):
     return replace(f, theta=np.array(theta))
 
 
 def test_one_effect_is_charged_by_its_whole_gain():
-    w = weigh(SIM, ONE, ONE.cost + 40.0)
+    w = weigh(SIM, ONE, over(ONE, 40.0))
     assert w.ids == ("gain_error",) and w.gain == pytest.approx(40.0)
     assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 80.0))
     # two strengths of one effect are charged together
     zero = made(noise(), full("zero_offset", ("act",)), (0.1, 0.2))
-    assert weigh(SIM, zero, zero.cost + 40.0).evidence == pytest.approx(40.0 - strengths_charge(2, 80.0))
+    assert weigh(SIM, zero, over(zero, 40.0)).evidence == pytest.approx(40.0 - strengths_charge(2, 80.0))
 
 
 def test_of_several_each_is_charged_by_what_it_adds_to_the_others():
     both = made(noise(), GAIN.joined(FRICTION), (1.05, 0.1))
     parts = [Weighed(ONE, 30.0, 0.0), Weighed(made(noise(), FRICTION, (0.1,)), 25.0, 0.0)]
-    w = weigh(SIM, both, both.cost + 40.0, parts)
+    w = weigh(SIM, both, over(both, 40.0), parts)
     # friction adds 10 to the gain error, that one 15 to friction
     assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 30.0))
-    assert weigh(SIM, both, both.cost + 40.0, parts[:1]).evidence == pytest.approx(
+    assert weigh(SIM, both, over(both, 40.0), parts[:1]).evidence == pytest.approx(
         40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 80.0)
     )
     # what lacks more than one of them says nothing of either
-    assert weigh(SIM, both, both.cost + 40.0, [Weighed(made(noise()), 30.0, 0.0)]).evidence == pytest.approx(
+    assert weigh(SIM, both, over(both, 40.0), [Weighed(made(noise()), 30.0, 0.0)]).evidence == pytest.approx(
         40.0 - 2.0 * strengths_charge(1, 80.0)
     )
 
@@ -52,7 +57,7 @@ def test_a_shape_costs_by_how_well_the_data_hold_it():
     slow = next(h for h in variants("stribeck", ("act",)) if [f.parameter.name for f in h.free] == ["mean_ratio", "mean_mm_s"])
     f = made(noise(), slow, (1.3, 2.0))
     se = standard_errors(SIM, f)
-    w = weigh(SIM, f, f.cost + 900.0)
+    w = weigh(SIM, f, over(f, 900.0))
     assert (
         w.evidence == pytest.approx(900.0 - strengths_charge(1, 1800.0) - shape_charge(slow.free[1], 2.0, float(se[1])))
         and shape_charge(slow.free[1], 2.0, float(se[1])) > 0.5
@@ -74,17 +79,26 @@ def test_what_a_small_response_costs_is_what_one_of_unit_size_does():
     [([0.5, 0.6], False), ([THETA_LOW, 0.6], True), ([0.5, THETA_HIGH], True), ([1.01 * THETA_LOW, 0.99 * THETA_HIGH], False)],
 )
 def test_a_line_that_has_stopped_or_lost_its_friction_explains_nothing(theta, stopped):
-    w = weigh(SIM, at(ONE, theta), ONE.cost + 40.0)
+    w = weigh(SIM, at(ONE, theta), over(ONE, 40.0))
     assert w.gain == pytest.approx(40.0) and w.evidence == (0.0 if stopped else pytest.approx(40.0 - strengths_charge(1, 80.0)))
     # nor does it cost less than it did
-    loss = weigh(SIM, at(ONE, theta), ONE.cost - 40.0)
+    loss = weigh(SIM, at(ONE, theta), over(ONE, -40.0))
     assert loss.evidence == pytest.approx(-40.0 - strengths_charge(1, -80.0))
 
 
 def test_a_bend_that_had_no_friction_when_the_rig_was_modelled_may_have_none():
     straight = replace(SIM, accepted=np.array([THETA_LOW, 0.6]))
-    assert weigh(straight, at(ONE, [THETA_LOW, 0.6]), ONE.cost + 40.0).evidence > 0.0
-    assert weigh(straight, at(ONE, [THETA_LOW, THETA_LOW]), ONE.cost + 40.0).evidence == 0.0
+    assert weigh(straight, at(ONE, [THETA_LOW, 0.6]), over(ONE, 40.0)).evidence > 0.0
+    assert weigh(straight, at(ONE, [THETA_LOW, THETA_LOW]), over(ONE, 40.0)).evidence == 0.0
     stuck = replace(SIM, accepted=np.array([THETA_HIGH, 0.6]))
-    assert weigh(stuck, at(ONE, [THETA_HIGH, 0.6]), ONE.cost + 40.0).evidence > 0.0
-    assert weigh(replace(SIM, accepted=THETA), at(ONE, [THETA_HIGH, 0.6]), ONE.cost + 40.0).evidence == 0.0
+    assert weigh(stuck, at(ONE, [THETA_HIGH, 0.6]), over(ONE, 40.0)).evidence > 0.0
+    assert weigh(replace(SIM, accepted=THETA), at(ONE, [THETA_HIGH, 0.6]), over(ONE, 40.0)).evidence == 0.0
+
+
+def test_where_the_base_is_as_still_nobody_explains_by_standing_still():
+    """Bends that hold nearly everything back: theta is at its largest with a candidate and without."""
+    still = replace(over(ONE, 40.0), theta=np.array([THETA_HIGH, 0.6]))
+    assert weigh(SIM, at(ONE, [THETA_HIGH, 0.6]), still).evidence == pytest.approx(40.0 - strengths_charge(1, 80.0))
+    assert weigh(replace(SIM, accepted=THETA), at(ONE, [THETA_HIGH, 0.6]), still).evidence > 0.0
+    # but not of another bend
+    assert weigh(SIM, at(ONE, [THETA_HIGH, THETA_HIGH]), still).evidence == 0.0

@@ -58,7 +58,7 @@ def searched(left: np.ndarray, keep: np.ndarray | None = None) -> Search:
     whiten = white(0.02, sim.weight, [s.start for s in sim.slices()])
     base = fit(sim, whiten, NOTHING, THETA, np.zeros(0))
     h = full("zero_offset", sim.problem.systems)
-    single = weigh(sim, fit(sim, whiten, h, THETA, np.zeros(len(h.free))), base.cost)
+    single = weigh(sim, fit(sim, whiten, h, THETA, np.zeros(len(h.free))), base)
     return Search(sim, None, None, base, {"zero_offset": (single,)}, {})  # type: ignore[arg-type]
 
 

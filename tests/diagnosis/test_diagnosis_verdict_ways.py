@@ -96,6 +96,9 @@ WAYS = {
     "a family, one member more probable, but less evident": (
         [seen("channel_delay", p=0.85, evidence=TOLD), seen("channel_lowpass", p=0.05)], 0.05, 0.05,
         "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",)), 0.9),
+    "a family that is likelier than nothing, though none of its members is": (
+        [seen("channel_delay", p=0.2), seen("channel_lowpass", p=0.2, evidence=UNTOLD), seen("viscous", p=0.15, evidence=FAR)], 0.35, 0.05,
+        "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",), ("viscous",)), 0.55),
     "a family, untold, and another explains as well": (
         [seen("channel_delay", p=0.5), seen("channel_lowpass", p=0.35, evidence=UNTOLD), seen("viscous", p=0.05, evidence=NEAR)], 0.05, 0.05,
         "ambiguous", ("channel_delay",), (("channel_delay",), ("channel_lowpass",), ("viscous",)), 0.9),
