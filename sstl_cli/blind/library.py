@@ -120,8 +120,10 @@ def read_library(path: Path) -> list[Example]:
 
 def cases_of(reader: TableReader) -> Iterator[Example]:
     """Yield the cases of a library in the order of the file."""
+    extra = reader.metadata.get("extra")
+    scatters = isinstance(extra, dict) and bool(extra.get("accepted"))
     for _, rows in groupby(reader.table().to_pylist(), key=lambda row: row["case"]):
-        yield _case(list(rows))
+        yield _case(list(rows), scatters)
 
 
 def facts_of(path: Path) -> Facts:
@@ -132,7 +134,7 @@ def facts_of(path: Path) -> Facts:
     return Facts(extra["cases"], extra["simulators"], extra["seeds"], extra["quick"], bool(extra.get("accepted")))
 
 
-def _case(group: Sequence[Mapping[str, Any]]) -> Example:
+def _case(group: Sequence[Mapping[str, Any]], scatters: bool) -> Example:
     first = group[0]
     log = LogRow(**{n: _number(n, first.get(f"log_{n}")) for n in LOG})
     candidates = tuple(
@@ -140,7 +142,7 @@ def _case(group: Sequence[Mapping[str, Any]]) -> Example:
     )
     base = _leftover(log, log.base_chi2, log.base_worst_z, log.base_skewness)
     best = _leftover(log, log.best_chi2, log.best_worst_z, log.best_skewness)
-    rows = Rows(log, candidates, base, best)
+    rows = Rows(log, candidates, base, best, scatters=scatters)
     return Example(first["case"], first["simulator"], first["kind"], float(first["strength"]), rows, _ids(first["answer"]))
 
 

@@ -78,7 +78,8 @@ class LogRow:
 class Rows:
     """The rows of one diagnosis, and the leftovers that they sum up.
 
-    What is ``barred`` was found in the readings, which were left out for it, although it is no candidate.
+    What is ``barred`` was found in the readings, which were left out for it, although it is no candidate. ``scatters`` says that the
+    simulator is known to leave more in some places than in others.
     """
 
     log: LogRow
@@ -86,6 +87,7 @@ class Rows:
     base: Leftover
     best: Leftover
     barred: frozenset[str] = frozenset()
+    scatters: bool = False
 
     @property
     def named(self) -> Rows:
@@ -138,7 +140,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         propagates,
         strain(found.noise, found.measured),
     )
-    return Rows(log, (*candidates, *beside), base, best)
+    return Rows(log, (*candidates, *beside), base, best, scatters=any(r.misfit_n is not None for r in sim.problem.records))
 
 
 def _independent(found: Search, samples: int) -> int:

@@ -13,13 +13,14 @@ def carried(c: CandidateRow, rows: Rows) -> float:
     """Return what a candidate takes off the squared error beyond the noise; of the recorder that is what it is named for.
 
     Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments), and no
-    more than by size. What was held out has the same say: no candidate takes off more than it may at most remove there. Not of jumps,
-    which nobody can foretell, as long as they leave no more than the noise.
+    more than by size. Where a simulator is known to leave more in some places than in others size is that of the largest: there it only
+    says who comes no nearer at all. What was held out has the same say: no candidate takes off more than it may at most remove there.
+    Not of jumps, which nobody can foretell, as long as they leave no more than the noise.
     """
     if c.kind == OUTPUT:
         left = max(c.chi2 - 1.0, 0.0)
         share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
-        if not averaged(c) or c.share <= 0.0:
+        if not (averaged(c) or rows.scatters) or c.share <= 0.0:
             share = min(share, c.share)
         foretold = left > 1.0 or not averaged(c)
         return share if c.held is None or not foretold else min(share, c.held)

@@ -24,6 +24,10 @@ def test_a_model_carries_what_it_takes_off_and_no_more_than_of_what_was_held_out
     quiet = replace(ROWS, log=replace(ROWS.log, base_chi2=0.9), candidates=(replace(ROW, chi2=0.9, share=0.0),))
     assert carried(quiet.candidates[0], quiet) == 0.0 and "no nearer" in left(quiet, ("viscous",))
     assert carried(replace(ROW, kind=RECORDER, held=0.1), ROWS) == 1.0
+    # where a simulator is known to leave more in some places than in others, plain size is that of those
+    scatters = replace(ROWS, scatters=True)
+    assert carried(ROW, scatters) == pytest.approx(0.75) and carried(replace(ROW, held=0.2), scatters) == pytest.approx(0.2)
+    assert carried(replace(ROW, share=0.0), scatters) == 0.0
     # half of the error of the channel beside is a quarter of its square, of which the noise has half
     assert carried(replace(ROW, kind=BESIDE, share=0.5, chi2=2.0), ROWS) == pytest.approx(0.75 / 0.875)
 
