@@ -34,7 +34,7 @@ def compensate(
     theta : DataFrame
         Theta table, as ``log.segment()`` returns it; its ``act`` rows are the plants unless another is given.
     mapping : Mapping, optional
-        Predicts the actuation lines from the sensing loop, for the method ``proposed``.
+        Predicts the actuation slopes from the sensing loop, for the methods ``proposed`` and ``no-bias``.
     references : sequence of str
         Some of sinusoid, random and trapezoid.
     methods : sequence of str, optional

@@ -106,11 +106,17 @@ def train(
     seeds, seed : int
         Number of training seeds, from ``seed`` upwards.
     epochs : int, optional
-        Most epochs.
+        Most epochs (600 by default).
     weight_inv : float
         Weight of the inverse-consistency term.
     test_share : float
         Share of configurations held out.
+    per_seed_split : bool
+        Hold out other configurations for every seed.
+    leave_out : str, optional
+        Hold out this location instead of a share.
+    tendons : str
+        With several tendons: one-hot (one mapping with tendon inputs), separate (one each), or auto (the better of both).
 
     Raises
     ------

@@ -24,8 +24,8 @@ Presliding = Annotated[float | None, typer.Option(help="With --reversal play: sp
 Doubled = Annotated[bool | None, typer.Option("--doubled/--no-doubled", help="Doubled error term in backlash (default on).")]
 Period = Annotated[float | None, typer.Option("--dt", help="Period of the controller in s (default 0.002).")]
 ModelFile = Annotated[Path | None, typer.Option("--model", help="Mapping model (safetensors) for the method proposed.")]
-BetaP = Annotated[float | None, typer.Option(help="Constant bias in pull in N (default: mean of the Theta table).")]
-BetaR = Annotated[float | None, typer.Option(help="Constant bias in release in N (default: mean of the Theta table).")]
+BetaP = Annotated[float | None, typer.Option(help="Constant bias in pull in N (default: mean of what the mapping was trained on).")]
+BetaR = Annotated[float | None, typer.Option(help="Constant bias in release in N (default: mean of what the mapping was trained on).")]
 BiasTheta = Annotated[Path | None, typer.Option(help="Theta table whose mean biases are used instead.")]
 ConfigId = Annotated[str | None, typer.Option(help="Only this configuration.")]
 

@@ -37,7 +37,7 @@ class Asked:
     leave_out: Annotated[str | None, typer.Option(help="Hold out this location, for example ND, instead of a share.")] = None
     tendons: Annotated[
         Literal["auto", "one-hot", "separate"],
-        typer.Option(help="Several tendons: one mapping with tendon inputs, one each, or the better of both."),
+        typer.Option(help="Several tendons: one mapping with tendon inputs (one-hot), one each (separate), or the better of both (auto)."),
     ] = "auto"
     history: Annotated[Path | None, typer.Option(help="Also write the learning curves (Parquet).")] = None
     force: Force = False

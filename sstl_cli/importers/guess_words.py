@@ -1,4 +1,4 @@
-"""Words that loggers put into channel names, in English, German, French, Spanish and Italian, and what they mean."""
+"""Words that loggers put into channel names, in five European languages, Chinese and Japanese, and what they mean."""
 
 from __future__ import annotations
 

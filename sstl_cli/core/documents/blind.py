@@ -268,7 +268,7 @@ class BlindLimitDocument(Document):
 
     schema_id: Literal["sstl.blind.limit/1"] = Field(alias="schema")
     cases: int
-    judged: int = Field(description="cases whose withheld effects the fast model can hold")
+    judged: int = Field(description="cases in which something was withheld and a distance could be taken")
     decidable: int = Field(description="cases told from base and rivals at 49:1 in 95 of 100 repetitions, input noise not smoothed")
     decidable_known: int = Field(description="the same where the input is known")
     decidable_d2: float

@@ -83,7 +83,9 @@ class Gap(Part):
     explained_scale: str | None = Field(default=None, description="what explained_of_reducible_pct is of")
     samples: str | None = Field(default=None, description="what the errors are of: analysed samples, all, or a channel beside")
     held_out: bool
-    held_out_kind: str | None = Field(default=None, description="what was held out: bends, runs or blocks")
+    held_out_kind: str | None = Field(
+        default=None, description="what was held out in turn: trajectory, configuration, run, part of the only run, or nothing"
+    )
     worse_regions: list[str] | None = Field(default=None, description="systems and phases whose held-out error grew")
 
 
@@ -127,9 +129,11 @@ class Candidate(Part):
     rmse_held_out_n: float | None
     shrink_pct: float | None
     samples: str | None = Field(default=None, description="what these two are of, as gap.samples")
-    evidence_nats: float | None = None
-    gain_nats: float | None = Field(default=None, description="evidence beyond that of the re-tuned base")
-    discrepancy: float | None = Field(default=None, description="what the fit leaves beyond noise")
+    evidence_nats: float | None = Field(default=None, description="its gain less what its parameters are charged")
+    gain_nats: float | None = Field(
+        default=None, description="log-likelihood beyond that of the re-tuned base, before parameters are charged"
+    )
+    discrepancy: float | None = Field(default=None, description="share of its own response by which the law of the effect may be off")
     d2: float | None = Field(default=None, description="distinguishability from the winner on this data")
     change: dict[str, float] | None = Field(
         default=None, description="where the model contains the effect: by how much its parameters differ"

@@ -1,4 +1,4 @@
-"""The laws: for every effect at least one published law that the catalogue does not use, with its source.
+"""The laws: for every effect one or more other laws than the first of the catalogue, with their sources.
 
 A law may leave one number open (an exponent, a time constant); it is drawn between two published or plausible values.
 """
