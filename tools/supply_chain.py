@@ -159,7 +159,7 @@ def page() -> str:
 PAGE = """# What the program is built on
 
 `constraints.txt` pins every package, `hashes.txt` has the SHA-256 of each wheel that the program needs (Linux x86-64, Python 3.11
-to 3.13). pip cannot check hashes of an editable project, which `make install` makes; who wants every byte checked installs by
+to 3.13; of torch the CPU wheel of 3.11 alone). pip cannot check hashes of an editable project, which `make install` makes; who wants every byte checked installs by
 
     pip install --require-hashes -r hashes.txt && pip install --no-deps .
 

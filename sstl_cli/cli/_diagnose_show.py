@@ -69,7 +69,7 @@ def plan(screen: Screen, document: PlanDocument) -> None:
         for r in document.effects
     ]  # fmt: skip
     header = ("effect", "would show from", "gap N", "in range", "told from", "its rival")
-    screen.table("what this movement could tell (D^2 of 24)", header, rows, most=40)
+    screen.table(f"what this movement could tell (its rival apart: D^2 of {document.decidable_d2:.0f})", header, rows, most=40)
     for run_id, reason in document.set_aside.items():
         screen.note(f"set aside: run {run_id}: {reason}")
 
