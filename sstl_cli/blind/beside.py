@@ -12,8 +12,9 @@ from sstl_cli.diagnosis import channels
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.fit import first_theta, fit
 from sstl_cli.diagnosis.found import NOTHING
+from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.latent import block_mean
-from sstl_cli.diagnosis.whitening import Noise, Phases, constants, white, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, white, whitener
 from sstl_cli.physics.effects import catalogue
 from sstl_cli.physics.filters import first_order
 

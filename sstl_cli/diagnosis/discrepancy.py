@@ -34,10 +34,11 @@ from sstl_cli.diagnosis.constants import (
     UNSEEN_SHARE,
     WIDEST,
 )
+from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.noise import variance
 from sstl_cli.diagnosis.records import Problem, Record
-from sstl_cli.diagnosis.whitening import Noise, Phases, Whitener, constants, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Whitener, whitener
 from sstl_cli.physics.scenario import MisfitSection
 
 Array = NDArray[np.float64]

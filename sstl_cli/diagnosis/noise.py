@@ -38,12 +38,13 @@ from sstl_cli.diagnosis.constants import (
     WHITE,
 )
 from sstl_cli.diagnosis.holds import held_noise, moving, of_input
+from sstl_cli.diagnosis.laid import constants, late_n, layout
 from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.recorder import white_beside
 from sstl_cli.diagnosis.records import Record, content
 from sstl_cli.diagnosis.rounding import with_rounding
 from sstl_cli.diagnosis.white import averaged, least_white, spacing, typical, white_of, white_of_output
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, late_n, step_of, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, step_of, whitener
 
 Array = NDArray[np.float64]
 # place of the input's coloured noise among the numbers that are fitted
@@ -159,7 +160,7 @@ def _fitted(
     system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor, measured: tuple[float, float]
 ) -> tuple[Sensor, Sensor, float, dict[str, float], float]:
     centre, near = _prior(into, out, measured)
-
+    laid = layout(records)
     shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
     low = np.concatenate((centre - AT_MOST * near, np.full(2, shortest - 1.0)))
     high = np.concatenate((centre + AT_MOST * near, np.full(2, longest + 1.0)))
@@ -170,7 +171,7 @@ def _fitted(
 
     def cost(p: Array) -> float:
         a, b, smoother = sensors(p)
-        w = whitener(constants(records, Noise({system: a}, {system: b}, {system: smoother})), phases)
+        w = whitener(laid.constants(Noise({system: a}, {system: b}, {system: smoother})), phases)
         z = w(stacked)
         r, j = z[:, 0], z[:, 1:]
         gram = j.T @ j

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.ending import Parted, held_back, parted
 from sstl_cli.diagnosis.kalman import TURN
+from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
-from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener, constants
+from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener
 from sstl_cli.physics.effect import FRICTION_LAW, TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed

@@ -29,24 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import tails
-from sstl_cli.diagnosis.kalman import (
-    BOTH_NEW,
-    DECAY,
-    FRESH,
-    MEAN,
-    MEAN_KEPT,
-    MEAN_NEW,
-    STATE_KEPT,
-    STATE_NEW,
-    STATES,
-    TURN,
-    filtered,
-    gains,
-)
-from sstl_cli.diagnosis.latent import block_mean
-from sstl_cli.diagnosis.records import Record, starts_of
+from sstl_cli.diagnosis.kalman import DECAY, FRESH, MEAN, STATES, filtered, gains
 from sstl_cli.diagnosis.smoother import MOVES
-from sstl_cli.diagnosis.wander import Levels, Turned, levels, turned
+from sstl_cli.diagnosis.wander import Levels, Turned, turned
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -257,99 +242,3 @@ def _varied(plain: Whitener, wander: Levels) -> Whitener:
         known = turned(found(columns), blocks)
         found = replace(found, known=(*found.known, known), log_det=found.log_det + known.log_det)
     return found
-
-
-def constants(records: Sequence[Record], noise: Noise) -> Constants:
-    """Return what the noise of records is whatever the model does."""
-    count = [len(r) for r in records]
-    edges = np.concatenate(([0], np.cumsum(count)[:-1]))
-    started = [(a + s.at // r.factor, i, s) for i, (a, r) in enumerate(zip(edges, records, strict=True)) for s in starts_of(r)]
-    begin = np.array([at for at, _, _ in started])
-    whose = np.array([i for _, i, _ in started])
-    first = np.zeros(sum(count), np.bool_)
-    first[begin] = True
-    sensors = [(noise.input[r.system], noise.output[r.system]) for r in records]
-    misfit = np.concatenate([np.zeros(n) if r.misfit_n is None else r.misfit_n for n, r in zip(count, records, strict=True)])
-    coloured_n = np.array([out.coloured_n for _, out in sensors])
-    own = Own(np.concatenate([np.column_stack(_own(r, out)) for r, (_, out) in zip(records, sensors, strict=True)]))
-    start = np.zeros(len(first))
-    start[begin] = np.array([s.error_n for _, _, s in started]) ** 2 + coloured_n[whose] ** 2 + misfit[begin] ** 2
-    law = np.concatenate([_entering(r, into, noise.smoother[r.system]) for r, (into, _) in zip(records, sensors, strict=True)])
-    white_n = np.concatenate([np.maximum(s.white_n / np.sqrt(r.readings), 1e-9) for (_, s), r in zip(sensors, records, strict=True)])
-    moves = np.ascontiguousarray(law[:, :MOVES])
-    return Constants(
-        own,
-        white_n,
-        law,
-        moves,
-        start,
-        np.concatenate([r.weight for r in records]) > 0,
-        first,
-        np.concatenate([late_n(r) for r in records]),
-        levels([r.wander for r in records], count, [(r.system, r.config) for r in records]),
-    )
-
-
-def late_n(r: Record) -> Array:
-    """Return by how much (N, shape (n,)) the input differs where the clock is off: a standard deviation of the mean over a step."""
-    return np.asarray(r.jitter_s * np.abs(block_mean(r.rate, r.factor)) / np.sqrt(r.readings))
-
-
-def _entering(r: Record, into: Sensor, smoother: float) -> Array:
-    """Return the law of the error of a record's input, (n, 35), with the slow noise of its sensor."""
-    law = r.error_law.copy()
-    law[:, MOVES:] *= smoother**2
-    if not r.told_n:
-        # the last state, and what it adds to the mean over a step
-        decay, fresh, shown, both, mean = _coloured(r, into, np.full(len(r), float(r.factor)))
-        law[:, STATE_KEPT], law[:, STATE_NEW], law[:, MEAN_KEPT], law[:, BOTH_NEW] = decay, fresh, shown, both
-        law[:, MEAN_NEW] += mean
-        # what was kept of it and what is new: at the end of a step less its mean
-        law[:, TURN] += into.coloured_n**2 * (decay - shown) ** 2 + np.maximum(fresh + mean - 2.0 * both, 0.0)
-    return law
-
-
-def _own(r: Record, out: Sensor) -> tuple[Array, ...]:
-    """Return the columns of ``Own`` of a record; the scatter of an accepted model was measured in means as it is."""
-    if r.misfit_n is None:
-        return _coloured(r, out, r.readings)
-    slow, spread = coloured(r, out)
-    kept = np.exp(-r.dt_s * r.factor / slow)
-    before = np.concatenate((spread[:1], spread[:-1]))
-    decay, fresh = kept * spread / np.maximum(before, 1e-300), spread**2 * (1.0 - kept**2)
-    for s in starts_of(r):
-        at = s.at // r.factor
-        decay[at], fresh[at] = 0.0, out.coloured_n**2 + r.misfit_n[at] ** 2
-    return decay, fresh, decay, fresh, fresh
-
-
-def _coloured(r: Record, sensor: Sensor, readings: Array) -> tuple[Array, ...]:
-    """Return decay, fresh variance, weight in the mean, and variances of what is new in both and in the mean, each (n,)."""
-    length = r.dt_s * r.factor / sensor.correlation_s
-    if np.ptp(readings) == 0.0:
-        steps, which = [step_of(float(readings[0]), length)], np.zeros(len(readings), np.intp)
-    else:
-        counts, which = np.unique(np.round(readings), return_inverse=True)
-        steps = [step_of(float(c), length) for c in counts]
-    kept, shown, both, mean = (np.array([getattr(s, k) for s in steps])[which] for k in ("kept", "shown", "both", "mean"))
-    begin = [s.at // r.factor for s in starts_of(r)]
-    fresh = 1.0 - kept**2
-    # before a record it has been what it is
-    fresh[begin], both[begin], mean[begin] = 1.0, (kept * shown + both)[begin], (shown**2 + mean)[begin]
-    kept[begin] = shown[begin] = 0.0
-    power = sensor.coloured_n**2
-    return kept, power * fresh, shown, power * both, power * mean
-
-
-def coloured(r: Record, out: Sensor) -> tuple[Array, Array]:
-    """Return correlation time (s) and standard deviation (N) of what is added to the output, each of shape (n,).
-
-    The scatter of an accepted model adds to the sensor's noise; one filter state carries both, as slow as they are together.
-    """
-    n = len(r)
-    if r.misfit_n is None:
-        return np.full(n, out.correlation_s), np.full(n, out.coloured_n)
-    total = np.hypot(out.coloured_n, r.misfit_n)
-    share = (r.misfit_n / np.maximum(total, 1e-300)) ** 2
-    slow = np.exp(share * np.log(r.misfit_s) + (1.0 - share) * np.log(out.correlation_s))
-    return slow, total

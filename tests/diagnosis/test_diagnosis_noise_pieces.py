@@ -14,9 +14,10 @@ from sstl_cli.diagnosis import noise as of
 from sstl_cli.diagnosis import rounding, white
 from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, SMOOTHER, UNSEEN, WHITE, WINDOWS_S
 from sstl_cli.diagnosis.holds import _pieces
+from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
 from sstl_cli.diagnosis.recorder import Faults
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, step_of, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, step_of, whitener
 
 SIM = simulator()
 RECORDS = SIM.problem.records

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from made_chain import posterior
 
+from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.smoother import Reading, chain, error_of_means
 from sstl_cli.diagnosis.wander import Wander
-from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, constants, white, whitener
+from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, white, whitener
 
 N, FACTOR, DT = 120, 5, 0.004
 

@@ -9,9 +9,10 @@ import pytest
 from made_fits import simulator
 from scipy.linalg import toeplitz
 
+from sstl_cli.diagnosis.laid import coloured, constants
 from sstl_cli.diagnosis.records import Start
 from sstl_cli.diagnosis.smoother import MOVES
-from sstl_cli.diagnosis.whitening import Noise, Sensor, coloured, constants, step_of, white
+from sstl_cli.diagnosis.whitening import Noise, Sensor, step_of, white
 
 RECORDS = simulator().problem.records[:2]
 OUT = Sensor(0.02, 0.03, 0.1)
