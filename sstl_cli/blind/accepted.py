@@ -37,17 +37,17 @@ def predictions(scenario: Scenario, runs: Sequence[Run], started_by: Scenario | 
     theta = np.array([scenario.theta_of(c) for c in problem.configs])
     if started_by is not None:
         before, after = activate(audible(started_by)), activate(audible(scenario))
-        records = tuple(replace(r, start_n=_restarted(r, before, after)) for r in problem.records)
+        records = tuple(replace(r, start_n=_restarted(r, before, after, float(theta[r.config]))) for r in problem.records)
         problem = replace(problem, records=records)
     sim = Simulator(problem, scenario.rig.mechanics(), audible(scenario))
     return list(zip(problem.records, sim.predict_fine(theta, {}), strict=True))
 
 
-def _restarted(r: Record, before: Active, after: Active) -> float:
+def _restarted(r: Record, before: Active, after: Active, theta: float) -> float:
     """Return the first reading (N) under other sensor effects, for the same true tension."""
 
     def seen(value: float, active: Active) -> float:
-        return float(observed_output(r.system, r.dt_s, r.u[:2], np.full(2, value), active)[0])
+        return float(observed_output(r.system, r.dt_s, r.u[:2], np.full(2, value), active, theta)[0])
 
     true = 2.0 * r.start_n - seen(r.start_n, before)
     return seen(true, after)

@@ -19,11 +19,11 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.evidence import weigh
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.found import NOTHING
-from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full, usual
 from sstl_cli.diagnosis.records import Record, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.smoother import CHAIN, STATES, error_of_means
-from sstl_cli.diagnosis.starts import screen
+from sstl_cli.diagnosis.starts import screen, starting
 from sstl_cli.diagnosis.whitening import Noise, Sensor, Whitener, white, whitener
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
@@ -254,16 +254,11 @@ def _added(sim: Simulator, around: Fit, h: Hypothesis) -> Fit:
     return fit(sim, around.whiten, joined, around.theta, np.concatenate((around.values, start)), ROUNDS)
 
 
-def _starting(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
-    found = variants(effect_id, systems) if get(effect_id).variants else [full(effect_id, systems)]
-    return [h for h in found if h.strengths]
-
-
 def _rivals(sim: Simulator, base: Fit, ids: Sequence[str], alike: set[str]) -> list[Fit]:
     """Return the rivals fitted with everything free: those that promise most, and every look-alike."""
     screened = []
     for e in ids:
-        tries = [(*screen(sim, base, h), h) for h in _starting(e, sim.problem.systems)]
+        tries = [(*screen(sim, base, h), h) for h in starting(e, sim.problem.systems)]
         if tries:
             screened.append((e, *max(tries, key=lambda t: t[0])))
     screened.sort(key=lambda s: -s[1])
@@ -274,7 +269,7 @@ def _evident(sim: Simulator, base: Fit, whole: Fit) -> Fit:
     """Return the most evident hypothesis of a rival, as the diagnosis takes it: what moves one sensor needs not four."""
     best = [whole]
     if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
-        fewer = [h for h in variants(whole.ids[0], sim.problem.systems) if len(h.free) < len(whole.free)]
+        fewer = [h for h in usual(whole.ids[0], sim.problem.systems) if len(h.free) < len(whole.free)]
         begun = [_held(sim, whole, h) for h in fewer]
         best += [fit(sim, whole.whiten, f.hypothesis, f.theta, f.values, ROUNDS) for f in sorted(begun, key=lambda f: f.cost)[:SUBSETS]]
     return max(best, key=lambda f: weigh(sim, f, base).evidence)
@@ -299,7 +294,7 @@ def _swapped(sim: Simulator, parts: Mapping[str, Fit], ids: Sequence[str]) -> di
     """Return for each part of a pair the other part with the effect that replaces it best."""
     found = {}
     for lost, kept in parts.items():
-        tries = [(*screen(sim, kept, h), h) for e in ids for h in _starting(e, sim.problem.systems)]
+        tries = [(*screen(sim, kept, h), h) for e in ids for h in starting(e, sim.problem.systems)]
         _, start, h = max(tries, key=lambda t: t[0])
         joined = kept.hypothesis.joined(h)
         done = fit(sim, kept.whiten, joined, kept.theta, np.concatenate((kept.values, start)), ROUNDS)

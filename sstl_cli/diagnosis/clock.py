@@ -34,6 +34,12 @@ def since_first(runs: Sequence[Run]) -> list[float]:
     return [float(r.time_s[0] - order[0].time_s[0]) for r in runs]
 
 
+def before(amounts: Sequence[float], begun: Sequence[float], kinds: Sequence[str]) -> list[float]:
+    """Return for each run what those of its kind that began before it on the same clock amount to together."""
+    every = list(zip(amounts, begun, kinds, strict=True))
+    return [sum(a for a, s, k in every if s < start and k == kind) for _, start, kind in every]
+
+
 def on_grid(run: Run, finite: Mask) -> Run:
     """Return the run on an equally spaced grid (as recorded where it already is); ``extra["gap"]`` marks what was bridged.
 

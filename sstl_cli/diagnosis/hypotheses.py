@@ -42,12 +42,26 @@ def at_known_load(h: Hypothesis) -> Hypothesis:
 
 
 def full(effect_id: str, systems: Sequence[str]) -> Hypothesis:
-    """Return an effect with everything free that the recorded systems can show."""
-    return Hypothesis((effect_id,), tuple(free_parameters((effect_id,), systems)))
+    """Return an effect with everything free that the recorded systems can show, but for laws beside the usual one."""
+    beside = {n for law in get(effect_id).laws for n in law}
+    return Hypothesis((effect_id,), tuple(f for f in free_parameters((effect_id,), systems) if f.parameter.name not in beside))
+
+
+def laws(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
+    """Return the hypotheses by the laws of an effect beside the usual one that the recorded systems can show, the fewest parameters first."""
+    free = free_parameters((effect_id,), systems)
+    found = {tuple(f for f in free if f.parameter.name in law): None for law in get(effect_id).laws}
+    kept = [h for h in (Hypothesis((effect_id,), f) for f in found) if h.strengths]
+    return sorted(kept, key=lambda h: len(h.strengths))
 
 
 def variants(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
-    """Return the hypotheses of one effect on the recorded systems, the fewest parameters first."""
+    """Return the hypotheses of one effect on the recorded systems, the fewest strengths first; those by its usual law before others."""
+    return sorted([*usual(effect_id, systems), *laws(effect_id, systems)], key=lambda h: len(h.strengths))
+
+
+def usual(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
+    """Return the hypotheses of one effect by its usual law, the fewest strengths first."""
     whole = full(effect_id, systems)
     names = [f.parameter.name for f in whole.strengths]
     declared = get(effect_id).variants

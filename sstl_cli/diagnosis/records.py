@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.clock import Corners, blurred, hiding, on_grid, since_first
+from sstl_cli.diagnosis.clock import Corners, before, blurred, hiding, on_grid, since_first
 from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
 from sstl_cli.diagnosis.jitter import Piece, unstamped
@@ -100,8 +100,9 @@ class Record:
     rounds: Array = field(default_factory=lambda: np.zeros(len(ROUNDINGS)))
     passes: Passes | None = None
     jitter_s: float = 0.0
-    # since the first run of the session began, where one clock went through all of it
+    # since the first run of the session began, where one clock went through all of it, and the path that its tendon had gone by then
     begun_s: float = 0.0
+    gone_n: float = 0.0
     # its input behind drives that round corners, by width in samples: what smoothing costs is paid once
     behind: dict[float, Input] = field(default_factory=dict, compare=False)
 
@@ -188,7 +189,8 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0, made: Mapping[str, Record]
         configs = tuple(configs[c] for c in used)
     late = unstamped([p for r in records for p in _about_clock(r)])
     begun = since_first([r.raw for r in records])
-    records = tuple(replace(r, jitter_s=late, begun_s=s) for r, s in zip(records, begun, strict=True))
+    gone = before([float(np.abs(np.diff(r.u)).sum()) for r in records], begun, [r.system for r in records])
+    records = tuple(replace(r, jitter_s=late, begun_s=s, gone_n=w) for r, s, w in zip(records, begun, gone, strict=True))
     return Problem(records, configs, aside, 1.0 / max(r.dt_s * r.factor for r in records), unit_n)
 
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing, usual
+from sstl_cli.diagnosis import again, by_run, hearing
 from sstl_cli.diagnosis import noise as noise_of
+from sstl_cli.diagnosis import usual as usual_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
     ALIVE_NATS,
@@ -28,7 +29,7 @@ from sstl_cli.diagnosis.constants import (
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
-from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, variants
+from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, usual
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid, screen, starting
@@ -79,7 +80,7 @@ def run(
     if not found.combined:
         found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
-    return usual.beyond(found)
+    return usual_of.beyond(found)
 
 
 def _begun(
@@ -176,7 +177,7 @@ def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed,
         return tuple(sorted((weigh(sim, f, base) for f in begun), key=lambda w: -w.evidence))
     done = [_settled(found, f, judged=True) for f in begun]
     weighed = [weigh(sim, f, base) for f in done]
-    whole = done[0]
+    whole = max(done, key=lambda f: len(f.hypothesis.strengths))
     if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
         for h, values, theta in _subsets(sim, whole):
             start = fit(sim, whole.whiten, h, theta, values, 0)
@@ -208,7 +209,7 @@ def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]
     a += 1e-9 * np.diag(np.diag(a) + 1e-12)
     neutral = np.array([f.parameter.neutral for f in whole.free])
     rows = []
-    for h in _as_known(sim, variants(whole.ids[0], sim.problem.systems)):
+    for h in _as_known(sim, usual(whole.ids[0], sim.problem.systems)):
         if len(h.free) == len(whole.free):
             continue
         kept = np.array([f in h.free for f in whole.free])

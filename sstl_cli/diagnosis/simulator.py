@@ -10,18 +10,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.drives import pieces
 from sstl_cli.diagnosis.ending import Parted, held_back, parted
 from sstl_cli.diagnosis.kalman import TURN
 from sstl_cli.diagnosis.laid import constants
-from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener
-from sstl_cli.physics.effect import FRICTION_LAW, TRANSITION, Drive, Effect, Mechanics, Parameter, Sampling
+from sstl_cli.physics.effect import FRICTION_LAW, TRANSITION, Effect, Mechanics, Parameter, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
 from sstl_cli.physics.transmission.batch import Case, laid, predict_runs
-from sstl_cli.physics.transmission.model import Hooked, drive_of, knots, sensed, unsensed
+from sstl_cli.physics.transmission.model import Hooked, sensed, unsensed
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -108,7 +108,7 @@ class Simulator:
     def __post_init__(self) -> None:
         p = self.problem
         # where the input may have turned unseen, a run of the model ends and another begins; its clocks go on
-        self._runs = laid([piece for r in p.records for piece in _pieces(r, self._drive(r, r.u, r.rate))])
+        self._runs = laid([piece for r in p.records for piece in pieces(r, self.mechanics)])
         self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n) for r in p.records]
@@ -133,10 +133,6 @@ class Simulator:
         self._tail = tail if np.isfinite(tail).any() else None
         self._entering: tuple[Noise, Phases] | None = None
         self._constants: tuple[Noise, Constants] | None = None
-
-    def _drive(self, r: Record, u: Array, rate: Array) -> Drive:
-        drive = drive_of(r.system, r.location, r.dt_s, u, self.mechanics, rate)
-        return replace(drive, time_s=drive.time_s + r.begun_s, slip=r.slip, neighbour_n=neighbour_of(r))
 
     def _each(self, signal: Array) -> list[Array]:
         """Return a signal record by record."""
@@ -241,7 +237,7 @@ class Simulator:
         """
         made = [self._made(a) for a in asked]
         outs = predict_runs(self._runs, [m[0] for m in made])
-        return [self._seen(out, a.whole, *m) for a, m, out in zip(asked, made, outs, strict=True)]
+        return [self._seen(out, a, *m) for a, m, out in zip(asked, made, outs, strict=True)]
 
     def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked, float]:
         """Return what is to be simulated, the input as it is read (N), what the output's sensor does, and more friction at the end (N)."""
@@ -256,23 +252,27 @@ class Simulator:
         read = runs.tension_n + asked.shift_n if np.any(asked.shift_n) else runs.tension_n
         given = read
         if undo := active.of_hook("input_inverse"):
-            rows = zip(self._samplings, self._each(read), records, strict=True)
+            rows = zip(self._bent(asked.theta), self._each(read), records, strict=True)
             given = np.concatenate([unsensed(undo, s, u, r.y_smooth) for s, u, r in rows])
         seen, starts = active.of_hook("output"), self._starts
         if seen:
-            starts = np.array([_true_start(r, s, seen) for r in records for s in starts_of(r)])
+            starts = np.array([_true_start(r, s, seen, float(asked.theta[r.config])) for r in records for s in starts_of(r)])
         return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load), read, seen, more
 
-    def _seen(self, out: Array, whole: bool, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
+    def _seen(self, out: Array, asked: _Asked, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""
-        if whole and self._known is not None:
+        if asked.whole and self._known is not None:
             out = out + self._known
         if more_n > 0.0:
             out = held_back(out, more_n, self._begin, case.start_n)
         if seen:
-            pairs = zip(self._samplings, self._each(read), self._each(out), strict=True)
+            pairs = zip(self._bent(asked.theta), self._each(read), self._each(out), strict=True)
             out = np.concatenate([sensed(seen, s, u, y) for s, u, y in pairs])
         return out
+
+    def _bent(self, theta: Array) -> list[Sampling]:
+        """Return what sensors may know of each record, of which bend it is included."""
+        return [replace(s, theta=float(theta[r.config])) for s, r in zip(self._samplings, self.problem.records, strict=True)]
 
 
 @njit(cache=True, nogil=True)
@@ -349,34 +349,10 @@ def _read_late(r: Record, late_s: float) -> Record:
     return replace(r, misfit_n=scatter, misfit_s=lasting, wander=None if r.wander is None else r.wander.late(steps))
 
 
-def neighbour_of(r: Record) -> Array | None:
-    """Return the tension (N, shape (n * factor,)) of the tendons recorded beside, None where that is not known."""
-    beside = r.raw.extra.get("neighbour_n")
-    return None if beside is None else block_mean(beside, r.thin)[: len(r.u)]
-
-
-def _pieces(r: Record, drive: Drive) -> list[Drive]:
-    """Return the drive of a record cut where a model of it begins anew."""
-    if not r.again:
-        return [drive]
-    edges = [*(s.at for s in starts_of(r)), len(r.u)]
-    return [_part(drive, slice(a, b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-
-
-def _part(drive: Drive, part: slice) -> Drive:
-    """Return a part of a drive, on the clock and the path of the whole."""
-    cut = {
-        f: getattr(drive, f)[part]
-        for f in ("time_s", "tension_n", "rate_n_s", "path_n", "slip", "neighbour_n")
-        if getattr(drive, f) is not None
-    }
-    return replace(drive, knots=knots(cut["tension_n"], drive.dt_s), **cut)
-
-
-def _true_start(r: Record, start: Start, hooked: Hooked) -> float:
+def _true_start(r: Record, start: Start, hooked: Hooked, theta: float) -> float:
     """Return the true output where a model begins: the measured one less what the sensor adds."""
     n = len(r.u) if start.at else 2
-    seen = sensed(hooked, Sampling(r.system, r.dt_s, n), r.u[:n], np.full(n, start.output_n))
+    seen = sensed(hooked, Sampling(r.system, r.dt_s, n, theta=theta), r.u[:n], np.full(n, start.output_n))
     return 2.0 * start.output_n - float(seen[start.at])
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, STRENGTHS
 from sstl_cli.diagnosis.fit import Fit, normal_equations, partial
-from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
+from sstl_cli.diagnosis.hypotheses import Hypothesis, full, laws, variants
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
@@ -20,10 +20,8 @@ Array = NDArray[np.float64]
 
 def starting(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
     """Return the hypotheses that are fitted from the start; subsets of a full one are derived from its fit."""
-    whole = full(effect_id, systems)
-    if not whole.strengths:
-        return []
-    return variants(effect_id, systems) if get(effect_id).variants else [whole]
+    found = variants(effect_id, systems) if get(effect_id).variants else [full(effect_id, systems), *laws(effect_id, systems)]
+    return [h for h in found if h.strengths]
 
 
 def grid(free: Sequence[Free]) -> list[Array]:

@@ -33,7 +33,7 @@ CANDIDATE_TERMS = (
 )  # fmt: skip
 LOG_TERMS = (
     "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
-    "outside", "recorder", "beside", "beside_left", "coloured", "noise_ratio",
+    "outside", "recorder", "beside", "beside_left", "beside_base", "coloured", "noise_ratio",
 )  # fmt: skip
 
 
@@ -186,6 +186,8 @@ def log_terms(rows: Rows) -> Array:
         "beside": 0.0 if beside is None else float(np.clip(beside.evidence, 0.0, DOUBT_NATS)) / 2.5,
         # what a law leaves of the channel beside counts as far as the law is needed there at all
         "beside_left": 0.0 if beside is None else max(beside.share, 0.0) * _squash(max(beside.chi2 - 1.0, 0.0)),
+        # what the simulator leaves of a channel beside is there, whoever explains it
+        "beside_base": 0.0 if beside is None else _squash(max(beside.chi2 / max(1.0 - beside.share, 1e-6) ** 2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
     }
@@ -245,7 +247,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     first = next((c for c in rows.candidates if c.ids == top), None)
     takes = 1.0 if first is None else carried(first, rows)
     if first is not None and (takes <= 0.0 or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        return say(UNDECIDED, (), p[UNKNOWN], (), barred or left(rows, top))
+        # what is no cause leaves its share to what has no name
+        return say(UNDECIDED, (), p[UNKNOWN] + sum(p[k] for k in _family(top, p)), (), barred or left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))

@@ -106,7 +106,7 @@ class ModelBench:
         active = self.active
         drive = drive_of(system, location, dt_s, tension_n, self.scenario.rig.mechanics())
         out = predict(drive, theta, active, start_n=float(tension_n[0]))
-        return np.asarray(measure(system, dt_s, tension_n, out, active)[1])
+        return np.asarray(measure(system, dt_s, tension_n, out, active, theta=theta)[1])
 
     def record(self, bend: Bend, system: str, time_s: Array, tension_n: Array, seed: int) -> Run:
         """Return what sensors with 0.02 N of noise would record."""

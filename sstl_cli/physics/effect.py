@@ -18,6 +18,8 @@ Values = Mapping[str, float]
 FRICTION_LAW, TRANSITION, INSTRUMENT = "friction law", "transition", "instrument"
 STAGES = (FRICTION_LAW, TRANSITION, INSTRUMENT)
 REACH, SHAPE_REACH = 10.0, 3.0
+# mu Phi of one pass (rad) in the middle of what tubes have
+USUAL_THETA = 0.53
 # units that go with the size of the forces
 FORCE_UNITS = ("N", "N s/mm", "1/N", "mm/N", "1/kN", "s/N")
 
@@ -168,13 +170,16 @@ Hook = Callable[[Array, Array, "Sampling", Values], Array]
 
 @dataclass(frozen=True)
 class Sampling:
-    """What a sensor hook may know of the run: channel pair, sampling period (s), number of samples, and what the output reads first (N)."""
+    """What a sensor hook may know of the run: channel pair, sampling period (s), number of samples, what the output reads first (N), and
+    theta (rad; the middle of what is usual where nobody knows it).
+    """
 
     system: str
     dt_s: float
     count: int
     rng: np.random.Generator | None = None
     begin_n: float | None = None
+    theta: float = USUAL_THETA
 
     @cached_property
     def fraction(self) -> Array:
@@ -191,7 +196,8 @@ class Effect:
     ``input_inverse`` back; ``position`` and ``loop`` act on channels that are recorded beside; ``late_s`` says by how much (s) the output of a
     system is read late where all is slow. ``variants`` names the
     sets of strengths that stand for one cause each (which sensor, which law); without them every strength alone, every
-    two and all together are tried. A shape that no variant names belongs to all. What strengths that
+    two and all together are tried. A shape that no variant names belongs to all. ``laws`` are sets of parameters beside those: each is
+    a law of its own, and none of its parameters is in another. What strengths that
     are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base.
     """
 
@@ -209,6 +215,7 @@ class Effect:
     fitted: bool = True
     look_alikes: tuple[str, ...] = ()
     variants: tuple[tuple[str, ...], ...] = ()
+    laws: tuple[tuple[str, ...], ...] = ()
     averaged: tuple[str, ...] = ()
     law: Callable[[Law, Values], None] | None = None
     transition: Callable[[Transition, Values, Drive], None] | None = None

@@ -118,18 +118,19 @@ def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
     drive = drive_of(p.system, p.configuration.location, dt, tension, scenario.rig.mechanics())
     drive = replace(drive, neighbour_n=neighbour_tension(scenario, p, seed))
     given: Lines | None = getattr(p.configuration, p.system)
+    theta = float(p.configuration.theta or 0.0)
     if given is not None:
         out = play_operator(tension, given.gamma_p, given.beta_p, given.gamma_r, given.beta_r, np.nan)
     else:
-        out = predict(drive, float(p.configuration.theta or 0.0), active)
+        out = predict(drive, theta, active)
     _require_possible(p.run_id, tension, out)
-    position = predict_position(drive, float(p.configuration.theta or 0.0), active, out)
+    position = predict_position(drive, theta, active, out)
     noise = NoiseModel(scenario.noise.white_n, scenario.noise.coloured_n, scenario.noise.correlation_s)
     rng = stream(seed, "noise", p.run_id)
     noisy_in = tension + sensor_noise(noise, len(time), dt, rng)
     noisy_out = out + sensor_noise(noise, len(time), dt, rng)
     # noise is added before the recorder rounds, clips or drops samples
-    seen_in, seen_out = measure(p.system, dt, noisy_in, noisy_out, active, stream(seed, "faults", p.run_id))
+    seen_in, seen_out = measure(p.system, dt, noisy_in, noisy_out, active, stream(seed, "faults", p.run_id), theta)
     return Run(
         time_s=time,
         tension_in_n=seen_in,

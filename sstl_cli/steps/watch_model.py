@@ -47,6 +47,6 @@ def of_simulator(sim: Scenario, run: Run, found: Segmentation) -> Reference:
     def reference(tension: Array, dt_s: float, first: float) -> Array:
         drive = drive_of(run.system, run.location, dt_s, tension, mechanics)
         out = predict(drive, angle, active, first)
-        return observed_output(run.system, dt_s, tension, out, active)
+        return observed_output(run.system, dt_s, tension, out, active, angle)
 
     return reference

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import cornered, hiding, on_grid, since_first, tops
+from sstl_cli.diagnosis.clock import before, cornered, hiding, on_grid, since_first, tops
 from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 from sstl_cli.diagnosis.records import prepare
@@ -154,3 +154,9 @@ def test_a_clock_that_goes_on_tells_when_each_run_began():
     assert since_first([second, first, third]) == [100.0, 0.0, 250.0]
     # each file has a clock of its own
     assert since_first([first, replace(second, time_s=first.time_s)]) == [0.0, 0.0] and since_first([third]) == [0.0]
+
+
+def test_what_went_before_is_of_the_same_tendon_and_began_earlier():
+    assert before([1.0, 10.0, 100.0, 1000.0], [200.0, 0.0, 100.0, 300.0], ["act", "act", "sstl", "act"]) == [10.0, 0.0, 0.0, 11.0]
+    # without a clock that went on all begin at once
+    assert before([1.0, 10.0], [0.0, 0.0], ["act", "act"]) == [0.0, 0.0]

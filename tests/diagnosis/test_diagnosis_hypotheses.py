@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sstl_cli.diagnosis.hypotheses import apart, at_known_load, full, variants
+from sstl_cli.diagnosis.hypotheses import apart, at_known_load, full, laws, usual, variants
 from sstl_cli.physics.effects import catalogue
 
 BOTH = ("act", "sstl")
@@ -17,20 +17,28 @@ def names(h):
 @pytest.mark.parametrize("effect", sorted(e.id for e in catalogue().values() if e.fitted))
 def test_every_variant_is_part_of_the_full_effect_and_stands_once(effect):
     whole, found = full(effect, BOTH), variants(effect, BOTH)
-    assert found and all(h.ids == (effect,) and h.strengths and set(h.free) <= set(whole.free) for h in found)
+    beside = laws(effect, BOTH)
+    assert found and all(h.ids == (effect,) and h.strengths for h in found)
+    assert all(set(h.free) <= set(whole.free) or h in beside for h in found)
     assert len({h.free for h in found}) == len(found)
     assert [len(h.strengths) for h in found] == sorted(len(h.strengths) for h in found)
     # no strength is lost
-    assert {f for h in found for f in h.strengths} == set(whole.strengths)
+    assert {f for h in found for f in h.strengths} == {f for h in (whole, *beside) for f in h.strengths}
+    # another law has numbers of its own
+    assert not {f for h in beside for f in h.strengths} & set(whole.strengths)
 
 
 def test_one_sensor_two_sensors_or_all():
-    found = variants("zero_offset", BOTH)
+    found = usual("zero_offset", BOTH)
     assert [len(h.free) for h in found] == [1] * 4 + [2] * 6 + [4]
+    # or a preload, of one sensor or of both alike
+    assert [len(h.free) for h in laws("zero_offset", BOTH)] == [1] * 4 + [2] * 2
+    assert [len(h.strengths) for h in variants("zero_offset", BOTH)] == [1] * 8 + [2] * 8 + [4]
 
 
 def test_only_sensors_of_recorded_systems_can_be_off():
-    assert {n for h in variants("zero_offset", ("act",)) for n in names(h)} == {"z_in_act_n", "z_out_act_n"}
+    assert {n for h in usual("zero_offset", ("act",)) for n in names(h)} == {"z_in_act_n", "z_out_act_n"}
+    assert [names(h) for h in laws("zero_offset", ("act",))] == [["preload_in_act_n"], ["preload_out_act_n"]]
     assert variants("gain_error", ("sstl",))[0].free[0].parameter.name == "g_sstl"
 
 

@@ -109,8 +109,8 @@ def test_a_whole_search_finds_both_effects_and_their_sizes(whole):
     assert values["z_out_act_n"] == pytest.approx(0.4, abs=0.1) and values["w_l_n"] == pytest.approx(0.2, abs=0.1)
     assert best.theta == pytest.approx(THETA, abs=0.02)
     assert all(w.gain == pytest.approx(found.base.cost - w.fit.cost) for w in found.ranked())
-    # screening, coarse and last fits of each of three starts (where and how friction acts are more screened and coarsely fitted), and one size
-    assert len(shares) == 3 * 3 + 9 and sum(shares) == pytest.approx(1.0)
+    # screening, coarse and last fits of each of three starts (where and how friction acts, and preloads, are more screened and coarsely fitted), and one size
+    assert len(shares) == 3 * 3 + 13 and sum(shares) == pytest.approx(1.0)
 
 
 def test_combinations_that_have_no_time_are_left_out(whole):

@@ -173,6 +173,9 @@ def test_theta_is_that_beside_the_named_effects_and_bends_that_kept_theirs_are_n
         "theta_changed": True,
     }
     assert "  theta has changed as well since the simulator was accepted: b 0.5 -> 0.52, +4 %" in lines({**document(), "analysis": theta})
+    # also where the cause is not known, and only re-tuning tells
+    unknown = lines({**document("unknown", effects=()), "analysis": {**theta, "theta_with_effect": None}})
+    assert "  theta has changed since the simulator was accepted: a 0.5 -> 0.6, +20 %, b 0.5 -> 0.7, +40 %" in unknown
     slight = {**theta, "theta_with_effect": {"a": 0.501, "b": 0.501}}
     assert any(x.endswith("accepted: by less than one per cent") for x in lines({**document(), "analysis": slight}))
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from made_fits import THETA, simulator
 
+from sstl_cli.diagnosis.drives import neighbour_of
 from sstl_cli.diagnosis.ending import held_back, parted
 from sstl_cli.diagnosis.records import Start
-from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases, as_effects, free_parameters, neighbour_of
+from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases, as_effects, free_parameters
 from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 

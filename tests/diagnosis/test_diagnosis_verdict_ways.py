@@ -123,7 +123,7 @@ WAYS = {
     "a part: the probable one explains less than half": (
         [seen("viscous", p=0.9, chi2=1.51)], 0.05, 0.05, "ambiguous", ("viscous",), (("viscous",),), 0.9),
     "unknown: the probable one comes no nearer": (
-        [seen("viscous", p=0.9, share=0.0, chi2=0.9)], 0.05, 0.05, "unknown", (), (), 0.05),
+        [seen("viscous", p=0.9, share=0.0, chi2=0.9)], 0.05, 0.05, "unknown", (), (), 0.95),
     "half explained is enough": (
         [seen("viscous", p=0.9, chi2=1.5)], 0.05, 0.05, "identified", ("viscous",), (("viscous",),), 0.9),
     "jumps are explained though nobody knows their moments": (
@@ -340,6 +340,12 @@ def test_the_numbers_of_a_log_are_of_its_best_model_else_of_its_base():
     at_end = dict(zip(LOG_TERMS, log_terms(Rows(loud, (ends,), LOUD, LOUD)), strict=True))
     assert one["outside"] == 0.0 and at_end["outside"] == 1.0 and at_end["little"] == 0.25
     assert (at_end["worst"], at_end["means"]) == pytest.approx((1.0, 2.0)) and at_end["left_rms"] == none["left_rms"]
+
+
+def test_what_is_left_of_a_channel_beside_counts_whoever_explains_it():
+    beside = seen("load_spring", p=0.5, kind=BESIDE, share=0.5, chi2=25.0)
+    assert dict(zip(LOG_TERMS, log_terms(Rows(LOG, (beside.row,), LOUD, CALM)), strict=True))["beside_base"] == pytest.approx(2.0)
+    assert dict(zip(LOG_TERMS, log_terms(Rows(LOG, (), LOUD, CALM)), strict=True))["beside_base"] == 0.0
 
 
 def test_nothing_and_the_unnamed_are_always_among_the_answers():

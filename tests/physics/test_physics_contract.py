@@ -22,10 +22,12 @@ OWN = {
     "friction_drift": {"d_mu_time", "time_s"},
     "load_dependent_friction": {"step", "step_n"},
     "presliding": {"bristle_mm", "dahl_mm", "tail"},
+    "sensor_nonlinearity": {f"a_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")} | {"chord"},
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
     "viscous": {"c_bend_n_s_per_mm", "c_end_n_s_per_mm", "power"},
     "zero_drift": {"warming"},
+    "zero_offset": {f"preload_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
 }
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")
 # pulled and released with a hold, a corner and a minor loop; two tendons that do not move alike

@@ -15,7 +15,7 @@ from sstl_cli.physics import effects as package
 from sstl_cli.physics.effect import STAGES, Law, Mechanics, Sampling
 from sstl_cli.physics.effects import catalogue, get, parse
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
-from sstl_cli.physics.transmission.model import drive_of, observed_output
+from sstl_cli.physics.transmission.model import drive_of, observed_output, true_input
 
 DT = 0.01
 T = np.arange(6000) * DT
@@ -227,3 +227,20 @@ def test_a_sheath_yields_by_its_law(closing: float, grown: Callable[[np.ndarray]
     effect = get("sheath_compliance")
     effect.law(law, effect.complete({"c_t_per_n": 0.006, "closing_per_n": closing}))
     assert np.allclose(law.factors[0](t), 1.0 + 0.006 * grown(t), rtol=1e-12)
+
+
+def test_a_preload_grows_with_the_bend_and_a_curve_may_be_of_one_sensor_alone():
+    tension = np.linspace(0.0, 30.0, 61)
+    still = activate({"zero_offset": {"preload_out_act_n": 0.4}})
+    for theta in (0.0, THETA, 1.5 * THETA):
+        assert observed_output("act", DT, tension, tension, still, theta) == pytest.approx(tension + 0.4 * theta / THETA)
+        assert observed_output("sstl", DT, tension, tension, still, theta) == pytest.approx(tension)
+    curved = activate({"sensor_nonlinearity": {"a_out_act": 0.02, "chord": 0.6}})
+    # back on the line at 0.6 of 50 N
+    seen = observed_output("act", DT, tension, tension, curved)
+    assert seen == pytest.approx(tension + 0.02 * tension * (0.6 - tension / 50.0)) and seen[-1] == pytest.approx(30.0)
+    assert observed_output("sstl", DT, tension, tension, curved) == pytest.approx(tension)
+    # what the input's sensor does is undone
+    both = activate({"sensor_nonlinearity": {"a_in_act": -0.03, "chord": 0.2, "a_in": 0.01}, "zero_offset": {"preload_in_act_n": 0.3}})
+    read = measure("act", DT, tension, tension, both, theta=0.7)[0]
+    assert true_input("act", DT, read, tension, both, 0.7) == pytest.approx(tension, abs=1e-9) and np.ptp(read - tension) > 0.1

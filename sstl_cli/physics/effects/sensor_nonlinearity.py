@@ -8,35 +8,64 @@ from sstl_cli.physics.filters import play
 FULL_SCALE_N = 50.0
 
 
-def _curved(tension: Array, a: float) -> Array:
-    return tension + a * tension * (1.0 - tension / FULL_SCALE_N)
+def _curve(side: str, run: Sampling, v: Values) -> tuple[float, float]:
+    """Return curvature and slope at nothing of a sensor: T -> T + slope T - curvature T^2 / 50 N."""
+    one = v[f"a_{side}_{run.system}"]
+    a = v[f"a_{side}"] + one
+    return a, v[f"a_{side}"] + v["chord"] * one
+
+
+def _curved(tension: Array, curve: tuple[float, float]) -> Array:
+    a, slope = curve
+    return tension + tension * (slope - a * tension / FULL_SCALE_N)
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     # what it reads at first it holds: where in its play it began is not for a model to choose
-    return play(_curved(tension, v["a_out"]), v["h_n"], run.begin_n)
+    return play(_curved(tension, _curve("out", run, v)), v["h_n"], run.begin_n)
 
 
-def _input(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
-    return _curved(tension, v["a_in"])
+def _input(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
+    return _curved(tension, _curve("in", run, v))
 
 
-def _input_inverse(tension: Array, _other: Array, _run: Sampling, v: Values) -> Array:
-    a = v["a_in"]
-    root = np.sqrt(np.maximum((1.0 + a) ** 2 - 4.0 * a * tension / FULL_SCALE_N, 0.0))
-    return np.asarray(2.0 * tension / (1.0 + a + root))
+def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
+    a, slope = _curve("in", run, v)
+    root = np.sqrt(np.maximum((1.0 + slope) ** 2 - 4.0 * a * tension / FULL_SCALE_N, 0.0))
+    return np.asarray(2.0 * tension / (1.0 + slope + root))
+
+
+def _one(side: str, system: str) -> Parameter:
+    meaning = f"curvature of the {'SSTL' if system == 'sstl' else 'actuation'} {'input' if side == 'in' else 'output'} sensor alone"
+    return Parameter(f"a_{side}_{system}", "1", 0.0, -0.02, 0.02, meaning, system=system, limits=(-0.9, 0.9))
 
 
 EFFECT = Effect(
     id="sensor_nonlinearity",
     title="Curved or sticky sensor characteristic",
     stage=INSTRUMENT,
-    equation="T_meas = T + a T (1 - T / 50 N), play +-h",
-    source="Catalogue entry [T]",
+    equation="T_meas = T + a T (1 - T / 50 N), play +-h; of one sensor alone T + a T (s - T / 50 N)",
+    source="Catalogue entry [T]; calibration polynomials, ISO 376",
     parameters=(
-        Parameter("a_in", "1", 0.0, -0.02, 0.02, "curvature of the input sensor", limits=(-0.9, 0.9)),
-        Parameter("a_out", "1", 0.0, -0.02, 0.02, "curvature of the output sensor", limits=(-0.9, 0.9)),
+        Parameter("a_in", "1", 0.0, -0.02, 0.02, "curvature of the input sensors", limits=(-0.9, 0.9)),
+        Parameter("a_out", "1", 0.0, -0.02, 0.02, "curvature of the output sensors", limits=(-0.9, 0.9)),
         Parameter("h_n", "N", 0.0, 0.0, 0.1, "half-width of the play of the output sensor"),
+        *(_one(side, system) for system in ("act", "sstl") for side in ("in", "out")),
+        Parameter(
+            "chord",
+            "1",
+            0.6,
+            0.0,
+            1.2,
+            "where the curve of one sensor is back on the line, over 50 N",
+            shape=True,
+            start=0.6,
+            limits=(0.0, 1.2),
+        ),
+    ),
+    laws=(
+        *((f"a_{side}_{system}", "chord") for system in ("act", "sstl") for side in ("in", "out")),
+        *((f"a_{side}_act", f"a_{side}_sstl", "chord") for side in ("in", "out")),
     ),
     excitation="A wide span of tension; dead weights settle it.",
     order=52,

@@ -1,31 +1,47 @@
 """Sensors whose zero is off: both propagation lines shift, at every rate."""
 
-from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
+from sstl_cli.physics.effect import INSTRUMENT, USUAL_THETA, Array, Effect, Parameter, Sampling, Values
+
+
+def _zero(side: str, run: Sampling, v: Values) -> float:
+    """Return the zero of a sensor (N); a preload grows with the bend."""
+    return v[f"z_{side}_{run.system}_n"] + v[f"preload_{side}_{run.system}_n"] * run.theta / USUAL_THETA
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension + v[f"z_out_{run.system}_n"]
+    return tension + _zero("out", run, v)
 
 
 def _input(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension + v[f"z_in_{run.system}_n"]
+    return tension + _zero("in", run, v)
 
 
 def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension - v[f"z_in_{run.system}_n"]
+    return tension - _zero("in", run, v)
+
+
+def _preload(side: str, system: str) -> Parameter:
+    name = {"in": "input", "out": "output"}[side]
+    meaning = f"preload of the {'SSTL' if system == 'sstl' else 'actuation'} {name} at theta = {USUAL_THETA}, in proportion to theta"
+    return Parameter(f"preload_{side}_{system}_n", "N", 0.0, -2.0, 2.0, meaning, system=system)
 
 
 EFFECT = Effect(
     id="zero_offset",
     title="Zero offset of a tension sensor",
     stage=INSTRUMENT,
-    equation="T_meas = T + z",
+    equation="T_meas = T + z; or, as a preload that grows with the bend, T + z theta / 0.53",
     source="Section III-C3 (bias terms); catalogue entry [P]",
     parameters=(
         Parameter("z_in_act_n", "N", 0.0, -2.0, 2.0, "zero of the actuation input sensor", system="act"),
         Parameter("z_out_act_n", "N", 0.0, -2.0, 2.0, "zero of the actuation output sensor", system="act"),
         Parameter("z_in_sstl_n", "N", 0.0, -2.0, 2.0, "zero of the SSTL input sensor", system="sstl"),
         Parameter("z_out_sstl_n", "N", 0.0, -2.0, 2.0, "zero of the SSTL output sensor", system="sstl"),
+        *(_preload(side, system) for system in ("act", "sstl") for side in ("in", "out")),
+    ),
+    laws=(
+        *((f"preload_{side}_{system}_n",) for system in ("act", "sstl") for side in ("in", "out")),
+        *((f"preload_{side}_act_n", f"preload_{side}_sstl_n") for side in ("in", "out")),
     ),
     excitation="Several configurations; a slack reading settles it.",
     order=60,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.physics.effect import Drive, Effect, Mechanics, Sampling, Values
+from sstl_cli.physics.effect import USUAL_THETA, Drive, Effect, Mechanics, Sampling, Values
 from sstl_cli.physics.transmission.active import Active, activate
 from sstl_cli.physics.transmission.batch import Case, laid, predict_runs
 
@@ -85,10 +85,16 @@ def knots(tension_n: Array, dt_s: float) -> NDArray[np.int64]:
 
 
 def measure(
-    system: str, dt_s: float, true_in: Array, true_out: Array, active: Active, rng: np.random.Generator | None = None
+    system: str,
+    dt_s: float,
+    true_in: Array,
+    true_out: Array,
+    active: Active,
+    rng: np.random.Generator | None = None,
+    theta: float = USUAL_THETA,
 ) -> tuple[Array, Array]:
     """Return what the two sensors and the recorder make of the true tensions (N, shape (n,) each)."""
-    run = Sampling(system, dt_s, len(true_in), rng)
+    run = Sampling(system, dt_s, len(true_in), rng, theta=theta)
     seen_in, seen_out = true_in, true_out
     for effect, values in active.items:
         before_in, before_out = seen_in, seen_out
@@ -99,9 +105,9 @@ def measure(
     return seen_in, seen_out
 
 
-def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active) -> Array:
+def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active, theta: float = USUAL_THETA) -> Array:
     """Return the output as the sensor shows it, given the measured input tension."""
-    return sensed(active.of_hook("output"), Sampling(system, dt_s, len(true_out)), measured_in, true_out)
+    return sensed(active.of_hook("output"), Sampling(system, dt_s, len(true_out), theta=theta), measured_in, true_out)
 
 
 def sensed(hooked: Hooked, run: Sampling, measured_in: Array, true_out: Array) -> Array:
@@ -111,9 +117,9 @@ def sensed(hooked: Hooked, run: Sampling, measured_in: Array, true_out: Array) -
     return true_out
 
 
-def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active) -> Array:
+def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active, theta: float = USUAL_THETA) -> Array:
     """Return the true input tension behind a measured one, undoing the input sensor."""
-    return unsensed(active.of_hook("input_inverse"), Sampling(system, dt_s, len(measured_in)), measured_in, measured_out)
+    return unsensed(active.of_hook("input_inverse"), Sampling(system, dt_s, len(measured_in), theta=theta), measured_in, measured_out)
 
 
 def unsensed(hooked: Hooked, run: Sampling, measured_in: Array, measured_out: Array) -> Array:
