@@ -70,3 +70,15 @@ def test_two_movements_of_one_name_say_nothing_of_a_clock():
     same = moving("c", loops(2.0, 1.0), 0.4, system="act", trajectory="up and down")
     (said,) = [r for r in gate.remarks([*beside, replace(same, time_s=0.5 * same.time_s)]) if r.rule == "rate"]
     assert "clock is probably off" in said.sentence
+
+
+def test_hum_that_both_cells_pick_up_makes_no_copy_of_an_output_that_rests():
+    """The line holds: the output is near any line, and what both readings share is the mains."""
+    t = np.arange(3600) / 180.0
+    hum = np.sin(2.0 * np.pi * 49.97 * t)
+    scatter = 0.01 * np.random.default_rng(5).standard_normal((2, len(t)))
+    rests = Run("rests", "sstl", t, 16.0 + 10.0 * np.sin(0.5 * t) + 0.03 * hum + scatter[0], 10.4 + 0.11 * hum + scatter[1])
+    assert "same_channel" not in {r.rule for r in gate.remarks([rests])}
+    # the same reading twice is a copy, hum and all
+    twice = replace(rests, tension_out_n=0.5 * rests.tension_in_n + 1.0)
+    assert "same_channel" in {r.rule for r in gate.remarks([twice])}

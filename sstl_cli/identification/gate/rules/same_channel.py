@@ -10,6 +10,8 @@ from sstl_cli.identification.gate.units import CHANNELS, column_line
 
 RULE, RANK = "same_channel", 15
 EXACT = 1e-6
+# an output that spans fewer times its noise than noise itself does has not moved: it is near any line
+MOVED = 20.0
 SAID = dict(
     time_s="the clock", tension_in_n="the input", tension_out_n="the output", position_in_mm="the position", tension_ref_n="the reference"
 )
@@ -47,4 +49,5 @@ def _copy(e: Evidence) -> bool:
         return True
     # two sensors on a straight tube agree to their noise, but not in it
     noise = e.sensors[1].noise_n
-    return e.noise_correlation > 0.8 and noise > 0.0 and e.copy_rms * e.ranges[1].span < 0.7 * noise
+    span = e.ranges[1].span
+    return e.noise_correlation > 0.8 and noise > 0.0 and e.copy_rms * span < 0.7 * noise < 0.7 * span / MOVED
