@@ -256,6 +256,7 @@ def _reason(misses: Sequence[Judged]) -> str:
         "unknown": "seen, but the fitted model leaves too much to name it",
         "failed": "the diagnosis ended with an error",
         "group": f"as well explained by {_first(mates)}",
+        "alone": "named alone, but not surely",
         "name": f"taken for {_first(names)}",
     }
     return "; ".join(f"{n} {said[kind]}" for kind, n in Counter(kind for kind, _ in kinds).most_common())
@@ -264,7 +265,9 @@ def _reason(misses: Sequence[Judged]) -> str:
 def _kind_of_miss(c: Judged) -> str:
     if c.status not in NAMED:
         return c.status
-    return "group" if c.covered else "name"
+    if not c.covered:
+        return "name"
+    return "group" if set(c.group) - c.withheld else "alone"
 
 
 def _first(names: Counter[str]) -> str:

@@ -202,6 +202,7 @@ def test_reasons_of_misses_are_counted_and_ties_go_by_name():
         case(truth(["a"]), verdict("failed", confidence=0.0), "case-0002"),
         case(truth(["a"]), verdict("ambiguous", ["a"], ["a", "y"]), "case-0003"),
         case(truth(["a"]), verdict("identified", ["a"]), "case-0004"),
+        case(truth(["a"]), verdict("ambiguous", ["a"], ["a"]), "case-0005"),
     ]
     (row,) = document(cases, sides.compared(cases), Set()).plain()["by_effect"]
-    assert row["reason"] == "2 as well explained by y, w, x; 1 the diagnosis ended with an error"
+    assert row["reason"] == "2 as well explained by y, w, x; 1 the diagnosis ended with an error; 1 named alone, but not surely"
