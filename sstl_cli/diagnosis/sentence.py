@@ -99,7 +99,7 @@ def lines(document: dict[str, Any]) -> list[str]:
         places[key] = places.get(key, 0.0) + row["share_pct"]
     top = sorted(places.items(), key=lambda item: -item[1])[:PLACES]
     rest = 100.0 - sum(v for _, v in top)
-    if document["verdict"]["status"] != "none" and (document.get("analysis") or {}).get("theta_changed"):
+    if (document.get("analysis") or {}).get("theta_changed") and document["verdict"]["status"] != "none":
         well = " as well" if document["verdict"]["effects"] else ""
         out.append(f"  theta has changed{well} since the simulator was accepted: {_moved(document['analysis'])}")
     out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")

@@ -187,7 +187,7 @@ def log_terms(rows: Rows) -> Array:
         # what a law leaves of the channel beside counts as far as the law is needed there at all
         "beside_left": 0.0 if beside is None else max(beside.share, 0.0) * _squash(max(beside.chi2 - 1.0, 0.0)),
         # what the simulator leaves of a channel beside is there, whoever explains it
-        "beside_base": 0.0 if beside is None else _squash(max(beside.chi2 / max(1.0 - beside.share, 1e-6) ** 2 - 1.0, 0.0)),
+        "beside_base": 0.0 if beside is None else _squash(max(beside.chi2 / max(1.0 - beside.share, np.finfo(float).eps) ** 2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
     }
