@@ -19,7 +19,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.evidence import weigh
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit
 from sstl_cli.diagnosis.found import NOTHING
-from sstl_cli.diagnosis.hypotheses import Hypothesis, full, usual
+from sstl_cli.diagnosis.hypotheses import Hypothesis, by_usual_law, full
 from sstl_cli.diagnosis.records import Record, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.smoother import CHAIN, STATES, error_of_means
@@ -269,7 +269,7 @@ def _evident(sim: Simulator, base: Fit, whole: Fit) -> Fit:
     """Return the most evident hypothesis of a rival, as the diagnosis takes it: what moves one sensor needs not four."""
     best = [whole]
     if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
-        fewer = [h for h in usual(whole.ids[0], sim.problem.systems) if len(h.free) < len(whole.free)]
+        fewer = [h for h in by_usual_law(whole.ids[0], sim.problem.systems) if len(h.free) < len(whole.free)]
         begun = [_held(sim, whole, h) for h in fewer]
         best += [fit(sim, whole.whiten, f.hypothesis, f.theta, f.values, ROUNDS) for f in sorted(begun, key=lambda f: f.cost)[:SUBSETS]]
     return max(best, key=lambda f: weigh(sim, f, base).evidence)

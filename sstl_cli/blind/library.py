@@ -120,16 +120,21 @@ def read_library(path: Path) -> list[Example]:
 
 def cases_of(reader: TableReader) -> Iterator[Example]:
     """Yield the cases of a library in the order of the file."""
-    extra = reader.metadata.get("extra")
-    scatters = isinstance(extra, dict) and bool(extra.get("accepted"))
+    scatters = bool(_told(reader).get("accepted"))
     for _, rows in groupby(reader.table().to_pylist(), key=lambda row: row["case"]):
         yield _case(list(rows), scatters)
 
 
+def _told(reader: TableReader) -> Mapping[str, Any]:
+    """Return what a library says of how it was made."""
+    extra = reader.metadata.get("extra")
+    return extra if isinstance(extra, dict) else {}
+
+
 def facts_of(path: Path) -> Facts:
     """Return how a library was made."""
-    extra = open_table(path, LIBRARY).metadata.get("extra")
-    if not isinstance(extra, dict) or not {"cases", "simulators", "seeds", "quick"} <= set(extra):
+    extra = _told(open_table(path, LIBRARY))
+    if not {"cases", "simulators", "seeds", "quick"} <= set(extra):
         raise SstlError("does not say how it was made", where=str(path), fix="make it with sstl blind library", code="E955")
     return Facts(extra["cases"], extra["simulators"], extra["seeds"], extra["quick"], bool(extra.get("accepted")))
 

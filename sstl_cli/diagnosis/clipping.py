@@ -37,6 +37,10 @@ class Pair:
         """Readings of the sensor that may be limited (N)."""
         return self.out if self.is_out else self.into
 
+    def short(self, line: Array) -> Array:
+        """Return by how much (N) what the sensor read falls short of a line of the output (N)."""
+        return line - self.out if self.is_out else self.out - line
+
 
 @dataclass(frozen=True)
 class Limit:
@@ -84,8 +88,8 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
     lines = [(p, t, _line(p, t)) for p, t in zip(pairs, there, strict=True) if t.any()]
     if not lines:
         return Limit(level, there, 0.0, noise)
-    beyond = np.concatenate([(line - p.out if p.is_out else p.out - line)[t] for p, t, line in lines])
-    off = np.concatenate([(p.out - line)[~t] for p, t, line in lines])
+    beyond = np.concatenate([p.short(line)[t] for p, t, line in lines])
+    off = np.concatenate([p.short(line)[~t] for p, t, line in lines])
     found = Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
     return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise)
 
@@ -98,7 +102,7 @@ def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float) -> Limit:
     there, cut = found.there, found.level_n
     while True:
         lines = [_line(p, t) for p, t in zip(pairs, there, strict=True)]
-        short = np.concatenate([(line - p.out) * (1.0 if p.is_out else -1.0) for p, line in zip(pairs, lines, strict=True)])
+        short = np.concatenate([p.short(line) for p, line in zip(pairs, lines, strict=True)])
         at_limit, left_out = np.concatenate(found.there), np.concatenate(there)
         off = max(float(np.sqrt(np.mean(short[~left_out] ** 2))), noise)
         step = np.maximum((found.level_n - np.concatenate([p.value for p in pairs])) / noise, 0.0).astype(int)

@@ -140,7 +140,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         propagates,
         strain(found.noise, found.measured),
     )
-    return Rows(log, (*candidates, *beside), base, best, scatters=any(r.misfit_n is not None for r in sim.problem.records))
+    return Rows(log, (*candidates, *beside), base, best, scatters=sim.problem.scatters)
 
 
 def _independent(found: Search, samples: int) -> int:
@@ -178,7 +178,7 @@ def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[
     sim, held = found.sim, found.held_out
     if not held.folds.honest:
         return {}
-    if any(r.misfit_n is not None for r in sim.problem.records):
+    if sim.problem.scatters:
         # beside what an accepted rig is known to scatter by an error says little: the share of its gain that a model keeps
         nats = held.nats(found.base)
         return {w.ids: (nats - held.nats(w.fit)) / max(w.gain, 1.0) for w in examined}

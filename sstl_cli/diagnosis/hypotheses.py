@@ -57,10 +57,10 @@ def laws(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
 
 def variants(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
     """Return the hypotheses of one effect on the recorded systems, the fewest strengths first; those by its usual law before others."""
-    return sorted([*usual(effect_id, systems), *laws(effect_id, systems)], key=lambda h: len(h.strengths))
+    return sorted([*by_usual_law(effect_id, systems), *laws(effect_id, systems)], key=lambda h: len(h.strengths))
 
 
-def usual(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
+def by_usual_law(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
     """Return the hypotheses of one effect by its usual law, the fewest strengths first."""
     whole = full(effect_id, systems)
     names = [f.parameter.name for f in whole.strengths]

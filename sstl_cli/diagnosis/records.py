@@ -140,6 +140,11 @@ class Problem:
     def samples(self) -> int:
         return sum(len(r) for r in self.records)
 
+    @property
+    def scatters(self) -> bool:
+        """Whether the simulator is known to leave more in some places than in others: one that was accepted before."""
+        return any(r.misfit_n is not None for r in self.records)
+
 
 def starts_of(r: Record) -> tuple[Start, ...]:
     """Return where a model of a record begins, first and anew."""

@@ -66,7 +66,7 @@ def leftover(sim: Simulator, f: Fit, at_most: bool = False) -> Leftover:
     kept = z[keep]
     n = max(len(kept), 1)
     compared = z
-    if any(r.misfit_n is not None for r in sim.problem.records):
+    if sim.problem.scatters:
         # the known scatter is that of parts of the record left out: to leave less is no sign of anything, so spreads are
         # compared with what is left; a mean is still one of what was known
         compared = z / min(1.0, max(float(np.sqrt(kept @ kept / n)), 1e-6))

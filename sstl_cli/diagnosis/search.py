@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing
+from sstl_cli.diagnosis import again, by_run, hearing, usual
 from sstl_cli.diagnosis import noise as noise_of
-from sstl_cli.diagnosis import usual as usual_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
     ALIVE_NATS,
@@ -29,7 +28,7 @@ from sstl_cli.diagnosis.constants import (
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
-from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, usual
+from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_law
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid, screen, starting
@@ -80,7 +79,7 @@ def run(
     if not found.combined:
         found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
-    return usual_of.beyond(found)
+    return usual.beyond(found)
 
 
 def _begun(
@@ -95,7 +94,7 @@ def _begun(
     plain = _plain(sim, spread)
     first = fit(sim, plain, NOTHING, _spread(theta0, chosen, theta), np.zeros(0), BASE_ITERATIONS, careful=True)
     measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
-    if any(r.misfit_n is not None for r in sim.problem.records):
+    if sim.problem.scatters:
         # what slides show beyond holds is the scatter of the accepted model, which is known
         noise = noise_of.white_only(measured)
     else:
@@ -209,7 +208,7 @@ def _subsets(sim: Simulator, whole: Fit) -> list[tuple[Hypothesis, Array, Array]
     a += 1e-9 * np.diag(np.diag(a) + 1e-12)
     neutral = np.array([f.parameter.neutral for f in whole.free])
     rows = []
-    for h in _as_known(sim, usual(whole.ids[0], sim.problem.systems)):
+    for h in _as_known(sim, by_usual_law(whole.ids[0], sim.problem.systems)):
         if len(h.free) == len(whole.free):
             continue
         kept = np.array([f in h.free for f in whole.free])

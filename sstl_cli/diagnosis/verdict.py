@@ -246,15 +246,15 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     top = ranked[0] if ranked else NONE
     first = next((c for c in rows.candidates if c.ids == top), None)
     takes = 1.0 if first is None else carried(first, rows)
-    if first is not None and (takes <= 0.0 or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        # what is no cause leaves its share to what has no name
-        return say(UNDECIDED, (), p[UNKNOWN] + sum(p[k] for k in _family(top, p)), (), barred or left(rows, top))
-    tied = _tied(standing(rows), top)
-    # whoever leads, a set holds who is as evident, and who is probable
-    rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
     family = _family(top, p)
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
+    if first is not None and (takes <= 0.0 or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
+        # what is no cause leaves its share to what has no name
+        return say(UNDECIDED, (), p[UNKNOWN] + sure, (), barred or left(rows, top))
+    tied = _tied(standing(rows), top)
+    # whoever leads, a set holds who is as evident, and who is probable
+    rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
     # of what most of the gap comes from in spite of it nobody is sure
     commits = sure >= weights.commit and takes >= HALF
     if commits and not _told(rows, top, family, weights.member):

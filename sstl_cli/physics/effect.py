@@ -19,7 +19,7 @@ FRICTION_LAW, TRANSITION, INSTRUMENT = "friction law", "transition", "instrument
 STAGES = (FRICTION_LAW, TRANSITION, INSTRUMENT)
 REACH, SHAPE_REACH = 10.0, 3.0
 # mu Phi of one pass (rad) in the middle of what tubes have
-USUAL_THETA = 0.53
+NOMINAL_THETA = 0.53
 # units that go with the size of the forces
 FORCE_UNITS = ("N", "N s/mm", "1/N", "mm/N", "1/kN", "s/N")
 
@@ -179,7 +179,7 @@ class Sampling:
     count: int
     rng: np.random.Generator | None = None
     begin_n: float | None = None
-    theta: float = USUAL_THETA
+    theta: float = NOMINAL_THETA
 
     @cached_property
     def fraction(self) -> Array:

@@ -10,12 +10,11 @@ from pydantic import Field, model_validator
 
 from sstl_cli.core.config import Model, parse, read_toml
 from sstl_cli.core.errors import SstlError, nearest
-from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.effect import NOMINAL_THETA, Mechanics
 from sstl_cli.physics.effects import get
 
 System = Literal["act", "sstl"]
 Positive = Annotated[float, Field(gt=0)]
-NOMINAL_THETA = 0.53
 
 
 class RigSection(Model):

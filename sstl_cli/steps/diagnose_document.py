@@ -195,7 +195,7 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
         noise_floor_n=floor,
         noise_floor_low_n=low,
         noise_floor_high_n=high,
-        known_misfit_n=misfit.rms_n(g.problem) if any(r.misfit_n is not None for r in g.problem.records) else None,
+        known_misfit_n=misfit.rms_n(g.problem) if g.problem.scatters else None,
         shrink_pct=percent,
         shrink_ci95_pct=None if interval is None else (interval.low, interval.high),
         shrink_why=why,
@@ -238,7 +238,7 @@ def _sensors(g: Given) -> list[Noise]:
 
     The search takes what its first models leave for noise. Where the named model leaves less, that was no noise.
     """
-    if any(r.misfit_n is not None for r in g.problem.records):
+    if g.problem.scatters:
         return [g.search.measured]
     f = g.accepted
     if f is g.search.base:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sstl_cli.diagnosis.hypotheses import apart, at_known_load, full, laws, usual, variants
+from sstl_cli.diagnosis.hypotheses import apart, at_known_load, by_usual_law, full, laws, variants
 from sstl_cli.physics.effects import catalogue
 
 BOTH = ("act", "sstl")
@@ -29,7 +29,7 @@ def test_every_variant_is_part_of_the_full_effect_and_stands_once(effect):
 
 
 def test_one_sensor_two_sensors_or_all():
-    found = usual("zero_offset", BOTH)
+    found = by_usual_law("zero_offset", BOTH)
     assert [len(h.free) for h in found] == [1] * 4 + [2] * 6 + [4]
     # or a preload, of one sensor or of both alike
     assert [len(h.free) for h in laws("zero_offset", BOTH)] == [1] * 4 + [2] * 2
@@ -37,7 +37,7 @@ def test_one_sensor_two_sensors_or_all():
 
 
 def test_only_sensors_of_recorded_systems_can_be_off():
-    assert {n for h in usual("zero_offset", ("act",)) for n in names(h)} == {"z_in_act_n", "z_out_act_n"}
+    assert {n for h in by_usual_law("zero_offset", ("act",)) for n in names(h)} == {"z_in_act_n", "z_out_act_n"}
     assert [names(h) for h in laws("zero_offset", ("act",))] == [["preload_in_act_n"], ["preload_out_act_n"]]
     assert variants("gain_error", ("sstl",))[0].free[0].parameter.name == "g_sstl"
 

@@ -6,9 +6,8 @@ from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transi
 def _transition(transition: Transition, v: Values, drive: Drive) -> None:
     transition.drag_n_s_mm += v["c_l_n_s_per_mm"]
     transition.drag_bend_n_s_mm += v["c_bend_n_s_per_mm"]
-    if v["c_l_n_s_per_mm"] + v["c_bend_n_s_per_mm"] + v["c_end_n_s_per_mm"] > 0.0:
-        transition.drag_power = v["power"]
     transition.drag_end_n_s_mm += v["c_end_n_s_per_mm"] * drive.passes
+    transition.drag_power = v["power"]
 
 
 EFFECT = Effect(

@@ -1,11 +1,11 @@
 """Sensors whose zero is off: both propagation lines shift, at every rate."""
 
-from sstl_cli.physics.effect import INSTRUMENT, USUAL_THETA, Array, Effect, Parameter, Sampling, Values
+from sstl_cli.physics.effect import INSTRUMENT, NOMINAL_THETA, Array, Effect, Parameter, Sampling, Values
 
 
 def _zero(side: str, run: Sampling, v: Values) -> float:
     """Return the zero of a sensor (N); a preload grows with the bend."""
-    return v[f"z_{side}_{run.system}_n"] + v[f"preload_{side}_{run.system}_n"] * run.theta / USUAL_THETA
+    return v[f"z_{side}_{run.system}_n"] + v[f"preload_{side}_{run.system}_n"] * run.theta / NOMINAL_THETA
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
@@ -22,7 +22,7 @@ def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> A
 
 def _preload(side: str, system: str) -> Parameter:
     name = {"in": "input", "out": "output"}[side]
-    meaning = f"preload of the {'SSTL' if system == 'sstl' else 'actuation'} {name} at theta = {USUAL_THETA}, in proportion to theta"
+    meaning = f"preload of the {'SSTL' if system == 'sstl' else 'actuation'} {name} at theta = {NOMINAL_THETA}, in proportion to theta"
     return Parameter(f"preload_{side}_{system}_n", "N", 0.0, -2.0, 2.0, meaning, system=system)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.physics.effect import USUAL_THETA, Drive, Effect, Mechanics, Sampling, Values
+from sstl_cli.physics.effect import NOMINAL_THETA, Drive, Effect, Mechanics, Sampling, Values
 from sstl_cli.physics.transmission.active import Active, activate
 from sstl_cli.physics.transmission.batch import Case, laid, predict_runs
 
@@ -91,7 +91,7 @@ def measure(
     true_out: Array,
     active: Active,
     rng: np.random.Generator | None = None,
-    theta: float = USUAL_THETA,
+    theta: float = NOMINAL_THETA,
 ) -> tuple[Array, Array]:
     """Return what the two sensors and the recorder make of the true tensions (N, shape (n,) each)."""
     run = Sampling(system, dt_s, len(true_in), rng, theta=theta)
@@ -105,7 +105,7 @@ def measure(
     return seen_in, seen_out
 
 
-def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active, theta: float = USUAL_THETA) -> Array:
+def observed_output(system: str, dt_s: float, measured_in: Array, true_out: Array, active: Active, theta: float = NOMINAL_THETA) -> Array:
     """Return the output as the sensor shows it, given the measured input tension."""
     return sensed(active.of_hook("output"), Sampling(system, dt_s, len(true_out), theta=theta), measured_in, true_out)
 
@@ -117,7 +117,7 @@ def sensed(hooked: Hooked, run: Sampling, measured_in: Array, true_out: Array) -
     return true_out
 
 
-def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active, theta: float = USUAL_THETA) -> Array:
+def true_input(system: str, dt_s: float, measured_in: Array, measured_out: Array, active: Active, theta: float = NOMINAL_THETA) -> Array:
     """Return the true input tension behind a measured one, undoing the input sensor."""
     return unsensed(active.of_hook("input_inverse"), Sampling(system, dt_s, len(measured_in), theta=theta), measured_in, measured_out)
 
