@@ -74,8 +74,6 @@ MOST_ALIKE = 3
 AT_MOST = 3.0
 # an input goes on over a gap as it came if it is off by less than this share of the way, and that many standard deviations
 AS_BEFORE = 0.25
-# configurations that representative runs hold of each trajectory
-MIN_CONFIGS = 1
 # steps of time that differ by less are the same: clocks are written with few digits
 EVEN = 0.01
 # a clock is near a steady one where its jitter is below this share of a step (any clock is below 0.29) and so many of its

@@ -13,7 +13,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.clock import Corners, before, blurred, hiding, on_grid, since_first
-from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_CONFIGS, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
+from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
 from sstl_cli.diagnosis.jitter import Piece, unstamped
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
@@ -389,14 +389,10 @@ def representatives(problem: Problem) -> Problem:
     """
     ordered = sorted(problem.records, key=content)
     trajectories = list(dict.fromkeys(r.trajectory for r in ordered))
-    per_trajectory = max(1, -(-MIN_CONFIGS // len(trajectories)))
     keep: set[tuple[int, str]] = set()
-    turn = 0
-    for name in trajectories:
+    for turn, name in enumerate(trajectories):
         configs = list(dict.fromkeys(r.config for r in ordered if r.trajectory == name))
-        for _ in range(min(per_trajectory, len(configs))):
-            keep.add((configs[turn % len(configs)], name))
-            turn += 1
+        keep.add((configs[turn % len(configs)], name))
     records = [r for r in problem.records if (r.config, r.trajectory) in keep]
     used = sorted({r.config for r in records})
     renumbered = tuple(replace(r, config=used.index(r.config)) for r in records)
