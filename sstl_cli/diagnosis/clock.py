@@ -65,7 +65,8 @@ def on_grid(run: Run, finite: Mask) -> Run:
         value = getattr(run, name)
         if value is not None:
             readings = run.extra[f"known_{name}"][index] > 0.5 if f"known_{name}" in run.extra else np.ones(len(at), bool)
-            extra[name] = _moved(value[index], at, len(grid), readings, early, dt)
+            put = _commanded if name == "tension_ref_n" else _moved
+            extra[name] = put(value[index], at, len(grid), readings, early, dt)
     marks: dict[str, Array] = {"gap": _bridged(grid, time), "early_s": np.bincount(at, early, len(grid)).astype(float)}
     for name, values in run.extra.items():
         if name.startswith("known_"):
@@ -103,6 +104,12 @@ def _moved(values: Array, at: Places, n: int, readings: Mask, early: Array, dt: 
     noise = white_noise(values) if readings.all() else slow_noise(values[readings], where.astype(float))
     slope = latent(signal, dt, noise, known).rate
     return np.interp(grid, where, values[readings] - early[readings] * slope[where])
+
+
+def _commanded(values: Array, at: Places, n: int, readings: Mask, early: Array, dt: float) -> Array:
+    """Return a command on the grid: of the loop's own steps or of the instants of the stamps, wherever it is smoother (it has no noise)."""
+    stepped = np.interp(np.arange(n), at[readings], values[readings])
+    return min(stepped, _moved(values, at, n, readings, early, dt), key=lambda x: float(np.nansum(np.abs(np.diff(x, 2)))))
 
 
 def blurred(run: Run, rate: Array, thin: int) -> Array:

@@ -44,6 +44,16 @@ def test_a_stamped_jitter_moves_readings_and_leaves_their_noise(share):
     assert np.corrcoef(left, noise[0][1:-1])[0, 1] > 0.95
 
 
+@pytest.mark.parametrize("stamped", [False, True])
+def test_a_command_belongs_to_the_steps_of_its_loop_or_to_the_stamps(stamped):
+    """Moved along its slope though it was none of the stamps', a steady ramp trembles, and a limit of its rate seems to smooth it."""
+    time, _ = jittered(0.13)
+    even = PERIOD * np.arange(len(time))
+    ramp = 10.0 + 8.0 * np.abs((time if stamped else even) / 4.0 % 2.0 - 1.0)
+    run = on_grid(Run("a", "act", time, movement(time), movement(time), tension_ref_n=ramp), np.ones(len(time), bool))
+    assert np.median(np.abs(np.diff(run.tension_ref_n, 2))) < 1e-4
+
+
 def test_a_clock_keeps_its_places_over_missing_stretches():
     time, _ = jittered(0.13)
     there = (time < 20.0) | (time > 23.7)
