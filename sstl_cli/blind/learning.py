@@ -52,7 +52,7 @@ FOR = {
     "beside_share",
     *(f"log_behind_{m:g}" for m in MISFITS),
 }
-AGAINST = {"rank", "left_share", "means", "outside", "unstable", "strengths", "recorder_out", "beside_out"}
+AGAINST = {"rank", "left_share", "little", "means", "outside", "unstable", "strengths", "recorder_out", "beside_out"}
 WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.02, 0.02, 0.92, 0.05
 # kinds of the cases whose effect is no candidate: drawn so, and searched again without it
 EXCLUDED, WITHOUT = "excluded", "without"

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 SHOWN = 6
 PARAMETERS = 3
+# within this of 1 the difference is what a factor says
+NEAR = 0.1
 
 
 def answer(screen: Screen, document: DiagnosisDocument) -> None:
@@ -98,7 +100,9 @@ def _parameters(found: Sequence[Parameter]) -> str:
 
 
 def _decimal(value: float | None) -> str:
-    """Return three digits, or six places of what is so small that it would take an exponent to say that it is nothing."""
+    """Return three digits, of a factor near 1 those by which it differs, or six places of what is next to nothing (no exponent)."""
     if value is None:
         return "-"
+    if 0.0 < abs(value - 1.0) < NEAR:
+        return f"{value:.4f}"
     return f"{value:.3g}" if abs(value) >= 1e-3 else f"{value:.6f}".rstrip("0").rstrip(".")

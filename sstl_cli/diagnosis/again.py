@@ -35,7 +35,7 @@ def beside_the_best(found: Search, most: int, workers: int) -> Search:
     if not leaders:
         return found
     noise = _noise(found, leaders)
-    return _judged(found, noise, workers) if strain(noise, found.measured) < strain(found.noise, found.measured) else found
+    return judged(found, noise, workers) if strain(noise, found.measured) < strain(found.noise, found.measured) else found
 
 
 def _noise(found: Search, leaders: Sequence[Fit]) -> Noise:
@@ -46,7 +46,7 @@ def _noise(found: Search, leaders: Sequence[Fit]) -> Noise:
     return hearing.beside(found.sim, [found.base, *leaders], measured)
 
 
-def _judged(found: Search, noise: Noise, workers: int) -> Search:
+def judged(found: Search, noise: Noise, workers: int) -> Search:
     """Return every model judged with a noise; those that still promise something are fitted again by it."""
     sim, lead = found.sim, found.ranked()[0].gain
 

@@ -58,6 +58,7 @@ def combine(found: Search, size: int, workers: int) -> int:
         found.combined[tuple(sorted(w.ids))] = w
     if size == 2:
         _swap(found, workers)
+        _parted(found, workers)
     return len(chosen)
 
 
@@ -79,6 +80,19 @@ def _swap(found: Search, workers: int) -> None:
         key = tuple(sorted(w.ids))
         if key not in found.combined or w.evidence > found.combined[key].evidence:
             found.combined[key] = w
+
+
+def _parted(found: Search, workers: int) -> None:
+    """Fit the parts of the leading pairs alone from where they stand there: a fit of its own may have stopped in another valley."""
+    pairs = [w for w in found.ranked() if len(w.ids) == 2][:LEADERS]
+    jobs = [(part, _without(found, w, next(i for i in w.ids if i != part)).fit) for w in pairs for part in w.ids]
+
+    def alone(job: tuple[str, Fit]) -> Weighed:
+        return weigh(found.sim, settle(found.sim, found.noise, job[1], 1), found.base)
+
+    for (part, _), w in zip(jobs, each(alone, jobs, workers), strict=True):
+        if w.evidence > found.singles[part][0].evidence:
+            found.singles[part] = (w, *found.singles[part])
 
 
 def _like(found: Search, leader: Weighed, part: str) -> list[Weighed]:
@@ -107,11 +121,13 @@ def _joined(found: Search, job: _Job) -> Weighed:
         more = h.joined(partner.fit.hypothesis)
         values = np.concatenate((values, [known[f] for f in more.free[len(h.free) :]]))
         h = more
-    done = settle(sim, found.noise, fit(sim, start.whiten, h, start.theta, values, COARSE_ITERATIONS), 1)
+    begun = fit(sim, start.whiten, h, start.theta, values, COARSE_ITERATIONS)
+    # its leader's law is as far off beside another effect, until that proves otherwise
+    done = settle(sim, found.noise, replace(begun, discrepancy=start.discrepancy), 1)
     if job.leader is not None and done.cost > start.cost:
         # it contains its leader: once more from there, with a newcomer that is hardly there, and by its own phases at once
         weak = np.concatenate((start.values, grid(h.free[len(start.free) :])[0]))
-        again = fit(sim, start.whiten, h, start.theta, weak, 0)
+        again = replace(fit(sim, start.whiten, h, start.theta, weak, 0), discrepancy=start.discrepancy)
         done = min(done, settle(sim, found.noise, again, 1), key=lambda f: f.cost)
     return weigh(sim, done, found.base, found.parts(h.ids))
 

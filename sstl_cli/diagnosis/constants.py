@@ -197,6 +197,8 @@ KEPT_PROMISE = 0.5
 SHAPE_GRID, DECADES = (0.15, 0.5, 0.85), 20
 STRENGTHS = (0.01, 0.08)
 FACTORS = (1.0, 0.3, 3.0)
+# a play from the noise to half of what the output spans, in so many widths
+WIDTHS = 5
 # iterations of the base before its noise is known, of promising and of other candidates
 COARSE_ITERATIONS, SHORT_ITERATIONS = 5, 2
 BASE_ITERATIONS = 2 * SHORT_ITERATIONS

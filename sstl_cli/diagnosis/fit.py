@@ -320,24 +320,41 @@ def settle(sim: Simulator, noise: Noise, start: Fit, rounds: int = 2, iterations
     return best
 
 
+def jumping(f: Fit) -> set[str]:
+    """Return the effects of a fit that predict a mean over jumps."""
+    return {x.effect.id for x in f.free if x.parameter.name in x.effect.averaged}
+
+
+def own_response(sim: Simulator, f: Fit) -> Array:
+    """Return how far (N, shape (samples,)) the effects of a fit, or those of them that jump, move what it predicts."""
+    jumps = jumping(f)
+    rest = {k: v for k, v in f.effects.items() if k not in jumps} if jumps else {}
+    return np.abs(f.prediction - sim.predict(f.theta, rest)) if f.free else np.zeros(len(f.residual))
+
+
 def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     """Return a fit with its own whitener and cost; its share is sought from the one it has."""
     phases = sim.where_noise_enters(f.theta, f.effects, noise)
+    if sim.slips_n is not None:
+        phases = replace(phases, doubt_n=np.hypot(phases.doubt_n, sim.slips_n))
     known = sim.constants(f.effects, noise)
-    jumping = {x.effect.id for x in f.free if x.parameter.name in x.effect.averaged}
-    rest = {k: v for k, v in f.effects.items() if k not in jumping} if jumping else {}
-    added = np.abs(f.prediction - sim.predict(f.theta, rest)) if f.free else np.zeros(len(f.residual))
+    jumps = jumping(f)
+    added = own_response(sim, f)
+
+    more = sim.more_n
 
     def judged(share: float) -> Fit:
-        if jumping:
+        if jumps:
             # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
-            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
+            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)), more)
+        elif f.free:
+            own = whitener(known, phases, share * added if more is None else np.hypot(share * added, more))
         else:
-            own = whitener(known, phases, share * added if f.free else None)
+            own = whitener(known, phases, more)
         tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 
-    shares = JUMPS if jumping else SHARES if f.free else SHARES[:1]
+    shares = JUMPS if jumps else SHARES if f.free else SHARES[:1]
     return _most_likely(judged, shares, f.discrepancy)
 
 

@@ -18,8 +18,7 @@ def carried(c: CandidateRow, rows: Rows) -> float:
     Not of jumps, which nobody can foretell, as long as they leave no more than the noise.
     """
     if c.kind == OUTPUT:
-        left = max(c.chi2 - 1.0, 0.0)
-        share = 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
+        left, share = _accounted(c, rows)
         if not (averaged(c) or rows.scatters) or c.share <= 0.0:
             share = min(share, c.share)
         foretold = left > 1.0 or not averaged(c)
@@ -29,6 +28,17 @@ def carried(c: CandidateRow, rows: Rows) -> float:
     # the channel beside states its share of the error, and what is left in units of the noise
     left = (1.0 - c.share) ** 2
     return (1.0 - left) / max(1.0 - left / max(c.chi2, 1.0), 1e-9)
+
+
+def nearer(c: CandidateRow, rows: Rows) -> float:
+    """Return which part of the squared error a model of the output removes, of jumps that nobody can foretell which they account for."""
+    return max(c.share, _accounted(c, rows)[1]) if averaged(c) else c.share
+
+
+def _accounted(c: CandidateRow, rows: Rows) -> tuple[float, float]:
+    """Return what a model leaves in units of the noise, and which part of what the base leaves so it takes off."""
+    left = max(c.chi2 - 1.0, 0.0)
+    return left, 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
 
 
 def averaged(c: CandidateRow) -> bool:
@@ -79,13 +89,14 @@ def left(rows: Rows, top: Ids) -> str:
     row = next((c for c in rows.candidates if c.ids == top), None)
     if row is None or not top:
         return f"something is left that no candidate explains ({worst.name})"
-    best, share = f"even the best candidate, {' + '.join(top)},", carried(row, rows)
+    name, share = " + ".join(top), carried(row, rows)
+    best = f"even the best candidate, {name},"
     if strained(row) and share >= HALF:
         return f"{best} would need sizes that none of its effects usually has"
     if only_scatters(row):
         return f"{best} lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
     if share < HALF and (row.kind == BESIDE or share == row.held or share <= 0.0):
-        return f"even the best candidate, {partly(rows, top)}"
+        return f"{best}{partly(rows, top).removeprefix(name)}"
     # the tests are of what the most evident model leaves, which need not be the most probable one
     tested = row.kind != OUTPUT or row is leading(rows)
     z = worst.z if tested else row.worst_z

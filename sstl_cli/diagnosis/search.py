@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing, usual
+from sstl_cli.diagnosis import again, by_run, hearing, shared, usual
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -31,7 +31,7 @@ from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
 from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_law
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.starts import grid, screen, starting
+from sstl_cli.diagnosis.starts import grid, screen, starting, widths
 from sstl_cli.diagnosis.whitening import Whitener, white
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
@@ -67,6 +67,7 @@ def run(
     groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
     for done in each(alone, groups, workers):
         found.singles[done[0].ids[0]] = done
+    found = shared.loosened(found, workers)
     most = min(max_effects, len(found.singles))
     for size in range(2, most + 1):
         if passed(SIZES[size - 1]):
@@ -140,6 +141,8 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
 
     def begun(f: Fit) -> Fit:
         start = fit(sim, base.whiten, f.hypothesis, _spread(base.theta, chosen, f.theta), f.values, 0)
+        wide = [fit(sim, base.whiten, f.hypothesis, base.theta, v, SHORT_ITERATIONS) for v in widths(sim, noise, f)]
+        start = min((start, *wide), key=lambda f: f.cost)
         # what acts along the line, or makes all of it late, has several valleys, which the unwhitened fit has looked into
         if start.cost > base.cost and not any(x.effect.stage == TRANSITION or x.effect.late_s for x in f.free):
             return _near(found, f, SHORT_ITERATIONS, SHORT_ITERATIONS)

@@ -37,7 +37,8 @@ def sentence(document: dict[str, Any]) -> str:
     names = " and ".join(f"{_plain(e)} ({e})" for e in effects)
     if status == "ambiguous":
         others = rivals(verdict)
-        rest = f", or from {_listed(others)}: this data cannot tell them apart" if others else ", but that is not certain"
+        them = "it" if len(others) == 1 else "them"
+        rest = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
         return f"{_much(document['gap'])} comes most likely from {names}{rest}{sure}."
     return f"{_much(document['gap'])} comes from {names}{sure}."
 
@@ -108,10 +109,9 @@ def lines(document: dict[str, Any]) -> list[str]:
     out += _shown(document["verdict"], unit)
     out += [f"  without run {r['run_id']}: {_said(r)}" for r in document["verdict"].get("odd_runs") or []]
     for tracked in (document.get("downstream") or {}).get("tracking", []):
-        out.append(
-            f"  a controller that knows it tracks the {tracked['reference']} reference to {_n(tracked['rmse_with_n'])} "
-            f"instead of {_n(tracked['rmse_without_n'])}"
-        )
+        knowing, other = _n(tracked["rmse_with_n"]), _n(tracked["rmse_without_n"])
+        if knowing != other:
+            out.append(f"  a controller that knows it tracks the {tracked['reference']} reference to {knowing} instead of {other}")
     out += [f"  note: {text}" for text in document.get("notes", [])]
     return out
 

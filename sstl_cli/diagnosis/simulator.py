@@ -94,7 +94,9 @@ class Simulator:
     ``dispersion`` is by how much tests of the residual are known to exceed chance (see misfit), ``accepted`` the theta of a
     model that was accepted before, shape (configurations,), ``usual`` the standard deviation by which each of its strengths
     varies from record to record, by effect and name, ``scatters`` whether the records know what an accepted model leaves, or
-    how it varies, ``behind`` whether more friction at the end than it has acts on that too (see ending).
+    how it varies, ``behind`` whether more friction at the end than it has acts on that too (see ending), ``more_n`` and
+    ``slips_n`` the standard deviations (N, shape (samples,)) of what all models have beside the sensors' noise: new at every step, or
+    at every step of a slide and kept in holds (see shared).
     """
 
     problem: Problem
@@ -104,6 +106,8 @@ class Simulator:
     accepted: Array | None = None
     usual: Mapping[tuple[str, str], float] = field(default_factory=dict)
     behind: bool = True
+    more_n: Array | None = None
+    slips_n: Array | None = None
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -111,7 +115,7 @@ class Simulator:
         self._runs = laid([piece for r in p.records for piece in pieces(r, self.mechanics)])
         self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
-        self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n) for r in p.records]
+        self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n, begun_s=r.begun_s) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
         self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)
@@ -352,7 +356,7 @@ def _read_late(r: Record, late_s: float) -> Record:
 def _true_start(r: Record, start: Start, hooked: Hooked, theta: float) -> float:
     """Return the true output where a model begins: the measured one less what the sensor adds."""
     n = len(r.u) if start.at else 2
-    seen = sensed(hooked, Sampling(r.system, r.dt_s, n, theta=theta), r.u[:n], np.full(n, start.output_n))
+    seen = sensed(hooked, Sampling(r.system, r.dt_s, n, theta=theta, begun_s=r.begun_s), r.u[:n], np.full(n, start.output_n))
     return 2.0 * start.output_n - float(seen[start.at])
 
 

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, STRENGTHS, WIDTHS
 from sstl_cli.diagnosis.fit import Fit, normal_equations, partial
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, laws, variants
 from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
+from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
 
@@ -46,6 +47,20 @@ def grid(free: Sequence[Free]) -> list[Array]:
             reach = p.high - p.neutral if p.high > p.neutral else p.low - p.neutral
             axes.append([p.neutral + o * reach for o in offsets])
     return [np.array(v) for v in itertools.product(*axes)]
+
+
+def widths(sim: Simulator, noise: Noise, f: Fit) -> list[Array]:
+    """Return the values of a fit with one of its plays in several widths, from the noise to half of what the output spans."""
+    plays = [i for i, x in enumerate(f.free) if x.parameter.name in x.effect.plays]
+    if not plays:
+        return []
+    narrow, span = min(s.white_n for s in noise.output.values()), float(np.ptp(sim.y[sim.weight > 0]))
+    tried = []
+    for i, width in itertools.product(plays, np.geomspace(narrow, max(0.5 * span, narrow), WIDTHS)):
+        values = f.values.copy()
+        values[i] = np.clip(width, f.free[i].parameter.least, f.free[i].parameter.most)
+        tried.append(values)
+    return tried
 
 
 def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:

@@ -17,7 +17,7 @@ from scipy.special import logsumexp, softmax
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES
-from sstl_cli.diagnosis.reasons import carried, explained, left, partly, strained
+from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly, strained
 from sstl_cli.diagnosis.weights import Weights
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ REACH_NATS = 60.0
 
 
 CANDIDATE_TERMS = (
-    "behind", *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "means", "more", "weak_part", "outside", "unstable",
+    "behind", *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "little", "means", "more", "weak_part", "outside", "unstable",
     "strengths", "recorder", "recorder_share", "recorder_gain", "recorder_out", "beside", "beside_gain", "beside_share", "beside_out",
 )  # fmt: skip
 LOG_TERMS = (
@@ -122,6 +122,7 @@ def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
         "rank": float(np.log2(1.0 + above)) if out else 0.0,
         "ahead": _squash(max(ahead, 0.0)) if out else 0.0,
         "left_share": left / (left + max(c.gain, 1.0)),
+        "little": 1.0 - nearer(c, rows) if out else 0.0,
         "means": _squash(max(means, 0.0)),
         "more": float(len(c.ids) - 1),
         "weak_part": _squash(1e3 * np.clip(c.drop_one / max(c.evidence, 1e-9), 0.0, 1.0)) if len(c.ids) > 1 else 0.0,

@@ -19,7 +19,7 @@ from sstl_cli.physics.filters import delayed
 
 Array = NDArray[np.float64]
 # which samples
-Block = NDArray[np.intp]
+Block = NDArray[np.intp] | slice
 Levels = tuple[tuple[Array, Sequence[Block]], ...]
 
 
@@ -77,7 +77,12 @@ def levels(records: Sequence[Wander | None], count: Sequence[int], bends: Sequen
         (np.concatenate([w.bend for w in known]), alike),
         (np.concatenate([w.whole for w in known]), [np.arange(int(ends[-1]))]),
     )
-    return tuple(p for p in parts if p[0].shape[1])
+    return tuple((columns, [_compact(b) for b in blocks]) for columns, blocks in parts if columns.shape[1])
+
+
+def _compact(rows: NDArray[np.intp]) -> Block:
+    """Return rows that follow one another as a slice, of which no copy need be made."""
+    return slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) and rows[-1] - rows[0] == len(rows) - 1 else rows
 
 
 @dataclass(frozen=True)

@@ -171,7 +171,7 @@ Hook = Callable[[Array, Array, "Sampling", Values], Array]
 @dataclass(frozen=True)
 class Sampling:
     """What a sensor hook may know of the run: channel pair, sampling period (s), number of samples, what the output reads first (N), and
-    theta (rad; the middle of what is usual where nobody knows it).
+    theta (rad; the middle of what is usual where nobody knows it), and when in its session it began (s).
     """
 
     system: str
@@ -180,6 +180,7 @@ class Sampling:
     rng: np.random.Generator | None = None
     begin_n: float | None = None
     theta: float = NOMINAL_THETA
+    begun_s: float = 0.0
 
     @cached_property
     def fraction(self) -> Array:
@@ -198,7 +199,8 @@ class Effect:
     sets of strengths that stand for one cause each (which sensor, which law); without them every strength alone, every
     two and all together are tried. A shape that no variant names belongs to all. ``laws`` are sets of parameters beside those: each is
     a law of its own, and none of its parameters is in another. What strengths that
-    are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base.
+    are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base. ``plays`` are half-widths
+    of a play: from a narrow one a fit does not see what a wide one explains.
     """
 
     id: str
@@ -217,6 +219,7 @@ class Effect:
     variants: tuple[tuple[str, ...], ...] = ()
     laws: tuple[tuple[str, ...], ...] = ()
     averaged: tuple[str, ...] = ()
+    plays: tuple[str, ...] = ()
     law: Callable[[Law, Values], None] | None = None
     transition: Callable[[Transition, Values, Drive], None] | None = None
     output: Hook | None = None

@@ -24,6 +24,7 @@ from sstl_cli.core.documents.diagnosis import (
     Simple,
     Verdict,
 )
+from sstl_cli.core.numbers import quantity
 from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
@@ -324,7 +325,7 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
     if (differs := by_run.shown(g.search.sim, g.accepted)) is not None:
         notes.append(_by_run(g, *differs))
     notes += [
-        f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{x.parameter.high:g} {x.parameter.unit}"
+        f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{quantity(f'{x.parameter.high:g}', x.parameter.unit)}"
         for k, x in enumerate(g.accepted.free)
         for i in (x.effect.id,)
         if x.effect.id not in ASIDE and g.accepted.at_bound(k) and not x.parameter.shape

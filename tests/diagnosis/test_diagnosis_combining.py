@@ -10,9 +10,9 @@ from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, the
 
 from sstl_cli.diagnosis import combining as of
 from sstl_cli.diagnosis.constants import EDGE, LEADERS
-from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import fit, settle
-from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.found import NOTHING, Search
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.simulator import as_effects
 from sstl_cli.diagnosis.starts import grid
@@ -172,3 +172,20 @@ def test_a_pair_is_no_less_likely_than_the_leader_that_it_contains():
     ((_, _, step),) = of._partners(sim, leader, [partner])
     both = of._joined(searched(base, leader, partner, sim=sim), of._Job(0.0, leader, (partner,), (step,)))
     assert both.fit.cost <= leader.fit.cost
+
+
+def test_the_parts_of_a_leading_pair_are_fitted_alone_from_where_they_stand_there():
+    """A fit that stopped in a valley of its own is left for the deeper one that a pair has found."""
+    left = noise(9)
+    sim = replace(SIM)
+    sim.y = SIM.predict(THETA, as_effects(GAIN.free, np.array([1.1]))) + left
+    base = settle(sim, NOISE, fit(sim, made().whiten, NOTHING, THETA, np.zeros(0)))
+    stuck = weigh(sim, fit(sim, base.whiten, GAIN, base.theta, np.array([1.0]), 0), base)
+    other = weigh(sim, settle(sim, NOISE, fit(sim, base.whiten, ZERO, base.theta, np.zeros(2))), base)
+    both = GAIN.joined(ZERO)
+    pair = weigh(sim, settle(sim, NOISE, fit(sim, base.whiten, both, THETA, np.array([1.1, 0.0, 0.0]))), base, [other, stuck])
+    found = searched(base, stuck, other, combined=(pair,), sim=sim)
+    of._parted(found, 1)
+    best = found.singles["gain_error"][0]
+    assert best.evidence > stuck.evidence + 50.0 and best.fit.values == pytest.approx([1.1], abs=0.01)
+    assert found.singles["gain_error"][1] is stuck

@@ -10,9 +10,9 @@ import pytest
 from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import starts as of
-from sstl_cli.diagnosis.constants import SHAPE_GRID, STRENGTHS
+from sstl_cli.diagnosis.constants import SHAPE_GRID, STRENGTHS, WIDTHS
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.starts import grid, screen
+from sstl_cli.diagnosis.starts import grid, screen, widths
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.effect import TRANSITION
 
@@ -93,3 +93,15 @@ def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
         ["d_mu", "path_n"],
         ["d_mu_time", "time_s"],
     ]
+
+
+def test_plays_are_tried_from_the_noise_to_half_of_what_the_output_spans():
+    ends = made(0.0, named("const_friction", "w_in_n", "w_end_n"), (0.01, 0.02))
+    tried = np.array(widths(SIM, NOISE, ends))
+    half = 0.5 * np.ptp(SIM.y)
+    # one at a time, the other as it was
+    assert tried[:WIDTHS, 1].tolist() == [0.02] * WIDTHS and tried[WIDTHS:, 0].tolist() == [0.01] * WIDTHS
+    most = [x.parameter.most for x in ends.free]
+    assert tried[:WIDTHS, 0] == pytest.approx(np.minimum(np.geomspace(NOISE_N, half, WIDTHS), most[0]))
+    assert tried[WIDTHS:, 1] == pytest.approx(np.minimum(np.geomspace(NOISE_N, half, WIDTHS), most[1]))
+    assert widths(SIM, NOISE, made(0.0, OUT, (0.1,))) == []

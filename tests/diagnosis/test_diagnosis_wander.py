@@ -45,7 +45,8 @@ def test_a_direction_that_does_not_show_is_nothing():
 
 def test_levels_follow_one_another():
     def blocks(level):
-        return [(b[0], b[-1] + 1, len(b)) for b in level[1]]
+        rows = [np.arange(60)[b] for b in level[1]]
+        return [(r[0], r[-1] + 1, len(r)) for r in rows]
 
     one = Wander(D[:20, :1], D[:20, 1:2], D[:20, :1], D[:20, 2:], (slice(0, 10), slice(10, 20)))
     stretch, run, bend, whole = levels([one] * 3, [20] * 3, ["a", "b", "a"])

@@ -20,13 +20,13 @@ OWN = {
     "const_friction": {"w_bend_n", "w_end_n", "w_in_n"},
     "crosstalk": {"m_out", "m_in"},
     "friction_drift": {"d_mu_time", "time_s"},
-    "load_dependent_friction": {"step", "step_n"},
+    "load_dependent_friction": {"step", "step_n", "fall", "fall_n"},
     "presliding": {"bristle_mm", "dahl_mm", "tail"},
     "sensor_nonlinearity": {f"a_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")} | {"chord"},
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
     "viscous": {"c_bend_n_s_per_mm", "c_end_n_s_per_mm", "power"},
-    "zero_drift": {"warming"},
+    "zero_drift": {"warming", "session_s"} | {f"s_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
     "zero_offset": {f"preload_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
 }
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")

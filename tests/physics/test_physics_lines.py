@@ -119,6 +119,16 @@ def test_friction_that_steps_has_its_own_angle_on_either_side(system, n):
         assert np.polyfit(rise[part], np.log(out[part] / rise[part]), 1) == pytest.approx((0.0, -0.3 * n * angle), abs=2e-3)
 
 
+@pytest.mark.parametrize(("system", "n"), [("act", 1), ("sstl", 2)])
+def test_friction_that_falls_with_load_is_that_of_a_tube_that_straightens(system, n):
+    """Both are a factor of the local tension: 1 + c (1 - exp(-q T)) / q is 1 + c / q times 1 + f exp(-q T), f = -c / (q + c)."""
+    c, q, path = -0.03, 0.15, 14.0 + 12.0 * np.sin(np.linspace(0, 12, 900))
+    drive = drive_of(system, "CP", DT, path, Mechanics())
+    tube = predict(drive, THETA, activate({"sheath_compliance": {"c_t_per_n": c, "closing_per_n": q}}), 6.0)
+    load = {"load_dependent_friction": {"fall": -c / (q + c), "fall_n": 1.0 / q}}
+    assert predict(drive, THETA * (1.0 + c / q), activate(load), 6.0) == pytest.approx(tube, abs=1e-6)
+
+
 def test_what_presses_without_tension_is_as_four_equal_zeros():
     theta, path = 0.5, 12.0 + 10.0 * np.sin(np.linspace(0, 12, 900))
     pressed = predict(drive_of("sstl", "CP", DT, path, Mechanics()), theta, activate({"const_friction": {"w_bend_n": W}}), 6.0)

@@ -32,3 +32,14 @@ def test_what_the_input_adds_is_taken_off_again():
     values = effect.complete({"r_in_act_n": -0.3, "warming": 3.0})
     read = effect.input(FLAT, FLAT, RUN, values)
     assert read[-1] == pytest.approx(4.7) and effect.input_inverse(read, FLAT, RUN, values) == pytest.approx(FLAT)
+
+
+def test_a_zero_warms_up_over_a_session_whatever_run_it_is_read_in():
+    effect = get("zero_drift")
+    values = effect.complete({"s_out_act_n": 0.4, "session_s": 30.0})
+    whole = Sampling("act", 0.1, 601)
+    told = 0.4 * (1.0 - np.exp(-np.arange(601) / 300.0))
+    for begun in (0, 250, 500):
+        run = Sampling("act", 0.1, 101, begun_s=0.1 * begun)
+        assert effect.output(FLAT, FLAT, run, values) - FLAT == pytest.approx(told[begun : begun + 101], abs=1e-12)
+    assert effect.output(np.zeros(601), np.zeros(601), whole, values) == pytest.approx(told)

@@ -27,5 +27,6 @@ EFFECT = Effect(
     excitation="Low tensions; both channels; at least two speeds to tell it from viscous drag.",
     look_alikes=("zero_offset", "viscous", "pulley_friction"),
     variants=(("w_l_n",), ("w_bend_n",), ("w_in_n",), ("w_end_n",), ("w_in_n", "w_end_n")),
+    plays=("w_in_n", "w_end_n"),
     law=_law,
 )

@@ -11,7 +11,7 @@ STEP_WIDTH = 0.15
 
 
 def _law(law: Law, v: Values) -> None:
-    alpha, step, step_n = v["alpha"], v["step"], v["step_n"]
+    alpha, step, step_n, fall, fall_n = v["alpha"], v["step"], v["step_n"], v["fall"], v["fall_n"]
     if alpha != 0.0:
 
         def power(tension: Array) -> Array:
@@ -24,21 +24,33 @@ def _law(law: Law, v: Values) -> None:
             return np.asarray(1.0 + step * np.tanh((step_n - tension) / (STEP_WIDTH * step_n)))
 
         law.factors.append(stepped)
+    if fall != 0.0:
+
+        def falling(tension: Array) -> Array:
+            return np.asarray(1.0 + fall * np.exp(-np.maximum(tension, 0.0) / fall_n))
+
+        law.factors.append(falling)
 
 
 EFFECT = Effect(
     id="load_dependent_friction",
     title="Friction coefficient that depends on the load",
     stage=FRICTION_LAW,
-    equation="mu = mu0 (T / 10 N)^(-alpha); or, where the tendon changes sides, mu = mu0 (1 + s tanh((T_s - T) / (0.15 T_s)))",
+    equation="mu = mu0 (T / 10 N)^(-alpha); or, where the tendon changes sides, mu = mu0 (1 + s tanh((T_s - T) / (0.15 T_s))); "
+    "or mu = mu0 (1 + f exp(-T / T_f))",
     source="Hertzian contact of polymers, catalogue entry [L]; slope products of Table II [C]",
     parameters=(
         Parameter("alpha", "1", 0.0, -0.1, 0.33, "load exponent; 1/3 is an elastic Hertz contact"),
         Parameter("step", "1", 0.0, -0.3, 0.3, "half of the step, as a part of the friction", limits=(-0.9, 0.9)),
         Parameter("step_n", "N", 10.0, 3.0, 20.0, "tension at which the friction steps", shape=True),
+        # a tube that straightens does the same to the tensions: where this law would do, neither is named alone
+        Parameter(
+            "fall", "1", 0.0, 0.0, 1.0, "friction of an unloaded tendon beyond that of a loaded one, as a part of it", limits=(0.0, 5.0)
+        ),
+        Parameter("fall_n", "N", 8.0, 2.0, 40.0, "tension by which most of that is gone", shape=True),
     ),
     excitation="A wide span of tension, or two amplitudes.",
-    variants=(("alpha",), ("step", "step_n")),
+    variants=(("alpha",), ("step", "step_n"), ("fall", "fall_n")),
     look_alikes=("sheath_compliance", "gain_error", "asymmetric_friction"),
     law=_law,
 )

@@ -63,6 +63,7 @@ EFFECT = Effect(
             limits=(0.0, 1.2),
         ),
     ),
+    plays=("h_n",),
     laws=(
         *((f"a_{side}_{system}", "chord") for system in ("act", "sstl") for side in ("in", "out")),
         *((f"a_{side}_act", f"a_{side}_sstl", "chord") for side in ("in", "out")),

@@ -5,31 +5,42 @@ import numpy as np
 from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
 
 
-def _passed(run: Sampling, v: Values) -> Array:
-    """Return the part of the drift that has passed, from 0 to 1 over the run, shape (count,)."""
-    warming = v["warming"]
-    if warming == 0.0:
-        return run.fraction
-    return np.asarray(np.expm1(-warming * run.fraction) / np.expm1(-warming))
+def _drift(side: str, run: Sampling, v: Values) -> Array:
+    """Return how far a zero has drifted (N), shape (count,)."""
+    warming, own, session = v["warming"], v[f"r_{side}_{run.system}_n"], v[f"s_{side}_{run.system}_n"]
+    drift = np.zeros(run.count)
+    if own != 0.0:
+        drift = own * (run.fraction if warming == 0.0 else np.expm1(-warming * run.fraction) / np.expm1(-warming))
+    if session != 0.0:
+        drift = drift - session * np.expm1(-(run.begun_s + run.dt_s * np.arange(run.count)) / v["session_s"])
+    return np.asarray(drift)
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension + v[f"r_out_{run.system}_n"] * _passed(run, v)
+    return tension + _drift("out", run, v)
 
 
 def _input(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension + v[f"r_in_{run.system}_n"] * _passed(run, v)
+    return tension + _drift("in", run, v)
 
 
 def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension - v[f"r_in_{run.system}_n"] * _passed(run, v)
+    return tension - _drift("in", run, v)
+
+
+def _over_a_session(side: str, system: str) -> Parameter:
+    sensor = f"{'SSTL' if system == 'sstl' else 'actuation'} {'input' if side == 'in' else 'output'}"
+    return Parameter(f"s_{side}_{system}_n", "N", 0.0, -1.0, 1.0, f"drift of the {sensor} zero over a session", system=system)
+
+
+SENSORS = tuple((side, system) for system in ("act", "sstl") for side in ("in", "out"))
 
 
 EFFECT = Effect(
     id="zero_drift",
     title="Zero of a sensor that drifts, or differs from run to run",
     stage=INSTRUMENT,
-    equation="z(t) = r t / duration, or r (1 - exp(-w t / duration)) / (1 - exp(-w)) as a bridge warms up",
+    equation="z(t) = r t / duration, or r (1 - exp(-w t / duration)) / (1 - exp(-w)) as a bridge warms up; over a session s (1 - exp(-t / tau))",
     source="Catalogue entry [L]",
     parameters=(
         Parameter("r_in_act_n", "N", 0.0, -1.0, 1.0, "drift of the actuation input zero over a run", system="act"),
@@ -47,6 +58,13 @@ EFFECT = Effect(
             start=0.0,
             limits=(0.0, 3.0),
         ),
+        *(_over_a_session(side, system) for side, system in SENSORS),
+        Parameter("session_s", "s", 120.0, 20.0, 5000.0, "time constant of the drift over a session", shape=True),
+    ),
+    laws=(
+        *((f"s_{side}_{system}_n", "session_s") for side, system in SENSORS),
+        # the same sensor reads both systems
+        *((f"s_{side}_act_n", f"s_{side}_sstl_n", "session_s") for side in ("in", "out")),
     ),
     excitation="Several equal cycles in one run; slack pauses settle it.",
     order=61,
