@@ -36,5 +36,5 @@ def test_noise_that_is_not_strained_or_that_nothing_explains_stays(evidence, col
 def test_only_noise_that_is_strained_less_is_taken(monkeypatch, coloured, taken):
     found = search(60.0, 2.0)
     monkeypatch.setattr(again, "_noise", lambda was, leaders: sensors(coloured))
-    monkeypatch.setattr(again, "_judged", lambda was, own, workers: replace(was, noise=own))
+    monkeypatch.setattr(again, "judged", lambda was, own, workers: replace(was, noise=own))
     assert (again.beside_the_best(found, 1, 1).noise == sensors(coloured)) is taken
