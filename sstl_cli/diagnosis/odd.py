@@ -178,12 +178,14 @@ def _log_dets(whiten: Whitener, runs: Sequence[slice]) -> Array:
     found = np.array([-2.0 * float(np.sum(np.log(whiten.scale[s][whiten.scale[s] > 0.0]))) for s in runs])
     if whiten.jerks is not None:
         found += [float(whiten.jerks[s].sum()) for s in runs]
+    every = np.arange(len(whiten.scale))
     for turn in whiten.known:
         for block, axes, less in zip(turn.blocks, turn.axes, turn.less, strict=True):
+            rows = every[block]
             grown = 1.0 / (1.0 - less) ** 2
             directions = axes * np.sqrt(grown - 1.0)
             for i, s in enumerate(runs):
-                own = directions[(block >= s.start) & (block < s.stop)]
+                own = directions[(rows >= s.start) & (rows < s.stop)]
                 if len(own):
                     found[i] += float(np.sum(np.log(grown))) - float(np.linalg.slogdet(np.diag(grown) - own.T @ own)[1])
     return found

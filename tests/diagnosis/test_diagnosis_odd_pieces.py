@@ -58,7 +58,7 @@ def test_the_log_determinant_without_a_run_counts_what_is_known_to_vary():
     alone = white(0.5, np.ones(60), [0, 20, 50])
     often, whole = rng.standard_normal((60, 2)), rng.standard_normal((60, 3))
     every = np.arange(60)
-    turns = (turned(often, [every[s] for s in stretches]), turned(whole, [every]))
+    turns = (turned(often, [every[s] for s in stretches]), turned(whole, [slice(0, len(every))]))
     whiten = replace(alone, known=turns, log_det=alone.log_det + sum(t.log_det for t in turns))
 
     def log_det(kept):
