@@ -63,6 +63,17 @@ class Parameter:
         return self.high if self.high == self.neutral else self.high * (SHAPE_REACH if self.shape else REACH)
 
 
+def sensor_name(side: str, system: str) -> str:
+    """Return the name of a sensor in words.
+
+    Examples
+    --------
+    >>> sensor_name("in", "sstl"), sensor_name("out", "act")
+    ('SSTL input', 'actuation output')
+    """
+    return f"{'SSTL' if system == 'sstl' else 'actuation'} {side}put"
+
+
 @dataclass
 class Law:
     """The friction law of one pass, of the pulley between two passes and of both ends, built up by effects.

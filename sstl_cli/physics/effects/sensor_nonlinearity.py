@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
+from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values, sensor_name
 from sstl_cli.physics.filters import play
 
 FULL_SCALE_N = 50.0
@@ -36,7 +36,7 @@ def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> A
 
 
 def _one(side: str, system: str) -> Parameter:
-    meaning = f"curvature of the {'SSTL' if system == 'sstl' else 'actuation'} {'input' if side == 'in' else 'output'} sensor alone"
+    meaning = f"curvature of the {sensor_name(side, system)} sensor alone"
     return Parameter(f"a_{side}_{system}", "1", 0.0, -0.02, 0.02, meaning, system=system, limits=(-0.9, 0.9))
 
 

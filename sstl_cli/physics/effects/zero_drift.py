@@ -2,18 +2,17 @@
 
 import numpy as np
 
-from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values
+from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values, sensor_name
 
 
 def _drift(side: str, run: Sampling, v: Values) -> Array:
     """Return how far a zero has drifted (N), shape (count,)."""
-    warming, own, session = v["warming"], v[f"r_{side}_{run.system}_n"], v[f"s_{side}_{run.system}_n"]
-    drift = np.zeros(run.count)
-    if own != 0.0:
-        drift = own * (run.fraction if warming == 0.0 else np.expm1(-warming * run.fraction) / np.expm1(-warming))
-    if session != 0.0:
-        drift = drift - session * np.expm1(-(run.begun_s + run.dt_s * np.arange(run.count)) / v["session_s"])
-    return np.asarray(drift)
+    warming, session = v["warming"], v[f"s_{side}_{run.system}_n"]
+    passed = run.fraction if warming == 0.0 else np.expm1(-warming * run.fraction) / np.expm1(-warming)
+    drift = np.asarray(v[f"r_{side}_{run.system}_n"] * passed)
+    if session == 0.0:
+        return drift
+    return np.asarray(drift - session * np.expm1(-(run.begun_s + run.dt_s * np.arange(run.count)) / v["session_s"]))
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
@@ -29,8 +28,8 @@ def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> A
 
 
 def _over_a_session(side: str, system: str) -> Parameter:
-    sensor = f"{'SSTL' if system == 'sstl' else 'actuation'} {'input' if side == 'in' else 'output'}"
-    return Parameter(f"s_{side}_{system}_n", "N", 0.0, -1.0, 1.0, f"drift of the {sensor} zero over a session", system=system)
+    meaning = f"drift of the {sensor_name(side, system)} zero over a session"
+    return Parameter(f"s_{side}_{system}_n", "N", 0.0, -1.0, 1.0, meaning, system=system)
 
 
 SENSORS = tuple((side, system) for system in ("act", "sstl") for side in ("in", "out"))

@@ -1,6 +1,6 @@
 """Sensors whose zero is off: both propagation lines shift, at every rate."""
 
-from sstl_cli.physics.effect import INSTRUMENT, NOMINAL_THETA, Array, Effect, Parameter, Sampling, Values
+from sstl_cli.physics.effect import INSTRUMENT, NOMINAL_THETA, Array, Effect, Parameter, Sampling, Values, sensor_name
 
 
 def _zero(side: str, run: Sampling, v: Values) -> float:
@@ -21,8 +21,7 @@ def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> A
 
 
 def _preload(side: str, system: str) -> Parameter:
-    name = {"in": "input", "out": "output"}[side]
-    meaning = f"preload of the {'SSTL' if system == 'sstl' else 'actuation'} {name} at theta = {NOMINAL_THETA}, in proportion to theta"
+    meaning = f"preload of the {sensor_name(side, system)} at theta = {NOMINAL_THETA}, in proportion to theta"
     return Parameter(f"preload_{side}_{system}_n", "N", 0.0, -2.0, 2.0, meaning, system=system)
 
 
