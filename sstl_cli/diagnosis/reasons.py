@@ -71,16 +71,22 @@ def explained(rows: Rows, ids: Ids) -> str:
 def partly(rows: Rows, ids: Ids) -> str:
     """Return of how little of the gap a candidate can be the cause."""
     row = next(c for c in rows.candidates if c.ids == ids)
-    name, share = " + ".join(ids), carried(row, rows)
+    return f"{' + '.join(ids)} {_little(row, carried(row, rows))}"
+
+
+def _little(row: CandidateRow, share: float) -> str:
+    """Return what a candidate does that carries so small a share."""
     if row.kind == BESIDE:
-        return f"{name} explains only {100.0 * share:.0f} % of what the channel beside shows beyond its noise"
-    if share != row.held and share <= 0.0:
-        return f"{name} brings the model no nearer to the output"
+        return f"explains only {100.0 * share:.0f} % of what the channel beside shows beyond its noise"
     if share != row.held:
-        return f"{name} explains only {100.0 * share:.0f} % of the squared error beyond the noise"
+        return (
+            f"explains only {100.0 * share:.0f} % of the squared error beyond the noise"
+            if share > 0.0
+            else "brings the model no nearer to the output"
+        )
     if share <= 0.0:
-        return f"{name} describes what was held out worse than nothing added"
-    return f"{name} removes {100.0 * share:.0f} % at most of the gap of what was held out"
+        return "describes what was held out worse than nothing added"
+    return f"removes {100.0 * share:.0f} % at most of the gap of what was held out"
 
 
 def left(rows: Rows, top: Ids) -> str:
@@ -89,14 +95,13 @@ def left(rows: Rows, top: Ids) -> str:
     row = next((c for c in rows.candidates if c.ids == top), None)
     if row is None or not top:
         return f"something is left that no candidate explains ({worst.name})"
-    name, share = " + ".join(top), carried(row, rows)
-    best = f"even the best candidate, {name},"
+    best, share = f"even the best candidate, {' + '.join(top)},", carried(row, rows)
     if strained(row) and share >= HALF:
         return f"{best} would need sizes that none of its effects usually has"
     if only_scatters(row):
         return f"{best} lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
     if share < HALF and (row.kind == BESIDE or share == row.held or share <= 0.0):
-        return f"{best}{partly(rows, top).removeprefix(name)}"
+        return f"{best} {_little(row, share)}"
     # the tests are of what the most evident model leaves, which need not be the most probable one
     tested = row.kind != OUTPUT or row is leading(rows)
     z = worst.z if tested else row.worst_z
