@@ -335,22 +335,16 @@ def own_response(sim: Simulator, f: Fit) -> Array:
 def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     """Return a fit with its own whitener and cost; its share is sought from the one it has."""
     phases = sim.where_noise_enters(f.theta, f.effects, noise)
-    if sim.slips_n is not None:
-        phases = replace(phases, doubt_n=np.hypot(phases.doubt_n, sim.slips_n))
     known = sim.constants(f.effects, noise)
     jumps = jumping(f)
     added = own_response(sim, f)
 
-    more = sim.more_n
-
     def judged(share: float) -> Fit:
         if jumps:
             # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
-            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)), more)
-        elif f.free:
-            own = whitener(known, phases, share * added if more is None else np.hypot(share * added, more))
+            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
         else:
-            own = whitener(known, phases, more)
+            own = whitener(known, phases, share * added if f.free else None)
         tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 

@@ -49,10 +49,10 @@ class Layout:
     def constants(self, noise: Noise) -> Constants:
         """Return what the noise of the records is whatever the model does."""
         own = np.column_stack(self.out.coloured(noise.output))
-        misfit = np.zeros(len(self.first))
+        misfit = scatter_n(self.records)
         for r, s in zip(self.records, self.slices, strict=True):
             if r.misfit_n is not None:
-                own[s], misfit[s] = np.column_stack(_scattered(r, noise.output[r.system])), r.misfit_n
+                own[s] = np.column_stack(_scattered(r, noise.output[r.system]))
         white_n, slow_n = np.array([(noise.output[r.system].white_n, noise.output[r.system].coloured_n) for r in self.records]).T
         start = np.zeros(len(self.first))
         start[self.begin] = self.error_n**2 + slow_n[self.whose] ** 2 + misfit[self.begin] ** 2
@@ -137,6 +137,11 @@ def layout(records: Sequence[Record]) -> Layout:
 def constants(records: Sequence[Record], noise: Noise) -> Constants:
     """Return what the noise of records is whatever the model does."""
     return layout(records).constants(noise)
+
+
+def scatter_n(records: Sequence[Record]) -> Array:
+    """Return the standard deviation (N, shape (samples,)) of what is known to be left of records about its mean, 0 where nothing is known."""
+    return np.concatenate([np.zeros(len(r)) if r.misfit_n is None else r.misfit_n for r in records])
 
 
 def late_n(r: Record) -> Array:

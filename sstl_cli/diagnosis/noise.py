@@ -38,7 +38,7 @@ from sstl_cli.diagnosis.constants import (
     WHITE,
 )
 from sstl_cli.diagnosis.holds import held_noise, moving, of_input
-from sstl_cli.diagnosis.laid import constants, late_n, layout
+from sstl_cli.diagnosis.laid import constants, late_n, layout, scatter_n
 from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.recorder import white_beside
 from sstl_cli.diagnosis.records import Record, content
@@ -248,5 +248,5 @@ def floor_n(records: Sequence[Record], phases: Phases, noise: Noise, scatter: bo
     weight = np.concatenate([r.weight for r in records])
     left = variance(records, phases, noise)
     if scatter:
-        left = left + np.concatenate([np.zeros(len(r)) if r.misfit_n is None else r.misfit_n**2 for r in records])
+        left = left + scatter_n(records) ** 2
     return float(np.sqrt(np.sum(weight * left) / max(float(np.sum(weight)), 1.0)))

@@ -17,6 +17,7 @@ from sstl_cli.diagnosis.again import judged
 from sstl_cli.diagnosis.constants import LEADERS, SHARES
 from sstl_cli.diagnosis.fit import Fit, jumping, own_response, settle
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.laid import scatter_n
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -27,13 +28,11 @@ def loosened(found: Search, workers: int) -> Search:
     if not found.sim.problem.scatters:
         return found
     best = [v[0].fit for v in found.singles.values()]
-    fits = [found.base, *sorted(best, key=lambda f: f.cost)[:LEADERS]]
-    sim = _scattering(found, fits)
-    lead = min((settle(sim, found.noise, f, 0) for f in fits), key=lambda f: f.cost)
+    sim, fits = _scattering(found, [found.base, *sorted(best, key=lambda f: f.cost)[:LEADERS]])
+    lead = min(fits, key=lambda f: f.cost)
     # another law's jumps are no noise: nothing else jumps
-    law = 0.0 * sim.y if jumping(lead) else lead.discrepancy * own_response(sim, lead)
-    if np.any(law > 0.0):
-        sim = replace(sim, more_n=_with(sim.more_n, law))
+    if lead.discrepancy > 0.0 and not jumping(lead):
+        sim = replace(sim, more_n=_with(sim.more_n, lead.discrepancy * own_response(sim, lead)))
     if sim is found.sim:
         return found
     if not best:
@@ -41,20 +40,21 @@ def loosened(found: Search, workers: int) -> Search:
     return judged(replace(found, sim=sim), found.noise, workers)
 
 
-def _scattering(found: Search, fits: Sequence[Fit]) -> Simulator:
-    """Return the simulator with as much of its scatter new at every step, or in every slide, as makes the likeliest of these models likeliest."""
-    records, best, sim = found.sim.problem.records, min(f.cost for f in fits), found.sim
+def _scattering(found: Search, known: Sequence[Fit]) -> tuple[Simulator, Sequence[Fit]]:
+    """Return the simulator with as much of its scatter new at every step, or in every slide, as makes the likeliest of models likeliest, and these."""
+    sim, fits, records = found.sim, known, found.sim.problem.records
+    of = np.repeat([r.system for r in records], [len(r) for r in records])
+    scatter = scatter_n(records)
     for system, slips in itertools.product(found.sim.problem.systems, (False, True)):
-        parts = [np.zeros(len(r)) if r.misfit_n is None or r.system != system else r.misfit_n for r in records]
-        scatter, before = np.concatenate(parts), sim
-        for share in SHARES[1:] if np.any(scatter > 0.0) else ():
-            new = share * scatter
+        own, before = scatter * (of == system), sim
+        for share in SHARES[1:] if np.any(own > 0.0) else ():
+            new = share * own
             tried = replace(before, slips_n=_with(before.slips_n, new)) if slips else replace(before, more_n=_with(before.more_n, new))
-            cost = min(settle(tried, found.noise, f, 0).cost for f in fits)
-            if cost >= best:
+            again = [settle(tried, found.noise, f, 0) for f in known]
+            if min(f.cost for f in again) >= min(f.cost for f in fits):
                 break
-            best, sim = cost, tried
-    return sim
+            sim, fits = tried, again
+    return sim, fits
 
 
 def _with(known_n: Array | None, more_n: Array) -> Array:

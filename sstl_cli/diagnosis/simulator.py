@@ -198,10 +198,13 @@ class Simulator:
         Beside the known scatter of an accepted model noise is alike for all that are compared.
         """
         if self.accepted is None:
-            return self.phases(theta, effects, noise)
+            return self._slipping(self.phases(theta, effects, noise))
         if self._entering is None or self._entering[0] is not noise:
-            self._entering = (noise, self.phases(self.accepted, {}, noise))
+            self._entering = (noise, self._slipping(self.phases(self.accepted, {}, noise)))
         return self._entering[1]
+
+    def _slipping(self, phases: Phases) -> Phases:
+        return phases if self.slips_n is None else replace(phases, doubt_n=np.hypot(phases.doubt_n, self.slips_n))
 
     def jerky(self, whiten: Whitener, residual: Array) -> Whitener:
         """Return a whitener that takes jerks for what they are known to be, by the precisions that a residual (N) shows."""
@@ -211,10 +214,13 @@ class Simulator:
         """Return what the noise is whatever the model does; kept for all models that read the records as they are."""
         late = self._late_s(effects)
         if any(late):
-            return constants(self._read(late), noise)
+            return self._louder(constants(self._read(late), noise))
         if self._constants is None or self._constants[0] is not noise:
-            self._constants = (noise, constants(self.problem.records, noise))
+            self._constants = (noise, self._louder(constants(self.problem.records, noise)))
         return self._constants[1]
+
+    def _louder(self, c: Constants) -> Constants:
+        return c if self.more_n is None else replace(c, white_n=np.hypot(c.white_n, self.more_n))
 
     def read_records(self, effects: Effects) -> tuple[Record, ...]:
         """Return the records with their known scatter as the output's channel reads it: it arises in the rig, before any lag."""
