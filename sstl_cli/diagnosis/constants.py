@@ -159,8 +159,8 @@ CLEAR = 0.05
 ALIKE_INPUT, ALIKE_OTHER, ALIKE_WAYS = 3.0, 2.0, 0.5
 # sizes of the map that are tried, over what there is to map (none at the first)
 MAP_SIZES = np.concatenate(([0.0], np.geomspace(0.03, 10.0, 16)))
-# degrees of freedom of the scatter's tail where a search for them begins; rounds in which precisions settle
-TAIL, TAIL_ROUNDS = 2.0, 3
+# degrees of freedom of the scatter's tail where a search for them begins; rounds in which precisions settle; the fewest of which a variance is stated
+TAIL, TAIL_ROUNDS, HEAVIEST = 2.0, 3, 3.0
 # less than a second makes no map (samples)
 LEAST_MAPPED = int(ANALYSIS_HZ)
 # how far (natural logarithm) size and correlation time of the scatter may be from their first estimates, and the price beyond

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,10 +42,17 @@ class Held:
     spread: float = MEASURED
 
 
+class _Windows(NamedTuple):
+    """Windows of holds, one a row, over how much louder than others their white noise is (N), and what that makes of their slow noise."""
+
+    rows: Array
+    slow: Array
+
+
 def of_input(r: Record) -> Record:
     """Return a record that holds the means of its input (N) in place of those of its output."""
     block = r.thin * r.factor
-    return replace(r, y=block_mean(r.raw.tension_in_n[: len(r) * block], block))
+    return replace(r, y=block_mean(r.raw.tension_in_n[: len(r) * block], block), louder=1.0, slower=1.0)
 
 
 def moving(r: Record, white_n: float) -> Array:
@@ -59,41 +67,57 @@ def held_noise(records: Sequence[Record], slides: Sequence[Array], white_n: floa
     first, then from all that they can have made: holds that something else disturbs do not count. A sensor behind a filter has
     less noise from one reading to the next, where third differences look, than in means: the white one is then larger.
     """
-    rows = _windows(records, slides)
-    if len(rows) < LEAST_WINDOWS:
+    windows = _windows(records, slides)
+    length = windows.rows.shape[1]
+    if len(windows.rows) < LEAST_WINDOWS:
         return Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED), white_n
     tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
-    every = _costs(rows, records[0], white_n * LOUDER, levels)
-    kept = _undisturbed(every[0], rows.shape[1])
+    every = _costs(windows, records[0], white_n * LOUDER, levels)
+    kept = _undisturbed(every[0], length)
     usual = UNKNOWN_COLOUR * white_n
     nats = np.array([_believed(tries, costs[:, kept, 0].sum(axis=1), usual)[1] for costs in every])
     louder = int(np.argmin(nats)) if nats[0] - nats.min() > DECIDES_NATS else 0
     costs = every[louder]
-    kept = _undisturbed(costs, rows.shape[1])
+    kept = _undisturbed(costs, length)
     return _believed(tries, costs[:, kept, 0].sum(axis=1), usual)[0], white_n * float(LOUDER[louder])
 
 
-def _windows(records: Sequence[Record], slides: Sequence[Array]) -> Array:
-    """Return the longest windows of holds of which there are enough, one a row; the last tried where there are not."""
-    rows = np.zeros((0, 0))
+def likelier(one: Sequence[Record], other: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> bool:
+    """Whether the same holds are likelier by what the noise of one set of records is than by that of the other; not where there are too few."""
+    windows = [_windows(records, slides) for records in (one, other)]
+    length = windows[0].rows.shape[1]
+    if len(windows[0].rows) < LEAST_WINDOWS:
+        return False
+    costs = [_costs(w, records[0], np.array([white_n]), levels)[0] for w, records in zip(windows, (one, other), strict=True)]
+    kept = np.logical_and(*(_undisturbed(c, length) for c in costs))
+    of_one, of_other = (c[:, kept, 0].sum(axis=1).min() for c in costs)
+    return bool(of_one < of_other)
+
+
+def _windows(records: Sequence[Record], slides: Sequence[Array]) -> _Windows:
+    """Return the longest windows of holds of which there are enough; the last tried where there are not."""
+    found: list[tuple[Array, float]] = []
     for window_s in WINDOWS_S:
         length = max(SHORTEST_WINDOW, round(window_s / (records[0].dt_s * records[0].factor)))
-        rows = np.array(
-            [p for r, slide in zip(records, slides, strict=True) for p in _pieces(r.y, (slide < HELD) & (r.weight > 0), length)]
-        )
-        if len(rows) >= LEAST_WINDOWS:
+        held = [(r, (slide < HELD) & (r.weight > 0)) for r, slide in zip(records, slides, strict=True)]
+        found = [(p / r.louder, r.slower / r.louder) for r, at in held for p in _pieces(r.y, at, length)]
+        if len(found) >= LEAST_WINDOWS:
             break
-    return rows
+    return _Windows(np.array([p for p, _ in found]).reshape(len(found), length), np.array([k for _, k in found]))
 
 
-def _costs(rows: Array, first: Record, white_n: Array, levels: Array) -> Array:
+def _costs(windows: _Windows, first: Record, white_n: Array, levels: Array) -> Array:
     """Return what coloured noise of every time (s) and level (N) costs on each window beside each white noise (N).
 
     See ``_window_costs``; shape (whites, times x levels, windows, 2).
     """
     readings, step_s = float(np.median(first.readings)), first.dt_s * first.factor
     white, coloured = np.repeat(white_n / np.sqrt(readings), len(levels)), np.tile(levels, len(white_n))
-    found = [_window_costs(rows, white, coloured, step_of(readings, step_s / tau)) for tau in CORRELATIONS_S]
+    found = np.empty((len(CORRELATIONS_S), len(white), len(windows.rows), 2))
+    for slow in np.unique(windows.slow):
+        at = windows.slow == slow
+        for i, tau in enumerate(CORRELATIONS_S):
+            found[i, :, at] = _window_costs(windows.rows[at], white, slow * coloured, step_of(readings, step_s / tau)).swapaxes(0, 1)
     return np.concatenate([c.reshape(len(white_n), len(levels), *c.shape[1:]) for c in found], axis=1)
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis import tails
 from sstl_cli.diagnosis.kalman import BOTH_NEW, MEAN_KEPT, MEAN_NEW, STATE_KEPT, STATE_NEW, TURN
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record, starts_of
@@ -53,7 +54,10 @@ class Layout:
         for r, s in zip(self.records, self.slices, strict=True):
             if r.misfit_n is not None:
                 own[s] = np.column_stack(_scattered(r, noise.output[r.system]))
-        white_n, slow_n = np.array([(noise.output[r.system].white_n, noise.output[r.system].coloured_n) for r in self.records]).T
+            elif r.slower != 1.0:
+                own[s] *= (1.0, r.slower**2, 1.0, r.slower**2, r.slower**2)
+        outputs = [(r, noise.output[r.system]) for r in self.records]
+        white_n, slow_n = np.array([(r.louder * s.white_n, r.slower * s.coloured_n) for r, s in outputs]).T
         start = np.zeros(len(self.first))
         start[self.begin] = self.error_n**2 + slow_n[self.whose] ** 2 + misfit[self.begin] ** 2
         law = self._law(noise)
@@ -142,6 +146,11 @@ def constants(records: Sequence[Record], noise: Noise) -> Constants:
 def scatter_n(records: Sequence[Record]) -> Array:
     """Return the standard deviation (N, shape (samples,)) of what is known to be left of records about its mean, 0 where nothing is known."""
     return np.concatenate([np.zeros(len(r)) if r.misfit_n is None else r.misfit_n for r in records])
+
+
+def scatter_rms_n(records: Sequence[Record]) -> Array:
+    """Return the root mean square (N, shape (samples,)) of what is known to be left of records about its mean, its jerks included."""
+    return np.asarray(scatter_n(records) * np.sqrt(np.concatenate([np.full(len(r), tails.variance(r.tail)) for r in records])))
 
 
 def late_n(r: Record) -> Array:

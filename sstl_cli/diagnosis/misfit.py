@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis import state
 from sstl_cli.diagnosis.constants import UNSEEN_SHARE
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.laid import scatter_n
+from sstl_cli.diagnosis.laid import scatter_rms_n
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Problem, Record
 from sstl_cli.diagnosis.simulator import Simulator
@@ -164,7 +164,7 @@ def known(problem: Problem) -> Array:
 def rms_n(problem: Problem) -> float:
     """Return the RMS (N) of what the simulator is known to leave of these records, 0 where nothing is known."""
     weight = np.concatenate([r.weight for r in problem.records])
-    return float(np.sqrt(np.sum(weight * (known(problem) ** 2 + scatter_n(problem.records) ** 2)) / max(float(weight.sum()), 1.0)))
+    return float(np.sqrt(np.sum(weight * (known(problem) ** 2 + scatter_rms_n(problem.records) ** 2)) / max(float(weight.sum()), 1.0)))
 
 
 def rescaled(section: MisfitSection, unit_n: float) -> MisfitSection:

@@ -38,7 +38,7 @@ from sstl_cli.diagnosis.constants import (
     WHITE,
 )
 from sstl_cli.diagnosis.holds import held_noise, moving, of_input
-from sstl_cli.diagnosis.laid import constants, late_n, layout, scatter_n
+from sstl_cli.diagnosis.laid import constants, late_n, layout, scatter_rms_n
 from sstl_cli.diagnosis.latent import Slow
 from sstl_cli.diagnosis.recorder import white_beside
 from sstl_cli.diagnosis.records import Record, content
@@ -239,7 +239,11 @@ def variance(records: Sequence[Record], phases: Phases, noise: Noise) -> Array:
         into, out, at = noise.input[r.system], noise.output[r.system], at + len(r)
         entering = (noise.smoother[r.system] * r.error_n) ** 2 + (0.0 if r.told_n else into.coloured_n**2)
         slow = step_of(float(np.median(r.readings)), r.dt_s * r.factor / out.correlation_s).variance
-        parts.append(gain**2 * (entering + (slide * late_n(r)) ** 2) + slow * out.coloured_n**2 + out.white_n**2 / r.readings)
+        parts.append(
+            gain**2 * (entering + (slide * late_n(r)) ** 2)
+            + slow * (r.slower * out.coloured_n) ** 2
+            + (r.louder * out.white_n) ** 2 / r.readings
+        )
     return np.concatenate(parts)
 
 
@@ -248,5 +252,5 @@ def floor_n(records: Sequence[Record], phases: Phases, noise: Noise, scatter: bo
     weight = np.concatenate([r.weight for r in records])
     left = variance(records, phases, noise)
     if scatter:
-        left = left + scatter_n(records) ** 2
+        left = left + scatter_rms_n(records) ** 2
     return float(np.sqrt(np.sum(weight * left) / max(float(np.sum(weight)), 1.0)))

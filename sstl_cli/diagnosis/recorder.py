@@ -41,6 +41,8 @@ LIES_AT = float(ndtri(0.5 * (1.0 + BELOW)))
 FOURTHS_ERROR = float(np.sqrt(BELOW * (1.0 - BELOW)) / (2.0 * np.exp(-(LIES_AT**2) / 2.0) / np.sqrt(2.0 * np.pi) * LIES_AT))
 # weights of a third difference
 THIRD = np.diff(np.eye(1)[0], 3, prepend=np.zeros(3), append=np.zeros(3))
+# relative error of the noise that third differences show, times the root of their number: they are alike next to one another
+THIRDS_ERROR = float(np.sqrt((np.pi / 2.0 - 1.0) * np.sum((np.convolve(THIRD, THIRD[::-1]) / (THIRD @ THIRD)) ** 2)))
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,8 @@ class Record:
     anew, because the input may have turned unseen; ``corner`` is where the input may have passed
     ``u`` between samples, None where it has nowhere (``passes``: ``u`` goes there; ``rounded``: over how many samples ``u`` was smoothed as rounded at corners, ``rounds`` by how many nats the readings like each of ``ROUNDINGS`` better than sharp ones). ``raw`` is the run on its own grid. ``known`` is what an accepted simulator
     is known to leave of the output (N, shape (n * factor,)), ``misfit_n`` the standard deviation about it (N, shape (n,)) and ``misfit_s`` its correlation time, ``tail`` the degrees of freedom of its jerks (see misfit); ``wander`` is how the rig is
-    known to vary (see wander); None where nothing is known.
+    known to vary (see wander); None where nothing is. ``louder`` and ``slower`` are white and slow noise of its output over its system's.
+    It ``begun_s`` after the first run of its session, where one clock went through all of it, its tendon having gone ``gone_n``.
     """
 
     run_id: str
@@ -100,7 +101,8 @@ class Record:
     rounds: Array = field(default_factory=lambda: np.zeros(len(ROUNDINGS)))
     passes: Passes | None = None
     jitter_s: float = 0.0
-    # since the first run of the session began, where one clock went through all of it, and the path that its tendon had gone by then
+    louder: float = 1.0
+    slower: float = 1.0
     begun_s: float = 0.0
     gone_n: float = 0.0
     # its input behind drives that round corners, by width in samples: what smoothing costs is paid once
@@ -347,10 +349,7 @@ def _input_told(r: Record, how: Told) -> Input:
 def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list[tuple[int, Start]]:
     """Return the ends of stretches in which the input may have turned, and where a model begins anew behind each.
 
-    Parameters
-    ----------
-    ready : ndarray of bool, shape (n,)
-        Where a step of the analysis begins with a known output; without one behind a stretch the run ends there.
+    A step of the analysis begins with a known output where it is ``ready``, shape (n,); without one behind a stretch the run ends there.
     """
     n, found = len(ready), []
     for _, end in turned:

@@ -29,6 +29,7 @@ from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
 from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_law
+from sstl_cli.diagnosis.louder import unalike
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid, screen, starting, widths
@@ -94,7 +95,10 @@ def _begun(
     rough, theta = _rough(small, starts, base.theta, spread, advance, workers)
     plain = _plain(sim, spread)
     first = fit(sim, plain, NOTHING, _spread(theta0, chosen, theta), np.zeros(0), BASE_ITERATIONS, careful=True)
-    measured = noise_of.measured(sim.problem.records, sim.phases(first.theta, {}).slide)
+    slide = sim.phases(first.theta, {}).slide
+    loud = unalike(sim.problem.records, sim.predict_fine(first.theta, {}), [slide[s] for s in sim.slices()])
+    sim = replace(sim, problem=replace(sim.problem, records=loud))
+    measured = noise_of.measured(loud, slide)
     if sim.problem.scatters:
         # what slides show beyond holds is the scatter of the accepted model, which is known
         noise = noise_of.white_only(measured)

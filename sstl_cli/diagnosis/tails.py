@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
+from sstl_cli.diagnosis.constants import HEAVIEST
+
 Array = NDArray[np.float64]
 
 
@@ -22,3 +24,8 @@ def nats(z: Array, tail: float | Array) -> Array:
     """Return the negative log-density of innovations less the constant of a Gaussian one, shape (samples,) (nats)."""
     const = gammaln(0.5 * tail) - gammaln(0.5 * (tail + 1.0)) + 0.5 * np.log(0.5 * tail)
     return np.asarray(0.5 * (tail + 1.0) * np.log1p(z**2 / tail) + const)
+
+
+def variance(tail: float) -> float:
+    """Return the variance of Student's distribution of unit scale; of the heaviest tails, which have none, that of three degrees of freedom."""
+    return max(tail, HEAVIEST) / (max(tail, HEAVIEST) - 2.0) if np.isfinite(tail) else 1.0

@@ -40,7 +40,7 @@ def white_of_output(mine: Sequence[tuple[Record, Array]]) -> tuple[float, float]
             missed.append(fourths(r.raw.tension_out_n[at], r.raw.time_s[at], rests[at]))
     rested = np.concatenate(missed)
     if len(rested) < MIN_READINGS:
-        return typical([white_of(r.y_fine, r, column, np.repeat(s < HELD, r.factor)) for r, s in mine]), WHITE
+        return typical([white_of(r.y_fine, r, column, np.repeat(s < HELD, r.factor)) / r.louder for r, s in mine]), WHITE
     white = max(white_of_fourths(rested), typical([least_white(r, column) for r, _ in mine]))
     return white, float(np.hypot(WHITE, FOURTHS_ERROR / np.sqrt(len(rested))))
 

@@ -15,6 +15,8 @@ class Held:
     y: np.ndarray
     dt_s: float = 0.01
     factor: int = 1
+    louder: float = 1.0
+    slower: float = 1.0
 
     @property
     def weight(self):

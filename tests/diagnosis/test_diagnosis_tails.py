@@ -40,3 +40,9 @@ def test_the_cost_given_precisions_touches_the_true_one_and_is_nowhere_less():
     # what is Gaussian stays as it is
     sure = plain.trusting(residual, np.full(37, np.inf))
     assert by(sure, residual) == pytest.approx(by(plain, residual)) and np.all(sure.trust == 1.0)
+
+
+def test_the_variance_is_that_of_student_s_distribution_and_finite_for_any():
+    for tail in (3.0, 5.5, 40.0):
+        assert tails.variance(tail) == pytest.approx(t.var(tail))
+    assert tails.variance(float("inf")) == 1.0 and tails.variance(0.8) == tails.variance(3.0)

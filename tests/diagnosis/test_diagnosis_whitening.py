@@ -33,6 +33,8 @@ class Made:
     misfit_n: np.ndarray | None = None
     wander: Wander | None = None
     told_n: float = 0.0
+    louder: float = 1.0
+    slower: float = 1.0
     jitter_s: float = 0.0
     rate: np.ndarray = field(default_factory=lambda: 3.0 + np.arange(N * FACTOR) / 100.0)
 
