@@ -129,7 +129,7 @@ def components(directions: Array, remains: Array, stretches: Sequence[Block]) ->
     """Return the standard deviation of each direction from stretch to stretch, in units of the directions; 0 where none is seen.
 
     One at a time, each time the one whose variance makes what is left most likely beside those before it, as long as that is
-    beyond doubt (49 to 1): directions that show alike are then one, and never large against each other.
+    beyond doubt (49 to 1): directions that show alike are then one, and never large against each other: of none more than it shows alone.
 
     Parameters
     ----------
@@ -138,12 +138,14 @@ def components(directions: Array, remains: Array, stretches: Sequence[Block]) ->
     remains : ndarray, shape (samples,)
         Innovations of what the model leaves.
     """
-    found = np.zeros(directions.shape[1])
+    found, alone = np.zeros(directions.shape[1]), np.full(directions.shape[1], np.inf)
     seen, left = directions, remains[:, None]
     for _ in range(directions.shape[1]):
         information = np.array([np.sum(seen[s] ** 2, axis=0) for s in stretches])
         score = np.array([seen[s].T @ left[s, 0] for s in stretches])
         variance, gain = _likeliest(information, score)
+        # two that nearly cancel one another would vary by far more than either is seen to
+        alone = variance = np.minimum(variance, alone)
         gain[found > 0.0] = 0.0
         best = int(np.argmax(gain))
         # one of many directions and few stretches gains a little by chance: what is known to vary is beyond that

@@ -108,6 +108,17 @@ def test_directions_that_show_alike_are_never_large_against_each_other():
     assert np.count_nonzero(found) == 1 and found.max() < 3.0 and found[2] == 0.0
 
 
+def test_of_two_that_nearly_cancel_one_another_neither_varies_by_more_than_it_shows_alone():
+    rng = np.random.default_rng(10)
+    first, apart = np.linalg.qr(rng.standard_normal((200, 2)))[0].T * 20.0
+    directions, whole = np.column_stack((first, first + 0.3 * apart)), [slice(0, 200)]
+    # nearly all along what tells one from the other
+    left = 0.05 * first + 0.5 * apart + rng.standard_normal(200)
+    alone = [components(directions[:, [i]], left, whole)[0] for i in range(2)]
+    found = components(directions, left, whole)
+    assert found[1] == pytest.approx(alone[1]) and 0.0 < found[0] <= 1.0 / 20.0 + 1e-9 and alone[0] == 0.0
+
+
 def test_stretches_are_as_long_as_asked_and_fill_the_record():
     assert cut(10, 5.0, 2.5) == [slice(0, 5), slice(5, 10)]
     assert cut(10, 5.0, 99.0) == [slice(0, 10)]
