@@ -127,7 +127,7 @@ def parameters(lead: Mapping[str, Array], values: Mapping[str, Mapping[str, Arra
 
     def paint(axes: Any) -> None:
         for row, system in enumerate(("act", "sstl")):
-            for panel, kind, unit in ((axes[row, 0], "gamma", "1"), (axes[row, 1], "beta", "N")):
+            for panel, kind, unit in ((axes[row, 0], "gamma", ""), (axes[row, 1], "beta", " / N")):
                 for d, colour in (("p", palette.BLUE), ("r", palette.VERMILLION)):
                     panel.plot(
                         lead[system],
@@ -137,7 +137,7 @@ def parameters(lead: Mapping[str, Array], values: Mapping[str, Mapping[str, Arra
                         color=colour,
                         label="pull" if d == "p" else "release",
                     )
-                panel.set_ylabel(f"{'Γ' if kind == 'gamma' else 'β'} {system} / {unit}")
+                panel.set_ylabel(f"{'Γ' if kind == 'gamma' else 'β'} {system}{unit}")
                 panel.set_xlabel("lead / mm")
                 panel.legend()
 
@@ -182,14 +182,15 @@ def tracking(runs: Sequence[Tracked], letter: str, trajectory: str) -> Drawing:
             panel.set_title(run.name, loc="left")
             panel.set_xlabel("time / s")
             panel.set_ylabel("output tension / N")
-        axes[0, 0].legend(fontsize=6)
+        # above the panels: within one it would hide curves
+        axes[0, 0].figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=len(runs[0].outputs) + 1)
 
     worst = {m: float(np.sqrt(np.mean((runs[0].outputs[m] - runs[0].reference) ** 2))) for m in runs[0].outputs}
     return Drawing(
         f"tracking_{trajectory}",
         f"Fig. 7{letter}. Tension tracking on the rig (block R), {trajectory} reference, first {SHOWN_S:.0f} s; "
         "shaded: error of the proposed method in pull propagation.",
-        (11.0, 3.6),
+        (11.0, 3.8),
         (1, len(runs)),
         paint,
         f"RMSE at {runs[0].name}: " + ", ".join(f"{LABELS.get(m, m)} {v:.2f} N" for m, v in worst.items()) + ".",
