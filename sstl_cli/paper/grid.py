@@ -77,7 +77,7 @@ SOURCES = {
     "stated": "Data: loops simulated from configurations whose constants were fitted to Tables I and II "
     "(NP and ND: to Table III); recorded with noise, then segmented.",
     "rig": "Data: block R, recordings of the elastic rig with noise, segmented; the rig's constants were fitted to "
-    "eight means of Tables I and II and to one entry of Table IV.",
+    "means, range and scatter of Tables I and II and to two rows of Table IV.",
 }
 TRACKED = {"stated": "S", "fitted": "F", "rig": "R"}
 
