@@ -2,8 +2,9 @@
 
 The hardware is the rig of block R. The simulator is the fast model. Calibration bends are recorded, the diagnosis names
 what is missing, it is added as found, and then bends that the diagnosis has not seen are predicted, the mapping is
-trained anew on the simulator's recordings, and Table IV is promised by the simulator and tracked on the rig. No list
-of effects is given: the candidates are the whole catalogue.
+trained anew on the simulator's recordings, and Table IV is promised by the simulator and tracked on the rig. Where no
+name is given, the most probable candidate is added on trial, and said to be that. No list of effects is given: the
+candidates are the whole catalogue.
 """
 
 from __future__ import annotations
@@ -24,13 +25,15 @@ from sstl_cli.paper.rig import GAP, TABLE_II, bends, trapezoid
 from sstl_cli.paper.scores import distance, tracking_entries
 from sstl_cli.paper.settings import METHODS
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps import diagnose
+from sstl_cli.steps import diagnose, diagnose_accepted
 
 Key = tuple[str, str, str]
 DIAGNOSED_BENDS = WITHHELD_BENDS = 2
 #: the simulator is diagnosed again until nothing more is named, at most so often
 ROUNDS = 2
 MAX_EFFECTS = 3
+#: the probability that nothing is missing from which nothing is put in on trial
+HALF = 0.5
 UNNAMED = "one without a name"
 #: too few bends could be identified, or the mapped lines cross
 UNLEARNED = ("E802", "E402")
@@ -44,6 +47,7 @@ class Closed:
     ``promised_n`` how far Table IV as the simulator promises it lies from Table IV on the rig (root mean square over
     every RMSE and STD, N); ``tracked_n`` the RMSE (N) on the rig with the mapping trained in the simulator, mean over
     locations and references. Each is a pair: before, after (None where no mapping can be learned in that simulator).
+    ``tried`` is the most probable candidate where none is named: then "after" is with that.
     """
 
     missing: tuple[str, ...]
@@ -54,6 +58,7 @@ class Closed:
     withheld_n: tuple[float, float]
     promised_n: tuple[float | None, float | None]
     tracked_n: tuple[float | None, float | None]
+    tried: tuple[str, ...] = ()
 
     @property
     def right(self) -> bool:
@@ -85,7 +90,7 @@ class _Question:
 
     @property
     def title(self) -> str:
-        return f"a simulator without {' and '.join(self.missing)}: diagnosed, with what is named put in, and Table IV before and after"
+        return f"a simulator without {' and '.join(self.missing)}: diagnosed, with what is found put in, and Table IV before and after"
 
 
 def run(
@@ -131,8 +136,9 @@ def run(
 def _told(found: Closed, say: Callable[[str], None]) -> Closed:
     """Say at once what one simulator gave: of a run of many minutes that is stopped, what is done is then known."""
     pairs = (("withheld", found.withheld_n), ("promised", found.promised_n), ("tracked", found.tracked_n))
-    numbers = ", ".join(f"{name} {' > '.join('-' if v is None else f'{v:.2f}' for v in pair)} N" for name, pair in pairs)
-    say(f"without {' and '.join(found.missing)}: {' + '.join(found.named) or found.status}; {numbers}")
+    numbers = ", ".join(f"{name} {' -> '.join('-' if v is None else f'{v:.3f}' for v in pair)} N" for name, pair in pairs)
+    trial = f", {' + '.join(found.tried)} put in on trial" if found.tried else ""
+    say(f"without {' and '.join(found.missing)}: {' + '.join(found.named) or found.status}{trial}; {numbers}")
     return found
 
 
@@ -141,7 +147,24 @@ def _answered(q: _Question, workers: int = 1, say: Callable[[str], None] = lambd
     say(q.title)
     rig = q.rig if isinstance(q.rig, _Hardware) else _hardware(q.rig, q.seed, None)
     again, found = completed(q.simulator, rig.recorded, workers, q.rounds)
-    return _closed(q.missing, q.simulator, again, found, rig, q.seed)
+    again, on_trial = _on_trial(again, found)
+    return _closed(q.missing, (q.simulator, again), found, on_trial, rig, q.seed)
+
+
+def _on_trial(scenario: Scenario, found: diagnose.Diagnosis) -> tuple[Scenario, tuple[str, ...]]:
+    """Return the simulator, where nothing is named with the most probable candidate put in, and which that is."""
+    put_in = () if found.body.verdict.effects else likeliest(found)
+    if not put_in:
+        return scenario, ()
+    return _bare(diagnose_accepted.model(found.evidence, replace(found.verdict, effects=put_in), found.given)), put_in
+
+
+def likeliest(found: diagnose.Diagnosis) -> tuple[str, ...]:
+    """Return the most probable candidate that is fitted to the output, named or not; nothing where no gap is likelier."""
+    odds, fits = found.verdict.probabilities, found.evidence.search
+    fitted = [ids for ids in odds if ids in fits.combined or (len(ids) == 1 and ids[0] in fits.singles)]
+    best = max(fitted, key=lambda ids: odds[ids], default=())
+    return best if best and odds.get((), 0.0) < HALF else ()
 
 
 def _hardware(bench: RigBench, seed: int, table: Mapping[Key, float] | None) -> _Hardware:
@@ -185,9 +208,17 @@ def _bare(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"configurations": (), "generator": None})
 
 
-def _closed(missing: tuple[str, ...], before: Scenario, after: Scenario, found: diagnose.Diagnosis, rig: _Hardware, seed: int) -> Closed:
-    verdict = found.body.verdict
-    first, later = (_judged(ModelBench(scenario), rig, seed) for scenario in (before, after))
+def _closed(
+    missing: tuple[str, ...],
+    simulators: tuple[Scenario, Scenario],
+    found: diagnose.Diagnosis,
+    on_trial: tuple[str, ...],
+    rig: _Hardware,
+    seed: int,
+) -> Closed:
+    verdict, (before, after) = found.body.verdict, simulators
+    first = _judged(ModelBench(before), rig, seed)
+    later = first if after is before else _judged(ModelBench(after), rig, seed)
     return Closed(
         missing,
         verdict.status,
@@ -197,6 +228,7 @@ def _closed(missing: tuple[str, ...], before: Scenario, after: Scenario, found: 
         (first[0], later[0]),
         (first[1], later[1]),
         (first[2], later[2]),
+        on_trial,
     )
 
 

@@ -189,21 +189,21 @@ def _whole(found: Reproduction) -> list[Grid]:
 
 
 def _closed(closed: tuple[Closed, ...]) -> list[Grid]:
+    """Return the simulators before and after their diagnosis, two rows each: as given, and with what was put in."""
     if not closed:
         return []
-
-    def pair(values: tuple[float | None, float | None]) -> str:
-        return ">".join(number(v, 2) for v in values)
-
-    rows = tuple(
-        (" + ".join(c.missing), " + ".join(c.named) or c.status, "yes" if c.right else "no",
-         pair(c.withheld_n), pair(c.promised_n), pair(c.tracked_n))
-        for c in closed
-    )  # fmt: skip
+    rows: list[tuple[str, ...]] = []
+    for c in closed:
+        first, later = zip(c.withheld_n, c.promised_n, c.tracked_n, strict=True)
+        put_in = c.named or c.tried
+        rows.append((" + ".join(c.missing), "as given", "", *(number(v, 3) for v in first)))
+        if put_in:
+            rows.append(("", f"+ {' + '.join(put_in)}", "yes" if c.named else "no", *(number(v, 3) for v in later)))
     notes = (
         "withheld: RMSE (N) on bends the diagnosis has not seen; promised: distance (N) of the simulator's Table IV to "
-        "the rig's; tracked: RMSE (N) on the rig with the mapping trained in the simulator, mean of all; before > after.",
-        *(f"{' + '.join(c.missing)}: {c.sentence}" for c in closed),
+        "the rig's; tracked: RMSE (N) on the rig with the mapping trained in the simulator, mean of all.",
+        "named no: the diagnosis names nothing; the most probable candidate is put in on trial.",
+        *(f"{' + '.join(c.missing)} ({'right' if c.right else 'not right'}): {c.sentence}" for c in closed),
     )
-    header = ("missing", "diagnosed", "right", "withheld", "promised", "tracked")
-    return [Grid("gap", "The rig against a simulator that lacks something, diagnosed", header, rows, notes, 2)]
+    header = ("missing", "simulator", "named", "withheld", "promised", "tracked")
+    return [Grid("gap", "The rig against a simulator that lacks something, diagnosed", header, tuple(rows), notes, 3)]

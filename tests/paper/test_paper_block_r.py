@@ -192,7 +192,8 @@ def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeyp
     known = []
     monkeypatch.setattr(diagnosed, "_hardware", lambda bench, *_: diagnosed._Hardware(bench, [], [], {}))
     monkeypatch.setattr(diagnosed, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None))
-    monkeypatch.setattr(diagnosed, "_closed", lambda missing, before, after, found, rig, seed: (missing, rig.bench))
+    monkeypatch.setattr(diagnosed, "_on_trial", lambda simulator, found: (simulator, ()))
+    monkeypatch.setattr(diagnosed, "_closed", lambda missing, simulators, found, on_trial, rig, seed: (missing, rig.bench))
     monkeypatch.setattr(diagnosed, "_told", lambda found, say: found)
     done = diagnosed.run(1, gap=False, withheld=True)
     assert [k ^ set(GAP) for k in known] == [{e} for e in GAP] + [set()]
@@ -206,7 +207,32 @@ def test_what_one_simulator_gave_is_said_at_once():
     said = []
     found = Closed(("slack",), "unknown", (), None, "", (0.3, 0.25), (0.5, None), (0.6, None))
     assert diagnosed._told(found, said.append) is found
-    assert said == ["without slack: unknown; withheld 0.30 > 0.25 N, promised 0.50 > - N, tracked 0.60 > - N"]
+    numbers = "withheld 0.300 -> 0.250 N, promised 0.500 -> - N, tracked 0.600 -> - N"
+    assert said == [f"without slack: unknown; {numbers}"]
+    diagnosed._told(replace(found, tried=("presliding",)), said.append)
+    assert said[1] == f"without slack: unknown, presliding put in on trial; {numbers}"
+
+
+@pytest.mark.parametrize(
+    ("odds", "found"),
+    [
+        ({(): 0.1, ("?",): 0.6, ("slack",): 0.1, ("presliding",): 0.2}, ("presliding",)),
+        ({(): 0.1, ("?",): 0.6, ("slack",): 0.2, ("presliding",): 0.1}, ("presliding",)),
+        ({(): 0.1, ("?",): 0.1, ("presliding",): 0.2, ("presliding", "stribeck"): 0.6}, ("presliding", "stribeck")),
+        ({(): 0.6, ("?",): 0.1, ("presliding",): 0.3}, ()),
+        ({(): 0.1, ("?",): 0.9}, ()),
+    ],
+)
+def test_what_is_put_in_on_trial_is_the_most_probable_that_was_fitted(odds, found):
+    fits = SimpleNamespace(singles={"presliding": None}, combined={("presliding", "stribeck"): None})
+    made = SimpleNamespace(verdict=SimpleNamespace(probabilities=odds), evidence=SimpleNamespace(search=fits))
+    assert diagnosed.likeliest(made) == found
+
+
+def test_what_is_named_is_not_put_in_on_trial():
+    given = Scenario()
+    named = SimpleNamespace(body=SimpleNamespace(verdict=SimpleNamespace(effects=["presliding"])))
+    assert diagnosed._on_trial(given, named) == (given, ())
 
 
 def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatch):

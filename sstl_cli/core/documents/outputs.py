@@ -99,6 +99,7 @@ class ClosedPart(Part):
     withheld_n: list[float]
     promised_n: list[float | None]
     tracked_n: list[float | None]
+    tried: list[str] = Field(default=[], description="where nothing is named: what was put in on trial for the second of each pair")
 
 
 class ReproduceDocument(Document):
