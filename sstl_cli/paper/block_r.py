@@ -32,6 +32,7 @@ from sstl_cli.paper.rig import LAG_S, Bend, bends, lines_of, slow_sine, trapezoi
 from sstl_cli.paper.scores import Cell, tracking_entries
 from sstl_cli.paper.settings import METHODS
 from sstl_cli.paper.statistics import line_entries
+from sstl_cli.paper.table_iii import require_apart
 
 Array = NDArray[np.float64]
 Key = tuple[str, str, str]
@@ -125,6 +126,7 @@ def _trained(seed: int, used: Sequence[Bend], sstl: Array, act: Array) -> Learne
     names = [b.name for b in used]
     x, y = sstl[:, SLOPES], act[:, SLOPES]
     splits = make_splits({b.name: b.location for b in used}, (seed,), seed)
+    require_apart(names, splits)
     held, trained = splits.mask(names, HELD_OUT)[0], splits.mask(names, FIT + VALIDATION)[0]
     group = fit(x, y, names, splits, (network,)).group
 

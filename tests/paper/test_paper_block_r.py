@@ -98,6 +98,18 @@ def test_held_out_bends_are_not_trained_on():
     assert learned.biases == pytest.approx((-1.44, -1.04), abs=0.15)
 
 
+def test_a_split_of_the_bends_that_leaks_is_caught(monkeypatch):
+    class Leaking(Splits):
+        """Splits whose held-out part is trained on too."""
+
+        def mask(self, config_id, parts):
+            return np.ones((1, len(config_id)), dtype=bool)
+
+    monkeypatch.setattr(block_r, "make_splits", lambda of, seeds, seed: Leaking(tuple(of), (0,), ("f" * len(of),)))
+    with pytest.raises(SstlError, match="E808"):
+        block_r.learn(3, ModelBench(Scenario(effects=TABLE_II)), per_location=2)
+
+
 def test_too_few_identified_bends_are_an_error():
     class Silent:
         def record(self, bend, system, time_s, tension_n, seed):
