@@ -10,7 +10,7 @@ from sstl_cli.paper.published import titles
 from sstl_cli.paper.settings import LOCATIONS
 
 MARKS = {MET: "=", CONTRADICTED: "!", DIFFERS: "x", UNJUDGED: "?"}
-LEGEND = "= within 2 sd   ! the paper contradicts itself here   x differs, by so many %   ? not judged"
+LEGEND = "= within 2 sd; ! the paper contradicts itself; x off by so many %; ? not judged"
 NAMES = {
     "linear": "Linear regression",
     "plain": "Plain MLP",
@@ -30,6 +30,8 @@ NAMES = {
     "recovery": "of DI's %",
 }
 WIDTH = 80
+#: from here on percent are given without decimals
+LEAST_WHOLE_PCT = 0.5
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,8 @@ def mark(c: Compared) -> str:
     relative = c.relative_pct
     if c.verdict != DIFFERS or relative is None:
         return MARKS[c.verdict]
-    return f"{MARKS[c.verdict]}{relative:+.0f}"
+    # a difference that is there is not said to be nothing
+    return f"{MARKS[c.verdict]}{relative:+.{0 if abs(relative) >= LEAST_WHOLE_PCT else 1}f}"
 
 
 def label(name: str) -> str:

@@ -34,6 +34,7 @@ def tabular(grid: Grid) -> str:
     lines = [
         r"\begin{table}",
         r"\centering",
+        *([rf"{{\footnotesize {escaped(grid.source)}\par}}"] if grid.source else []),
         rf"\caption{{{escaped(grid.title)}}}",
         rf"\label{{tab:{grid.name}}}",
         rf"\begin{{tabular}}{{{columns}}}",

@@ -5,11 +5,12 @@ from __future__ import annotations
 from sstl_cli.paper import contests, show_beyond
 from sstl_cli.paper.compare import count_apart
 from sstl_cli.paper.diagnosed import Closed
-from sstl_cli.paper.grid import NAMES, Grid, count_grid, entry_grids, number, tracking_grids
+from sstl_cli.paper.grid import NAMES, SOURCES, Grid, count_grid, entry_grids, number, tracking_grids
 from sstl_cli.paper.published import of_table, value
 from sstl_cli.paper.reproduce import Reproduction
 from sstl_cli.paper.settings import fitted_values
 from sstl_cli.paper.spread import Spread, of_draws, stored
+from sstl_cli.paper.table_iii import BEST
 
 
 def grids(found: Reproduction) -> list[Grid]:
@@ -46,7 +47,7 @@ def facts(found: Reproduction) -> list[str]:
             f"Table IV: distance to the paper (rms over every RMSE and STD) {g.stated:.2f} N as stated, "
             f"{g.fitted:.2f} N under 14 fitted numbers: {g.shrink_pct:.0f} % of the difference fitted."
         )
-    said += _rig_facts(found)
+    said += [*_rig_facts(found), *_floor_facts(found)]
     said += show_beyond.facts(found)
     return said
 
@@ -56,8 +57,8 @@ def _mapping_facts(found: Reproduction) -> list[str]:
     assert m is not None
     best, linear = m.entries["III", m.best, "total"], m.entries["III", "linear", "total"]
     said = [
-        f"Table III, this data set: linear {linear:.4f} (paper 0.0193), best variant {m.best} {best:.4f} (paper "
-        f"0.0166), Bayes-optimal predictor {m.limit.total:.4f} ({m.limit_here.total:.4f} on these 150)."
+        f"Table III, this data set: linear {linear:.4f} (paper {value('III', 'linear', 'total'):.4f}), best variant {m.best} {best:.4f} "
+        f"(paper {value('III', BEST, 'total'):.4f}), Bayes-optimal predictor {m.limit.total:.4f} ({m.limit_here.total:.4f} on these 150)."
     ]
     spread = stored("III")
     held = contests.contests(spread)
@@ -84,13 +85,24 @@ def _rig_facts(found: Reproduction) -> list[str]:
     verdict = (
         f"{len(found.outside)} of {checked} entries lie outside the committed spread"
         if found.outside
-        else f"all {checked} entries lie within the committed spread over {stored('R').seeds} data seeds"
+        else f"All {checked} entries lie within the committed spread over {stored('R').seeds} data seeds"
     )
+    published = " and ".join(f"{value(*k):.1f}" for k in (red, recovery))
     return [
         f"Block R, mean of {n} data seeds: reduction {steady[red][0]:.1f} % and {steady[recovery][0]:.1f} % of direct "
-        f"identification's ({whole[red][0]:.1f} and {whole[recovery][0]:.1f} with the first cycle; paper 88.1 and 97.8). "
-        f"MAPE floor 0.5 N, no sample below it. {verdict}."
+        f"identification's ({whole[red][0]:.1f} and {whole[recovery][0]:.1f} with the first cycle; paper {published}). {verdict}."
     ]
+
+
+def _floor_facts(found: Reproduction) -> list[str]:
+    """Return which samples MAPE leaves out, over everything that was tracked."""
+    scores = [s for d in found.rig if d.tracked is not None for cells in d.tracked.scores.values() for s in cells.values()]
+    scores += [s for b in found.blocks for r in b.results for s in r.scores.values()]
+    if not scores:
+        return []
+    most = max(s.masked_pct for s in scores)
+    below = "no sample lies below it" if most == 0.0 else f"up to {most:.2g} % of the samples lie below it and are left out"
+    return [f"MAPE has a floor of {scores[0].mape_floor_n:g} N on the reference: {below}."]
 
 
 def _mapping(found: Reproduction) -> list[Grid]:
@@ -109,6 +121,7 @@ def _mapping(found: Reproduction) -> list[Grid]:
             ("variant", *places),
             away,
             ("'ideal of the others' knows the generator at the other two locations, and nothing of this one.",),
+            source=SOURCES["stated"],
         ),
     ]
 
@@ -139,7 +152,7 @@ def _spreads(found: Reproduction, spread: Spread) -> list[Grid]:
         "absolute errors over held-out samples, which is what the paper's +- is. Division 75:25 by configuration; a "
         f"fifth of the 75 % stops the training (the paper names no validation part). Range of the true slopes: {low_high}."
     )
-    return [Grid("III-spreads", "Table III: three spreads apart", header, tuple(rows), (note,), 2)]
+    return [Grid("III-spreads", "Table III: three spreads apart", header, tuple(rows), (note,), 2, SOURCES["stated"])]
 
 
 def _contests(spread: Spread) -> list[Grid]:
@@ -152,7 +165,7 @@ def _contests(spread: Spread) -> list[Grid]:
         return []
     header = ("variants", "mean difference", "sd", "lower on %", "p", "p Holm")
     note = f"paired t test over {spread.seeds} independent data sets, corrected for {len(rows)} contests by Holm's rule."
-    return [Grid("III-tests", "Table III: differences of Total over data sets", header, rows, (note,))]
+    return [Grid("III-tests", "Table III: differences of Total over data sets", header, rows, (note,), source=SOURCES["stated"])]
 
 
 def _gap(found: Reproduction) -> list[Grid]:

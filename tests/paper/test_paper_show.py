@@ -1,11 +1,14 @@
 """What is printed and drawn, from hand-made results."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sstl_cli.cli import _reproduce_files as files
 from sstl_cli.control.loop_lag import LoopLag
 from sstl_cli.control.references import Reference
+from sstl_cli.control.scoring import score
 from sstl_cli.core.documents.outputs import ReproduceDocument
 from sstl_cli.paper import distal, drawings, show, tendons
 from sstl_cli.paper.bench import ModelBench
@@ -16,8 +19,10 @@ from sstl_cli.paper.data_seeds import Drawn
 from sstl_cli.paper.diagnosed import UNNAMED, Closed
 from sstl_cli.paper.distal import Bent
 from sstl_cli.paper.gate import Outside
-from sstl_cli.paper.grid import text, wrapped
+from sstl_cli.paper.grid import mark, text, wrapped
 from sstl_cli.paper.lag_and_presliding import Fitted
+from sstl_cli.paper.latex import document
+from sstl_cli.paper.page import page
 from sstl_cli.paper.probe import PLANS, SETTINGS, Probe
 from sstl_cli.paper.published import TABLES, of_table
 from sstl_cli.paper.reproduce import Reproduction
@@ -49,6 +54,7 @@ def found():
     closed = (
         Closed(("presliding", "stribeck"), "identified", ("presliding",), 0.8, "It is presliding.", (0.24, 0.09), (0.5, 0.2), (0.7, 0.6)),
         Closed((UNNAMED,), "unknown", (), None, "Not known.", (0.3, 0.3), (0.5, None), (0.6, None)),
+        Closed(("stribeck",), "unknown", (), 0.6, "Not known.", (0.24, 0.1214), (0.28, 0.2), (0.8, 0.7), ("presliding", "slack")),
     )
     gap = Gap(0.9, 0.4, (Share("lines", 0.7, 0.6, 100.0),))
     return Reproduction(tuple(compared), gap=gap, rig=(Drawn(1, entries, made),), closed=closed, figures=True)
@@ -63,7 +69,9 @@ def test_every_line_of_every_table_fits_80_columns(found):
 
 def test_the_first_line_says_where_the_data_come_from(found):
     grids = {g.name: g for g in show.grids(found)}
-    for name in ("I", "II", "R-I", "R-II", "R-III", "IV-sinusoid-rmse", "IV-random-mape"):
+    latex, html = document(grids.values()), page(list(grids.values()), [], {}, [], "sstl reproduce")
+    assert latex.count("Data: loops") == html.count("Data: loops") == 3
+    for name in ("I", "II", "bias", "R-I", "R-II", "R-III", "IV-sinusoid-rmse", "IV-random-mape"):
         assert text(grids[name]).startswith("Data: ")
     assert "fitted" in text(grids["I"]).splitlines()[1] + text(grids["I"]).splitlines()[0]
     assert "elastic rig" in text(grids["IV-sinusoid-rmse"])
@@ -108,7 +116,38 @@ def test_figure_7_has_every_location_and_method(found):
 def test_document_parts(found):
     made = files.extras(found)
     assert made["rig"]["seeds"] == [1] and made["rig"]["outside"] == []
-    assert [c["right"] for c in made["closed"]] == [True, True]
+    assert [c["right"] for c in made["closed"]] == [True, True, False]
+    assert [c["tried"] for c in made["closed"]] == [(), (), ("presliding", "slack")]
+
+
+def test_a_simulator_has_a_row_as_given_and_one_with_what_was_put_in(found):
+    grid = next(g for g in show.grids(found) if g.name == "gap")
+    assert [r[1:4] for r in grid.rows] == [
+        ("as given", "", "0.240"),
+        ("+ presliding", "yes", "0.090"),
+        ("as given", "", "0.300"),
+        ("as given", "", "0.240"),
+        ("+ presliding + slack", "no", "0.121"),
+    ]
+    assert any("stribeck (not right): Not known." in n for n in grid.notes)
+
+
+def test_which_samples_mape_leaves_out_is_said_from_the_scores(found):
+    time = np.arange(100) * 0.1
+    for least, words in ((0.6, "no sample lies below it"), (0.4, "up to 1 % of the samples lie below it")):
+        reference = np.full(100, 5.0)
+        reference[7] = least
+        made = replace(found.rig[0].tracked, scores={"all": {("random", "DI", "NP"): score(reference, reference + time)}})
+        said = show.facts(Reproduction(rig=(replace(found.rig[0], tracked=made),)))[-1]
+        assert said.startswith("MAPE has a floor of 0.5 N on the reference: ") and words in said
+    assert not any("MAPE" in s for s in show.facts(found))
+
+
+def test_a_small_difference_is_not_said_to_be_none():
+    entry = of_table("IV")[0]
+    for mean, said in ((5.67, "x-0.4"), (5.60, "x-2"), (6.60, "x+16")):
+        made = compare((entry,), {(entry.table, entry.row, entry.column): mean}, {(entry.table, entry.row, entry.column): (mean, 1e-4)})
+        assert mark(made[0]) == said
 
 
 @pytest.fixture(scope="module")
