@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 
 from sstl_cli.core.processes import processes
 from sstl_cli.paper.block_r import Tracked
@@ -44,9 +45,9 @@ def run(experiment: str, seeds: Sequence[int], at_hand: Callable[[int], Draw | N
 
 @contextmanager
 def beside(experiment: str, seeds: Sequence[int], workers: int) -> Iterator[Callable[[], list[Drawn]]]:
-    """Yield a function that waits for several seeds, computed by other processes meanwhile (0: when it is called)."""
+    """Yield a function that waits for several seeds, computed by other processes meanwhile (0: when it is first called)."""
     if workers < 1 or not seeds:
-        yield lambda: [draw(experiment, s) for s in seeds]
+        yield cache(lambda: [draw(experiment, s) for s in seeds])
         return
     with processes(min(workers, len(seeds))) as pool:
         jobs = [pool.submit(draw, experiment, s) for s in seeds]

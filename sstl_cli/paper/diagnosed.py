@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,8 @@ from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import diagnose, diagnose_accepted
 
 Key = tuple[str, str, str]
+#: entries of Table IV
+Table = Mapping[Key, float]
 DIAGNOSED_BENDS = WITHHELD_BENDS = 2
 #: the simulator is diagnosed again until nothing more is named, at most so often
 ROUNDS = 2
@@ -70,12 +73,38 @@ class Closed:
 
 @dataclass(frozen=True)
 class _Hardware:
-    """The rig with its recordings for the diagnosis and for the judgement, and its own Table IV if one can be learned."""
+    """The rig with its recordings for the diagnosis and for the judgement, and its own Table IV if one can be learned.
+
+    ``table`` is asked last: other processes may still be at it.
+    """
 
     bench: RigBench
     recorded: list[Run]
     withheld: list[Run]
-    table: Mapping[Key, float] | None
+    table: Callable[[], Table | None]
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A Table IV that is at hand, for another process too."""
+
+    table: Table | None
+
+    def __call__(self) -> Table | None:
+        return self.table
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A simulator against a rig: RMSE on withheld bends, Table IV as it promises it, RMSE tracked on the rig (N)."""
+
+    withheld_n: float
+    promised: Table | None
+    tracked_n: float | None
+
+    def distance_n(self, table: Table | None) -> float | None:
+        """Return how far the promised Table IV lies from a rig's; None where there is none of either."""
+        return None if self.promised is None or table is None else distance(self.promised, table)
 
 
 @dataclass(frozen=True)
@@ -97,7 +126,7 @@ def run(
     seed: int,
     gap: bool = True,
     withheld: bool = False,
-    table: Mapping[Key, float] | None = None,
+    table: Callable[[], Table | None] | None = None,
     workers: int = 1,
     say: Callable[[str], None] = lambda _: None,
 ) -> list[Closed]:
@@ -109,13 +138,16 @@ def run(
         The gap of the paper: the simulator has Table II's effects.
     withheld : bool
         Simulators that have all of the rig's effects but one, each in turn, then one without a name on the rig.
-    table : mapping, optional
-        Table IV of the rig for this seed, where block R is at hand.
+    table : callable, optional
+        Gives Table IV of the rig for this seed, where block R is computed; it is asked for late.
     workers : int
         Processes: of the diagnosis where there is one, else of several simulators at once.
     """
-    say("the rig for the diagnosis: recordings, and Table IV if block R is not at hand")
+    say("the rig for the diagnosis: recordings")
     rig = _hardware(RigBench(), seed, table)
+    if withheld:
+        # several simulators are set against it
+        rig = replace(rig, table=_Known(rig.table()))
     asked = []
     if gap:
         asked.append(_Question(tuple(e for e in GAP if e not in TABLE_II), Scenario(effects=TABLE_II), rig, seed, ROUNDS))
@@ -167,7 +199,7 @@ def likeliest(found: diagnose.Diagnosis) -> tuple[str, ...]:
     return best if best and odds.get((), 0.0) < HALF else ()
 
 
-def _hardware(bench: RigBench, seed: int, table: Mapping[Key, float] | None) -> _Hardware:
+def _hardware(bench: RigBench, seed: int, table: Callable[[], Table | None] | None) -> _Hardware:
     first, later = (
         [
             bench.record(b, system, *trapezoid(system), seed)
@@ -176,10 +208,10 @@ def _hardware(bench: RigBench, seed: int, table: Mapping[Key, float] | None) -> 
         ]
         for count, name in ((DIAGNOSED_BENDS, "known"), (WITHHELD_BENDS, "withheld"))
     )
-    return _Hardware(bench, first, later, _own_table(bench, seed) if table is None else table)
+    return _Hardware(bench, first, later, table or partial(_own_table, bench, seed))
 
 
-def _own_table(bench: RigBench, seed: int) -> Mapping[Key, float] | None:
+def _own_table(bench: RigBench, seed: int) -> Table | None:
     """Return Table IV of a rig, None where too many of its bends show no lines to learn from (as a ripple can make them)."""
     try:
         return _table(block_r.learn(seed, bench), bench, seed)
@@ -219,37 +251,37 @@ def _closed(
     verdict, (before, after) = found.body.verdict, simulators
     first = _judged(ModelBench(before), rig, seed)
     later = first if after is before else _judged(ModelBench(after), rig, seed)
+    table = rig.table()
     return Closed(
         missing,
         verdict.status,
         tuple(verdict.effects),
         verdict.confidence,
         found.body.sentence or verdict.why,
-        (first[0], later[0]),
-        (first[1], later[1]),
-        (first[2], later[2]),
+        (first.withheld_n, later.withheld_n),
+        (first.distance_n(table), later.distance_n(table)),
+        (first.tracked_n, later.tracked_n),
         on_trial,
     )
 
 
-def _judged(model: ModelBench, rig: _Hardware, seed: int) -> tuple[float, float | None, float | None]:
-    """Return RMSE on withheld bends, distance of the promised Table IV, and RMSE tracked on the rig (N)."""
+def _judged(model: ModelBench, rig: _Hardware, seed: int) -> _Judged:
+    """Return what a simulator predicts of withheld bends, promises of Table IV, and tracks on the rig."""
     withheld = float(np.sqrt(np.mean([model.rmse(r) ** 2 for r in rig.withheld])))
     try:
         learned = block_r.learn(seed, model)
-        promised = None if rig.table is None else distance(_table(learned, model, seed), rig.table)
-        return withheld, promised, _proposed(_table(learned, rig.bench, seed, ("proposed",)))
+        return _Judged(withheld, _table(learned, model, seed), _proposed(_table(learned, rig.bench, seed, ("proposed",))))
     except SstlError as error:
         if error.code not in UNLEARNED:
             raise
-        return withheld, None, None
+        return _Judged(withheld, None, None)
 
 
-def _table(learned: block_r.Learned, bench: Bench, seed: int, methods: tuple[str, ...] = METHODS) -> Mapping[Key, float]:
+def _table(learned: block_r.Learned, bench: Bench, seed: int, methods: tuple[str, ...] = METHODS) -> Table:
     """Return Table IV with a given mapping, probed and tracked on a bench."""
     drives = [block_r.drive(b, learned, seed, bench) for b in block_r.new_bends(seed)]
     return tracking_entries(block_r.tracked(drives, seed, bench, methods=methods).scores[WINDOW_STEADY])
 
 
-def _proposed(table: Mapping[Key, float]) -> float:
+def _proposed(table: Table) -> float:
     return float(np.mean([v for k, v in table.items() if k[0] == "IV" and "proposed" in k[1] and k[2].startswith("rmse")]))

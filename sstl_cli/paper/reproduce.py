@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sstl_cli.paper import (
     better,
@@ -88,13 +89,11 @@ def run(options: Options, report: Callable[[str], None] | None = None, advance: 
     with data_seeds.beside("R", seeds, options.workers - 1) as drawn:
         for part in (_lines, _mapping, _tracking):
             made = part(made, options, say, told)
-        if seeds:
-            say(f"block R: the rig, 150 bends, one network, four methods; {len(seeds)} data seeds")
-            made = _rig(made, drawn())
-            told("R", 1.0)
-    for part in (_diagnosis, _beyond):
-        made = part(made, options, say, told)
-    return made
+        # beside other processes at block R there is time for the diagnosis, which needs of it but a table at its end
+        beside = bool(seeds) and options.workers > 1
+        for waiting in (_diagnosis, _block_r) if beside else (_block_r, _diagnosis):
+            made = waiting(made, options, say, told, drawn if seeds else None)
+    return _beyond(made, options, say, told)
 
 
 Say = Callable[[str], None]
@@ -152,6 +151,19 @@ def _tracking(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduct
     return replace(made, gap=gap, compared=(*made.compared, *compared))
 
 
+#: waits for the data seeds of block R (None: it is not asked for)
+Awaited = Callable[[], list[Drawn]] | None
+
+
+def _block_r(made: Reproduction, o: Options, say: Say, told: Told, awaited: Awaited) -> Reproduction:
+    if awaited is None:
+        return made
+    say(f"block R: the rig, 150 bends, one network, four methods; {o.data_seeds} data seeds")
+    drawn = awaited()
+    told("R", 1.0)
+    return _rig(made, drawn)
+
+
 def _rig(made: Reproduction, drawn: Sequence[Drawn]) -> Reproduction:
     spread = stored("R")
     mean = of_draws([d.entries for d in drawn]).of("rig")
@@ -160,14 +172,22 @@ def _rig(made: Reproduction, drawn: Sequence[Drawn]) -> Reproduction:
     return replace(made, rig=tuple(drawn), outside=outside, compared=(*made.compared, *compared))
 
 
-def _diagnosis(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:
-    if not {"diagnosis", "withheld"} & set(o.tables):
+def _diagnosis(made: Reproduction, o: Options, say: Say, told: Told, awaited: Awaited) -> Reproduction:
+    withheld = "withheld" in o.tables
+    if not withheld and "diagnosis" not in o.tables:
         return made
-    table = next((d.entries["rig"] for d in made.rig if d.seed == o.seed), None)
-    closed = diagnosed.run(o.seed, "diagnosis" in o.tables, "withheld" in o.tables, table, o.workers, say)
+    table = None if awaited is None else partial(_own, awaited, o.seed)
+    # one process fewer while others are at block R; those withheld take far longer than it
+    workers = o.workers if awaited is None or withheld else max(o.workers - 1, 1)
+    closed = diagnosed.run(o.seed, "diagnosis" in o.tables, withheld, table, workers, say)
     for part in {"diagnosis", "withheld"} & set(o.tables):
         told(part, 1.0)
     return replace(made, closed=tuple(closed))
+
+
+def _own(awaited: Callable[[], list[Drawn]], seed: int) -> Mapping[Key, float]:
+    """Return what block R gave for one data seed."""
+    return next(d.entries["rig"] for d in awaited() if d.seed == seed)
 
 
 def _beyond(made: Reproduction, o: Options, say: Say, told: Told) -> Reproduction:

@@ -147,7 +147,8 @@ def test_stopped_runs_are_taken_up(monkeypatch):
     found = list(data_seeds.run("R", (1, 2), at_hand.get, kept.__setitem__))
     assert found == [{"rig": {K: 10.0}}, {"rig": {K: 2.0}}] and kept == {2: {"rig": {K: 2.0}}}
     with data_seeds.beside("R", (4, 5), 0) as drawn:
-        assert [d.seed for d in drawn()] == [4, 5]
+        # computed once, whoever asks
+        assert [d.seed for d in drawn()] == [4, 5] and drawn() is drawn()
 
 
 def test_contests_by_hand():
@@ -202,7 +203,7 @@ def test_what_counts_as_a_right_diagnosis(missing, named, right):
 
 def test_every_effect_of_the_rig_is_withheld_once_and_one_without_a_name(monkeypatch):
     known = []
-    monkeypatch.setattr(diagnosed, "_hardware", lambda bench, *_: diagnosed._Hardware(bench, [], [], {}))
+    monkeypatch.setattr(diagnosed, "_hardware", lambda bench, *_: diagnosed._Hardware(bench, [], [], dict))
     monkeypatch.setattr(diagnosed, "completed", lambda simulator, *_: (known.append(set(simulator.effects)) or simulator, None))
     monkeypatch.setattr(diagnosed, "_on_trial", lambda simulator, found: (simulator, ()))
     monkeypatch.setattr(diagnosed, "_closed", lambda missing, simulators, found, on_trial, rig, seed: (missing, rig.bench))
@@ -255,6 +256,27 @@ def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatc
     assert diagnosed._own_table(RigBench(unnamed=Cogging()), 1) is None
 
 
+def test_the_table_of_the_rig_is_asked_for_last(monkeypatch):
+    """Other processes are at it while the diagnosis and both judgements run."""
+    told = []
+    given, again = Scenario(), Scenario(effects=TABLE_II)
+    body = SimpleNamespace(verdict=SimpleNamespace(status="identified", effects=["slack"], confidence=0.9), sentence="Slack.")
+    monkeypatch.setattr(diagnosed, "completed", lambda *_: (told.append("diagnosed") or again, SimpleNamespace(body=body)))
+    promised = {again.model_dump_json(): {K: 0.5, L: 4.0}, given.model_dump_json(): {K: 0.1, L: 4.0}}
+
+    def judged(model, rig, seed):
+        told.append("judged")
+        return diagnosed._Judged(0.2, promised[model.scenario.model_dump_json()], 0.7)
+
+    monkeypatch.setattr(diagnosed, "_judged", judged)
+    rig = diagnosed._Hardware(RigBench(), [], [], lambda: told.append("asked") or {K: 0.4, L: 4.0})
+    found = diagnosed._answered(diagnosed._Question(("slack",), given, rig, 1))
+    assert told == ["diagnosed", "judged", "judged", "asked"]
+    # off by 0.3 and 0.1 N in one of two entries
+    assert found.promised_n == pytest.approx((0.3 / math.sqrt(2), 0.1 / math.sqrt(2))) and found.right
+    assert diagnosed._Judged(0.2, None, None).distance_n({K: 0.4}) is None
+
+
 @pytest.mark.slow
 def test_one_seed_of_block_r_lies_within_the_committed_spread():
     assert gate.outside([block_r.draw(block_r.run(7))], stored("R")) == []
@@ -293,10 +315,10 @@ def test_the_page_has_what_the_tables_count():
         for c in compare([e for t in TABLES for e in of_table(t)], {k: m for k, (m, _) in known.items()}, known, as_block)
         if c.ours is not None
     ]
-    counts = {origin: dict.fromkeys(VERDICTS, 0) for origin in ("fitted", "predicted")}
-    for (_, _, origin), found in count_apart(judged).items():
+    counts = {kind: dict.fromkeys(VERDICTS, 0) for kind in ("fitted", "predicted")}
+    for (_, _, kind), found in count_apart(judged).items():
         for verdict, n in found.items():
-            counts[origin][verdict] += n
+            counts[kind][verdict] += n
     fitted, predicted = counts["fitted"], counts["predicted"]
     stated = count_apart(c for c in judged if c.block == "stated" and c.origin == "predicted").values()
     differing = sum(found[DIFFERS] for found in stated)
@@ -315,6 +337,8 @@ def test_the_page_says_of_table_iii_what_the_contests_say():
     gains, wins = [-c.difference for c in line], [100 * c.wins for c in line]
     worst = f"{max(c.p_holm for c in line):.0e}"
     text = " ".join(PAGE.read_text(encoding="utf-8").split())
-    said = f"each by {min(gains):.4f}-{max(gains):.4f} on average (Holm p <= {worst}), on {min(wins):.0f}-{max(wins):.0f} % of the data sets"
+    said = (
+        f"each by {min(gains):.4f}-{max(gains):.4f} on average (Holm p <= {worst}), on {min(wins):.0f}-{max(wins):.0f} % of the data sets"
+    )
     assert said in text
     assert f"(all p > {math.floor(10 * min(c.p for c in others)) / 10:.1f})" in text

@@ -11,12 +11,14 @@ from sstl_cli.paper.chosen import DEFAULT, TABLES
 
 
 def test_parts_are_those_that_are_run_in_their_order():
-    assert list(pace.parts(DEFAULT, 5, 3, 2)) == ["I", "III", "IV", "gap", "R", "diagnosis"]
+    assert list(pace.parts(DEFAULT, 5, 3, 2)) == ["I", "III", "IV", "gap", "diagnosis", "R"]
+    # nothing is beside it: block R comes first, and the diagnosis has its table
+    assert list(pace.parts(DEFAULT, 5, 3, 1))[-2:] == ["R", "diagnosis"]
     assert list(pace.parts(("II",), 5, 3, 2)) == ["I"]
     # figures need what is tracked, but no parts of the fit
     assert list(pace.parts(("figures",), 5, 3, 2)) == ["I", "III", "IV"]
     assert list(pace.parts(("probe",), 5, 3, 2)) == ["calibration", "probe"]
-    assert list(pace.parts(TABLES, 5, 3, 2))[-7:] == ["diagnosis", "withheld", "tendons", "calibration", "better", "probe", "distal"]
+    assert list(pace.parts(TABLES, 5, 3, 2))[-8:] == ["diagnosis", "withheld", "R", "tendons", "calibration", "better", "probe", "distal"]
     assert list(pace.parts(("tendons",), 5, 3, 2)) == ["tendons"]
 
 
@@ -27,9 +29,12 @@ def test_seeds_cost_time_and_processes_save_it():
     assert cost("III", 10, 3, 2) > cost("III", 5, 3, 2)
     assert cost("R", 5, 6, 1) == pytest.approx(2 * cost("R", 5, 3, 1))
     # another process began it with the parts before it
-    before = sum(cost(part, 5, 3, 2) for part in ("I", "III", "IV", "gap"))
-    assert cost("R", 5, 3, 2) == pytest.approx(cost("R", 5, 3, 1) - before)
-    assert cost("R", 5, 30, 4) < cost("R", 5, 30, 2) and cost("R", 5, 1, 2) == 1.0
+    paper = ("I", "II", "III", "IV", "R")
+    before = sum(pace.parts(paper, 5, 3, 2)[part] for part in ("I", "III", "IV", "gap"))
+    assert pace.parts(paper, 5, 3, 2)["R"] == pytest.approx(pace.parts(paper, 5, 3, 1)["R"] - before)
+    assert pace.parts(paper, 5, 30, 4)["R"] < pace.parts(paper, 5, 30, 2)["R"] and pace.parts(paper, 5, 1, 2)["R"] == 1.0
+    # the diagnosis waits for what is left of it
+    assert cost("R", 5, 30, 2) == 1.0 and cost("diagnosis", 5, 30, 2) > cost("diagnosis", 5, 3, 2) > cost("diagnosis", 5, 3, 1)
 
 
 def test_every_part_tells_all_of_itself(monkeypatch):
@@ -66,18 +71,19 @@ def _beside(*_):
 
 def test_the_bar_follows_what_was_measured():
     """When a call with all tables told its parts (s since its beginning), two cores shared with other work."""
-    told = {"I": 17, "III": 93, "IV": 106, "gap": 179, "R": 424, "diagnosis": 543}
+    told = {"I": 8, "III": 41, "IV": 46, "gap": 89, "diagnosis": 246, "R": 246}
+    end = 252
     now = [0.0]
     seconds = pace.parts(DEFAULT, 5, 3, 2)
     bar = Pace(pace.curve(seconds), clock=lambda: now[0])
     done, far, still, before = 0.0, 0.0, 0, -1.0
-    for now[0] in range(8, 543):
+    for now[0] in range(4, end):
         while told and now[0] >= min(told.values()):
             done += seconds[next(iter(told))]
             told.pop(next(iter(told)))
         bar.told(done / sum(seconds.values()))
         share = bar.share()
-        far = max(far, abs(share - now[0] / 543))
+        far = max(far, abs(share - now[0] / end))
         still = max(still, 0 if share > before else still + 1)
         before = share
     assert far < 0.05 and still < 30
