@@ -249,14 +249,19 @@ def probe(curves: Mapping[tuple[str, str], tuple[Array, Array, Array]]) -> Drawi
     """Return Theta error and tracking error of full strokes over the probe's time, by rig and calibration."""
 
     def paint(axes: Any) -> None:
-        for ((rig, calibration), (time, lines, tracked)), marker in zip(curves.items(), "os^", strict=False):
-            name = f"{rig}, calibrated at {calibration}"
-            axes[0, 0].plot(time, 100 * lines, marker=marker, markersize=4, label=name)
-            axes[0, 1].plot(time, tracked, marker=marker, markersize=4, label=name)
+        looks = zip("os^", (palette.BLUE, palette.VERMILLION, palette.GREEN), strict=True)
+        for ((rig, calibration), (time, lines, tracked)), (marker, colour) in zip(curves.items(), looks, strict=False):
+            look = {"marker": marker, "markersize": 4, "color": colour, "label": f"{rig}, calibrated at {calibration}"}
+            axes[0, 0].plot(time, 100 * lines, **look)
+            axes[0, 1].plot(time, tracked, **look)
+        times = sorted({float(t) for time, _, _ in curves.values() for t in time})
         axes[0, 0].set_ylabel("error of the slopes / %")
         axes[0, 1].set_ylabel("RMSE on the sinusoid / N")
         for panel in axes.flat:
             panel.set_xscale("log")
+            # powers of ten would be written as formulas, which no text here is taken for
+            panel.set_xticks(times, [f"{t:g}" for t in times], minor=False)
+            panel.set_xticks([], minor=True)
             panel.set_xlabel("time of the probe / s")
             panel.set_ylim(bottom=0)
             panel.legend()

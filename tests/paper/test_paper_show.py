@@ -181,4 +181,5 @@ def test_figures_beyond_the_paper_say_what_they_show(beyond):
     drawn = {d.name: d for d in drawings.drawings(beyond)}
     assert set(drawn) == {"better", "probe"}
     assert "with drag, two speeds: 0.25 s errs by 1.6 % and 0.29 N" in drawn["probe"].words
-    assert "time of the probe" in str(picture(drawn["probe"], None, "probe").svg)
+    svg = str(picture(drawn["probe"], None, "probe").svg)
+    assert "time of the probe" in svg and ">0.25</text>" in svg and ">12</text>" in svg and "mathdefault" not in svg
