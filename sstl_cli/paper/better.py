@@ -18,12 +18,15 @@ from sstl_cli.core.runs import Run
 from sstl_cli.paper.bench import ModelBench
 from sstl_cli.paper.diagnosed import completed
 from sstl_cli.paper.lag_and_presliding import PRESLIDING, Fitted, fit_effects, loop_of, small_loops
+from sstl_cli.paper.published import value
 from sstl_cli.paper.reversal import apart
 from sstl_cli.paper.rig import GAP, LAG_S, TABLE_II, Bend, bends, identified, lines_of, recorded, slow_sine, tracked, trapezoid
+from sstl_cli.paper.settings import TRAJECTORIES
 from sstl_cli.physics.scenario import Scenario
 
 Array = NDArray[np.float64]
-TARGETS_N = {"sinusoid": 0.45, "random": 0.86}
+#: the paper's direct identification
+TARGETS_N = {t: value("summary", f"{t} DI", "rmse") for t in TRAJECTORIES}
 CALIBRATION_BENDS = 12
 DIAGNOSED_BENDS = 2
 
