@@ -85,6 +85,8 @@ RATE_GROUPS = 8
 SPIKE_SIGMA, SPIKE_TRAVEL = 8.0, 1.5
 # longer ones are no spikes: something moved
 SPIKE_RUN = 2
+# ... but those that a filter lets decay: at most so long, beside so many on the line on either side
+LONGEST_PULSE, BESIDE_PULSE = 16, 6
 # chance makes fewer than this many of the runs of equal samples in a record that are called frozen
 FROZEN_CHANCE = 1e-3
 # readings at a limit: so many at least, more than chance puts on one level, of a signal that comes this close (standard

@@ -31,6 +31,7 @@ from sstl_cli.diagnosis.constants import (
     STEADY,
     UNSEEN,
 )
+from sstl_cli.diagnosis.pulses import pulses
 from sstl_cli.identification.gate.sensors import quantisation
 
 Array = NDArray[np.float64]
@@ -102,7 +103,8 @@ def scan(signal: Array, time: Array | None = None) -> Faults:
         # between the readings of a slow sensor the line moves: that is no noise to a spike, nor is what stands still
         missed = fourths(signal, time)
         rest = min(noise, white_of_fourths(missed[missed > 0.0])) if missed.any() else noise
-    spike = _spikes(signal, max(rest, 0.5 * step, 1e-6), frozen | clipped)
+    beside = max(rest, 0.5 * step, 1e-6)
+    spike = _spikes(signal, beside, frozen | clipped) | (pulses(signal, beside) & ~frozen & ~clipped)
     return Faults(spike, frozen, clipped, level, step, noise)
 
 
