@@ -60,7 +60,7 @@ def library(folder: Path) -> list[Example]:
 def judged(examples: Sequence[Example]) -> list[Judged]:
     """Return what is said of every case by weights learned without its simulator."""
     found = learning.judged_by(examples, learning.left_out(examples))
-    weights = learning.calibrated(found, learning.learn(examples, {}))
+    weights = learning.calibrated(found, learning.learn(examples, {}), found)
     return [Judged(e, decided(e.rows, p, weights)) for e, p in found]
 
 

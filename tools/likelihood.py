@@ -13,6 +13,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,7 @@ def ratios(kept: Kept, seed: int) -> list[str]:
     lines = ["| effect | draws | mean of 2 log ratio | variance over theory (90 % range) |", "|---" * 4 + "|"]
     total: list[Array] = []
     for effect_id, values in TRUE.items():
-        k, *found = kept(f"ratio-{effect_id}", lambda e=effect_id, v=values: lc.ratio(e, v, DRAWS, seed))
+        k, *found = kept(f"ratio-{effect_id}", partial(lc.ratio, effect_id, values, DRAWS, seed))
         x = np.array(found)
         theory = 2.0 * k + 4.0 * max(float(x.mean()) - k, 0.0)
         total.append((x - x.mean()) ** 2 / theory * len(x) / (len(x) - 1))
@@ -140,7 +141,7 @@ def dense(kept: Kept, seed: int) -> list[str]:
     rows = ["| simulator | white, coloured (mN), correlation (s) | least response | median | greatest |", "|---" * 5 + "|"]
     for k in range(DENSE):
         name, s = lc.SIMULATORS[k % len(lc.SIMULATORS)], lc.SETTINGS[k % len(lc.SETTINGS)]
-        x = np.array(kept(f"dense-{k}", lambda n=name, v=s, j=k: lc.kept(n, v, seed + j)))
+        x = np.array(kept(f"dense-{k}", partial(lc.kept, name, s, seed + k)))
         rows.append(f"| {name} | {1e3 * s[0]:.0f}, {1e3 * s[1]:.0f}, {s[2]:g} | {x.min():.3f} | {np.median(x):.3f} | {x.max():.3f} |")
     return rows
 
@@ -152,7 +153,7 @@ def page(kept: Kept, cases: int, seed: int) -> list[str]:
     for i, simulator in enumerate(lc.SIMULATORS):
         for j, s in enumerate(lc.SETTINGS):
             for k in range(cases):
-                row = kept(f"null-{i}-{j}-{k}-{seed}", lambda a=i, b=j, c=k: null(a, b, c, seed))
+                row = kept(f"null-{i}-{j}-{k}-{seed}", partial(null, i, j, k, seed))
                 by_simulator.setdefault(simulator, []).append(row)
                 name = f"{1e3 * s[0]:.0f}" + (f", {1e3 * s[1]:.0f} ({s[2]:g} s)" if s[1] else "")
                 by_setting.setdefault(name, []).append(row)

@@ -72,10 +72,11 @@ def source(simulator: str, rate_hz: float, setting: Sequence[float], seed: int, 
         if bench.rate_hz == rate_hz:
             break
         attempt += 1
+    white, coloured, correlation = setting
     # systems take turns: as many runs as are enough hold both
     seconds = np.cumsum([len(r.time_s) / rate_hz for r in bench.runs])
     count = int(np.searchsorted(seconds * 50.0, enough)) + 1
-    bench = replace(bench, runs=bench.runs[: max(count, 2)], noise=NoiseSpec(*setting, 0.02))
+    bench = replace(bench, runs=bench.runs[: max(count, 2)], noise=NoiseSpec(white, coloured, correlation, 0.02))
     return FastSource(bench, seed) if simulator == FAST else Source(bench, seed)
 
 

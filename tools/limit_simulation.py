@@ -64,13 +64,13 @@ def case_of(effect: str, simulator: str, seed: int, target: float) -> Case:
     for _ in range(WEAKENED):
         truth = distance.truth_of(source, effects, drawn.sim)
         found = distance.follow(truth)
+        own = _own(found)
         rival = min(found.rivals, key=lambda r: found.rivals[r].cost)
-        d2 = d2_of(found.rivals[rival]) - d2_of(found.own)
+        d2 = d2_of(found.rivals[rival]) - d2_of(own)
         if d2 < 1.6 * target:
             break
         effects = weaker(effects, sqrt(target / d2))
-    fits = [found.own, found.rivals[rival]]
-    known = [settled(truth, found.own, f) for f in fits]
+    known = [settled(truth, own, f) for f in (own, found.rivals[rival])]
     return Case(effect, rival, truth, known[0], known[1], d2, d2_of(known[1]) - d2_of(known[0]))
 
 
@@ -83,6 +83,12 @@ def weaker(effects: distance.Effects, share: float) -> dict[str, dict[str, float
         }
         for e, values in effects.items()
     }
+
+
+def _own(found: distance.Followed) -> Fit:
+    # of an effect that is a candidate there is a fit
+    assert found.own is not None
+    return found.own
 
 
 def settled(truth: distance.Truth, phases_of: Fit, f: Fit) -> Fit:

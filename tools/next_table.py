@@ -86,7 +86,7 @@ def row(case: Case, found: diagnose.Diagnosis) -> dict:
     (truth,) = case.truth.effects
     other = next(e for e in proposed["separates"] if e != truth)
     scenario = Scenario.model_validate(proposed["scenario"])
-    ours = [(t.systems[0], t) for t in scenario.trajectories]
+    ours: list[tuple[str, Trajectory]] = [(t.systems[0], t) for t in scenario.trajectories]
     chance = MENU[int(stream(case.truth.seed, "menu").integers(len(MENU)))]
     theirs = [(m.system, m.trajectory) for m in within(found.evidence.search, chance, Limits())]
     return {

@@ -21,6 +21,7 @@ from statistics_cases import PARAMETERS, RIVAL, STRENGTH, case, loops
 
 from sstl_cli.blind import accepted
 from sstl_cli.blind.judge import wilson
+from sstl_cli.core.documents.diagnosis import Interval
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import write_text
 from sstl_cli.identification import segment_run
@@ -70,6 +71,12 @@ def of_wilson(seed: int) -> list[list[object]]:
     return rows
 
 
+def within(value: float, interval: Interval) -> bool:
+    """Return whether a value lies in an interval, whose ends may be open."""
+    low, high = interval
+    return (low is None or low <= value) and (high is None or value <= high)
+
+
 def of_diagnosis(cases: int, seed: int, end: float) -> tuple[list[list[object]], list[list[object]]]:
     """Return the coverage of parameters and shrinkage, and how often nothing is found where nothing is."""
     covered: dict[tuple[str, str], Counts] = {(s, e): defaultdict(list) for s in SIMULATORS for e in STRENGTH}
@@ -90,30 +97,28 @@ def of_diagnosis(cases: int, seed: int, end: float) -> tuple[list[list[object]],
             except SstlError as error:
                 print(f"{effect} {number}: {error.line()}", file=sys.stderr)
                 continue
-            verdict = result.body["verdict"]
-            stated.append(float(verdict["confidence"]))
+            verdict, gap, analysis = result.body.verdict, result.body.gap, result.body.analysis
+            # the odds are those of the library, and all was analysed
+            assert verdict.confidence is not None and analysis is not None
+            stated.append(verdict.confidence)
             if effect is None:
-                alarms.append(verdict["status"] != "none")
+                alarms.append(verdict.status != "none")
                 right.append(not alarms[-1])
                 continue
-            right.append(effect in verdict["ambiguity_group"])
-            if verdict["effects"] != [effect]:
+            right.append(effect in verdict.ambiguity_group)
+            if verdict.effects != [effect]:
                 counts["missed"].append(True)
                 continue
-            found = next(c for c in result.body["candidates"] if c["id"] == effect)
-            for p in found["parameters"]:
-                if p["effect"] != effect:
-                    # the line's compliance, fitted along: no strength of the effect
-                    continue
-                if p["at_bound"]:
-                    bound += 1
-                    continue
-                low, high = p["ci95"]
-                counts["parameters"].append(bool(low <= drawn.effects[effect][p["name"]] <= high))
-            base = accepted.retuned(drawn.nominal(), result.body["analysis"]["theta"])
+            found = next(c for c in result.body.candidates if c.id == effect)
+            # the line's compliance, fitted along, is no strength of the effect
+            own = [p for p in found.parameters if p.effect == effect]
+            bound += sum(p.at_bound for p in own)
+            truth = drawn.effects[effect]
+            counts["parameters"] += [within(truth[p.name], p.ci95) for p in own if not p.at_bound and p.ci95 is not None]
+            base = accepted.retuned(drawn.nominal(), analysis.theta)
             true = accepted.realised_shrink_pct(base, result.model(), drawn.record(1) + again(drawn.record(2)))
-            low, high = result.body["gap"]["shrink_ci95_pct"]
-            counts["shrinkage"].append(true is not None and low <= true <= high)
+            if gap.shrink_ci95_pct is not None:
+                counts["shrinkage"].append(true is not None and within(true, gap.shrink_ci95_pct))
             print(f"{number} {simulator} {effect}: {dict((k, (sum(v), len(v))) for k, v in counts.items())}", file=sys.stderr, flush=True)
     rows: list[list[object]] = []
     for what in ("parameters", "shrinkage"):

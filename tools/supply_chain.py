@@ -71,11 +71,11 @@ def shipped() -> dict[str, metadata.Distribution]:
 def licence(package: metadata.Distribution) -> str:
     """Return the licence a package states: its SPDX expression, its classifiers, or the first line of its text."""
     about = package.metadata
-    if about.get("License-Expression"):
+    if "License-Expression" in about:
         return str(about["License-Expression"])
     classifiers = [c.split(" :: ")[-1] for c in about.get_all("Classifier") or [] if c.startswith("License ::")]
     named = [c for c in classifiers if c != "OSI Approved"]
-    text = (about.get("License") or "").strip().splitlines()
+    text = "".join(about.get_all("License") or []).strip().splitlines()
     return " / ".join(named) if named else text[0][:60] if text else "not stated"
 
 

@@ -166,7 +166,8 @@ def position_row(effect: Effect, runs: Sequence[Record]) -> tuple[float, float]:
 
 def rows(effect_id: str, clean: Sequence[Record]) -> list[list[object]]:
     """Return the cells of an effect's rows, one row a law."""
-    effect, found = get(effect_id), []
+    effect = get(effect_id)
+    found: list[list[object]] = []
     for law in LAWS[effect_id]:
         runs = record(effect_id, law.id)
         left: float | None

@@ -8,7 +8,6 @@ import io
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,21 +44,16 @@ class Diagnosis:
     ----------
     log : Log
         What was diagnosed.
-    body : dict
-        The JSON document ``sstl.diagnosis/1``, as ``sstl diagnose --json`` prints it.
+    document : DiagnosisDocument
+        The document ``sstl.diagnosis/1``, as ``sstl diagnose --json`` prints it.
     accepted : Scenario
         The accepted simulator, effects included.
     """
 
     log: Log
-    body: dict[str, Any]
+    document: DiagnosisDocument
     accepted: Scenario
     _known: Callable[[], Scenario] | None = field(default=None, repr=False)
-
-    @cached_property
-    def document(self) -> DiagnosisDocument:
-        """The diagnosis as a typed document."""
-        return DiagnosisDocument.model_validate(self.body)
 
     @property
     def verdict(self) -> Verdict:
@@ -118,7 +112,7 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """Return a copy of the JSON document."""
-        copied: dict[str, Any] = json.loads(dumps(self.body))
+        copied: dict[str, Any] = json.loads(dumps(self.document.plain()))
         return copied
 
     def model(self) -> Scenario:
@@ -135,7 +129,7 @@ class Diagnosis:
     def _inputs(self, with_log: bool = False) -> Inputs:
         runs = [view(run) for run in self.log.runs] if with_log else []
         files = [("log", name, digest) for name, digest in self.log.inputs.items()] if with_log else []
-        shown = read(Diagnosed, {**self.body, "file": NAME})
+        shown = read(Diagnosed, {**self.to_dict(), "file": NAME})
         return Inputs(log=runs, diagnosis=[shown], files=[*files, ("diagnosis", NAME, "")])
 
     def _repr_html_(self) -> str:
@@ -204,4 +198,6 @@ def diagnose(
     result = diagnose_tendons.run(runs, options)
     files = [Path(sim)] if sim is not None and not isinstance(sim, Scenario) and Path(sim).is_file() else []
     inputs = {**log.inputs, **(against.inputs if against is not None else {}), **inputs_of(files)}
-    return Diagnosis(log, json.loads(dumps({**result.document(), "inputs": inputs})), result.bare(), result.model)
+    # as JSON holds it: what is no number is null there
+    document = DiagnosisDocument.model_validate_json(dumps(result.body.model_copy(update={"inputs": inputs}).plain()))
+    return Diagnosis(log, document, result.bare(), result.model)

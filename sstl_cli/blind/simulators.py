@@ -13,6 +13,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.physics import bristle, rig, variant
 from sstl_cli.physics.bristle.sensors import record as read_bristle
 from sstl_cli.physics.disturbances import NEIGHBOUR_PER_N, as_neighbour
+from sstl_cli.physics.given import Built
 from sstl_cli.physics.rig.sensors import record as read_rig
 
 Array = NDArray[np.float64]
@@ -79,16 +80,16 @@ class Hardware:
         tables: dict[str, Mapping[str, Mapping[str, Any]]] = {"rig": rig.EFFECTS, "bristle": bristle.EFFECTS, "variant": variant.EFFECTS}
         return tables[self.name]
 
-    def _shared(self) -> dict[str, Any]:
+    def _shared(self) -> Built:
         s = self.spec
-        return {
-            "length_mm": s.length_mm,
-            "ea_n": s.ea_n,
-            "nodes": s.nodes,
-            "bend_arc_fraction": s.bend_arc_fraction,
-            "bend_centres": dict(s.bend_centres),
-            "load_k1_n_per_mm": s.load_k1_n_per_mm,
-        }
+        return Built(
+            length_mm=s.length_mm,
+            ea_n=s.ea_n,
+            nodes=s.nodes,
+            bend_arc_fraction=s.bend_arc_fraction,
+            bend_centres=dict(s.bend_centres),
+            load_k1_n_per_mm=s.load_k1_n_per_mm,
+        )
 
     def _variant(self) -> variant.VariantSpec:
         return variant.VariantSpec(**self._shared(), law_seed=self.law_seed)

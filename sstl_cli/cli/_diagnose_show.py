@@ -25,7 +25,7 @@ def answer(screen: Screen, document: DiagnosisDocument) -> None:
     from sstl_cli.steps.diagnose_tendons import lines as tendons
 
     screen.say(document.sentence or document.verdict.why)
-    for line in [*lines(document.plain()), *tendons(document)]:
+    for line in [*lines(document), *tendons(document)]:
         screen.say(line)
     for remark in document.remarks or ():
         screen.say(f"Physics ({remark.rule}): {remark.sentence}. Mend: {remark.mend}")

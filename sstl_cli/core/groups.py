@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sstl_cli.core.documents.diagnosis import Verdict
 
 
 def spelled_out(verdict: Mapping[str, Any]) -> tuple[str, ...]:
@@ -37,19 +40,20 @@ def of_samples(candidates: Iterable[Any]) -> list[tuple[str, list[str]]]:
     return list(found.items()) if len(found) > 1 else []
 
 
-def rivals(verdict: Mapping[str, Any]) -> list[str]:
+def rivals(verdict: Verdict) -> list[str]:
     """Return what else an ambiguity group holds beside the named effects, the parts of a combination joined.
 
     Documents of earlier versions do not say which effects stand together.
 
     Examples
     --------
-    >>> rivals({"effects": ["a"], "causes": [["a"], ["b", "c"], ["b"]]})
+    >>> from sstl_cli.core.documents.diagnosis import Verdict as V
+    >>> rivals(V.model_construct(effects=["a"], causes=[["a"], ["b", "c"], ["b"]]))
     ['b + c', 'b']
-    >>> rivals({"effects": ["a"], "ambiguity_group": ["a", "b"]})
+    >>> rivals(V.model_construct(effects=["a"], ambiguity_group=["a", "b"]))
     ['b']
     """
-    own = set(verdict["effects"])
-    if verdict.get("causes") is None:
-        return [e for e in spelled_out(verdict) if e not in own]
-    return [" + ".join(c) for c in verdict["causes"] if set(c) != own]
+    own = set(verdict.effects)
+    if verdict.causes is None:
+        return [e for e in spelled_out(verdict.plain()) if e not in own]
+    return [" + ".join(c) for c in verdict.causes if set(c) != own]

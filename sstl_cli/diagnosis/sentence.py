@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
+from sstl_cli.core.documents.diagnosis import Analysis, DiagnosisDocument, Gap, OddRun, Place, Verdict
 from sstl_cli.core.groups import rivals
 from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.by_run import OWN
@@ -11,49 +12,53 @@ from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES
 from sstl_cli.physics.effects import catalogue
 
 
-def sentence(document: dict[str, Any]) -> str:
+def sentence(document: DiagnosisDocument) -> str:
     """Return the answer to 'what causes the gap?' in one sentence."""
-    verdict = document["verdict"]
-    effects, status, sure = verdict["effects"], verdict["status"], _sure(verdict["confidence"])
-    left = document["gap"].get("known_misfit_n")
-    nothing = verdict.get("probability_none", 1.0)
-    if status == "none" and nothing < 1.0 - nothing - verdict.get("probability_unknown", 0.0):
+    verdict, gap = document.verdict, document.gap
+    status, sure, left = verdict.status, _sure(verdict.confidence), gap.known_misfit_n
+    if status == "none" and _uncertain(verdict):
         what = "has changed since the simulator was accepted" if left else "is missing"
-        return f"It is not certain that anything {what}: {verdict['why']}{sure}."
+        return f"It is not certain that anything {what}: {verdict.why}{sure}."
     if status == "none" and left:
-        gap, unit = document["gap"], document.get("unit") or "N"
-        rest = max(gap["rmse_retuned_n"] ** 2 - (gap["noise_floor_n"] or 0.0) ** 2, 0.0) ** 0.5
+        unit = document.unit or "N"
+        rest = max((gap.rmse_retuned_n or 0.0) ** 2 - (gap.noise_floor_n or 0.0) ** 2, 0.0) ** 0.5
         much = f"{quantity(small(rest), unit)} beyond the noise, where it was {quantity(small(left), unit)}"
-        if (document.get("analysis") or {}).get("theta_changed"):
+        if document.analysis is not None and document.analysis.theta_changed:
             return (
-                f"Theta has changed since the simulator was accepted ({_moved(document['analysis'])}): the tube bends otherwise, or "
+                f"Theta has changed since the simulator was accepted ({_moved(document.analysis)}): the tube bends otherwise, or "
                 f"rubs otherwise all along; as far as this data can show nothing else has{sure}."
             )
         return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {much}{sure}."
     if status == "none":
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
     if status == "unknown":
-        return f"The cause of the gap is not known: {verdict['why']}{sure}."
-    names = " and ".join(f"{_plain(e)} ({e})" for e in effects)
+        return f"The cause of the gap is not known: {verdict.why}{sure}."
+    names = " and ".join(f"{_plain(e)} ({e})" for e in verdict.effects)
     if status == "ambiguous":
         others = rivals(verdict)
         them = "it" if len(others) == 1 else "them"
-        rest = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
-        return f"{_much(document['gap'])} comes most likely from {names}{rest}{sure}."
-    return f"{_much(document['gap'])} comes from {names}{sure}."
+        others_too = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
+        return f"{_much(gap)} comes most likely from {names}{others_too}{sure}."
+    return f"{_much(gap)} comes from {names}{sure}."
 
 
-def _moved(analysis: dict[str, Any]) -> str:
+def _uncertain(verdict: Verdict) -> bool:
+    """Whether all effects together are likelier than that nothing is missing."""
+    nothing, unknown = verdict.probability_none, verdict.probability_unknown
+    return nothing is not None and nothing < 1.0 - nothing - (unknown or 0.0)
+
+
+def _moved(analysis: Analysis) -> str:
     """Return by how much theta has changed, bend by bend, where it is a per cent or more anywhere."""
-    now = analysis.get("theta_with_effect") or analysis["theta"]
-    moved = {c: round(100.0 * (now[c] / was - 1.0)) for c, was in analysis["theta_before"].items()}
-    said = [f"{c} {analysis['theta_before'][c]:.3g} -> {now[c]:.3g}, {by:+d} %" for c, by in moved.items() if by]
+    now, before = analysis.theta_with_effect or analysis.theta, analysis.theta_before or {}
+    moved = {c: round(100.0 * (now[c] / was - 1.0)) for c, was in before.items()}
+    said = [f"{c} {before[c]:.3g} -> {now[c]:.3g}, {by:+d} %" for c, by in moved.items() if by]
     return _listed(said) or "by less than one per cent"
 
 
-def _much(gap: dict[str, Any]) -> str:
+def _much(gap: Gap) -> str:
     """Return how the sentence begins: what explains less than half of what can be explained is not where the gap comes from."""
-    share = gap.get("explained_of_reducible_pct")
+    share = gap.explained_of_reducible_pct
     if share is None or share >= 100.0 * HALF:
         return "The gap"
     return f"A part of the gap ({share:.0f} % of the error above the noise floor)" if share >= 0.5 else "Next to nothing of the gap"
@@ -73,47 +78,61 @@ def _plain(effect_id: str) -> str:
     return title[0].lower() + title[1:]
 
 
-def lines(document: dict[str, Any]) -> list[str]:
+def lines(document: DiagnosisDocument) -> list[str]:
     """Return the lines that a person reads under the sentence."""
-    gap, unit = document["gap"], document.get("unit") or "N"
+    gap, verdict, analysis, unit = document.gap, document.verdict, document.analysis, document.unit or "N"
+    out = [_steps(gap, verdict, unit)]
+    if verdict.effects:
+        out.append(_fall(gap))
+    if analysis is not None and analysis.theta_changed and verdict.status != "none":
+        well = " as well" if verdict.effects else ""
+        out.append(f"  theta has changed{well} since the simulator was accepted: {_moved(analysis)}")
+    out.append(_places(document.where))
+    if verdict.effects:
+        out.append("  not told apart from it on this data: " + (", ".join(rivals(verdict)) or "nothing"))
+    out += _shown(verdict, unit)
+    out += [f"  without run {r.run_id}: {_said(r)}" for r in verdict.odd_runs or ()]
+    for tracked in document.downstream.tracking if document.downstream else ():
+        knowing, other = quantity(small(tracked.rmse_with_n), unit), quantity(small(tracked.rmse_without_n), unit)
+        if knowing != other:
+            out.append(f"  a controller that knows it tracks the {tracked.reference} reference to {knowing} instead of {other}")
+    return out + [f"  note: {text}" for text in document.notes or ()]
+
+
+def _steps(gap: Gap, verdict: Verdict, unit: str) -> str:
+    """Return the error as given, re-tuned and with the effect, beside what no model can take away."""
 
     def _n(value: float | None) -> str:
         return quantity(small(value), unit)
 
-    added = f" -> {_n(gap['rmse_with_effect_n'])} with the effect" if document["verdict"]["effects"] else ""
-    known = f", known misfit {_n(gap['known_misfit_n'])}" if gap.get("known_misfit_n") else ""
+    added = f" -> {_n(gap.rmse_with_effect_n)} with the effect" if verdict.effects else ""
+    known = f", known misfit {_n(gap.known_misfit_n)}" if gap.known_misfit_n else ""
     # what is most likely beside a known scatter, or noise that is not alike everywhere, need not leave the least RMSE
-    likely = "re-tuned (to what is most likely, not to the least RMSE)" if _more(gap["rmse_retuned_n"], gap["rmse_base_n"]) else "re-tuned"
-    floor = f"noise floor {_n(gap['noise_floor_n'])}"
-    out = [f"  {_n(gap['rmse_base_n'])} as given -> {_n(gap['rmse_retuned_n'])} {likely}{added}; {floor}{known}"]
-    if document["verdict"]["effects"]:
-        why = "what a run has of its own is fitted to it" if gap["held_out_kind"] == OWN else "no other excitation to hold out"
-        held = "held-out error falls" if gap["held_out"] else f"error falls ({why})"
-        interval = gap["shrink_ci95_pct"]
-        between = "" if interval is None else f" [{interval[0]:.1f}, {interval[1]:.1f}]"
-        share = gap["explained_of_reducible_pct"]
-        of = "" if share is None else f"; {share:.1f} % of the error above the noise floor"
-        out.append(f"  {held} by {gap['shrink_pct']:.1f} %{between}{of}")
+    likely = "re-tuned (to what is most likely, not to the least RMSE)" if _more(gap.rmse_retuned_n, gap.rmse_base_n) else "re-tuned"
+    floor = f"noise floor {_n(gap.noise_floor_n)}"
+    return f"  {_n(gap.rmse_base_n)} as given -> {_n(gap.rmse_retuned_n)} {likely}{added}; {floor}{known}"
+
+
+def _fall(gap: Gap) -> str:
+    """Return by how much the error falls, of what it is, and how much of what can be explained that is."""
+    why = "what a run has of its own is fitted to it" if gap.held_out_kind == OWN else "no other excitation to hold out"
+    held = "held-out error falls" if gap.held_out else f"error falls ({why})"
+    interval = gap.shrink_ci95_pct
+    between = "" if interval is None else f" [{interval[0]:.1f}, {interval[1]:.1f}]"
+    share = gap.explained_of_reducible_pct
+    of = "" if share is None else f"; {share:.1f} % of the error above the noise floor"
+    return f"  {held} by {gap.shrink_pct:.1f} %{between}{of}"
+
+
+def _places(where: Sequence[Place]) -> str:
+    """Return the places that hold most of the error, the bends of each taken together."""
     places: dict[str, float] = {}
-    for row in document["where"]:
-        key = f"{row['system']} {row['phase']}"
-        places[key] = places.get(key, 0.0) + row["share_pct"]
+    for place in where:
+        key = f"{place.system} {place.phase}"
+        places[key] = places.get(key, 0.0) + place.share_pct
     top = sorted(places.items(), key=lambda item: -item[1])[:PLACES]
     rest = 100.0 - sum(v for _, v in top)
-    if (document.get("analysis") or {}).get("theta_changed") and document["verdict"]["status"] != "none":
-        well = " as well" if document["verdict"]["effects"] else ""
-        out.append(f"  theta has changed{well} since the simulator was accepted: {_moved(document['analysis'])}")
-    out.append("  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %")
-    if document["verdict"]["effects"]:
-        out.append("  not told apart from it on this data: " + (", ".join(rivals(document["verdict"])) or "nothing"))
-    out += _shown(document["verdict"], unit)
-    out += [f"  without run {r['run_id']}: {_said(r)}" for r in document["verdict"].get("odd_runs") or []]
-    for tracked in (document.get("downstream") or {}).get("tracking", []):
-        knowing, other = _n(tracked["rmse_with_n"]), _n(tracked["rmse_without_n"])
-        if knowing != other:
-            out.append(f"  a controller that knows it tracks the {tracked['reference']} reference to {knowing} instead of {other}")
-    out += [f"  note: {text}" for text in document.get("notes", [])]
-    return out
+    return "  it lies in   " + "   ".join(f"{k} {v:.0f} %" for k, v in top) + f"   elsewhere {max(rest, 0.0):.0f} %"
 
 
 def _more(value: float | None, than: float | None) -> bool:
@@ -121,20 +140,20 @@ def _more(value: float | None, than: float | None) -> bool:
     return value is not None and than is not None and float(f"{value:.2g}") > float(f"{than:.2g}")
 
 
-def _said(odd: dict[str, Any]) -> str:
+def _said(odd: OddRun) -> str:
     """Return a verdict in a few words: the effects, or that there are none."""
-    effects = " + ".join(odd["effects"])
+    effects = " + ".join(odd.effects)
     return {"none": "nothing is missing", "unknown": "the cause is not known", "ambiguous": f"{effects}, not told apart"}.get(
-        odd["status"], effects
+        odd.status, effects
     )
 
 
-def _shown(verdict: dict[str, Any], unit: str) -> list[str]:
+def _shown(verdict: Verdict, unit: str) -> list[str]:
     """Return what would have been seen (nothing found), or what is left (cause unknown)."""
-    least = sorted(verdict.get("would_have_shown") or [], key=lambda s: float(s["gap_n"]))[:LISTED]
+    least = sorted(verdict.would_have_shown or (), key=lambda s: s.gap_n)[:LISTED]
     out = [
-        f"  would have shown: {s['effect']} ({s['parameter']}) from {quantity(s['size'], s['unit'])} on, a gap of {quantity(small(s['gap_n']), unit)}"
+        f"  would have shown: {s.effect} ({s.parameter}) from {quantity(s.size, s.unit)} on, a gap of {quantity(small(s.gap_n), unit)}"
         for s in least
     ]
-    left = (verdict.get("leftover") or [])[:2]
-    return out + [f"  left over: {t['test']}, {t['sigma']:.0f} sigma" + (f", at {t['where']}" if t["where"] else "") for t in left]
+    left = (verdict.leftover or [])[:2]
+    return out + [f"  left over: {t.test}, {t.sigma:.0f} sigma" + (f", at {t.where}" if t.where else "") for t in left]

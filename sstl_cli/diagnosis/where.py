@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.diagnosis import Band, Place
 from sstl_cli.diagnosis.constants import FAST_PCT, HELD, STILL_N, TABLE_HZ, TABLE_SINCE_S
 from sstl_cli.diagnosis.simulator import Simulator
 
@@ -30,7 +29,7 @@ def phases(sim: Simulator, prediction: Array) -> NDArray[np.int64]:
     return codes
 
 
-def shares(sim: Simulator, error: Array, code: NDArray[np.int64]) -> list[dict[str, Any]]:
+def shares(sim: Simulator, error: Array, code: NDArray[np.int64]) -> list[Place]:
     """Return the share of the squared error by system, phase and configuration, largest first; they sum to 100."""
     systems = sim.problem.systems
     of_run = np.array([systems.index(r.system) for r in sim.problem.records])
@@ -41,19 +40,19 @@ def shares(sim: Simulator, error: Array, code: NDArray[np.int64]) -> list[dict[s
     counts = np.bincount(key, sim.weight, len(systems) * 4 * configs)
     total = max(float(sums.sum()), 1e-300)
     rows = [
-        {
-            "system": systems[k // (4 * configs)],
-            "phase": PHASES[k // configs % 4],
-            "config_id": sim.problem.configs[k % configs],
-            "share_pct": 100.0 * float(sums[k]) / total,
-            "rmse_n": float(np.sqrt(sums[k] / counts[k])),
-        }
+        Place(
+            system=systems[k // (4 * configs)],
+            phase=PHASES[k // configs % 4],
+            config_id=sim.problem.configs[k % configs],
+            share_pct=100.0 * float(sums[k]) / total,
+            rmse_n=float(np.sqrt(sums[k] / counts[k])),
+        )
         for k in np.flatnonzero(counts)
     ]
-    return sorted(rows, key=lambda row: -row["share_pct"])
+    return sorted(rows, key=lambda place: -place.share_pct)
 
 
-def bands(sim: Simulator, error: Array) -> dict[str, list[dict[str, Any]]]:
+def bands(sim: Simulator, error: Array) -> dict[str, list[Band]]:
     """Return shares of the squared error by tension, rate, direction, time since reversal, time and frequency."""
     u, rate, since, time = [], [], [], []
     for r in sim.problem.records:
@@ -79,22 +78,18 @@ def bands(sim: Simulator, error: Array) -> dict[str, list[dict[str, Any]]]:
     return out
 
 
-def _by(x: Array, squared: Array, quantiles: bool = False, edges: list[float] | None = None) -> list[dict[str, Any]]:
+def _by(x: Array, squared: Array, quantiles: bool = False, edges: list[float] | None = None) -> list[Band]:
     at = np.quantile(x, [0, 0.25, 0.5, 0.75, 1.0]) if quantiles or edges is None else np.array(edges, float)
     bins = np.clip(np.searchsorted(at, x, side="right") - 1, 0, len(at) - 2)
-    sums = np.bincount(bins, squared, len(at) - 1)
-    total = max(float(sums.sum()), 1e-300)
-    return [
-        {"from": float(a), "to": float(b), "share_pct": 100.0 * float(v) / total} for a, b, v in zip(at[:-1], at[1:], sums, strict=True)
-    ]
+    return _ranges(at, np.bincount(bins, squared, len(at) - 1).astype(float))
 
 
-def _named(groups: dict[str, NDArray[np.bool_]], squared: Array) -> list[dict[str, Any]]:
+def _named(groups: dict[str, NDArray[np.bool_]], squared: Array) -> list[Band]:
     total = max(float(squared.sum()), 1e-300)
-    return [{"name": k, "share_pct": 100.0 * float(squared[m].sum()) / total} for k, m in groups.items()]
+    return [Band(name=k, share_pct=100.0 * float(squared[m].sum()) / total) for k, m in groups.items()]
 
 
-def _frequencies(sim: Simulator, error: Array) -> list[dict[str, Any]]:
+def _frequencies(sim: Simulator, error: Array) -> list[Band]:
     """Return shares by frequency band; by Parseval's theorem they sum to the whole squared error."""
     edges = np.array(TABLE_HZ)
     power = np.zeros(len(edges) - 1)
@@ -104,8 +99,13 @@ def _frequencies(sim: Simulator, error: Array) -> list[dict[str, Any]]:
         spectrum[1 : (len(x) + 1) // 2] *= 2.0
         frequency = np.fft.rfftfreq(len(x), r.dt_s * r.factor)
         power += np.bincount(np.searchsorted(edges, frequency, side="right") - 1, spectrum, len(power))
-    total = max(float(power.sum()), 1e-300)
+    return _ranges(edges, power)
+
+
+def _ranges(edges: Array, squared: Array) -> list[Band]:
+    """Return the share of each range between two edges, shape (n + 1,), of a squared error, shape (n,)."""
+    total = max(float(squared.sum()), 1e-300)
     return [
-        {"from": float(a), "to": float(b), "share_pct": 100.0 * float(v) / total}
-        for a, b, v in zip(edges[:-1], edges[1:], power, strict=True)
+        Band(low=float(a), high=float(b), share_pct=100.0 * float(v) / total)
+        for a, b, v in zip(edges[:-1], edges[1:], squared, strict=True)
     ]

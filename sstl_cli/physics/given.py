@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 Values = dict[str, dict[str, float]]
 # ends of ranges that are made by arithmetic may be a rounding off
@@ -20,6 +20,17 @@ class Bounds(NamedTuple):
     low: float
     high: float
     unit: str
+
+
+class Built(TypedDict):
+    """Geometry and mechanics, under the names that the specifications of all these simulators give them."""
+
+    length_mm: float
+    ea_n: float
+    nodes: int
+    bend_arc_fraction: float
+    bend_centres: dict[str, float]
+    load_k1_n_per_mm: float
 
 
 def require(simulator: str, holds: object, name: str, value: object, rule: str) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from sstl_cli.blind.inject import Injection, half, injections, put_in
 from sstl_cli.core.documents.blind import BlindInjectDocument, Injected, InjectedScore
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import DECIDABLE
@@ -67,45 +67,46 @@ def scored(rows: Sequence[Injected]) -> BlindInjectDocument:
     )
 
 
-def _said(runs: Sequence[Run], sim: Scenario | None, max_effects: int) -> Mapping[str, Any]:
-    return diagnose_tendons.run(list(runs), DiagnoseOptions(sim=sim, max_effects=max_effects)).document()
+def _said(runs: Sequence[Run], sim: Scenario | None, max_effects: int) -> DiagnosisDocument:
+    return diagnose_tendons.run(list(runs), DiagnoseOptions(sim=sim, max_effects=max_effects)).body
 
 
-def _row(log: str, known: bool, put: Injection | None, said: Mapping[str, Any]) -> Injected:
-    verdict = said["verdict"]
-    effects, committed = list(verdict["effects"]), verdict["status"] == "identified"
+def _row(log: str, known: bool, put: Injection | None, said: DiagnosisDocument) -> Injected:
+    verdict = said.verdict
+    effects, committed = list(verdict.effects), verdict.status == "identified"
     row = Injected(
         log=log,
         with_model=known,
         effect=None if put is None else put.effect,
         size=None if put is None else put.size,
-        status=verdict["status"],
+        status=verdict.status,
         effects=effects,
-        ambiguity_group=verdict["ambiguity_group"],
-        shrink_pct=said["gap"]["shrink_pct"],
+        ambiguity_group=verdict.ambiguity_group,
+        shrink_pct=said.gap.shrink_pct,
         estimate=None,
         decidable=None,
         close=None,
         named=put is not None and committed and effects == [put.effect],
-        in_group=put is not None and put.effect in {*effects, *spelled_out(verdict)},
+        in_group=put is not None and put.effect in {*effects, *spelled_out(verdict.plain())},
         wrong=committed and (put is None or put.effect not in effects),
     )
-    own = None if put is None else next((c for c in said["candidates"] if c["id"] == put.effect), None)
-    if put is None or own is None or own.get("gain_nats") is None:
+    own = None if put is None else next((c for c in said.candidates if c.id == put.effect), None)
+    if put is None or own is None or own.gain_nats is None:
         return row
-    found = next((p["estimate"] for p in own["parameters"] if p["name"] == put.parameter), None)
+    found = next((p.estimate for p in own.parameters if p.name == put.parameter), None)
     neutral = get(put.effect).parameter(put.parameter).neutral
     # parameters of an output in another unit are in newtons all the same
-    scale = (said["analysis"].get("output_scale") or {}).get("per_n", {}).get("act", 1.0)
+    scaled = said.analysis.output_scale if said.analysis else None
+    scale = scaled.per_n.get("act", 1.0) if scaled else 1.0
     size = put.size / scale if get(put.effect).parameter(put.parameter).unit == "N" else put.size
-    rivals = [c["d2"] for c in said["candidates"] if c["id"] != put.effect and c["d2"] is not None and "+" not in c["id"]]
-    apart = min(rivals, default=float("inf")) if own["d2"] is None else own["d2"]
+    rivals = [c.d2 for c in said.candidates if c.id != put.effect and c.d2 is not None and "+" not in c.id]
+    apart = min(rivals, default=float("inf")) if own.d2 is None else own.d2
     return row.model_copy(
         update={
             "estimate": None if found is None else found - neutral,
             "size_fitted": size,
             "close": found is not None and bool(abs(found - neutral - size) <= CLOSE * abs(size)),
-            "decidable": bool(own["gain_nats"] >= DETECTED_NATS and apart >= DECIDABLE),
+            "decidable": bool(own.gain_nats >= DETECTED_NATS and apart >= DECIDABLE),
         }
     )
 

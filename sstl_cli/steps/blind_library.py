@@ -7,7 +7,7 @@ from concurrent.futures import as_completed
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -94,31 +94,36 @@ def run(
     with closing(_worked(left, parts, workers, gatherer or gather)) as done:
         for _ in done:
             advance(1)
-    rows, facts = _collected(out, parts, waiting, asked, how, force)
-    return BlindLibraryDocument(schema="sstl.blind.library/1", out=str(out), rows=rows, **facts)
+    return _collected(out, parts, waiting, asked, force)
 
 
-def _collected(
-    out: Path, parts: Path, waiting: Sequence[Job], asked: Options, how: Mapping[str, object], force: bool
-) -> tuple[int, dict[str, Any]]:
-    """Write the parts as one table and take them away; return its rows, and how it was made."""
+def _collected(out: Path, parts: Path, waiting: Sequence[Job], asked: Options, force: bool) -> BlindLibraryDocument:
+    """Write the parts as one table and take them away; return how it was made."""
     tables = [open_table(_part(parts, j), LIBRARY).table() for j in waiting]
     failed = sum(t.num_rows == 0 for t in tables)
     table = pa.concat_tables(tables)
-    facts = {
-        "cases": asked.cases - failed,
-        "failed": failed,
-        "simulators": sorted({j.simulator for j in waiting}),
-        "seeds": [[asked.seed, asked.seed + asked.cases - 1]],
-        **how,
-    }
+    made = BlindLibraryDocument(
+        schema="sstl.blind.library/1",
+        out=str(out),
+        cases=asked.cases - failed,
+        failed=failed,
+        simulators=sorted({j.simulator for j in waiting}),
+        seeds=[[asked.seed, asked.seed + asked.cases - 1]],
+        quick=asked.quick,
+        recordings=asked.recordings,
+        strengths=list(asked.strengths),
+        accepted=asked.accepted,
+        habits=asked.habits,
+        rows=table.num_rows,
+    )
+    facts = made.model_dump(exclude={"schema_id", "out", "rows"})
     write_library(out, table, Provenance(COMMAND, asked.seed, {}, facts), force)
     # what else somebody has put there stays
     for own in (parts / "plan.json", *(_part(parts, j) for j in waiting), *parts.glob(".*.tmp")):
         own.unlink(missing_ok=True)
     with suppress(OSError):
         parts.rmdir()
-    return table.num_rows, facts
+    return made
 
 
 def gather(job: Job) -> list[Example]:

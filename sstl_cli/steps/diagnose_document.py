@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from sstl_cli import __version__
 from sstl_cli.core.documents.diagnosis import (
     Analysis,
-    Band,
     Cosines,
     DiagnosisDocument,
     Estimated,
@@ -20,7 +19,6 @@ from sstl_cli.core.documents.diagnosis import (
     LeftOver,
     NextExperiment,
     OutputScale,
-    Place,
     Simple,
     Verdict,
 )
@@ -67,9 +65,9 @@ def document(g: Given) -> DiagnosisDocument:
         package_version=__version__,
         verdict=_verdict(g),
         gap=rows.gap_beside(g, _gap(g, errors, code), only),
-        where=[Place(**row) for row in where.shares(sim, errors.base, code)] if _fault(g) is None else recorded_shares(g, code),
+        where=where.shares(sim, errors.base, code) if _fault(g) is None else recorded_shares(g, code),
         where_samples=ANALYSED if _fault(g) is None else RECORDED,
-        where_bands={k: [Band(**row) for row in bands] for k, bands in where.bands(sim, errors.base).items()},
+        where_bands=where.bands(sim, errors.base),
         candidates=rows.candidates(g, fitted, only),
         next_experiment=_next(g),
         unit="N" if scale is None else scale.unit,
@@ -86,7 +84,7 @@ def document(g: Given) -> DiagnosisDocument:
     notes = [*notes, *below_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
     analysis = None if restored.analysis is None else restored.analysis.model_copy(update=before(g, restored.gap))
     restored = restored.model_copy(update={"notes": notes, "analysis": analysis})
-    return restored.model_copy(update={"sentence": sentence.sentence(restored.plain())})
+    return restored.model_copy(update={"sentence": sentence.sentence(restored)})
 
 
 def _in_own_units(g: Given, found: DiagnosisDocument) -> DiagnosisDocument:

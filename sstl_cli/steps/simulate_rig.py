@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
-from typing import Any
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
@@ -12,6 +11,7 @@ from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, sim
 from sstl_cli.physics.bristle.catalogue import EFFECTS as BRISTLE_EFFECTS
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
+from sstl_cli.physics.given import Built
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.rig.catalogue import EFFECTS as RIG_EFFECTS
@@ -72,17 +72,17 @@ def stated(effect_id: str, values: Values, known: Mapping[str, Container[str]]) 
     return {n: x for n, x in values.items() if n not in idle or (active and x != idle[n])}
 
 
-def _built(scenario: Scenario) -> dict[str, Any]:
+def _built(scenario: Scenario) -> Built:
     """Return geometry and mechanics under the names that all these simulators give them."""
     rig = scenario.rig
-    return {
-        "length_mm": rig.length_mm,
-        "ea_n": rig.ea_n,
-        "nodes": rig.nodes,
-        "bend_arc_fraction": rig.arc_fraction,
-        "bend_centres": dict(rig.bend_centres),
-        "load_k1_n_per_mm": rig.load_n_per_mm,
-    }
+    return Built(
+        length_mm=rig.length_mm,
+        ea_n=rig.ea_n,
+        nodes=rig.nodes,
+        bend_arc_fraction=rig.arc_fraction,
+        bend_centres=dict(rig.bend_centres),
+        load_k1_n_per_mm=rig.load_n_per_mm,
+    )
 
 
 def _seed(seed: int, simulator: str, run_id: str) -> int:

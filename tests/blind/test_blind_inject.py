@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.blind.inject import OPERATIONS, Injection, half, of_size, put_in
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
 from sstl_cli.core.errors import UsageError
 from sstl_cli.core.runs import Run
 from sstl_cli.steps import blind_inject
@@ -82,7 +83,8 @@ def test_an_effect_without_operation_is_an_error():
 
 def test_a_named_member_of_a_family_is_in_the_group_that_has_the_family():
     family = "lag: channel_delay | channel_lowpass"
-    verdict = {"status": "ambiguous", "effects": [], "ambiguity_group": [family], "members": {family: ["channel_delay", "channel_lowpass"]}}
-    said = {"verdict": verdict, "gap": {"shrink_pct": None}, "candidates": [], "analysis": {}}
+    members = {family: ["channel_delay", "channel_lowpass"]}
+    verdict = Verdict(status="ambiguous", effects=[], confidence=None, ambiguity_group=[family], why="", members=members)
+    said = DiagnosisDocument.model_construct(verdict=verdict, gap=Gap.model_construct(shrink_pct=None), candidates=[])
     found = [blind_inject._row("log", True, Injection(e, 0.1, ""), said).in_group for e in ("channel_delay", "zero_offset")]
     assert found == [True, False]

@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 from sstl_cli.api.diagnosis import diagnose as ask
 from sstl_cli.api.log import Log
 from sstl_cli.cli.app import _register, app
-from sstl_cli.core.documents.diagnosis import DiagnosisDocument
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap
+from sstl_cli.core.documents.diagnosis import Verdict as Told
 from sstl_cli.core.files import dumps
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import write_runs
@@ -130,10 +131,11 @@ def shifted(runs):
     ],
 )
 def test_the_run_that_alone_has_a_gap_is_named(runs, how):
-    document = diagnose.run(spoilt(runs, how), OPTIONS).document()
+    found = diagnose.run(spoilt(runs, how), OPTIONS)
+    document = found.document()
     odd_run = {"run_id": runs[PLACE].run_id, "status": "none", "effects": []}
     assert document["verdict"]["status"] != "none" and document["verdict"]["odd_runs"] == [odd_run]
-    assert f"  without run {runs[PLACE].run_id}: nothing is missing" in lines(document)
+    assert f"  without run {runs[PLACE].run_id}: nothing is missing" in lines(found.body)
     assert DiagnosisDocument.model_validate(json.loads(dumps(document))).verdict.odd_runs
 
 
@@ -165,9 +167,11 @@ def test_a_verdict_of_several_effects_reads_as_one_line():
         {"run_id": "f001", "status": "identified", "effects": ["zero_offset"]}, {"run_id": "f002", "status": "unknown", "effects": []},
         {"run_id": "f003", "status": "ambiguous", "effects": ["viscous", "zero_drift"]},
     ]  # fmt: skip
-    verdict = {"effects": [], "odd_runs": odd_runs, "ambiguity_group": []}
-    gap = dict.fromkeys(("rmse_base_n", "rmse_retuned_n", "noise_floor_n"), 0.1)
-    assert lines({"verdict": verdict, "gap": gap, "where": []})[-3:] == [
+    verdict = Told(status="none", effects=[], confidence=None, ambiguity_group=[], why="", odd_runs=odd_runs)
+    document = DiagnosisDocument.model_construct(
+        verdict=verdict, gap=Gap.model_construct(rmse_base_n=0.1, rmse_retuned_n=0.1, noise_floor_n=0.1), where=[]
+    )
+    assert lines(document)[-3:] == [
         "  without run f001: zero_offset", "  without run f002: the cause is not known",
         "  without run f003: viscous + zero_drift, not told apart",
     ]  # fmt: skip
@@ -180,7 +184,7 @@ def test_after_the_limit_singles_are_still_fitted_and_the_rest_is_said_to_be_lef
     assert document["verdict"]["odd_runs"] is None and document["next_experiment"] is None
     (note,) = [n for n in document["notes"] if n.startswith("left out")]
     assert note.startswith("left out after 0 s: pairs, triples") and note.endswith("odd runs")
-    assert f"  note: {note}" in lines(document)
+    assert f"  note: {note}" in lines(found.body)
 
 
 def test_time_that_runs_out_between_the_stages_keeps_what_is_done(runs, monkeypatch):
@@ -216,4 +220,4 @@ def test_command_and_function_take_the_limit_and_look_for_odd_runs(runs, tmp_pat
     shown = CliRunner().invoke(app, [*words[:-1], "--max-seconds", "0"]).stdout
     assert "left out after 0 s" in shown and "without run" not in shown
     found = ask(Log(tuple(runs)), effects=FEW, max_effects=1, max_seconds=0.0)
-    assert any("left out after 0 s" in n for n in found.body["notes"]) and found.verdict.odd_runs is None
+    assert any("left out after 0 s" in n for n in found.document.notes) and found.verdict.odd_runs is None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from sstl_cli.diagnosis.sentence import lines, sentence
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
+from sstl_cli.diagnosis import sentence as said_of
 
 GAP = {
     "rmse_base_n": 1.0, "rmse_retuned_n": 0.25, "rmse_with_effect_n": 0.125, "noise_floor_n": None, "held_out": True, "held_out_kind": "trajectory",
@@ -19,6 +20,22 @@ WHERE = [
     {"system": "act", "phase": "PB", "share_pct": 16.0},
     {"system": "sstl", "phase": "RP", "share_pct": 15.0},
 ]
+
+
+def made(found):
+    """Return a document of the parts that are said, with what else one has to have."""
+    rest = {"schema": "sstl.diagnosis/1", "candidates": [], "next_experiment": None}
+    where = [{"config_id": None, "rmse_n": 0.1} | place for place in found["where"]]
+    analysis = {"rate_hz": 50.0, "samples": 1, "runs": 1, "set_aside": {}, "noise": {}} | (found.get("analysis") or {})
+    return DiagnosisDocument.model_validate(rest | found | {"where": where, "analysis": analysis if "analysis" in found else None})
+
+
+def sentence(found):
+    return said_of.sentence(made(found))
+
+
+def lines(found):
+    return said_of.lines(made(found))
 
 
 def document(status="identified", effects=("viscous",), group=(), confidence=None, **more):
@@ -155,7 +172,7 @@ def test_a_run_without_which_the_answer_differs_is_named_with_that_answer(status
 
 def test_tracking_and_notes_come_last():
     tracked = {"reference": "sinus", "rmse_with_n": 0.1, "rmse_without_n": 0.4}
-    said = lines({**document(), "downstream": {"tracking": [tracked]}, "notes": ["too short"]})
+    said = lines({**document(), "downstream": {"config_id": "a", "tracking": [tracked]}, "notes": ["too short"]})
     assert said[-2:] == ["  a controller that knows it tracks the sinus reference to 0.1 N instead of 0.4 N", "  note: too short"]
 
 

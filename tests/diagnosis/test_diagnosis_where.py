@@ -32,44 +32,44 @@ def test_shares_are_of_the_weighted_squared_error():
     made.weight[10:15] = 0.0
     rows = shares(made, error, code)
     # 5 x 1, 5 x 1 and 5 x 9 of 55
-    assert [(r["system"], r["phase"], r["config_id"]) for r in rows] == [("sstl", "RP", "b"), ("act", "PB", "a"), ("act", "PP", "a")]
-    assert [r["share_pct"] for r in rows] == pytest.approx([100 * 45 / 55, 100 * 5 / 55, 100 * 5 / 55])
-    assert [r["rmse_n"] for r in rows] == [3.0, 1.0, 1.0]
+    assert [(r.system, r.phase, r.config_id) for r in rows] == [("sstl", "RP", "b"), ("act", "PB", "a"), ("act", "PP", "a")]
+    assert [r.share_pct for r in rows] == pytest.approx([100 * 45 / 55, 100 * 5 / 55, 100 * 5 / 55])
+    assert [r.rmse_n for r in rows] == [3.0, 1.0, 1.0]
 
 
 def test_no_error_has_no_share():
     rows = shares(sim((UP, {})), np.zeros(10), np.zeros(10, int))
-    assert [r["share_pct"] for r in rows] == [0.0]
+    assert [r.share_pct for r in rows] == [0.0]
 
 
 def test_bands_by_direction_time_and_tension():
     u = np.concatenate([UP, UP[::-1]])
     error = np.where(np.arange(20) < 10, 1.0, 0.0)
     found = bands(sim((u, {})), error)
-    by_way = {r["name"]: r["share_pct"] for r in found["direction"]}
+    by_way = {r.name: r.share_pct for r in found["direction"]}
     assert by_way["pull"] == pytest.approx(100.0)
-    assert [r["share_pct"] for r in found["time_in_run"]] == pytest.approx([50.0, 50.0, 0.0, 0.0])
-    assert found["tension_n"][0]["from"] == 0.0 and found["tension_n"][-1]["to"] == 9.0
+    assert [r.share_pct for r in found["time_in_run"]] == pytest.approx([50.0, 50.0, 0.0, 0.0])
+    assert found["tension_n"][0].low == 0.0 and found["tension_n"][-1].high == 9.0
     for rows in found.values():
-        assert sum(r["share_pct"] for r in rows) == pytest.approx(100.0)
+        assert sum(r.share_pct for r in rows) == pytest.approx(100.0)
 
 
 def test_bands_by_quarter_and_by_time_since_the_last_turn():
     u = np.concatenate([UP, UP[::-1]])
     found = bands(sim((u, {})), np.sqrt(np.repeat([1.0, 2.0, 3.0, 4.0], 5)))
-    assert [r["share_pct"] for r in found["time_in_run"]] == pytest.approx([10.0, 20.0, 30.0, 40.0])
+    assert [r.share_pct for r in found["time_in_run"]] == pytest.approx([10.0, 20.0, 30.0, 40.0])
     # a second up and a second down at 0.1 s: two samples below 0.2 s, three below 0.5 s, five below 1 s after each turn
     even = bands(sim((u, {})), np.ones(20))["time_since_reversal_s"]
-    assert [r["share_pct"] for r in even] == pytest.approx([20.0, 30.0, 50.0, 0.0, 0.0, 0.0])
-    assert [r["from"] for r in even] == [0.0, 0.2, 0.5, 1.0, 2.0, 5.0]
+    assert [r.share_pct for r in even] == pytest.approx([20.0, 30.0, 50.0, 0.0, 0.0, 0.0])
+    assert [r.low for r in even] == [0.0, 0.2, 0.5, 1.0, 2.0, 5.0]
 
 
 def test_bands_by_speed_are_quartiles_whatever_the_direction():
     # the rate of u = t^2 at 0.1 s a sample grows from 0.1 on; the last quarter of the samples carries all
     t = np.arange(0.0, 4.0, 0.1)
     rows = bands(sim((-(t**2), {})), np.where(np.arange(40) >= 31, 1.0, 0.0))["rate_n_s"]
-    assert [r["share_pct"] for r in rows] == pytest.approx([0.0, 0.0, 0.0, 100.0])
-    assert rows[0]["from"] >= 0.0 and rows[-1]["to"] == pytest.approx(7.7)
+    assert [r.share_pct for r in rows] == pytest.approx([0.0, 0.0, 0.0, 100.0])
+    assert rows[0].low >= 0.0 and rows[-1].high == pytest.approx(7.7)
 
 
 def test_averaged_inputs_have_the_phases_of_their_means():
@@ -82,7 +82,7 @@ def test_averaged_inputs_have_the_phases_of_their_means():
 def test_an_oscillation_is_found_in_its_band(hz, band):
     t = np.arange(0.0, 40.0, 0.1)
     rows = bands(sim((np.sin(t), {})), np.sin(2.0 * np.pi * hz * t))["frequency_hz"]
-    assert rows[band]["share_pct"] == pytest.approx(100.0)
+    assert rows[band].share_pct == pytest.approx(100.0)
 
 
 def test_by_frequency_nothing_of_the_error_is_lost():
@@ -90,6 +90,6 @@ def test_by_frequency_nothing_of_the_error_is_lost():
     for n in (40, 41):
         error = rng.standard_normal(n)
         rows = bands(sim((np.arange(float(n)), {})), error)["frequency_hz"]
-        assert sum(r["share_pct"] for r in rows) == pytest.approx(100.0)
+        assert sum(r.share_pct for r in rows) == pytest.approx(100.0)
     constant = bands(sim((np.arange(40.0), {})), np.ones(40))["frequency_hz"]
-    assert constant[0]["share_pct"] == pytest.approx(100.0)
+    assert constant[0].share_pct == pytest.approx(100.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from sstl_cli.core.documents.base import Document, Part
 from sstl_cli.core.documents.gate import Remark
@@ -101,6 +101,9 @@ class Place(Part):
 
 class Band(Part):
     """A range of a quantity (``from``, ``to``), or a ``name``, and its share of the squared error."""
+
+    # "from" is no name that Python lets an argument have
+    model_config = ConfigDict(frozen=True, extra="allow", populate_by_name=True)
 
     low: float | None = Field(default=None, alias="from")
     high: float | None = Field(default=None, alias="to")
