@@ -26,6 +26,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.files import write_text
 from sstl_cli.identification import segment_run
 from sstl_cli.identification.change import Chart
+from sstl_cli.physics.effects import get
 from sstl_cli.steps import diagnose
 
 LOW, HIGH = 0.93, 0.97
@@ -113,7 +114,8 @@ def of_diagnosis(cases: int, seed: int, end: float) -> tuple[list[list[object]],
             # the line's compliance, fitted along, is no strength of the effect
             own = [p for p in found.parameters if p.effect == effect]
             bound += sum(p.at_bound for p in own)
-            truth = drawn.effects[effect]
+            # what was not stated does nothing
+            truth = {p.name: p.neutral for p in get(effect).parameters} | drawn.effects[effect]
             counts["parameters"] += [within(truth[p.name], p.ci95) for p in own if not p.at_bound and p.ci95 is not None]
             base = accepted.retuned(drawn.nominal(), analysis.theta)
             true = accepted.realised_shrink_pct(base, result.model(), drawn.record(1) + again(drawn.record(2)))
