@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from sstl_cli.cli.render import Screen
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from sstl_cli.mapping.pairs import Pairs
 
 SHOWN = 10
 
 
-def read(paths: list[Path]) -> Any:
+def read(paths: list[Path]) -> pa.Table:
     """Return the rows of all Theta tables as one Arrow table; a column one of them lacks is null there."""
     import pyarrow as pa
 
@@ -38,13 +43,13 @@ def read(paths: list[Path]) -> Any:
     return pa.concat_tables(pieces, promote_options="permissive")
 
 
-def note_aside(screen: Screen, pairs: Any) -> None:
+def note_aside(screen: Screen, pairs: Pairs) -> None:
     """Say on standard error how many rows were set aside, and why."""
     if pairs.aside:
         told = [f"{run}: {why}" for run, why in pairs.aside.items()]
         screen.note_some(f"{len(told)} of {pairs.rows} rows set aside:", told, SHOWN)
 
 
-def aside_fields(pairs: Any) -> dict[str, object]:
+def aside_fields(pairs: Pairs) -> dict[str, object]:
     """Return the same for a JSON document."""
     return {"rows": pairs.rows, "set_aside": len(pairs.aside), "set_aside_runs": [{"run_id": k, "why": v} for k, v in pairs.aside.items()]}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sstl_cli.steps.watch import Loop
 
 # columns, and digits behind the point: a loop tells slopes to a thousandth, biases to millinewtons
 FORMS = {"gamma_p": (6, 4), "beta_p": (7, 3), "gamma_r": (6, 4), "beta_r": (7, 3)}
@@ -16,7 +19,7 @@ def heading(unit: str) -> str:
     return f"{'loop':>5} {'stream':12} {'time s':13} {lines} {f'gap {unit}':>7} chart"
 
 
-def loop(found: Any, width: int) -> list[str]:
+def loop(found: Loop, width: int) -> list[str]:
     """Return a loop as one line of at most ``width`` columns; what has no room in it stands indented below."""
     run, theta = found.run, found.segmentation.theta
     place = " ".join([run.system, *filter(None, (run.tendon, run.config_id))])

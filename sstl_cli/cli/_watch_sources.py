@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from sstl_cli.core.runs import Run
+    from sstl_cli.importers.mapping import Mapping
 
 # a file that cannot be read and has not grown for so many looks is damaged
 PATIENCE = 20
@@ -14,13 +18,14 @@ class Source(Protocol):
     """Something to look at again and again."""
 
     set_aside: dict[str, int]
+    notes: list[str]
 
-    def look(self, last: bool = False) -> Iterator[Any]:
+    def look(self, last: bool = False) -> Iterator[Run]:
         """Yield the pieces of runs that came since the last look."""
         ...
 
 
-def source_of(text: str, mapping: Any) -> Source:
+def source_of(text: str, mapping: Mapping) -> Source:
     """Return the source a user named: a folder, a pattern of files, or one file."""
     from sstl_cli.importers.follow import TextFollower
 
@@ -37,14 +42,14 @@ def source_of(text: str, mapping: Any) -> Source:
 class Chunks:
     """Files of a folder, read once each when they are whole, in the order of their names."""
 
-    def __init__(self, folder: Path, name: str, mapping: Any, pattern: bool = True) -> None:
+    def __init__(self, folder: Path, name: str, mapping: Mapping, pattern: bool = True) -> None:
         self.folder, self.name, self.mapping, self.pattern = folder, name, mapping, pattern
         self.set_aside: dict[str, int] = {}
         self.notes: list[str] = []
         self._done: set[str] = set()
         self._waiting: dict[str, tuple[int, int]] = {}
 
-    def look(self, last: bool = False) -> Iterator[Any]:
+    def look(self, last: bool = False) -> Iterator[Run]:
         """Yield the runs of files that are new; one still being written is tried again."""
         from sstl_cli.core.errors import SstlError
 
@@ -66,7 +71,7 @@ class Chunks:
             self._done.add(name)
             yield from runs
 
-    def _runs(self, path: Path) -> Iterator[Any]:
+    def _runs(self, path: Path) -> Iterator[Run]:
         from sstl_cli.core.runs import recorded_runs
         from sstl_cli.steps import import_
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,8 @@ from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from sstl_cli.mapping.evaluation import Evaluation
     from sstl_cli.mapping.header import Header
     from sstl_cli.steps.evaluate import Related
@@ -89,7 +91,7 @@ def evaluate(asked: Asked) -> None:
     screen.finish(document, aside=pairs is not None and bool(pairs.aside), gate=gate)
 
 
-def _judged(screen: Screen, asked: Asked, model: Path, table: Any) -> tuple[Header, Evaluation]:
+def _judged(screen: Screen, asked: Asked, model: Path, table: pa.Table) -> tuple[Header, Evaluation]:
     """Judge a mapping, write what was asked for and show it; return what the model says of itself, and what was found."""
     from sstl_cli.cli.origin import provenance
     from sstl_cli.core.parquet import write_table

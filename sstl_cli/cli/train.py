@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,6 +12,9 @@ from sstl_cli.cli import _theta
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed
 from sstl_cli.cli.render import Screen, many
+
+if TYPE_CHECKING:
+    from sstl_cli.steps.train import Result
 
 EPILOG = "Example: sstl train theta.parquet --out mapping.safetensors --seeds 20 --history history.parquet"
 
@@ -76,7 +79,7 @@ def train(asked: Asked) -> None:
     screen.finish(_document(result, asked.out, asked.history), aside=bool(result.pairs.aside))
 
 
-def _show(screen: Screen, result: Any, out: Path) -> None:
+def _show(screen: Screen, result: Result, out: Path) -> None:
     header = result.model.header
     best = next(v for v in header.variants if v.name == header.default)
     screen.say(
@@ -95,7 +98,7 @@ def _show(screen: Screen, result: Any, out: Path) -> None:
     _theta.note_aside(screen, result.pairs)
 
 
-def _document(result: Any, out: Path, history: Path | None) -> dict[str, object]:
+def _document(result: Result, out: Path, history: Path | None) -> dict[str, object]:
     header = result.model.header
     return {
         "schema": "sstl.train/1",

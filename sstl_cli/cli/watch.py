@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -14,6 +14,12 @@ from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Json, Seed
 from sstl_cli.cli.render import Screen, width_of
 from sstl_cli.core.workers import goes_on
+
+if TYPE_CHECKING:
+    from sstl_cli.cli._watch_sources import Source
+    from sstl_cli.physics.scenario import Scenario
+    from sstl_cli.steps.watch import Alarm, Loop, Watcher
+    from sstl_cli.steps.watch_name import Naming
 
 EPILOG = "Example: sstl watch rig.csv --model mapping.safetensors --until-idle 60 --fail-on-alarm"
 
@@ -86,11 +92,13 @@ def watch(asked: Asked) -> None:
 class _Session:
     """The loop of looks, and what is shown of it."""
 
-    def __init__(self, screen: Screen, watcher: Any, sources: list[Any], sim: Any, diagnose: bool, name_after: int) -> None:
+    def __init__(
+        self, screen: Screen, watcher: Watcher, sources: list[Source], sim: Scenario | None, diagnose: bool, name_after: int
+    ) -> None:
         self.screen, self.watcher, self.sources, self.sim = screen, watcher, sources, sim
         self.diagnose, self.name_after = diagnose, name_after
         self.alarms: list[dict[str, object]] = []
-        self._unnamed: list[Any] = []
+        self._unnamed: list[Alarm] = []
         self._noted = 0
         self._headed = False
 
@@ -120,13 +128,13 @@ class _Session:
                 found = True
                 for event in self.watcher.feed(piece):
                     self._show(event)
-        notes = [n for s in self.sources for n in getattr(s, "notes", [])]
+        notes = [n for s in self.sources for n in s.notes]
         for text in notes[self._noted :]:
             self.screen.note(text)
         self._noted = len(notes)
         return found
 
-    def _show(self, event: Any) -> None:
+    def _show(self, event: Loop | Alarm) -> None:
         from sstl_cli.steps.watch import Alarm
 
         if isinstance(event, Alarm):
@@ -142,7 +150,7 @@ class _Session:
             if self.watcher.loops_since(alarm) >= self.name_after:
                 self._name(alarm)
 
-    def _name(self, alarm: Any) -> None:
+    def _name(self, alarm: Alarm) -> None:
         from sstl_cli.steps.watch import joined
         from sstl_cli.steps.watch_name import name_change
 
@@ -152,7 +160,7 @@ class _Session:
             naming = name_change(joined(before), joined(since), self.sim)
         self._raise(alarm, naming)
 
-    def _raise(self, alarm: Any, naming: Any) -> None:
+    def _raise(self, alarm: Alarm, naming: Naming | None) -> None:
         self._unnamed.remove(alarm)
         document = {**alarm.document(), "likely": None if naming is None else naming.document()}
         self.alarms.append(document)
@@ -165,7 +173,7 @@ class _Session:
             group = f" (not told apart: {', '.join(naming.group)})" if len(naming.group) > 1 else ""
             self._line(f"likely {alarm.stream}: {named}{group}; {naming.why}", document)
 
-    def _loop(self, event: Any) -> None:
+    def _loop(self, event: Loop) -> None:
         """Show a loop, below a heading where it is the first."""
         import sys
 

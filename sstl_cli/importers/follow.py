@@ -47,6 +47,7 @@ class TextFollower:
             )
         self.path, self.mapping = path, mapping
         self.set_aside: dict[str, int] = {}
+        self.notes: list[str] = []
         self.restarts = 0
         self._file: IO[bytes] | None = None
         self._plan: Plan | None = None
@@ -98,6 +99,7 @@ class TextFollower:
             self._file = None
         if self._plan is not None:
             self.restarts += 1
+            self.notes.append(f"{self.path} was begun anew; what follows is another run")
         self._plan = None
         self._begin()
 

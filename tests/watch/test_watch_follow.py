@@ -77,6 +77,7 @@ def test_a_file_that_is_written_once_more_for_every_line_counts_each_once(tmp_pa
     os.replace(other, path)
     # one reading is another one: it is another log
     assert times(follower.look()) == list(range(301)) and follower.restarts == 1
+    assert follower.notes == [f"{path} was begun anew; what follows is another run"]
 
 
 def test_a_long_preamble_is_waited_for(tmp_path):
