@@ -70,7 +70,8 @@ def check(
         remarks=remarks,
         findings=entries,
         physics=_physics.document(judged.remarks),
-        sensors=_physics.channels(judged),
+        # of 200,000 runs they take a gigabyte
+        sensors=_physics.channels(judged) if as_json else [],
         files=[str(p) for p in logs],
     )
     screen.finish(document, 1 if failures else 0)

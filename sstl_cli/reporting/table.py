@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from sstl_cli.core.errors import printable
+
+# a table of 200,000 rows makes a page of 85 MB, which no browser scrolls
+MOST_ROWS = 2000
 
 
 @dataclass(frozen=True)
@@ -24,18 +28,19 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A table that sorts and copies: caption, header of (name, unit), rows of cells."""
+    """A table that sorts and copies: caption, header of (name, unit), rows of cells, and how many more there were."""
 
     caption: str
     header: list[tuple[str, str]]
     rows: list[list[Cell]]
     numeric: list[bool]
+    more: int = 0
 
 
 def table(caption: str, header: Sequence[Any], rows: Iterable[Sequence[Any]]) -> Table:
     """Return a table; numbers show four significant digits and keep their full value behind them.
 
-    A heading is a name, or a pair of name and unit.
+    A heading is a name, or a pair of name and unit. Rows after the first ``MOST_ROWS`` are counted.
 
     Examples
     --------
@@ -43,9 +48,10 @@ def table(caption: str, header: Sequence[Any], rows: Iterable[Sequence[Any]]) ->
     Cell(text='0.1235', value='0.123456', href='')
     """
     heads = [(printable(name), unit) for name, unit in ((h, "") if isinstance(h, str) else h for h in header)]
-    cells = [[cell(v) for v in row] for row in rows]
+    left = iter(rows)
+    cells = [[cell(v) for v in row] for row in islice(left, MOST_ROWS)]
     numeric = [any(r[i].numeric for r in cells) for i in range(len(heads))]
-    return Table(caption, heads, cells, numeric)
+    return Table(caption, heads, cells, numeric, sum(1 for _ in left))
 
 
 def cell(value: Any) -> Cell:

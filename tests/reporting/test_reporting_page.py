@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import read_runs
-from sstl_cli.reporting import drawing, sections
+from sstl_cli.reporting import drawing, sections, table
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs, view
@@ -214,3 +214,14 @@ def test_the_verdict_comes_first_where_an_older_version_wrote_no_sentence(status
     path.write_text(json.dumps(document))
     section = report.run(load([path])).html.split('<section id="diagnosis"')[1]
     assert section.index(escape(text)) < section.index("<svg")
+
+
+def test_a_long_table_is_cut_and_says_how_many_rows_it_leaves_out(files, monkeypatch):
+    theta = load([next(f for f in files if f.name == "theta.parquet")])
+    rows = len(theta.theta)
+    assert "more stand in the file" not in report.run(theta).html
+    monkeypatch.setattr(table, "MOST_ROWS", 2)
+    html = report.run(theta).html
+    assert f"The first 2 rows; {rows - 2} more stand in the file." in html
+    # the header's row and two more
+    assert html.split('<table aria-label="Parameters">')[1].split("</table>")[0].count("<tr>") == 3
