@@ -194,6 +194,18 @@ def test_json_stays_json_where_the_stream_is_ascii(tmp_path: Path) -> None:
     assert text.stdout.isascii() and b"viscous" in text.stdout and text.stderr == b""
 
 
+def test_a_stream_of_ascii_spells_out_signs_and_draws_with_stars() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "sstl_cli", "info", str(SAMPLE)],
+        capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "100"}, check=True,
+    )  # fmt: skip
+    lines = done.stdout.decode("ascii").splitlines()
+    # no escape, a rule under the heading, the loop as a picture
+    assert not [line for line in lines if "\\u" in line] and any(set(line) == {"-"} for line in lines)
+    drawn = lines[next(i for i, line in enumerate(lines) if line.startswith("loop of")) + 1 :][:11]
+    assert all("*" in line for line in drawn)
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
 @pytest.mark.parametrize("words", [("effects", "list"), ("effects", "list", "--json"), ("--help",)])
 def test_a_full_disk_behind_the_output_is_one_line(words) -> None:
@@ -201,6 +213,10 @@ def test_a_full_disk_behind_the_output_is_one_line(words) -> None:
         done = subprocess.run([sys.executable, "-m", "sstl_cli", *words], stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1 and "[E005] standard output" in done.stderr and "No space left" in done.stderr
+    with open("/dev/full", "w") as full:
+        # nor does the code depend on whether the line could be written; unless Python is told not to, it keeps what was not
+        kept = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
+        assert subprocess.run([sys.executable, "-m", "sstl_cli", *words], stdout=full, stderr=full, env=kept).returncode == 1
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
