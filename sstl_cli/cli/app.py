@@ -19,7 +19,7 @@ from sstl_cli import cli
 from sstl_cli.cli._help import polish
 from sstl_cli.cli.options import keep_files, name_variables
 from sstl_cli.cli.render import begin, show_error
-from sstl_cli.cli.streams import drop_output, open_streams, tell
+from sstl_cli.cli.streams import drop_output, open_streams, settle_errors, tell
 from sstl_cli.core.aside import kept_apart, ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
 from sstl_cli.core.workers import last_words_said, stop_on_signals
@@ -142,6 +142,7 @@ def program() -> None:
         _end(_interrupted())
     finally:
         last_words_said()
+        settle_errors()
         # the outputs are whole or gone by now: Ctrl-C while Python shuts down must not look like a crash
         for kind in (signal.SIGINT, signal.SIGTERM):
             signal.signal(kind, signal.SIG_IGN)

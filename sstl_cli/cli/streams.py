@@ -49,10 +49,15 @@ def _drop(stream: TextIO) -> None:
 
 def tell(line: str) -> None:
     """Print a line on standard error, if that can be written."""
-    try:
+    with contextlib.suppress(OSError):
         print(line, file=sys.stderr, flush=True)
-    except OSError:
-        # else Python ends with a code of its own
+
+
+def settle_errors() -> None:
+    """Drop what standard error still holds and cannot write: Python would try again at its end, and end with a code of its own."""
+    try:
+        sys.stderr.flush()
+    except (OSError, ValueError):
         _drop(sys.stderr)
 
 

@@ -224,6 +224,8 @@ def test_narration_that_cannot_be_written_ends_nothing(tmp_path: Path) -> None:
     (tmp_path / "p.json").write_text(json.dumps(parameters.document({"A": Theta(0.6, 0.1, 1.6, 0.1)}, Options(), "DI")))
     rows = [f"r,act,{0.01 * k:.2f},{5 - 4 * np.cos(0.02 * k):.4f},{3 - 2 * np.cos(0.02 * k - 0.1):.4f}" for k in range(1200)]
     (tmp_path / "l.csv").write_text("\n".join(["run_id,system,time_s,tension_in_n,tension_out_n", *rows, "r,act,12,inf,1"]) + "\n")
+    # unless Python is told not to, it keeps what could not be written and tries again at its end
+    kept = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
     calls = [(["compensate", "--theta", "p.json", "--stream"], 0), (["watch", "l.csv", "--once", "--json"], 3), (["segment", "--nope"], 2)]
     for words, code in calls:
         made = []
@@ -237,6 +239,7 @@ def test_narration_that_cannot_be_written_ends_nothing(tmp_path: Path) -> None:
                         stderr=err,
                         text=True,
                         cwd=tmp_path,
+                        env=kept,
                     )
                 )
         assert [m.returncode for m in made] == [code, code] and made[0].stdout == made[1].stdout, words
