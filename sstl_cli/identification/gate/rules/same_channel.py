@@ -1,8 +1,9 @@
-"""One column taken twice: the output is a straight line of the input, noise and all, or two columns hold the same numbers."""
+"""One reading taken twice: the output is a line of the input, noise and all, or at every bend to the noise, or columns hold the same."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import hypot
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
@@ -12,6 +13,8 @@ RULE, RANK = "same_channel", 15
 EXACT = 1e-6
 # an output that spans fewer times its noise than noise itself does has not moved: it is near any line
 MOVED = 20.0
+# what a line from input to output may leave, over the noise of both: friction that hides in noise adds less
+HIDDEN = 1.2
 SAID = dict(
     time_s="the clock", tension_in_n="the input", tension_out_n="the output", position_in_mm="the position", tension_ref_n="the reference"
 )
@@ -28,7 +31,33 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "span, noise included; one column was probably taken twice",
             column_line(1),
         )  # fmt: skip
+    yield from _one_tension(log)
     yield from _told(log)
+
+
+def _one_tension(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield all runs where none of them loses anything: a bend, or a second pass, that takes no friction is no tube.
+
+    On one straight tube two sensors may agree; where there are several bends, or both systems, they cannot in all.
+    """
+    moved = [e for e in log if e.usable and e.ranges[1].span > MOVED * e.sensors[1].noise_n]
+    several = len({e.config_id for e in moved}) > 1 or len({e.system for e in moved}) > 1
+    if not several or not all(_lossless(e) for e in moved) or any(_copy(e) for e in moved):
+        return
+    most = 100.0 * max(e.copy_rms for e in moved)
+    ids = tuple(e.run_id for e in moved)
+    yield Remark(
+        ids, RULE, "remark", most, "%",
+        f"{names(ids)}: the output follows the input on a straight line to {most:.2g} % of its span, the noise of the sensors, at every bend, so that "
+        "nothing is lost to friction; both readings are probably of one tension, such as two sensors at the same end",
+        column_line(1),
+    )  # fmt: skip
+
+
+def _lossless(e: Evidence) -> bool:
+    """Whether a straight line from input to output leaves no more than the noise of both sensors."""
+    (u, y), span = (s.noise_n for s in e.sensors), e.ranges[1].span
+    return 0.0 < e.copy_rms * span < HIDDEN * hypot(u * span / max(e.ranges[0].span, 1e-12), y)
 
 
 def _told(log: Sequence[Evidence]) -> Iterator[Remark]:
