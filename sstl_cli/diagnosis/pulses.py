@@ -54,7 +54,7 @@ def _length(signal: Array, at: int, noise: float) -> int:
         if not lasts or kept**length * abs(height) > noise:
             continue
         left = np.where(inside, off - height * kept ** np.maximum(where, 0.0), off)
-        stays = np.column_stack((line, where >= 0.0))
+        stays = np.column_stack((line, (where >= 0.0).astype(float)))
         otherwise = part - stays @ np.linalg.lstsq(stays, part, rcond=None)[0]
         nats = 0.5 * float(otherwise @ otherwise - left @ left) / noise**2
         if np.mean(left**2) <= AT_MOST * noise**2 and nats > DOUBT_NATS:
