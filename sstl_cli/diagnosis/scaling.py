@@ -14,7 +14,7 @@ from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
 
-POWERS = {"N": 1, "N s/mm": 1, "1/N": -1, "mm/N": -1, "1/kN": -1, "s/N": -1}
+POWERS = {"N": 1, "N s/mm": 1, "1/N": -1, "mm/N": -1, "1/kN": -1, "s/N": -1, "s/N^2": -2}
 
 
 def unit_of(runs: Sequence[Run]) -> float:

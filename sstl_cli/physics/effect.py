@@ -114,6 +114,7 @@ class Transition:
     drag_power: float = 1.0
     creep_fraction: float = 0.0
     creep_s: float = 10.0
+    creep_spread: float = 1.0
     static_ratio: float = 1.0
     static_mm_s: float = 1.0
     aging: float = 0.0
@@ -287,6 +288,7 @@ class Position:
     sheath_mm_per_n: float = 0.0
     creep_fraction: float = 0.0
     creep_s: float = 10.0
+    creep_spread: float = 1.0
     cubic_per_mm2: float = 0.0
     play_mm: float = 0.0
     gap_mm: float = 0.0

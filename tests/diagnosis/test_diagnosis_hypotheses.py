@@ -43,7 +43,11 @@ def test_only_sensors_of_recorded_systems_can_be_off():
 
 
 def test_declared_laws_replace_the_subsets_and_take_their_own_shapes_along():
-    assert sorted(map(names, variants("friction_drift", BOTH))) == [["d_mu", "path_n"], ["d_mu_time", "time_s"]]
+    assert sorted(map(names, variants("friction_drift", BOTH))) == [
+        ["d_mu", "path_n"],
+        ["d_mu_heat_s_per_n2", "cooling_s"],
+        ["d_mu_time", "time_s"],
+    ]
 
 
 def test_a_shape_that_no_variant_claims_belongs_to_all():

@@ -32,7 +32,7 @@ def test_starts_of_strengths_and_shapes():
     assert [v.tolist() for v in grid(ZERO.free)] == [[0.0, 0.0]]
     assert [float(v[0]) for v in grid(GAIN.free)] == pytest.approx([1.0, 0.3, 3.0])
     assert [float(v[0]) for v in grid(named("saturation", "t_max_out_n").free)] == pytest.approx([1000.0, 300.0, 3000.0])
-    free = full("viscoelastic_creep", ("act",)).free
+    free = named("viscoelastic_creep", "fraction", "tau_s", "load_mm_per_n").free
     starts = grid(free)
     assert free[0].effect.stage == TRANSITION and len(starts) == 2 * 3
     assert [v.tolist() for v in starts] == [pytest.approx([0.3 * s, 100.0**g, 0.125]) for s, g in itertools.product(STRENGTHS, SHAPE_GRID)]
@@ -92,6 +92,7 @@ def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
     assert [[f.parameter.name for f in h.free] for h in of.starting("friction_drift", ("act",))] == [
         ["d_mu", "path_n"],
         ["d_mu_time", "time_s"],
+        ["d_mu_heat_s_per_n2", "cooling_s"],
     ]
 
 

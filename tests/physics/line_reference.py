@@ -17,7 +17,7 @@ BALANCE_N = 1e-9
 def marched(tension, steps, scale, lines, i):
     """Return the outputs (N) of line ``i`` of Lines for inputs (N), times of steps (s) and factors on mu, one a knot."""
     law = SimpleNamespace(**{k: lines.laws[i, getattr(state, k.upper())] for k in (
-        "creep_s", "static", "static_speed", "aging", "aging_s", "stribeck", "stribeck_speed", "tail", "bristle_n", "thinning", "factor_step",
+        "creep_s", "creep_spread", "static", "static_speed", "aging", "aging_s", "stribeck", "stribeck_speed", "tail", "bristle_n", "thinning", "factor_step",
     )}, factors=lines.factors[i], smooth=lines.laws[i, state.TAIL] >= 0.0)  # fmt: skip
     nodes = [_node(lines.given[i, :, j]) for j in range(lines.nodes[i])]
     _rest(nodes, tension[0], scale[0], lines.start[i])
@@ -52,16 +52,18 @@ def _rest(nodes, tension, scale, start):
         t = node.after
     u = 0.0
     for node in reversed(nodes):
-        node.crept = node.creep * node.after
-        u += node.elastic * node.after + node.crept
+        # three elements, a third of the creep each
+        node.crept = np.full(3, node.creep * node.after / 3.0)
+        u += node.elastic * node.after + node.crept.sum()
         node.u = node.u_old = u
 
 
 def _prepare(node, dt, mu, longer, law):
     """Set what stays as it is during a step: limits, stiffness, creep."""
-    r = dt / law.creep_s
-    node.compliance = node.elastic + node.creep * r / (1.0 + r)
-    node.offset = node.crept / (1.0 + r)
+    r = dt / (law.creep_s * law.creep_spread ** np.array([-1.0, 0.0, 1.0]))
+    node.compliance = node.elastic + node.creep * np.mean(r / (1.0 + r))
+    node.kept = node.crept / (1.0 + r)
+    node.offset = node.kept.sum()
     at = np.arange(state.FACTOR_NODES) * law.factor_step
     s = mu * float(np.interp(node.left, at, law.factors))
     s *= 1.0 + (law.stribeck - 1.0) * math.exp(-min((node.speed / law.stribeck_speed) ** 2, 700.0))
@@ -137,8 +139,8 @@ def _remember(node, dt, left, law):
         goal = (law.static - 1.0) * healed / (healed + worn)
         node.excess = goal + (node.excess - goal) * math.exp(-healed) * wear
         node.age = node.age * wear + dt * ((1.0 - wear) / worn if worn > 1e-9 else 1.0)
-    r = dt / law.creep_s
-    node.crept = node.offset + node.creep * node.after * r / (1.0 + r)
+    r = dt / (law.creep_s * law.creep_spread ** np.array([-1.0, 0.0, 1.0]))
+    node.crept = node.kept + node.creep / 3.0 * node.after * r / (1.0 + r)
     node.force_old, node.u_old, node.left = node.force, node.u, left
 
 

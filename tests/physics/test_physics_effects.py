@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -244,3 +245,18 @@ def test_a_preload_grows_with_the_bend_and_a_curve_may_be_of_one_sensor_alone():
     both = activate({"sensor_nonlinearity": {"a_in_act": -0.03, "chord": 0.2, "a_in": 0.01}, "zero_offset": {"preload_in_act_n": 0.3}})
     read = measure("act", DT, tension, tension, both, theta=0.7)[0]
     assert true_input("act", DT, read, tension, both, 0.7) == pytest.approx(tension, abs=1e-9) and np.ptp(read - tension) > 0.1
+
+
+def test_friction_that_warms_and_cools():
+    # pulled at 2 N/s from 10 N for 5 s, then held: power is T times 2 N/s, then nothing
+    time = np.arange(0.0, 20.0, 0.01)
+    tension = 10.0 + 2.0 * np.minimum(time, 5.0)
+    drive = SimpleNamespace(tension_n=tension, rate_n_s=np.where(time < 5.0, 2.0, 0.0), dt_s=0.01, time_s=time, path_n=time)
+    law = Law()
+    effect = get("friction_drift")
+    effect.law(law, effect.complete({"d_mu_heat_s_per_n2": 0.01, "cooling_s": 4.0}))
+    factor = law.friction_scale[0](drive)
+    # h' = (20 + 4 t - h) / 4 from 0: h = 4 + 4 t - 4 exp(-t / 4)
+    warm = 4.0 + 4.0 * 5.0 - 4.0 * np.exp(-1.25)
+    assert factor[0] == 1.0 and factor[499] == pytest.approx(1.0 + 0.01 * warm, abs=2e-3)
+    assert factor[-1] == pytest.approx(1.0 + 0.01 * warm * np.exp(-15.0 / 4.0), abs=2e-3)

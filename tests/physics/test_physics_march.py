@@ -16,6 +16,7 @@ FRICTION = {
     "presliding": lambda r: ({}, {"breakaway_mm": r(0.01, 0.5), "spread": r(0.0, 1.0)}),
     "drag": lambda r: ({}, {"drag_n_s_mm": r(0.0, 0.05), "drag_bend_n_s_mm": r(0.0, 0.05)}),
     "creep": lambda r: ({}, {"creep_fraction": r(0.01, 0.3), "creep_s": r(0.1, 30.0)}),
+    "spread": lambda r: ({}, {"creep_fraction": r(0.01, 0.3), "creep_s": r(0.1, 30.0), "creep_spread": r(1.0, 10.0)}),
     "static": lambda r: ({}, {"breakaway_mm": r(0.05, 0.3), "static_ratio": r(1.0, 1.5), "static_mm_s": r(0.1, 2.0)}),
     "aging": lambda r: ({}, {"breakaway_mm": r(0.05, 0.3), "aging": r(0.01, 0.1), "aging_s": r(0.1, 2.0)}),
     "stribeck": lambda r: ({}, {"breakaway_mm": r(0.05, 0.3), "stribeck_ratio": r(1.0, 1.2), "stribeck_mm_s": r(5.0, 30.0)}),
@@ -61,7 +62,7 @@ def test_lines_side_by_side_are_those_of_a_plain_march(friction, scaled):
         assert out[a:b] == pytest.approx(plain, abs=1e-3 if friction in SMOOTH else 1e-9), (i, b - a)
 
 
-@pytest.mark.parametrize("friction", ["presliding", "creep", "aging", "stribeck", "load", "between"])
+@pytest.mark.parametrize("friction", ["presliding", "creep", "spread", "aging", "stribeck", "load", "between"])
 def test_a_line_answers_the_same_whatever_goes_beside_it(friction):
     cases = [runs(1, friction), runs(1, "drag"), runs(1, friction, scaled=True)]
     # what goes in is alike but for the factor on mu

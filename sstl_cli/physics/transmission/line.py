@@ -45,7 +45,7 @@ RIGID_MM = 1e-5
 LEAST_COMPLIANCE = 1e-4
 # the numbers of a transition that differ between runs; from the fifth on the march takes them as they are
 SCALARS = attrgetter(
-    "drag_n_s_mm", "drag_bend_n_s_mm", "drag_end_n_s_mm", "creep_fraction", "creep_s", "static_ratio", "static_mm_s", "aging", "aging_s",
+    "drag_n_s_mm", "drag_bend_n_s_mm", "drag_end_n_s_mm", "creep_fraction", "creep_s", "creep_spread", "static_ratio", "static_mm_s", "aging", "aging_s",
     "stribeck_ratio", "stribeck_mm_s", "tail", "bristle_n", "drag_power",
 )  # fmt: skip
 

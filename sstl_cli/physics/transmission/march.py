@@ -24,7 +24,10 @@ from sstl_cli.physics.transmission.state import (
     BUSY,
     CREEP,
     CREEP_S,
+    CREEP_SPREAD,
     CREPT,
+    CREPT_FAST,
+    CREPT_SLOW,
     DRAG,
     ELASTIC,
     EXCESS,
@@ -70,6 +73,8 @@ Counts = NDArray[np.int64]
 RENEWAL_MM = 0.02
 HEALING_MM = 0.5
 SPEED_MEMORY_S = 0.005
+# Kelvin elements of a creep whose times are spread
+ELEMENTS = 3
 # knots that are marched at once, so that what goes in and out of them stays near the processor
 BLOCK = 128
 
@@ -132,9 +137,10 @@ def _between_knots(tension: Array, at: Counts, met: Array, out: Array) -> None:
 @njit(cache=True, error_model="numpy", nogil=True)
 def _kind(into: Input, lines: Lines, order: Counts) -> Kind:
     """Return what is at work in any of some lines."""
-    creeping = dragging = nonlinear = static = aging = moving = thinning = False
+    creeping = dragging = nonlinear = static = aging = moving = thinning = spread = False
     for i in order:
         creeping = creeping or lines.given[i, CREEP].max() > 0.0
+        spread = spread or lines.laws[i, CREEP_SPREAD] != 1.0
         dragging = dragging or lines.given[i, DRAG].max() > 0.0
         static = static or lines.laws[i, STATIC] > 1.0
         aging = aging or lines.laws[i, AGING] > 0.0
@@ -143,7 +149,8 @@ def _kind(into: Input, lines: Lines, order: Counts) -> Kind:
         for x in lines.factors[i]:
             nonlinear = nonlinear or x != 1.0
     changing = nonlinear or static or aging or moving or into.scale.size > 1
-    return Kind(creeping, dragging, nonlinear, static, aging, moving, changing, lines.laws[order[0], TAIL] >= 0.0, dragging and thinning)
+    smooth = lines.laws[order[0], TAIL] >= 0.0
+    return Kind(creeping, dragging, nonlinear, static, aging, moving, changing, smooth, dragging and thinning, creeping and spread)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -163,7 +170,7 @@ def _march_group(into: Input, lines: Lines, order: Counts, met: Array) -> None:
                 line[lane], at[lane], end[lane] = i, into.knot_edges[i], into.knot_edges[i + 1]
                 first = into.edges[i]
                 mu = into.scale[first] if into.scale.size > 1 else into.scale[0]
-                _begin(lines, i, into.tension[first + into.knots[at[lane]]], mu, state[:, lane], laws[:, lane])
+                _begin(lines, i, into.tension[first + into.knots[at[lane]]], mu, state[:, lane], laws[:, lane], kind.spread)
                 table[lane] = lines.factors[i]
             busy[lane] = 1.0 if at[lane] < end[lane] else 0.0
             if at[lane] < end[lane]:
@@ -186,7 +193,7 @@ def _march_group(into: Input, lines: Lines, order: Counts, met: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _begin(lines: Lines, i: int, tension: float, scale: float, state: Array, laws: Array) -> None:
+def _begin(lines: Lines, i: int, tension: float, scale: float, state: Array, laws: Array, spread: bool) -> None:
     """Set a lane to the start of a line: at rest at its output tension, whose input then moved to the first sample."""
     nodes, start = lines.nodes[i], lines.start[i]
     state[:] = 0.0
@@ -205,18 +212,24 @@ def _begin(lines: Lines, i: int, tension: float, scale: float, state: Array, law
     for j in range(nodes - 1, -1, -1):
         node = state[j * FIELDS : (j + 1) * FIELDS]
         # before the first sample the line has rested: its creep is complete
-        node[CREPT] = node[CREEP] * node[AFTER]
-        node[U_OLD] = state[(j + 1) * FIELDS + U_OLD] + node[ELASTIC] * node[AFTER] + node[CREPT]
+        crept = node[CREEP] * node[AFTER]
+        node[CREPT] = crept / ELEMENTS if spread else crept
+        if spread:
+            node[CREPT_FAST] = node[CREPT_SLOW] = node[CREPT]
+        node[U_OLD] = state[(j + 1) * FIELDS + U_OLD] + node[ELASTIC] * node[AFTER] + crept
         node[U] = node[U_OLD]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _march(state: Array, laws: Array, table: Array, tension: Array, steps: Array, scale: Array, out: Array, kind: Kind) -> None:
     """March the lanes through a block of input tensions, one implicit step each."""
-    nodes, gone = state.shape[0] // FIELDS - 1, wide(0.0)
+    nodes = state.shape[0] // FIELDS - 1
+    gone = fast = slow = wide(0.0)
     for k in range(tension.shape[0]):
         dt, t_in = row(steps, k), row(tension, k)
-        if kind.creeping:
+        if kind.spread:
+            fast, gone, slow = _relax_spread(state, nodes, dt / row(laws, CREEP_S), row(laws, CREEP_SPREAD))
+        elif kind.creeping:
             gone = _relax(state, nodes, dt / row(laws, CREEP_S))
         if kind.changing or k == 0:
             _limits(state, laws, table, nodes, row(scale, k), kind)
@@ -236,7 +249,12 @@ def _march(state: Array, laws: Array, table: Array, tension: Array, steps: Array
             put(state, at + U_OLD, u)
             put(state, at + LEFT, t_left)
             t_left = row(state, at + AFTER)
-            if kind.creeping:
+            if kind.spread:
+                part = row(state, at + CREEP) * t_left * (1.0 / ELEMENTS)
+                put(state, at + CREPT_FAST, row(state, at + CREPT_FAST) + (part - row(state, at + CREPT_FAST)) * fast)
+                put(state, at + CREPT_SLOW, row(state, at + CREPT_SLOW) + (part - row(state, at + CREPT_SLOW)) * slow)
+                put(state, at + CREPT, row(state, at + CREPT) + (part - row(state, at + CREPT)) * gone)
+            elif kind.creeping:
                 put(state, at + CREPT, row(state, at + OFFSET) + row(state, at + CREEP) * t_left * gone)
         put(laws, STEP_OLD, dt)
         put(out, k, select(t_left < 0.0, 0.0, t_left))
@@ -255,6 +273,22 @@ def _relax(state: Array, nodes: int, r: Any) -> Any:
         put(state, at + INVERSE, 1.0 / (row(state, at + ELASTIC) + row(state, at + CREEP) * gone))
         put(state, at + OFFSET, row(state, at + CREPT) * kept)
     return gone
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _relax_spread(state: Array, nodes: int, r: Any, spread: Any) -> tuple[Any, Any, Any]:
+    """Set the compliances of three Kelvin elements in a row, implicit: times one over, and times, a spread apart.
+
+    Return by which part each relaxes in this step.
+    """
+    fast, gone, slow = r * spread / (1.0 + r * spread), r / (1.0 + r), r / (spread + r)
+    part = (fast + gone + slow) * (1.0 / ELEMENTS)
+    for j in range(nodes):
+        at = j * FIELDS
+        put(state, at + INVERSE, 1.0 / (row(state, at + ELASTIC) + row(state, at + CREEP) * part))
+        kept = row(state, at + CREPT) * (1.0 - gone) + row(state, at + CREPT_FAST) * (1.0 - fast)
+        put(state, at + OFFSET, kept + row(state, at + CREPT_SLOW) * (1.0 - slow))
+    return fast, gone, slow
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

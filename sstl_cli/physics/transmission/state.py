@@ -19,12 +19,12 @@ U, U_OLD, FORCE, FORCE_OLD, LEFT, AFTER = range(GIVEN, GIVEN + 6)
 # share of the tension at which it slips, stiffness (N/mm), which way it goes, and compliance after creep
 PULL, RELEASE, STIFF, VISCOUS, MODE, INVERSE, OFFSET, CREPT = range(GIVEN + 6, GIVEN + 14)
 # Newton's step, and what laws with a memory remember
-LOWER, STAY, RESIDUAL, SHARE, STEP, WENT, SPEED, EXCESS, AGE, FACTOR = range(GIVEN + 14, GIVEN + 24)
-FIELDS = GIVEN + 24
+LOWER, STAY, RESIDUAL, SHARE, STEP, WENT, SPEED, EXCESS, AGE, FACTOR, CREPT_FAST, CREPT_SLOW = range(GIVEN + 14, GIVEN + 26)
+FIELDS = GIVEN + 26
 # rows of a line: numbers of its transition, the tension (N) that gives contacts the stiffness they keep (0: it goes with the tension
 # before them), step of its table of factors (N); step before (s), and whether it has not ended
-CREEP_S, STATIC, STATIC_SPEED, AGING, AGING_S, STRIBECK, STRIBECK_SPEED, TAIL, BRISTLE_N, THINNING, FACTOR_STEP = range(11)
-LAWS = 11
+CREEP_S, CREEP_SPREAD, STATIC, STATIC_SPEED, AGING, AGING_S, STRIBECK, STRIBECK_SPEED, TAIL, BRISTLE_N, THINNING, FACTOR_STEP = range(12)
+LAWS = 12
 STEP_OLD, BUSY = LAWS, LAWS + 1
 
 
@@ -67,3 +67,4 @@ class Kind(NamedTuple):
     changing: bool
     smooth: bool
     thinning: bool
+    spread: bool
