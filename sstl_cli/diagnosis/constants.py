@@ -39,7 +39,7 @@ MOST_SURE = 99.0
 FEW = 5
 # a converter's step up to this share of the noise is no fault: the noise smooths it over
 FINE_STEP = 0.5
-# a fault of the recorder that carries less of the squared error beyond the noise is no cause of it
+# what carries less of the squared error beyond the noise is no cause of it
 LEAST_SHARE = 0.05
 # a region is worse if its error grew by as much as is a gap, and its square by this share of the whole
 WORSE, WORSE_OF_ALL = (1.0 + LEAST_GAP) ** 2, 0.02

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import HALF
+from sstl_cli.diagnosis.constants import HALF, LEAST_SHARE
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, leading
 from sstl_cli.physics.effects import get
 
@@ -100,7 +100,7 @@ def left(rows: Rows, top: Ids) -> str:
         return f"{best} would need sizes that none of its effects usually has"
     if only_scatters(row):
         return f"{best} lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
-    if share < HALF and (row.kind == BESIDE or share == row.held or share <= 0.0):
+    if share < HALF and (row.kind == BESIDE or share == row.held or share <= LEAST_SHARE):
         return f"{best} {_little(row, share)}"
     # the tests are of what the most evident model leaves, which need not be the most probable one
     tested = row.kind != OUTPUT or row is leading(rows)

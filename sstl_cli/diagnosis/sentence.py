@@ -33,7 +33,7 @@ def sentence(document: DiagnosisDocument) -> str:
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
     if status == "unknown":
         return f"The cause of the gap is not known: {verdict.why}{sure}."
-    names = " and ".join(f"{_plain(e)} ({e})" for e in verdict.effects)
+    names = " and ".join(e if _plain(e) == e else f"{_plain(e)} ({e})" for e in verdict.effects)
     if status == "ambiguous":
         others = rivals(verdict)
         them = "it" if len(others) == 1 else "them"

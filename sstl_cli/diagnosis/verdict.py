@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, MISFITS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly, strained
@@ -228,7 +228,26 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     prior : mapping of effect id to float, optional
         The user's own odds of effects; then no confidence can be given.
     """
-    return decided(rows, probabilities(rows, weights, prior), weights, prior)
+    return _with_faults(decided(rows, probabilities(rows, weights, prior), weights, prior), rows, weights, prior)
+
+
+def _with_faults(said: Verdict, rows: Rows, weights: Weights, prior: Mapping[str, float] | None) -> Verdict:
+    """Return the verdict with both causes where the recorder has a fault and the rig an effect: neither is a reason against the other.
+
+    What the recorder has spoilt is left out of what candidates of the output are judged by: they are asked alone.
+    """
+    faults = [c for c in rows.named.candidates if c.kind == RECORDER and c.evidence > DOUBT_NATS and c.share > LEAST_SHARE]
+    if said.status != IDENTIFIED or not faults:
+        return said
+    rest = replace(rows, candidates=tuple(c for c in rows.candidates if c.kind != RECORDER))
+    p = probabilities(rest, weights, prior)
+    of_rig = decided(rest, p, weights, prior)
+    if of_rig.status != IDENTIFIED or all(c.kind != OUTPUT for c in rest.candidates if c.ids == of_rig.effects):
+        return said
+    both = tuple(sorted((*of_rig.effects, *(i for c in faults for i in c.ids))))
+    why = "; ".join((of_rig.why, *(f"beside it {explained(rows, c.ids)}" for c in faults)))
+    sure = None if said.confidence is None or of_rig.confidence is None else min(said.confidence, of_rig.confidence)
+    return Verdict(IDENTIFIED, both, sure, (both,), said.probabilities, why)
 
 
 def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping[str, float] | None = None) -> Verdict:
@@ -250,7 +269,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     family = _family(top, p)
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
-    if first is not None and (takes <= 0.0 or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
+    if first is not None and (takes <= LEAST_SHARE or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
         # what is no cause leaves its share to what has no name
         return say(UNDECIDED, (), p[UNKNOWN] + sure, (), barred or left(rows, top))
     tied = _tied(standing(rows), top)

@@ -23,7 +23,8 @@ from sstl_cli.steps.diagnose_movements import with_movements
 
 def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
     """Return the fit of the named effects, or the re-tuned base where none of the output is named."""
-    named = tuple(sorted(said.effects))
+    # what a fault of the recorder has spoilt is left out of every fit
+    named = tuple(sorted(set(said.effects) - {r.id for r in found.recorder}))
     if named and _fitted(found.search, named):
         return found.search.best(named).fit
     return found.search.base
@@ -47,7 +48,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         total = found.search.sim.changed(effect_id, values)
         effects[effect_id] = {k: scaling.parameter(v, units[k], unit_n) for k, v in total.items()}
     for fault in found.recorder:
-        if (fault.id,) == said.effects:
+        if fault.id in said.effects:
             effects[fault.id] = get(fault.id).complete(
                 {k: scaling.parameter(v, get(fault.id).parameter(k).unit, unit_n) for k, v in fault.parameters.items() if v}
             )

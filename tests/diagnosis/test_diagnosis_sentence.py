@@ -55,7 +55,7 @@ def test_the_cause_is_named_with_its_title_and_how_sure_that_is():
     two = document(effects=("viscous", "slack"), confidence=0.904)
     assert (
         sentence(two)
-        == "The gap comes from viscous drag along the tendon or at its end (viscous) and slack (slack) (right in 90 of 100 such cases)."
+        == "The gap comes from viscous drag along the tendon or at its end (viscous) and slack (right in 90 of 100 such cases)."
     )
     # no library is large enough to promise more
     assert sentence(document(confidence=0.9999)).endswith("(right in 99 of 100 such cases).")

@@ -75,6 +75,26 @@ def test_spikes_that_carry_the_error_are_named():
     assert found.effects == ("acquisition_faults",)
 
 
+@pytest.mark.parametrize("share", [0.99, 0.3])
+def test_a_fault_of_the_recorder_and_an_effect_of_the_rig_are_both_named(share):
+    rig = (row("pulley_friction", evidence=9000.0), row("zero_offset", evidence=900.0, chi2=3.0, share=0.2))
+    clipped = row("saturation", kind=RECORDER, gain=40_000.0, evidence=40_000.0, share=share)
+    found = said(*rig, clipped, log=replace(LOG, base_chi2=6.0, base_worst_z=900.0))
+    assert found.status == "identified" and found.effects == ("pulley_friction", "saturation")
+    assert found.group == (found.effects,) and 0.5 < found.confidence <= 1.0 and "beside it saturation carries" in found.why
+
+
+def test_a_fault_that_carries_next_to_nothing_or_may_be_chance_is_no_second_cause():
+    rig, log = row("pulley_friction", evidence=9000.0), replace(LOG, base_chi2=6.0, base_worst_z=900.0)
+    for gain, share in ((40_000.0, 0.01), (20.0, 0.3)):
+        assert said(rig, row("saturation", kind=RECORDER, gain=gain, evidence=gain, share=share), log=log).effects == ("pulley_friction",)
+    # nor is what is not among the candidates, nor what only may be there beside a fault
+    barred = rows(rig, row("saturation", kind=RECORDER, gain=40_000.0, evidence=40_000.0, share=0.3), log=log)
+    assert verdict(replace(barred, barred=frozenset({"saturation"})), learned()).effects == ("pulley_friction",)
+    fault = row("saturation", kind=RECORDER, gain=40_000.0, evidence=40_000.0, share=0.99)
+    assert said(row("zero_offset", evidence=5.0), row("gain_error", evidence=4.0), fault, log=log).effects == ("saturation",)
+
+
 def test_a_lag_of_the_loop_comes_in_as_evidence():
     found = said(row("tension_loop_lag", evidence=5e3, kind=BESIDE, share=0.95), *OTHERS)
     assert found.effects == ("tension_loop_lag",)

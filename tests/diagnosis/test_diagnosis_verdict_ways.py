@@ -141,7 +141,7 @@ WAYS = {
         [seen("viscous", p=0.05, evidence=NEAR), seen("crosstalk", p=0.03, evidence=400.0), seen("viscous", "crosstalk", p=0.9)], 0.01, 0.01,
         "ambiguous", ("crosstalk", "viscous"), (("crosstalk", "viscous"), ("viscous",)), 0.95),
     "a fault of the recorder": (
-        [seen("acquisition_faults", p=0.9, kind=RECORDER), seen("viscous", p=0.02)], 0.04, 0.04,
+        [seen("acquisition_faults", p=0.9, kind=RECORDER), seen("viscous", p=0.02, share=0.02)], 0.04, 0.04,
         "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
     "a fault of the recorder that carries little may still be the cause": (
         [seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)], 0.05, 0.05, "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
