@@ -259,6 +259,8 @@ FEWEST_RUNS, CONFIRMED_RUNS = 3, 1
 # edges of bands (s, Hz) that are tested
 SINCE_S = np.array([0.1, 0.3, 1.0, 3.0])
 BANDS_HZ = np.array([0.1, 0.5, 2.0, 8.0])
+# beyond it the number of standard deviations says nothing more
+MOST_SIGMA = 100.0
 # edges of bands (s, Hz) of the table where the error lies
 TABLE_SINCE_S = (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, np.inf)
 TABLE_HZ = (0.0, 0.05, 0.2, 1.0, 5.0, np.inf)
