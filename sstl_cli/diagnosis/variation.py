@@ -98,6 +98,21 @@ def of_the_whole(sim: Simulator, base: Fit, own: Ways) -> Variation:
     return own.section(np.concatenate(([0.0], sizes)))
 
 
+def seen_in(whole: Variation, models: Iterable[Weighed]) -> Variation:
+    """Return a variation that holds, too, what evident models of one effect have on the own record: what they do is not linear."""
+    effects = {k: dict(v) for k, v in whole.effects.items()}
+    for f in (w.fit for w in models if w.evidence > 0.0):
+        for x, v in zip(f.free, f.values, strict=True):
+            if x.effect.id in ASIDE:
+                continue
+            own = effects.setdefault(x.effect.id, {})
+            if x.parameter.shape:
+                own.setdefault(x.parameter.name, float(v))
+            else:
+                own[x.parameter.name] = max(own.get(x.parameter.name, 0.0), abs(float(v) - x.parameter.neutral))
+    return whole.model_copy(update={"effects": effects})
+
+
 def _stretch_s(r: Record) -> float:
     """Return how long a stretch of a record is (s): a part of it, and no shorter than a loop, within which nothing is alike."""
     whole = _duration_s(r)

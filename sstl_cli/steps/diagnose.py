@@ -32,7 +32,7 @@ from sstl_cli.identification import gate
 from sstl_cli.identification.gate.rules import limit, overflow
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
-from sstl_cli.physics.scenario import Scenario
+from sstl_cli.physics.scenario import Scenario, Variation
 from sstl_cli.steps.diagnose_accepted import accepted, known, model
 from sstl_cli.steps.diagnose_document import document
 from sstl_cli.steps.diagnose_given import Evidence, Given
@@ -324,10 +324,15 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
     known = replace(options, sim=scenario, max_effects=1)
     # the base alone
     once = gather(found.runs, replace(known, exclude=tuple(catalogue())), before=found).search
+    kept, unit_n = scenario.wander, found.problem.unit_n
+
+    def varying(whole: Variation) -> Scenario:
+        own = variation.rescaled(kept.model_copy(update={"whole": whole}), unit_n)
+        return scenario.model_copy(update={"wander": kept.model_copy(update={"whole": own.whole})})
+
     whole = variation.of_the_whole(once.sim, once.base, variation.ways(found.search.singles.values()))
-    own = variation.rescaled(scenario.wander.model_copy(update={"whole": whole}), found.problem.unit_n)
-    scenario = scenario.model_copy(update={"wander": scenario.wander.model_copy(update={"whole": own.whole})})
-    again = gather(found.runs, replace(known, sim=scenario), before=found)
+    again = gather(found.runs, replace(known, sim=varying(whole)), before=found)
+    scenario = varying(variation.seen_in(whole, (v[0] for v in again.search.singles.values())))
     usual = dict(scenario.dispersion)
     # models that add to it without being more evident are as right as it is
     tries = [(s, f) for s in (once, again.search) for f in [s.base, *(w.fit for w in s.ranked()[:EXAMINED])]]

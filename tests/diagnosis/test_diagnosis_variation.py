@@ -180,3 +180,20 @@ def test_as_a_whole_a_model_seems_another_one_by_what_theta_cannot_take_up():
     assert size == pytest.approx(abs(score), rel=0.15)
     # what theta takes up is no variation
     assert of_the_whole(SIM, replace(base, residual=base.jacobian[:, 0] * 0.01), own).effects == {}
+
+
+def test_what_is_evident_on_the_own_record_is_usual_as_large_as_it_is_seen():
+    slow = named("stribeck", "mean_ratio", "mean_mm_s")
+    models = [
+        Weighed(made(0.0, named(*OUT), (-0.3,)), 40.0, 40.0),
+        Weighed(made(0.0, slow, (1.25, 2.5)), 10.0, 10.0),
+        # not evident: not seen
+        Weighed(made(0.0, named(*GAIN), (1.1,)), -1.0, -1.0),
+    ]
+    known = Variation(theta=0.1, effects={"zero_offset": {"z_out_act_n": 0.1, "z_in_act_n": 0.2}})
+    found = variation.seen_in(known, models)
+    assert found.theta == 0.1 and found.effects == {
+        "zero_offset": {"z_out_act_n": pytest.approx(0.3), "z_in_act_n": 0.2},
+        "stribeck": {"mean_ratio": pytest.approx(0.25), "mean_mm_s": 2.5},
+    }
+    assert variation.seen_in(found, models[:1]).effects["zero_offset"]["z_out_act_n"] == pytest.approx(0.3)
