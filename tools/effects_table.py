@@ -113,9 +113,13 @@ def _law(effect_id: str, systems: Sequence[str]) -> Hypothesis:
     """Return the law of an effect that its case is of, with everything free in it; the shapes of another law show nothing."""
     stated = set(CASES.get(effect_id, {}))
     laws = [h for h in variants(effect_id, systems) if stated & {f.parameter.name for f in h.strengths}]
-    # a shape that the case says nothing of is another law's
-    unsaid = {id(h): sum(f.parameter.shape and f.effect.id == effect_id and f.parameter.name not in stated for f in h.free) for h in laws}
-    return max(laws, key=lambda h: (-unsaid[id(h)], len(h.free))) if get(effect_id).variants and laws else full(effect_id, systems)
+
+    def fits(h: Hypothesis) -> tuple[int, int]:
+        # a shape that the case says nothing of is another law's
+        unsaid = sum(f.parameter.shape and f.effect.id == effect_id and f.parameter.name not in stated for f in h.free)
+        return -unsaid, len(h.free)
+
+    return max(laws, key=fits) if get(effect_id).variants and laws else full(effect_id, systems)
 
 
 def refit(effect_id: str, runs: list[Run], noisy: bool = True) -> Refit:

@@ -12,7 +12,7 @@ from sstl_cli.diagnosis.constants import HELD, LEVELS, MIN_READINGS, WHITE
 from sstl_cli.diagnosis.holds import likelier
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.readings import known
-from sstl_cli.diagnosis.recorder import THIRD, THIRDS_ERROR, quiet
+from sstl_cli.diagnosis.recorder import THIRDS_ERROR, four_in_a_row, white_of_thirds
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.white import least_white
 
@@ -58,11 +58,11 @@ def _of_sensor(records: list[Record], fitted: list[Array], slides: list[Array]) 
 def _seen(r: Record, fitted: Array, slide: Array, least_n: float) -> tuple[float, float]:
     """Return the logarithm of the white noise (N) in the holds of a record, and its error; infinite where they do not show it."""
     rests = (r.weight > 0) & (slide < HELD)
-    third = np.abs(np.diff(r.y - block_mean(fitted, r.factor), 3))[rests[:-3] & rests[1:-2] & rests[2:-1] & rests[3:]]
+    third = np.abs(np.diff(r.y - block_mean(fitted, r.factor), 3))[four_in_a_row(rests)]
     if len(third) < MIN_READINGS or not known(r.raw, "tension_out_n").all():
         return 0.0, float("inf")
     # noise of one step, of which a sample of the analysis is a mean
-    white = max(quiet(third) * float(np.sqrt(np.median(r.readings) / np.sum(THIRD**2))), least_n)
+    white = max(white_of_thirds(third) * float(np.sqrt(np.median(r.readings))), least_n)
     return float(np.log(max(white, np.finfo(float).tiny))), float(np.hypot(WHITE, THIRDS_ERROR / np.sqrt(len(third))))
 
 

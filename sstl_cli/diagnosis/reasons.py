@@ -109,4 +109,5 @@ def left(rows: Rows, top: Ids) -> str:
         louder = "explains it only beside noise that is larger than was measured"
         return f"{best} {louder if (rows.log.strain or 0.0) > 1.0 else 'is less likely than something that has no name here'}"
     explains = f" which explains {100.0 * share:.0f} % of the squared error," if row.kind == OUTPUT and share >= HALF else ""
-    return f"{best}{explains} leaves more than noise can be ({f'{worst.name}, ' if tested else ''}{f'{z:.0f}' if z <= MOST_SIGMA else f'far beyond {MOST_SIGMA:g}'} sigma)"
+    test, far = f"{worst.name}, " if tested else "", f"{z:.0f}" if z <= MOST_SIGMA else f"far beyond {MOST_SIGMA:g}"
+    return f"{best}{explains} leaves more than noise can be ({test}{far} sigma)"

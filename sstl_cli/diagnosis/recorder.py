@@ -118,9 +118,19 @@ def white_noise(signal: Array, where: Mask | None = None) -> float:
         return 0.0
     third = np.abs(np.diff(signal, 3))
     if where is not None:
-        inside = where[:-3] & where[1:-2] & where[2:-1] & where[3:]
+        inside = four_in_a_row(where)
         third = third[inside] if inside.sum() >= ENOUGH_HELD else third
-    return quiet(third) / float(np.sqrt(20.0))
+    return white_of_thirds(third)
+
+
+def four_in_a_row(where: Mask) -> Mask:
+    """Return where a sample is set and the three behind it, shape (n - 3,)."""
+    return where[:-3] & where[1:-2] & where[2:-1] & where[3:]
+
+
+def white_of_thirds(sizes: Array) -> float:
+    """Return the white noise (N) of readings from the sizes of their third differences; its relative error is ``THIRDS_ERROR`` over the root of n."""
+    return quiet(sizes) / float(np.sqrt(THIRD @ THIRD))
 
 
 def quiet(sizes: Array) -> float:
@@ -175,7 +185,7 @@ def fourths(signal: Array, time: Array, where: Mask | None = None) -> Array:
     apart = near[:, None] - near[None, :] + np.eye(4)[:, :, None]
     share = 1.0 / np.prod(apart, axis=1)
     missed = np.abs(sum(share[i] * signal[i : n - 3 + i] for i in range(4))) / np.sqrt(np.sum(share**2, axis=0))
-    return np.asarray(missed if where is None else missed[where[:-3] & where[1:-2] & where[2:-1] & where[3:]])
+    return np.asarray(missed if where is None else missed[four_in_a_row(where)])
 
 
 def white_of_fourths(missed: Array) -> float:

@@ -100,16 +100,12 @@ def of_the_whole(sim: Simulator, base: Fit, own: Ways) -> Variation:
 
 def seen_in(whole: Variation, models: Iterable[Weighed]) -> Variation:
     """Return a variation that holds, too, what evident models of one effect have on the own record: what they do is not linear."""
-    effects = {k: dict(v) for k, v in whole.effects.items()}
-    for f in (w.fit for w in models if w.evidence > 0.0):
-        for x, v in zip(f.free, f.values, strict=True):
-            if x.effect.id in ASIDE:
-                continue
-            own = effects.setdefault(x.effect.id, {})
-            if x.parameter.shape:
-                own.setdefault(x.parameter.name, float(v))
-            else:
-                own[x.parameter.name] = max(own.get(x.parameter.name, 0.0), abs(float(v) - x.parameter.neutral))
+    own = ways([w] for w in models if w.evidence > 0.0)
+    seen = own.section(np.abs([0.0, *own.steps])).effects
+    effects = {e: {**seen.get(e, {}), **whole.effects.get(e, {})} for e in (*whole.effects, *seen)}
+    for effect_id, name in own.strengths:
+        if name in seen.get(effect_id, {}):
+            effects[effect_id][name] = max(seen[effect_id][name], whole.effects.get(effect_id, {}).get(name, 0.0))
     return whole.model_copy(update={"effects": effects})
 
 

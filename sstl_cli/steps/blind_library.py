@@ -81,14 +81,7 @@ def run(
     parts = out.with_name(f"{out.name}.parts")
     drawn = jobs(asked.cases, asked.seed, asked.simulator, asked.quick, asked.recordings, asked.strengths)
     waiting = [replace(j, accepted=asked.accepted, habits=asked.habits) for j in drawn]
-    how = {
-        "quick": asked.quick,
-        "recordings": asked.recordings,
-        "strengths": list(asked.strengths),
-        "accepted": asked.accepted,
-        "habits": asked.habits,
-    }
-    _claim(parts, {"cases": asked.cases, "seed": asked.seed, "simulator": asked.simulator, **how})
+    _claim(parts, {**asdict(asked), "strengths": list(asked.strengths)})
     left = [j for j in waiting if not _part(parts, j).exists()]
     advance(len(waiting) - len(left))
     with closing(_worked(left, parts, workers, gatherer or gather)) as done:

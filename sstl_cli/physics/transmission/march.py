@@ -251,13 +251,20 @@ def _march(state: Array, laws: Array, table: Array, tension: Array, steps: Array
             t_left = row(state, at + AFTER)
             if kind.spread:
                 part = row(state, at + CREEP) * t_left * (1.0 / ELEMENTS)
-                put(state, at + CREPT_FAST, row(state, at + CREPT_FAST) + (part - row(state, at + CREPT_FAST)) * fast)
-                put(state, at + CREPT_SLOW, row(state, at + CREPT_SLOW) + (part - row(state, at + CREPT_SLOW)) * slow)
-                put(state, at + CREPT, row(state, at + CREPT) + (part - row(state, at + CREPT)) * gone)
+                _follow(state, at + CREPT_FAST, part, fast)
+                _follow(state, at + CREPT_SLOW, part, slow)
+                _follow(state, at + CREPT, part, gone)
             elif kind.creeping:
                 put(state, at + CREPT, row(state, at + OFFSET) + row(state, at + CREEP) * t_left * gone)
         put(laws, STEP_OLD, dt)
         put(out, k, select(t_left < 0.0, 0.0, t_left))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _follow(state: Array, at: int, goal: Any, gone: Any) -> None:
+    """Bring a row nearer to a goal by a part of its distance."""
+    here = row(state, at)
+    put(state, at, here + (goal - here) * gone)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

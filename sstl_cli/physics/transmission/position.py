@@ -41,6 +41,7 @@ def predict_position(drive: Drive, theta: float, active: Active, tension_out: Ar
         if position.creep_fraction > 0.0:
             # creep is a share of the tendon as built where no other is given
             compliance = position.creep_fraction * (position.tendon_mm_per_n or mechanics.tendon_mm_per_n)
+            # one where they are not spread
             times = {position.creep_s * position.creep_spread**k for k in (-1, 0, 1)}
             x = x + compliance * np.mean([low_pass(mean, drive.dt_s, tau) for tau in times], axis=0)
     if position.sheath_mm_per_n > 0.0:
