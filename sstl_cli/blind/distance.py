@@ -269,7 +269,9 @@ def _evident(sim: Simulator, base: Fit, whole: Fit) -> Fit:
     """Return the most evident hypothesis of a rival, as the diagnosis takes it: what moves one sensor needs not four."""
     best = [whole]
     if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
-        fewer = [h for h in by_usual_law(whole.ids[0], sim.problem.systems) if len(h.free) < len(whole.free)]
+        usual = by_usual_law(whole.ids[0], sim.problem.systems)
+        # a rival by a law beside the usual one has none of its parameters
+        fewer = [h for h in usual if len(h.free) < len(whole.free) and all(f in whole.free for f in h.free)]
         begun = [_held(sim, whole, h) for h in fewer]
         best += [fit(sim, whole.whiten, f.hypothesis, f.theta, f.values, ROUNDS) for f in sorted(begun, key=lambda f: f.cost)[:SUBSETS]]
     return max(best, key=lambda f: weigh(sim, f, base).evidence)
