@@ -23,7 +23,15 @@ EFFECT = Effect(
         Parameter("fraction", "1", 0.0, 0.0, 0.3, "creep compliance over elastic compliance"),
         Parameter("tau_s", "s", 10.0, 1.0, 100.0, "time constant", shape=True),
         Parameter(
-            "spread", "1", 1.0, 1.0, 10.0, "ratio of neighbouring time constants where there are several", shape=True, limits=(1.0, 100.0)
+            "spread",
+            "1",
+            1.0,
+            1.0,
+            10.0,
+            "ratio of neighbouring time constants where there are several",
+            shape=True,
+            start=3.0,
+            limits=(1.0, 100.0),
         ),
     ),
     variants=(("fraction", "tau_s"), ("fraction", "tau_s", "spread")),
