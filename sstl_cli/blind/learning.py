@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,6 +29,7 @@ from sstl_cli.diagnosis.verdict import (
     candidate_terms,
     decided,
     discounted,
+    inclusive,
     log_terms,
     probabilities,
     standing,
@@ -85,10 +86,9 @@ Judged = Sequence[tuple[Example, Mapping[Ids, float]]]
 
 @dataclass(frozen=True)
 class _Design:
-    """One example as matrices: terms and effects of the candidates, terms of the log, index of the answer."""
+    """One example as matrices: terms and effects of the candidates side by side, terms of the log, index of the answer."""
 
-    terms: Array
-    effects: Array
+    candidates: Array
     log: Array
     answer: int
 
@@ -137,11 +137,14 @@ def _design(e: Example) -> _Design:
     effects = np.array([[float(n in c.ids) for n in names] for c in e.rows.candidates])
     ids = [c.ids for c in e.rows.candidates]
     answer = len(ids) if e.answer == NONE else len(ids) + 1 if e.answer == UNKNOWN else ids.index(e.answer)
-    return _Design(terms, effects, log_terms(e.rows), answer)
+    return _Design(np.hstack((terms, effects)) if ids else np.zeros((0, 0)), log_terms(e.rows), answer)
 
 
 def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None, around: Weights | None = None) -> Weights:
     """Return the most likely weights; thresholds are left open (see :func:`calibrated`).
+
+    Those of the candidates first, from the cases whose cause is one of them; then those of the log, of which the candidates'
+    inclusive value is one number (the sequential estimator of McFadden 1978).
 
     Parameters
     ----------
@@ -149,41 +152,22 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None,
         Where the weights are beforehand (default: at 0): those of cases that are like these in most.
     """
     designs = [_design(e) for e in found]
-    c, log, names = len(CANDIDATE_TERMS), len(LOG_TERMS), sorted(catalogue())
+    c, names = len(CANDIDATE_TERMS), sorted(catalogue())
     start, spread = _beforehand(around)
-
-    def cost(w: Array) -> tuple[float, Array]:
-        own, none, unknown, effect = w[:c], w[c : c + log], w[c + log : c + 2 * log], w[c + 2 * log :]
-        total, gradient = 0.0, np.zeros(len(w))
-        for d in designs:
-            count = len(d.terms)
-            kind = 0 if d.answer < count else d.answer - count + 1
-            p = softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
-            total -= float(np.log(max(p[kind], 1e-300)))
-            p[kind] -= 1.0
-            gradient[c : c + log] += p[1] * d.log
-            gradient[c + log : c + 2 * log] += p[2] * d.log
-            if kind == 0:
-                q = softmax(d.terms @ own + d.effects @ effect)
-                total -= float(np.log(max(q[d.answer], 1e-300)))
-                q[d.answer] -= 1.0
-                gradient[:c] += d.terms.T @ q
-                gradient[c + 2 * log :] += d.effects.T @ q
-        off = (w - start) / spread
-        return total + 0.5 * float(off @ off), gradient + off / spread
-
     signed = [(0.0 if t in FOR else None, 0.0 if t in AGAINST else None) for t in CANDIDATE_TERMS]
-    bounds = signed + [(None, None)] * (len(start) - c)
-    w = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 500}).x
+    first = _likeliest(lambda w: _of_names(designs, w), start[0], spread[0], signed + [(None, None)] * len(names))
+    seen = [replace(d, log=_with_inclusive(d, first)) for d in designs]
+    falls = [(None, 0.0 if t == "inclusive" else None) for t in LOG_TERMS]
+    second = _likeliest(lambda w: _of_kinds(seen, w), start[1], spread[1], falls * 2)
 
     def named(keys: Sequence[str], part: Array) -> dict[str, float]:
         return {k: round(float(v), 5) for k, v in zip(keys, part, strict=True)}
 
     return Weights(
-        named(CANDIDATE_TERMS, w[:c]),
-        named(LOG_TERMS, w[c : c + log]),
-        named(LOG_TERMS, w[c + log : c + 2 * log]),
-        named(names, w[c + 2 * log :]),
+        named(CANDIDATE_TERMS, first[:c]),
+        named(LOG_TERMS, second[: len(LOG_TERMS)]),
+        named(LOG_TERMS, second[len(LOG_TERMS) :]),
+        named(names, first[c:]),
         0.5,
         dict.fromkeys(FAMILIES, 1.0),
         0.5,
@@ -194,15 +178,57 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None,
     )
 
 
-def _beforehand(around: Weights | None) -> tuple[Array, Array]:
-    """Return mean and standard deviation of all weights before any case is seen."""
+def _with_inclusive(d: _Design, weights: Array) -> Array:
+    value = inclusive(list(d.candidates @ weights)) if len(d.candidates) else 0.0
+    return np.where([t == "inclusive" for t in LOG_TERMS], value, d.log)
+
+
+def _likeliest(cost: Callable[[Array], tuple[float, Array]], start: Array, spread: Array, bounds: Sequence[Any]) -> Array:
+    """Return the most likely weights by a cost (minus log likelihood) with its gradient, normal about ``start`` beforehand."""
+
+    def posterior(w: Array) -> tuple[float, Array]:
+        total, gradient = cost(w)
+        off = (w - start) / spread
+        return total + 0.5 * float(off @ off), gradient + off / spread
+
+    return np.asarray(minimize(posterior, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 500}).x)
+
+
+def _of_names(designs: Sequence[_Design], w: Array) -> tuple[float, Array]:
+    """Return minus the log likelihood of the names that were right, and its gradient, by weights of terms and effects."""
+    total, gradient = 0.0, np.zeros(len(w))
+    for d in designs:
+        if d.answer < len(d.candidates):
+            q = softmax(d.candidates @ w)
+            total -= float(np.log(max(q[d.answer], 1e-300)))
+            q[d.answer] -= 1.0
+            gradient += d.candidates.T @ q
+    return total, gradient
+
+
+def _of_kinds(designs: Sequence[_Design], w: Array) -> tuple[float, Array]:
+    """Return minus the log likelihood of whether nothing, something unnamed or a candidate was right, and its gradient."""
+    none, unknown = np.split(w, 2)
+    total, gradient = 0.0, np.zeros((2, len(none)))
+    for d in designs:
+        count = len(d.candidates)
+        kind = 0 if d.answer < count else d.answer - count + 1
+        p = softmax(np.array([0.0 if count else -np.inf, none @ d.log, unknown @ d.log]))
+        total -= float(np.log(max(p[kind], 1e-300)))
+        p[kind] -= 1.0
+        gradient += np.outer(p[1:], d.log)
+    return total, gradient.ravel()
+
+
+def _beforehand(around: Weights | None) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return mean and standard deviation of all weights before any case is seen, of the candidates and of the log."""
     names = sorted(catalogue())
+    own, logs = np.zeros(len(CANDIDATE_TERMS) + len(names)), np.zeros(2 * len(LOG_TERMS))
     if around is None:
-        spread = np.concatenate((np.full(len(CANDIDATE_TERMS) + 2 * len(LOG_TERMS), PRIOR_TERM), np.full(len(names), PRIOR_EFFECT)))
-        return np.zeros(len(spread)), spread
-    logs = [part[t] for part in (around.none, around.unknown) for t in LOG_TERMS]
-    start = np.array([*(around.candidate[t] for t in CANDIDATE_TERMS), *logs, *(around.effect[n] for n in names)])
-    return start, np.full(len(start), PRIOR_APART)
+        return (own, logs), (np.repeat((PRIOR_TERM, PRIOR_EFFECT), (len(CANDIDATE_TERMS), len(names))), np.full(len(logs), PRIOR_TERM))
+    own = np.array([*(around.candidate[t] for t in CANDIDATE_TERMS), *(around.effect[n] for n in names)])
+    logs = np.array([part[t] for part in (around.none, around.unknown) for t in LOG_TERMS])
+    return (own, logs), (np.full(len(own), PRIOR_APART), np.full(len(logs), PRIOR_APART))
 
 
 def left_out(found: Sequence[Example], around: Mapping[str, Weights] | None = None) -> dict[str, Weights]:

@@ -110,11 +110,15 @@ MIN_STREAM, LEAST_SAMPLES = 2 * MIN_SAMPLES, 20
 
 # a spread from run to run is one of at least as many differences between runs of a bend
 FEWEST_CONTRASTS = 2
+# windows of a stroke in which an output may rest: so many standard deviations of a difference long, so many at least
+WINDOW_TRAVEL, FEWEST_WINDOWS = 6.0, 20
 
 # === believed: priors, and how far they may be left
 
 # sizes of a response between 0.1 and 100 standard deviations are alike in every decade
 LOG_RANGE = float(np.log(1e3))
+# scatter of what an output comes in a window of a stroke, over the error of that: none, and each twice the one before
+MIXTURE_SPREADS = np.concatenate(([0.0], 2.0 ** np.arange(-2.0, 7.0)))
 # scatter of a line that jumps, as a share of what it loses on average (a regular sawtooth from nothing has 0.58)
 JUMPS = (0.2, 0.5, 1.0)
 # friction coefficient times angle of anything that a tendon still moves through (rad)
@@ -219,6 +223,8 @@ SCREENED, FITTED = 0.2, 0.3
 COMBINED = SCREENED
 # what the models leave is looked at for so many of the best of each size; the others have lost by what they gain
 EXAMINED = 6
+# rounds in which the shares of a mixture settle
+MIXTURE_ROUNDS = 200
 # of the latent input: rounds, factors on a scale that are tried in a round (far ones while it is not yet near), nats that end it
 LATENT_ROUNDS = 12
 NEAR = (1.0, 0.5, 2.0)

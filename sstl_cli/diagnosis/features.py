@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import EXAMINED
+from sstl_cli.diagnosis import sticking
+from sstl_cli.diagnosis.constants import DECIDES_NATS, EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.found import Search
@@ -52,7 +53,8 @@ class CandidateRow:
 class LogRow:
     """One log: samples after the analysis, and what base and best model leave.
 
-    ``strain`` is by how much the noise had to leave what was measured (see noise.strain), None where that was not kept.
+    ``strain`` is by how much the noise had to leave what was measured (see noise.strain), ``jumps`` the evidence that the output
+    rests where it should slide (see sticking.rests); None where that was not kept.
     """
 
     samples: int
@@ -72,6 +74,12 @@ class LogRow:
     noise_ratio: float
     propagates: float
     strain: float | None = None
+    jumps: float | None = None
+
+    @property
+    def rests(self) -> bool:
+        """Whether the output rests and jumps within strokes."""
+        return (self.jumps or 0.0) > DECIDES_NATS
 
 
 @dataclass(frozen=True)
@@ -139,6 +147,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         max(float(np.hypot(a.white_n, a.coloured_n) / max(np.hypot(b.white_n, b.coloured_n), 1e-12)) for a, b in noise),
         propagates,
         strain(found.noise, found.measured),
+        sticking.rests(sim.problem.records, sim.predict_fine(found.base.theta, {})),
     )
     return Rows(log, (*candidates, *beside), base, best, scatters=sim.problem.scatters)
 

@@ -15,11 +15,12 @@ def carried(c: CandidateRow, rows: Rows) -> float:
     Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments), and no
     more than by size. Where a simulator is known to leave more in some places than in others size is that of the largest: there it only
     says who comes no nearer at all. What was held out has the same say: no candidate takes off more than it may at most remove there.
-    Not of jumps, which nobody can foretell, as long as they leave no more than the noise.
+    Not of jumps, which nobody can foretell, as long as they leave no more than the noise; and where the output is seen to rest and
+    jump, their mean need not be nearer to it than the base.
     """
     if c.kind == OUTPUT:
         left, share = _accounted(c, rows)
-        if not (averaged(c) or rows.scatters) or c.share <= 0.0:
+        if not (averaged(c) or rows.scatters) or (c.share <= 0.0 and not _jumps(c, rows)):
             share = min(share, c.share)
         foretold = left > 1.0 or not averaged(c)
         return share if c.held is None or not foretold else min(share, c.held)
@@ -46,9 +47,14 @@ def averaged(c: CandidateRow) -> bool:
     return any(get(i).averaged for i in c.ids)
 
 
-def only_scatters(c: CandidateRow) -> bool:
-    """Whether a mean over jumps is on the whole no nearer to the output than the base: its scatter takes up whatever there is."""
-    return averaged(c) and c.share <= 0.0
+def _jumps(c: CandidateRow, rows: Rows) -> bool:
+    """Whether a law of jumps says what the output is seen to do."""
+    return averaged(c) and rows.log.rests
+
+
+def only_scatters(c: CandidateRow, rows: Rows) -> bool:
+    """Whether a mean over jumps that nobody sees is no nearer to the output than the base: its scatter takes up whatever there is."""
+    return averaged(c) and c.share <= 0.0 and not rows.log.rests
 
 
 def strained(c: CandidateRow) -> bool:
@@ -91,23 +97,27 @@ def _little(row: CandidateRow, share: float) -> str:
 
 def left(rows: Rows, top: Ids) -> str:
     """Return why even the most probable candidate is not thought to be the cause."""
-    worst = rows.best.worst()
     row = next((c for c in rows.candidates if c.ids == top), None)
     if row is None or not top:
-        return f"something is left that no candidate explains ({worst.name})"
+        return f"something is left that no candidate explains ({rows.best.worst().name})"
     best, share = f"even the best candidate, {' + '.join(top)},", carried(row, rows)
+    return f"{best} {_short_of(row, rows, share)}" + ("; the output rests and jumps where it should slide" if rows.log.rests else "")
+
+
+def _short_of(row: CandidateRow, rows: Rows, share: float) -> str:
+    """Return what the most probable candidate fails to do."""
     if strained(row) and share >= HALF:
-        return f"{best} would need sizes that none of its effects usually has"
-    if only_scatters(row):
-        return f"{best} lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
+        return "would need sizes that none of its effects usually has"
+    if only_scatters(row, rows):
+        return "lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
     if share < HALF and (row.kind == BESIDE or share == row.held or share <= LEAST_SHARE):
-        return f"{best} {_little(row, share)}"
+        return _little(row, share)
     # the tests are of what the most evident model leaves, which need not be the most probable one
-    tested = row.kind != OUTPUT or row is leading(rows)
+    worst, tested = rows.best.worst(), row.kind != OUTPUT or row is leading(rows)
     z = worst.z if tested else row.worst_z
     if z <= 2.0:
         louder = "explains it only beside noise that is larger than was measured"
-        return f"{best} {louder if (rows.log.strain or 0.0) > 1.0 else 'is less likely than something that has no name here'}"
-    explains = f" which explains {100.0 * share:.0f} % of the squared error," if row.kind == OUTPUT and share >= HALF else ""
+        return louder if (rows.log.strain or 0.0) > 1.0 else "is less likely than something that has no name here"
+    explains = f"which explains {100.0 * share:.0f} % of the squared error, " if row.kind == OUTPUT and share >= HALF else ""
     test, far = f"{worst.name}, " if tested else "", f"{z:.0f}" if z <= MOST_SIGMA else f"far beyond {MOST_SIGMA:g}"
-    return f"{best}{explains} leaves more than noise can be ({test}{far} sigma)"
+    return f"{explains}leaves more than noise can be ({test}{far} sigma)"

@@ -2,7 +2,7 @@
 
 A nested multinomial model (McFadden 1978): the log's numbers give the probabilities that nothing is missing, that something
 without a name is, and that a candidate is; among the candidates each has the exponential of a weighted sum of its numbers
-over the sum of all. Weights and thresholds are learned (see :mod:`sstl_cli.diagnosis.weights`).
+over the sum of all. The logarithm of that sum, the inclusive value, is one of the log's numbers: how well the candidates do as causes. Weights and thresholds are learned (see :mod:`sstl_cli.diagnosis.weights`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CANDIDATE_TERMS = (
 )  # fmt: skip
 LOG_TERMS = (
     "one", "nats", "best", "base_rms", "base_worst", "base_means", "left_share", "left_rms", "worst", "means", "little",
-    "outside", "recorder", "beside", "beside_left", "beside_base", "coloured", "noise_ratio",
+    "outside", "recorder", "beside", "beside_left", "beside_base", "coloured", "noise_ratio", "inclusive",
 )  # fmt: skip
 
 
@@ -159,7 +159,12 @@ def _own(c: CandidateRow, other: Ids, rows: Rows) -> float:
     return max(c.evidence - max(shared, 0.0), 0.0)
 
 
-def log_terms(rows: Rows) -> Array:
+def inclusive(of_candidates: Sequence[float]) -> float:
+    """Return the inclusive value of the candidates' weighted sums, 0 where there is none."""
+    return float(logsumexp(of_candidates)) if len(of_candidates) else 0.0
+
+
+def log_terms(rows: Rows, inclusive_value: float = 0.0) -> Array:
     """Return the numbers of the log, in the order of ``LOG_TERMS``: is anything there, and does the leading model explain it."""
     log, lead = rows.log, leading(rows)
     best = gain = 0.0
@@ -191,6 +196,7 @@ def log_terms(rows: Rows) -> Array:
         "beside_base": 0.0 if beside is None else _squash(max(beside.chi2 / max(1.0 - beside.share, np.finfo(float).eps) ** 2 - 1.0, 0.0)),
         "coloured": min(log.coloured, 3.0),
         "noise_ratio": _squash(10.0 * abs(np.log(max(log.noise_ratio, 1e-9)))),
+        "inclusive": inclusive_value,
     }
     return np.array([values[t] for t in LOG_TERMS])
 
@@ -205,10 +211,10 @@ def probabilities(rows: Rows, w: Weights, prior: Mapping[str, float] | None = No
     """
     rows = standing(rows)
     own = np.array([w.candidate[t] for t in CANDIDATE_TERMS])
-    log = log_terms(rows)
     odds = {c.ids: sum(float(np.log((prior or {}).get(i, 1.0))) for i in c.ids) for c in rows.candidates}
     plain = {c.ids: float(own @ candidate_terms(c, rows)) + sum(w.effect.get(i, 0.0) for i in c.ids) for c in rows.candidates}
     named = {k: v + odds[k] for k, v in plain.items()}
+    log = log_terms(rows, inclusive(list(plain.values())))
     # odds against what is seen speak for what has no name, and for nothing
     all_named = float(logsumexp(list(named.values())) - logsumexp(list(plain.values()))) if named else -np.inf
     is_named, is_none, is_unknown = (

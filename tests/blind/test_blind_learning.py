@@ -137,7 +137,7 @@ def test_what_should_be_said(change, answer):
 
 def test_what_is_stated_counts_causes_that_nobody_could_tell(library, others):
     """A cause that is no candidate and looks like one in every number: the same rows with another answer."""
-    judged = judged_by(library, others)
+    judged = [*judged_by(library, others)] * 4
     hidden = [(replace(e, answer=UNKNOWN), p) for e, p in judged if e.kind == "single"]
     plain, drawn = (calibrated(judged, learn(library), part) for part in (judged, [*judged, *hidden]))
     assert drawn.commit > plain.commit

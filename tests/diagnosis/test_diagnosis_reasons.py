@@ -34,7 +34,16 @@ def test_a_model_carries_what_it_takes_off_and_no_more_than_of_what_was_held_out
 
 def test_a_mean_over_jumps_that_is_no_nearer_only_scatters():
     jumps = replace(ROW, ids=("stribeck",), share=0.0)
-    assert only_scatters(jumps) and carried(jumps, ROWS) == 0.0 and not only_scatters(replace(jumps, share=0.1))
+    assert only_scatters(jumps, ROWS) and carried(jumps, ROWS) == 0.0 and not only_scatters(replace(jumps, share=0.1), ROWS)
+
+
+def test_where_the_output_is_seen_to_jump_a_mean_over_jumps_accounts_for_what_it_leaves_as_noise():
+    jumps = replace(ROW, ids=("stribeck",), share=0.0, chi2=1.0)
+    seen, doubtful = (replace(ROWS, log=replace(LOG, jumps=nats)) for nats in (50.0, 1.0))
+    assert carried(jumps, seen) == 1.0 and not only_scatters(jumps, seen)
+    assert carried(jumps, doubtful) == 0.0 and only_scatters(jumps, doubtful)
+    # what leaves more than the noise is asked for what it foretells, and other laws have to be nearer
+    assert carried(replace(jumps, chi2=2.5, held=0.1), seen) == 0.1 and carried(replace(ROW, share=0.0), seen) == 0.0
 
 
 def test_several_effects_of_which_no_size_is_usual_are_strained():
@@ -51,6 +60,8 @@ def test_reasons_tell_what_was_found_and_what_is_left():
     assert left(ahead, ("viscous",)) == f"{most} (30 sigma)"
     little = replace(ROWS, candidates=(replace(ROW, chi2=2.2),))
     assert left(little, ("viscous",)) == "even the best candidate, viscous, leaves more than noise can be (mean by run, 7 sigma)"
+    rests = replace(ROWS, log=replace(LOG, jumps=50.0))
+    assert left(rests, ("viscous",)) == f"{most} (mean by run, 7 sigma); the output rests and jumps where it should slide"
     assert left(ROWS, ()) == "something is left that no candidate explains (mean by run)"
     low = replace(ROWS, candidates=(replace(ROW, held=0.2),))
     assert "removes 20 % at most of the gap of what was held out" in left(low, ("viscous",))

@@ -342,6 +342,18 @@ def test_the_numbers_of_a_log_are_of_its_best_model_else_of_its_base():
     assert (at_end["worst"], at_end["means"]) == pytest.approx((1.0, 2.0)) and at_end["left_rms"] == none["left_rms"]
 
 
+def test_the_inclusive_value_of_the_candidates_is_one_of_the_numbers_of_a_log():
+    # two candidates of odds 3 and 1: the sum of both is 4, its logarithm times -1/2 half as likely as without it
+    both = [seen("viscous", p=3.0).row, seen("crosstalk", p=1.0).row]
+    one, own = dict.fromkeys(LOG_TERMS, 0.0), dict.fromkeys(CANDIDATE_TERMS, 0.0)
+    weigh = Weights(own, {**one, "inclusive": -0.5}, one, {"viscous": float(np.log(3.0))}, COMMIT, {}, QUIET, COVER, 24.0, {})
+    found = probabilities(Rows(LOG, tuple(both), LOUD, CALM), weigh)
+    assert found[()] == pytest.approx(0.5 / 2.5) and found[UNKNOWN] == pytest.approx(1.0 / 2.5)
+    assert found[("viscous",)] == pytest.approx(0.75 / 2.5)
+    # without any candidate there is none
+    assert probabilities(Rows(LOG, (), LOUD, CALM), weigh)[()] == pytest.approx(0.5)
+
+
 def test_what_is_left_of_a_channel_beside_counts_whoever_explains_it():
     beside = seen("load_spring", p=0.5, kind=BESIDE, share=0.5, chi2=25.0)
     assert dict(zip(LOG_TERMS, log_terms(Rows(LOG, (beside.row,), LOUD, CALM)), strict=True))["beside_base"] == pytest.approx(2.0)
