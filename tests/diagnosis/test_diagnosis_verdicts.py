@@ -41,13 +41,8 @@ def test_the_effect_or_its_group_is_named(effect):
     assert document["gap"]["shrink_pct"] > 20
 
 
-# the rig slides steadily at full static friction in one part of a ramp and jumps in the other; the mean law knows one of the two,
-# and what it leaves (530 sigma) is more than a cause with a name leaves elsewhere
-UNLIKE = pytest.mark.xfail(reason="the mean over jumps is not the rig's where it slides steadily", strict=True)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("effect", [pytest.param(e, marks=UNLIKE) if e == "stribeck" else e for e in sorted(STRENGTH)])
+@pytest.mark.parametrize("effect", sorted(STRENGTH))
 def test_every_effect_or_its_group_is_named(effect):
     document = of_all({effect: STRENGTH[effect]}, configs=3)
     assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
