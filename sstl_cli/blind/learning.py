@@ -338,12 +338,21 @@ def _by_status(said: Sequence[tuple[Example, Verdict]]) -> dict[str, tuple[tuple
 
 
 def _reliability(said: Sequence[tuple[Example, Any]]) -> tuple[tuple[float, float], ...]:
-    """Return stated probability against share of right verdicts, monotone (Zadrozny and Elkan 2002)."""
+    """Return stated probability against share of right verdicts, monotone (Zadrozny and Elkan 2002).
+
+    Of a level that k of n verdicts have the rule of succession tells (k + 1) / (n + 2): where three of three were right nobody
+    knows that all will be.
+    """
     x = np.array([v.confidence for _, v in said if v.confidence is not None])
     y = np.array([is_right(e, v) for e, v in said if v.confidence is not None], float)
     if len(x) < FEWEST_STATED:
         return ()
-    fitted = IsotonicRegression(y_min=0.02, y_max=0.995, out_of_bounds="clip").fit(x, y)
+    level = IsotonicRegression().fit_transform(x, y)
+    _, block = np.unique(level, return_inverse=True)
+    count = np.bincount(block)
+    told = ((np.bincount(block, y) + 1.0) / (count + 2.0))[block]
+    # a small block may tell less than one below it: together they are one
+    fitted = IsotonicRegression(out_of_bounds="clip").fit(x, told)
     grid = np.quantile(x, np.linspace(0.02, 0.98, 9))
     return tuple((round(float(a), 4), round(float(b), 4)) for a, b in zip(grid, fitted.predict(grid), strict=True) if np.isfinite(b))
 

@@ -117,8 +117,8 @@ WINDOW_TRAVEL, FEWEST_WINDOWS = 6.0, 20
 
 # sizes of a response between 0.1 and 100 standard deviations are alike in every decade
 LOG_RANGE = float(np.log(1e3))
-# scatter of what an output comes in a window of a stroke, over the error of that: none, and each twice the one before
-MIXTURE_SPREADS = np.concatenate(([0.0], 2.0 ** np.arange(-2.0, 7.0)))
+# by how much what an output comes in a window of a stroke is off to either side, over the error of that
+MIXTURE_WIDTHS = np.sqrt(2.0) ** np.arange(14)
 # scatter of a line that jumps, as a share of what it loses on average (a regular sawtooth from nothing has 0.58)
 JUMPS = (0.2, 0.5, 1.0)
 # friction coefficient times angle of anything that a tendon still moves through (rad)

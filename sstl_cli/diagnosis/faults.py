@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -53,13 +53,21 @@ class RecorderEffect:
 
 @dataclass
 class _Carried:
-    """What readings carry of the squared error (N^2): spoilt ones, clipped ones, all, and at most by rounding; with their counts."""
+    """What readings carry of the squared error (N^2): spoilt ones, clipped ones, all, and at most by rounding; with their counts.
+
+    Beside them what spoilt and clipped ones carry over the square of their own sensor's noise, and the noise of all readings (N^2), as
+    it is and without what rounding adds to it.
+    """
 
     faulty: float = 0.0
     fourth: float = 0.0
     clipped: float = 0.0
     total: float = 0.0
     stepped: float = 0.0
+    faulty_over_noise: float = 0.0
+    clipped_over_noise: float = 0.0
+    noise: float = 0.0
+    unrounded: float = 0.0
     spikes: int = 0
     frozen: int = 0
     readings: int = 0
@@ -78,7 +86,8 @@ class _Carried:
         # what sound readings are off by, too, is not the fault's
         sound = (r.raw_weight[:n] > 0.0) & ~bad_in & ~bad_out & ~r.faults_out.clipped[:n]
         usual = float(error2[sound].mean()) if sound.any() else 0.0
-        self.faulty += max(float(error2[bad_out].sum() + input_error2[bad_in].sum()) - usual * int(bad_out.sum()), 0.0)
+        faulty = max(float(error2[bad_out].sum() + input_error2[bad_in].sum()) - usual * int(bad_out.sum()), 0.0)
+        before = self.clipped
         self.fourth += float((error2[bad_out] ** 2).sum() + (input_error2[bad_in] ** 2).sum())
         self.clipped += float(input_error2[~bad_in].sum())
         self.spikes += int(r.faults_in.spike.sum() + r.faults_out.spike.sum())
@@ -86,6 +95,11 @@ class _Carried:
         recorded = int((gaps(r.raw)[:n] == 0).sum())
         self.readings += recorded
         self._add_clipped(r, expected, error2, noise_n, usual)
+        self.faulty += faulty
+        self.faulty_over_noise += faulty / noise_n**2
+        self.clipped_over_noise += (self.clipped - before) / noise_n**2
+        self.noise += recorded * noise_n**2
+        self.unrounded += recorded * max(noise_n**2 - r.faults_out.rounding_n**2, 0.0)
         self.step_in, self.step_out = max(self.step_in, r.faults_in.step_n), max(self.step_out, r.faults_out.step_n)
         slope = np.exp(0.5 * r.raw.passes)
         self.stepped += recorded * (_coarse(r.faults_out) + slope**2 * _coarse(r.faults_in) / 4.0) / 12.0
@@ -126,7 +140,7 @@ def squared_errors(r: Record, prediction: Array) -> tuple[Array, Array, Array]:
 
 
 def recorder_effects(
-    records: tuple[Record, ...], predictions: list[Array], noise_n: float, known: Mapping[str, float] = MappingProxyType({})
+    records: tuple[Record, ...], predictions: list[Array], noise_n: Sequence[float], known: Mapping[str, float] = MappingProxyType({})
 ) -> list[RecorderEffect]:
     """Return recorder faults that carry a substantial share of the squared error, largest first.
 
@@ -134,40 +148,45 @@ def recorder_effects(
     ----------
     predictions : list of ndarray
         Output of the re-tuned base on each record's simulation grid (N).
-    noise_n : float
-        Noise of the output at that rate (N); error below it is nobody's fault.
+    noise_n : sequence of float
+        Noise of the readings of each record's output (N); error below it is nobody's fault.
     known : mapping, optional
         Squared error (N^2) a reading that faults are known to carry: that much of it is no news.
     """
     c = _Carried()
-    for r, prediction in zip(records, predictions, strict=True):
-        c.add(r, prediction, noise_n)
+    for r, prediction, own_n in zip(records, predictions, noise_n, strict=True):
+        c.add(r, prediction, own_n)
     events = c.faulty**2 / c.fourth if c.fourth > 0.0 else np.inf
     before = {k: v * c.readings for k, v in known.items()}
     faulty = max(c.faulty - before.get("acquisition_faults", 0.0), 0.0)
     clipped = max(c.clipped - before.get("saturation", 0.0), 0.0)
-    excess = max(c.total - c.readings * noise_n**2, 1e-12)
+    excess = max(c.total - c.noise, 1e-12)
     found = []
     if c.spikes + c.frozen >= FEW and faulty > 0.0:
         values = {"spike_pct": 100.0 * c.spikes / (2 * c.readings), "frozen_pct": 100.0 * c.frozen / (2 * c.readings)}
-        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, noise_n, events, c.total))
+        own_n = _noise_n(c.faulty, c.faulty_over_noise)
+        found.append(RecorderEffect("acquisition_faults", min(faulty / excess, 1.0), values, faulty, own_n, events, c.total))
     if c.clips and clipped > 0.0:
         levels = {"t_max_in_n": c.level_in, "t_max_out_n": c.level_out}
         values = {k: float(v) for k, v in levels.items() if np.isfinite(v)}
-        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, noise_n, total_n2=c.total))
+        own_n = _noise_n(c.clipped, c.clipped_over_noise)
+        found.append(RecorderEffect("saturation", min(clipped / excess, 1.0), values, clipped, own_n, total_n2=c.total))
     rest = max(c.total - faulty - clipped, 1e-12)
     stepped = max(c.stepped - before.get("quantisation", 0.0), 0.0)
-    # the noise was measured on rounded samples: what rounding adds to it is no noise
-    noise2 = max(noise_n**2 - c.step_out**2 / 12.0, 0.0)
-    # beside a larger noise, known to a few percent only, nobody can say what a fine converter carries; nor is there anything that it
-    # carries where noise explains all
-    beyond = rest - c.readings * noise2
-    if beyond > 0.0 and min(stepped, rest) > max(2.0 * noise_n**2, LEAST_GAP * c.readings * noise2):
-        unexplained = max(beyond, stepped)
+    # the noise was measured on rounded samples: what rounding adds to it is no noise; beside a larger one, known to a few percent only,
+    # nobody can say what a fine converter carries; nor is there anything that it carries where noise explains all
+    beyond, usual = rest - c.unrounded, c.noise / max(c.readings, 1)
+    if beyond > 0.0 and min(stepped, rest) > max(2.0 * usual, LEAST_GAP * c.unrounded):
         values = {"q_in_n": c.step_in, "q_out_n": c.step_out}
-        found.append(RecorderEffect("quantisation", min(stepped / unexplained, 1.0), values, min(stepped, rest), noise_n, total_n2=c.total))
+        share = min(stepped / max(beyond, stepped), 1.0)
+        found.append(RecorderEffect("quantisation", share, values, min(stepped, rest), float(np.sqrt(usual)), total_n2=c.total))
     # what carries next to nothing of the error is no cause of it
     return sorted((e for e in found if e.share >= LEAST_SHARE), key=lambda e: -e.share)
+
+
+def _noise_n(carried_n2: float, over_noise: float) -> float:
+    """Return the noise (N) of the sensors of a fault, each by what it carries there."""
+    return float(np.sqrt(carried_n2 / over_noise)) if over_noise > 0.0 else 0.0
 
 
 def _coarse(f: Faults) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from sstl_cli.diagnosis import sticking
 from sstl_cli.diagnosis.constants import DECIDES_NATS, EXAMINED
@@ -15,6 +16,7 @@ from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.noise import floor_n, strain
+from sstl_cli.diagnosis.records import content
 from sstl_cli.diagnosis.residuals import Leftover, leftover
 from sstl_cli.diagnosis.rounding import at_least_rounding
 from sstl_cli.diagnosis.simulator import Simulator
@@ -182,7 +184,8 @@ def _examined(ranked: Sequence[Weighed]) -> list[Weighed]:
 def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[tuple[str, ...], float]:
     """Return the largest share of what is reducible that models may remove of what is held out; nothing where nothing new is.
 
-    A ratio over blocks of a few seconds, and two of its standard errors: where the gap is small beside the noise, squares say little.
+    A ratio over blocks of a few seconds, and as many of its standard errors as so few blocks need: where the gap is small beside the
+    noise, squares say little.
     """
     sim, held = found.sim, found.held_out
     if not held.folds.honest:
@@ -202,13 +205,13 @@ def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[
 
 
 def _at_most(removed: Array, gap: Array) -> float:
-    """Return the upper 97.5 % limit of the ratio of two sums over blocks, infinite where the lower sum is not above 0."""
+    """Return the upper 97.5 % limit of the ratio of two sums over blocks, infinite where the lower sum is not above 0 or of one block."""
     total = float(gap.sum())
-    if total <= 0.0:
+    if total <= 0.0 or len(gap) < 2:
         return float("inf")
     share = float(removed.sum()) / total
-    scatter = float(np.sum((removed - share * gap) ** 2)) * len(gap) / max(len(gap) - 1, 1)
-    return share + 1.96 * float(np.sqrt(scatter)) / total
+    scatter = float(np.sum((removed - share * gap) ** 2)) * len(gap) / (len(gap) - 1)
+    return share + float(stdtrit(len(gap) - 1, 0.975)) * float(np.sqrt(scatter)) / total
 
 
 def _means(x: Leftover) -> float:
@@ -256,8 +259,11 @@ def instability(sim: Simulator, f: Fit) -> float:
         return 1.0
     j, r = f.whiten(f.jacobian), f.whiten(f.residual)
     configs, parts = len(f.theta), []
+    # names decide nothing
+    place_of = np.argsort(sorted(range(len(sim.problem.records)), key=lambda i: content(sim.problem.records[i])))
+    half_of = place_of % 4 // 2 if len(place_of) >= 4 else place_of % 2
     for half in (0, 1):
-        rows = (sim.run % 4 // 2 if len(sim.problem.records) >= 4 else sim.run % 2) == half
+        rows = half_of[sim.run] == half
         a, b = normal_equations(sim, j * rows[:, None], r)
         inverse = np.linalg.pinv(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
         parts.append((inverse @ b, inverse))

@@ -7,7 +7,7 @@ in squared standard deviations of this rig's noise (D^2), at the highest rate th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +32,11 @@ from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.limit import distance2
+from sstl_cli.diagnosis.noise import of_readings
 from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.verdict import Verdict
-from sstl_cli.diagnosis.whitening import whitener
+from sstl_cli.diagnosis.whitening import Noise, whitener
 from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
 from sstl_cli.physics.trajectories import SPAN_HZ, span_hz, tension_path, times
 
@@ -216,9 +217,15 @@ def planned(found: Search, movements: Sequence[Movement]) -> Simulator | None:
 
 def _moved(sim: Simulator, found: Search, f: Fit) -> Fit:
     """Return a fit with its parameters put on a planned movement."""
-    theta = np.array([float(np.median(f.theta))])
-    start = whitener(sim.constants({}, found.noise), sim.phases(theta, f.effects, found.noise))
+    theta, noise = np.array([float(np.median(f.theta))]), _of_steps(sim, found)
+    start = whitener(sim.constants({}, noise), sim.phases(theta, f.effects, noise))
     return fit(sim, start, f.hypothesis, theta, f.values, 0)
+
+
+def _of_steps(sim: Simulator, found: Search) -> Noise:
+    """Return the noise of this rig where a step of the simulation holds as many readings as on a plan, which need not be as many as here."""
+    noise, thin = of_readings(found.sim.problem.records, found.noise), float(np.sqrt(sim.problem.records[0].thin))
+    return replace(noise, output={k: replace(s, white_n=s.white_n / thin) for k, s in noise.output.items()})
 
 
 def scenario_of(found: Search, experiment: Experiment) -> Scenario:

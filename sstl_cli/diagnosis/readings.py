@@ -156,7 +156,7 @@ def scanned(run: Run, column: str) -> Faults:
     """Return the recorder faults of a channel, looked for among its readings."""
     readings, values = known(run, column), getattr(run, column)
     beyond = run.extra.get(f"beyond_{column}", np.zeros(len(values)))[readings]
-    found = scan(values[readings] + beyond, None if readings.all() else run.time_s[readings])
+    found = scan(values[readings] + beyond, None if readings.all() else run.time_s[readings], (gaps(run) == 0)[readings])
     if beyond.any():
         # what overflows is beyond the limit, and everything else was looked for as if it had not
         found = replace(found, clipped=beyond > 0.0, clip_level_n=float(np.max(values[readings][beyond == 0.0])))

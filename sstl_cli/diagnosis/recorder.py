@@ -72,7 +72,7 @@ class Faults:
         return all(np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
 
 
-def scan(signal: Array, time: Array | None = None) -> Faults:
+def scan(signal: Array, time: Array | None = None, recorded: Mask | None = None) -> Faults:
     """Return the recorder faults of one channel (N, shape (n,)).
 
     White noise is estimated from third differences, robustly, so that slopes and corners do not count.
@@ -81,13 +81,15 @@ def scan(signal: Array, time: Array | None = None) -> Faults:
     ----------
     time : ndarray, shape (n,), optional
         Instants of readings that are not equally spaced, in any unit.
+    recorded : ndarray of bool, shape (n,), optional
+        Which samples are readings, and no bridge over a gap (default: all).
     """
     n = len(signal)
     none = np.zeros(n, bool)
     if n < MIN_READINGS:
         return Faults(none, none, none, float("inf"), 0.0, 0.0)
     step = quantisation(signal)
-    noise = white_noise(signal)
+    noise = white_noise(signal, recorded)
     if noise <= FINEST * float(np.ptp(signal)):
         # without noise a plateau of the movement is as flat as a clipped or a frozen one
         return Faults(none, none, none, float("inf"), 0.0, noise)
@@ -98,6 +100,8 @@ def scan(signal: Array, time: Array | None = None) -> Faults:
         if dwell[-1] < REST * dwell[:-1].max():
             clipped, level = none, float("inf")
     frozen = _frozen(signal, noise, step) & ~clipped
+    # what stands still has no noise
+    noise = white_noise(signal, ~frozen if recorded is None else recorded & ~frozen) if frozen.any() else noise
     rest = noise
     if time is not None:
         # between the readings of a slow sensor the line moves: that is no noise to a spike, nor is what stands still

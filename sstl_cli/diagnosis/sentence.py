@@ -38,6 +38,9 @@ def sentence(document: DiagnosisDocument) -> str:
         others = rivals(verdict)
         them = "it" if len(others) == 1 else "them"
         others_too = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
+        if _nameless(document):
+            more = f", from {_listed(others)}" if others else ""
+            return f"{_much(gap)} may come from {names}{more}, or from something that has no name here{sure}."
         return f"{_much(gap)} comes most likely from {names}{others_too}{sure}."
     return f"{_much(gap)} comes from {names}{sure}."
 
@@ -46,6 +49,12 @@ def _uncertain(verdict: Verdict) -> bool:
     """Whether all effects together are likelier than that nothing is missing."""
     nothing, unknown = verdict.probability_none, verdict.probability_unknown
     return nothing is not None and nothing < 1.0 - nothing - (unknown or 0.0)
+
+
+def _nameless(document: DiagnosisDocument) -> bool:
+    """Whether something without a name is likelier than any candidate."""
+    named = max((c.probability or 0.0 for c in document.candidates), default=0.0)
+    return (document.verdict.probability_unknown or 0.0) > named
 
 
 def _moved(analysis: Analysis) -> str:
@@ -88,7 +97,7 @@ def lines(document: DiagnosisDocument) -> list[str]:
         well = " as well" if verdict.effects else ""
         out.append(f"  theta has changed{well} since the simulator was accepted: {_moved(analysis)}")
     out.append(_places(document.where))
-    if verdict.effects:
+    if verdict.effects and (rivals(verdict) or verdict.status != "ambiguous"):
         out.append("  not told apart from it on this data: " + (", ".join(rivals(verdict)) or "nothing"))
     out += _shown(verdict, unit)
     out += [f"  without run {r.run_id}: {_said(r)}" for r in verdict.odd_runs or ()]

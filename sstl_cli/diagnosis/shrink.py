@@ -50,8 +50,10 @@ def shrinkage(sim: Simulator, base: Array, other: Array, fine_n: float = 0.0) ->
 
     spread = percent(a[draws].sum(axis=1), b[draws].sum(axis=1), np.maximum(n[draws].sum(axis=1), 1.0))
     estimate = float(percent(a.sum(), b.sum(), np.maximum(n.sum(), 1.0)))
-    # a fresh recording scatters as much as this one did
-    low, high = estimate + np.sqrt(2.0) * (np.percentile(spread, [2.5, 97.5]) - estimate)
+    # a fresh recording scatters as much as this one did; runs that are drawn among themselves scatter less than they do
+    count = len(np.unique(sim.run))
+    wider = np.sqrt(2.0 * count / max(count - 1, 1))
+    low, high = estimate + wider * (np.percentile(spread, [2.5, 97.5]) - estimate)
     return Interval(estimate, float(min(low, estimate)), float(min(max(high, estimate), 100.0)))
 
 

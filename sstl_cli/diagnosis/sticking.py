@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
-from sstl_cli.diagnosis.constants import FEWEST_WINDOWS, MIXTURE_ROUNDS, MIXTURE_SPREADS, WINDOW_TRAVEL
+from sstl_cli.diagnosis.constants import FEWEST_WINDOWS, MIXTURE_ROUNDS, MIXTURE_WIDTHS, WINDOW_TRAVEL
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.white import least_white
 
@@ -51,10 +52,11 @@ def _noise_n(r: Record) -> float:
 
 def _spike(ratio: Array, error: Array) -> float:
     """Return by how much a share of exactly nothing makes ratios likelier, shape (windows,) each."""
-    spreads = float(np.median(error)) * MIXTURE_SPREADS
+    widths = float(np.median(error)) * MIXTURE_WIDTHS
 
     def likelihood(centre: float, more: Sequence[Array]) -> float:
-        columns = [*(_normal(ratio - centre, np.hypot(error, s)) for s in spreads), *more]
+        # every law that falls off alike to both sides is a mixture of uniform ones (Khinchin 1938)
+        columns = [_normal(ratio - centre, error), *(_uniform(ratio - centre, w, error) for w in widths), *more]
         return _mixture(np.column_stack(columns))
 
     def best(more: Sequence[Array]) -> float:
@@ -64,7 +66,12 @@ def _spike(ratio: Array, error: Array) -> float:
 
 
 def _normal(x: Array, sd: Array) -> Array:
-    return np.maximum(np.exp(-0.5 * (x / sd) ** 2) / sd, TINY)
+    return np.asarray(np.maximum(np.exp(-0.5 * (x / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi)), TINY))
+
+
+def _uniform(x: Array, half: Array | float, sd: Array) -> Array:
+    """Return the density of what is uniform up to ``half`` to either side of nothing, read with an error."""
+    return np.asarray(np.maximum((ndtr((x + half) / sd) - ndtr((x - half) / sd)) / (2.0 * half), TINY))
 
 
 def _mixture(densities: Array) -> float:

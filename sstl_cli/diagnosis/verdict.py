@@ -252,7 +252,8 @@ def _with_faults(said: Verdict, rows: Rows, weights: Weights, prior: Mapping[str
         return said
     both = tuple(sorted((*of_rig.effects, *(i for c in faults for i in c.ids))))
     why = "; ".join((of_rig.why, *(f"beside it {explained(rows, c.ids)}" for c in faults)))
-    sure = None if said.confidence is None or of_rig.confidence is None else min(said.confidence, of_rig.confidence)
+    # both have to be right; each was tried alone, and whether they err together nobody knows: as if they did not
+    sure = None if said.confidence is None or of_rig.confidence is None else said.confidence * of_rig.confidence
     return Verdict(IDENTIFIED, both, sure, (both,), said.probabilities, why)
 
 

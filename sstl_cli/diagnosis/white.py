@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import HELD, MIN_READINGS, RESOLVED, WHITE
+from sstl_cli.diagnosis.driven import known_input
 from sstl_cli.diagnosis.readings import gaps, known
 from sstl_cli.diagnosis.recorder import FOURTHS_ERROR, fourths, slow_noise, white_noise, white_of_fourths
 from sstl_cli.diagnosis.records import Record
@@ -40,7 +41,9 @@ def white_of_output(mine: Sequence[tuple[Record, Array]]) -> tuple[float, float]
             missed.append(fourths(r.raw.tension_out_n[at], r.raw.time_s[at], rests[at]))
     rested = np.concatenate(missed)
     if len(rested) < MIN_READINGS:
-        return typical([white_of(r.y_fine, r, column, np.repeat(s < HELD, r.factor)) / r.louder for r, s in mine]), WHITE
+        # what bridges a gap or a fault has no noise
+        held = [np.repeat(s < HELD, r.factor) & (r.weight_fine > 0) for r, s in mine]
+        return typical([white_of(r.y_fine, r, column, h) / r.louder for (r, _), h in zip(mine, held, strict=True)]), WHITE
     white = max(white_of_fourths(rested), typical([least_white(r, column) for r, _ in mine]))
     return white, float(np.hypot(WHITE, FOURTHS_ERROR / np.sqrt(len(rested))))
 
@@ -51,7 +54,7 @@ def white_of(fine: Array, r: Record, column: str, held: NDArray[np.bool_] | None
     Where the output is ``held`` for long enough it shows there alone: what slides may jump.
     """
     readings, raw = known(r.raw, column), getattr(r.raw, column)
-    there = gaps(r.raw) == 0 if held is None else held
+    there = known_input(r.raw, r.faults_in) if held is None else held
     white = white_noise(fine, there) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
     return max(white, least_white(r, column))
 

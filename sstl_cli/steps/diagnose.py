@@ -274,11 +274,12 @@ def _faults(found: Search, scenario: Scenario, lacking: int | None = None) -> li
     known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
     # readings are compared one by one, not their means over a step of the simulation
     read = of_readings(sim.problem.records, found.noise)
-    fine_n = float(np.median([np.hypot(s.white_n, s.coloured_n) for s in read.output.values()]))
     runs = [i for i in range(len(sim.problem.records)) if i != lacking]
     predictions = sim.predict_fine(found.base.theta, {})
     records = tuple(sim.problem.records[i] for i in runs)
-    seen = faults.recorder_effects(records, [predictions[i] for i in runs], max(fine_n, 1e-9), known)
+    own = [(read.output[r.system], r) for r in records]
+    noise_n = [max(float(np.hypot(s.white_n * r.louder, s.coloured_n * r.slower)), 1e-9) for s, r in own]
+    seen = faults.recorder_effects(records, [predictions[i] for i in runs], noise_n, known)
     return [e for e in seen if e.id not in scenario.effects]
 
 

@@ -27,6 +27,7 @@ from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scalin
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
+from sstl_cli.diagnosis.readings import gaps
 from sstl_cli.diagnosis.rounding import unrounded
 from sstl_cli.diagnosis.simulator import ASIDE, Free
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
@@ -160,9 +161,10 @@ def _by_size(g: Given) -> list[str]:
 
 
 def _fine(g: Given, noise: Noise) -> float:
-    """Return the white noise of the output above the analysis rate (N)."""
-    coarse = [(noise.output[r.system].white_n, r.factor) for r in g.problem.records]
-    return float(np.sqrt(np.mean([w**2 * (1.0 - 1.0 / f) for w, f in coarse])))
+    """Return the white noise of the output above the analysis rate (N): what a mean over the readings of a sample does not hold."""
+    # readings are counted in steps of the simulation; a slow sensor has one in a sample, which holds all of its noise
+    coarse = [(noise.output[r.system].white_n * r.louder, r.readings[r.weight > 0]) for r in g.problem.records]
+    return float(np.sqrt(np.mean([w**2 * (1.0 - float(np.mean(1.0 / np.maximum(n, 1.0)) if len(n) else 1.0)) for w, n in coarse])))
 
 
 def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
@@ -262,7 +264,7 @@ def _recorded(g: Given, fault: RecorderEffect) -> tuple[float, float, float]:
         for r, prediction in zip(g.problem.records, sim.predict_fine(theta, {}), strict=True):
             expected, out, into = squared_errors(r, prediction)
             total += float(out.sum() + into.sum())
-            count += len(expected)
+            count += int(np.count_nonzero(gaps(r.raw)[: len(expected)] == 0))
         return total, max(count, 1)
 
     total, count = power(g.search.base.theta)

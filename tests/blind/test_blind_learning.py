@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from sstl_cli.blind.learning import (
     AGAINST,
     FOR,
     Example,
+    _reliability,
     answerable,
     calibrated,
     examples,
@@ -193,3 +195,11 @@ def test_what_shows_is_where_next_to_nothing_is_taken_for_nothing(library, other
         rest = dict.fromkeys(p, 0.0)
         made.append((replace(e, rows=replace(e.rows, candidates=candidates)), {**rest, (NONE if gain < 20.0 else e.answer): 1.0}))
     assert calibrated(judged, learn(library), made).shows_d2 == pytest.approx(40.0, abs=2.0)
+
+
+def test_a_level_of_few_verdicts_is_stated_as_few_can_tell():
+    """Sixty verdicts: of forty at 0.6 half are right, of twenty at 0.9 all: the rule of succession says 21/42 and 21/22."""
+    said = [(SimpleNamespace(answer=NONE), SimpleNamespace(status="none" if right else "unknown", confidence=p))
+            for p, right in [(0.6, i % 2) for i in range(40)] + [(0.9, 1)] * 20]  # fmt: skip
+    rows = dict(_reliability(said))
+    assert rows[0.6] == pytest.approx(0.5) and rows[0.9] == pytest.approx(21 / 22, abs=1e-4)

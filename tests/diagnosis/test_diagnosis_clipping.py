@@ -96,7 +96,7 @@ def test_what_a_limit_took_is_a_candidate_of_the_recorder():
     records = prepare(runs).records
     # what the line did, without limit and noise
     true = {r.run_id: r.tension_out_n for r in CLEAN[50.0]}
-    (effect,) = recorder_effects(records, [true[r.run_id][: len(r.u) * r.thin] for r in records], NOISE_N)
+    (effect,) = recorder_effects(records, [true[r.run_id][: len(r.u) * r.thin] for r in records], [NOISE_N] * len(records))
     assert effect.id == "saturation" and effect.share > 0.9 and effect.parameters["t_max_out_n"] == pytest.approx(level, abs=0.01)
 
 

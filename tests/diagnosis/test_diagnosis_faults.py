@@ -32,7 +32,7 @@ def record(error=0.0, into=None, out=None, u=None, weight=None):
 
 
 def found(*records, noise=NOISE):
-    return {e.id: e for e in recorder_effects(records, [np.full(N, 5.0)] * len(records), noise)}
+    return {e.id: e for e in recorder_effects(records, [np.full(N, 5.0)] * len(records), [noise] * len(records))}
 
 
 def test_a_sound_record_has_no_faults():
@@ -51,25 +51,32 @@ def test_spikes_carry_their_squared_error():
     assert row.ids == ("acquisition_faults",) and row.kind == "recorder" and row.share == effect.share and row.evidence == effect.nats
 
 
+def test_readings_count_over_the_noise_of_their_own_sensor():
+    """Spikes of a quiet sensor beside a loud one: five of 1 N beside noise of 0.01 N, and a record whose noise is 1 N."""
+    spiky, loud = record(np.where(SOME, 1.0, 0.01), out=faults(spike=SOME)), record(np.where(np.arange(N) % 2, 1.0, -1.0))
+    (effect,) = recorder_effects((spiky, loud), [np.full(N, 5.0)] * 2, [0.01, 1.0])
+    assert effect.nats == pytest.approx(0.5 * 5.0 / 0.01**2, rel=1e-3) and effect.share == pytest.approx(1.0, rel=1e-3)
+
+
 def test_what_was_not_recorded_is_off_by_nothing():
     """A stretch that was lost is bridged; what the bridge is off by is no error of a reading, and does not dwarf the fault's."""
     error = np.where(SOME, 10.0, 0.0)
     lost = np.arange(N) >= N - 20
     whole, bridged = record(error, out=faults(spike=SOME)), record(np.where(lost, 50.0, error), out=faults(spike=SOME))
     bridged.raw.extra["gap"] = lost.astype(float)
-    (effect,) = recorder_effects((bridged,), [np.full(N, 5.0)], NOISE)
+    (effect,) = recorder_effects((bridged,), [np.full(N, 5.0)], [NOISE])
     assert effect.total_n2 == pytest.approx(found(whole)["acquisition_faults"].total_n2) == pytest.approx(500.0)
     assert effect.share == pytest.approx(1.0) and effect.parameters["spike_pct"] == pytest.approx(100.0 * 5 / (2 * 80))
 
 
 def test_what_a_rig_is_known_to_carry_is_no_news():
     made = record(np.where(SOME, 10.0, 0.0), out=faults(spike=SOME))
-    (first,) = recorder_effects((made,), [np.full(N, 5.0)], NOISE)
+    (first,) = recorder_effects((made,), [np.full(N, 5.0)], [NOISE])
     # five readings of equal weight: chance brings up to 2.4 times as many at 49 to 1
     assert first.events == pytest.approx(5.0) and first.at_most_n2 == pytest.approx(first.removed_n2 * 2.4, rel=0.01)
-    assert recorder_effects((made,), [np.full(N, 5.0)], NOISE, {"acquisition_faults": first.at_most_n2 / N}) == []
+    assert recorder_effects((made,), [np.full(N, 5.0)], [NOISE], {"acquisition_faults": first.at_most_n2 / N}) == []
     worse = record(np.where(SOME, 20.0, 0.0), out=faults(spike=SOME))
-    (news,) = recorder_effects((worse,), [np.full(N, 5.0)], NOISE, {"acquisition_faults": first.at_most_n2 / N})
+    (news,) = recorder_effects((worse,), [np.full(N, 5.0)], [NOISE], {"acquisition_faults": first.at_most_n2 / N})
     assert news.removed_n2 == pytest.approx(2000.0 - first.at_most_n2)
 
 
@@ -153,7 +160,7 @@ def test_what_was_counted_of_one_record_is_not_counted_of_the_rest():
 
 def test_records_add_up_and_predictions_may_be_coarser():
     spoilt = record(np.where(SOME, 10.0, 0.0), out=faults(spike=SOME))
-    (effect,) = recorder_effects((spoilt, record()), [np.full(N, 5.0), np.full(N // 2, 5.0)], NOISE)
+    (effect,) = recorder_effects((spoilt, record()), [np.full(N, 5.0), np.full(N // 2, 5.0)], [NOISE] * 2)
     assert effect.removed_n2 == pytest.approx(500.0) and effect.parameters["spike_pct"] == pytest.approx(100.0 * 5 / 400)
 
 
@@ -170,7 +177,7 @@ def test_the_larger_cause_comes_first():
     error = np.where(SOME, 10.0, 0.0)
     clipped = np.arange(N) >= 90
     both = record(np.where(clipped, -3.0, error), out=faults(spike=SOME, clipped=clipped, level=2.0))
-    assert [e.id for e in recorder_effects((both,), [np.full(N, 5.0)], NOISE)] == ["acquisition_faults", "saturation"]
+    assert [e.id for e in recorder_effects((both,), [np.full(N, 5.0)], [NOISE])] == ["acquisition_faults", "saturation"]
 
 
 def test_nats_of_no_noise_stay_a_number():

@@ -91,3 +91,15 @@ def test_levels_that_arithmetic_tells_apart_are_one():
 def test_a_limit_with_nothing_just_below_it_has_no_level_beside():
     y = np.where(np.arange(4000) % 400 < 300, 10.0, 0.0) + np.where(np.arange(4000) % 400 < 300, 0.0, 0.01 * NOISE)
     assert scan(y).clip_level_n == 10.0
+
+
+def test_what_is_bridged_or_stands_still_has_no_noise():
+    rng = np.random.default_rng(5)
+    y = 10.0 + 0.05 * rng.standard_normal(4000)
+    recorded = np.arange(4000) % 400 >= 120
+    # a bridge goes on evenly
+    y[~recorded] = 10.0 + 1e-6 * np.arange(np.count_nonzero(~recorded))
+    assert scan(y).noise_n < 0.042 and scan(y, recorded=recorded).noise_n == pytest.approx(0.05, rel=0.05)
+    y[~recorded] = np.repeat(y[np.flatnonzero(np.diff(recorded.astype(int), prepend=1) < 0) - 1], 120)
+    found = scan(y)
+    assert found.frozen.sum() > 1000 and found.noise_n == pytest.approx(0.05, rel=0.05)

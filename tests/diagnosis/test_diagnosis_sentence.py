@@ -77,6 +77,17 @@ def test_what_explains_less_than_half_is_not_where_the_gap_comes_from(share, beg
     assert sentence(found).startswith(begins.replace("comes", "comes most likely"))
 
 
+def test_what_has_no_name_is_said_where_it_is_likelier_than_any_candidate():
+    likely = {"id": "viscous", "probability": 0.4, "rmse_held_out_n": None, "shrink_pct": None, "parameters": [], "identifiability": "weak"}
+    for unknown, begins in ((0.3, "The gap comes most likely from"), (0.5, "The gap may come from")):
+        found = document("ambiguous", group=("viscous",), probability_unknown=unknown) | {"candidates": [likely]}
+        assert sentence(found).startswith(begins) and ("no name here" in sentence(found)) == (unknown > 0.4)
+        # of whom nobody knows whether it is the cause nothing is "not told apart"
+        assert not any("not told apart" in line for line in lines(found))
+    both = document("ambiguous", group=("viscous", "slack"), probability_unknown=0.5) | {"candidates": [likely]}
+    assert ", from slack, or from something" in sentence(both)
+
+
 def test_rivals_are_listed_up_to_four_and_counted_beyond():
     others = ["slack", "presliding", "stribeck", "dwell_aging", "stick_slip", "crosstalk"]
     said = sentence(document("ambiguous", group=["viscous", *others]))

@@ -18,7 +18,7 @@ SIMULATORS = get_args(Scenario.model_fields["simulator"].annotation)
 # laws that the fast model has beside those of the simulators that stand in for hardware
 OWN = {
     "const_friction": {"w_bend_n", "w_end_n", "w_in_n"},
-    "crosstalk": {"m_out", "m_in"},
+    "crosstalk": {"m_out", "m_in"} | {f"c_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")},
     "friction_drift": {"d_mu_time", "time_s", "d_mu_heat_s_per_n2", "cooling_s"},
     "load_dependent_friction": {"step", "step_n", "fall", "fall_n"},
     "presliding": {"bristle_mm", "dahl_mm", "tail"},

@@ -41,7 +41,7 @@ EFFECT = Effect(
             limits=(-0.05, 0.1),
         ),
         # coils that close stop it (q > 0), a tube that buckles yields ever more (q < 0)
-        Parameter("closing_per_n", "1/N", 0.0, -0.02, 0.15, "how soon its growth ends", shape=True, limits=(-0.03, 0.5)),
+        Parameter("closing_per_n", "1/N", 0.0, -0.02, 0.15, "how soon its growth ends", shape=True, limits=(-0.5, 0.5)),
         Parameter("k_sh_mm_per_n", "mm/N", 0.0, 0.0, 0.2, "shortening of the sheath under load (position only)"),
     ),
     excitation="A wide span of tension; position for the shortening.",
