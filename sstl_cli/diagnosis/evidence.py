@@ -3,7 +3,7 @@
 A priori the size of an effect's response, in standard deviations of the noise, is anything from a tenth to a hundred
 alike in every decade, and its direction among the effect's parameters is uniform. Over the posterior normal distribution
 this leaves, for k strengths and a response of D, the charge k ln D + ln(S_k L / (2 pi)^(k/2)), where S_k is the surface of
-the unit sphere and L the logarithm of the range. It knows neither units nor ranges of the parameters, so that two
+the unit sphere and L the logarithm of the range; several effects are charged for looking alike as well. It knows neither units nor ranges of the parameters, so that two
 effects that explain the same are charged the same. Shapes (time constants, exponents) are uniform over their own range.
 """
 
@@ -54,12 +54,44 @@ def shape_charge(free: Free, value: float, se: float) -> float:
     return float(max(np.log(width / max(np.sqrt(2.0 * np.pi) * spread, 1e-6 * width)), 0.0)) if spread > 0.0 else 0.0
 
 
-def standard_errors(sim: Simulator, f: Fit) -> Array:
-    """Return the standard errors of the free parameters, theta free as well."""
+def information(sim: Simulator, f: Fit) -> Array:
+    """Return the information on theta and the free parameters, shape (k, k)."""
     a, _ = normal_equations(sim, f.whiten(f.jacobian), np.zeros(len(sim.y)))
     # a direction without information has no limit: a ridge far below the others keeps the inverse finite
-    a += 1e-10 * np.diag(np.diag(a)) + 1e-12 * np.eye(len(a))
-    return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(a)), 0.0))[len(f.theta) :])
+    return np.asarray(a + 1e-10 * np.diag(np.diag(a)) + 1e-12 * np.eye(len(a)))
+
+
+def standard_errors(f: Fit, known: Array) -> Array:
+    """Return the standard errors of the free parameters, theta free as well, by the information."""
+    return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(known)), 0.0))[len(f.theta) :])
+
+
+def likeness_charge(known: Array, parts: Sequence[Sequence[int]]) -> float:
+    """Return what the strengths of several effects cost because they look alike (nats): (sum of ln |I_i| - ln |I|) / 2.
+
+    The size of each is charged as beside the others, where it is known less well than alone; the volume in which the data hold all of
+    them together is smaller than the product of those.
+
+    Parameters
+    ----------
+    known : ndarray, shape (k, k)
+        Information on all parameters.
+    parts : sequence of sequences of int
+        Which of them are the strengths of each effect; the others are integrated out.
+    """
+    strengths = [i for part in parts for i in part]
+    if len([part for part in parts if len(part)]) < 2:
+        return 0.0
+    rest = [i for i in range(len(known)) if i not in set(strengths)]
+    across = known[np.ix_(strengths, rest)]
+    own = known[np.ix_(strengths, strengths)] - across @ np.linalg.pinv(known[np.ix_(rest, rest)]) @ across.T
+    scale = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
+    alike, at, apart = own / np.outer(scale, scale), 0, 0.0
+    for part in parts:
+        apart += float(np.linalg.slogdet(alike[at : at + len(part), at : at + len(part)])[1])
+        at += len(part)
+    together = float(np.linalg.slogdet(alike)[1])
+    return max(0.5 * (apart - together), 0.0) if np.isfinite(apart - together) else 0.0
 
 
 def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> Weighed:
@@ -70,13 +102,15 @@ def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> W
     parts : sequence of Weighed
         The models that lack one of several effects each: the size of an effect's own response is what it adds to them.
     """
-    gain = base.cost - f.cost
-    se = standard_errors(sim, f)
+    gain, known = base.cost - f.cost, information(sim, f)
+    se = standard_errors(f, known)
     charge = sum(shape_charge(x, float(v), float(s)) for x, v, s in zip(f.free, f.values, se, strict=True) if x.parameter.shape)
     lacking = {next(iter(set(f.ids) - set(p.ids))): p.gain for p in parts if len(set(f.ids) - set(p.ids)) == 1}
     for effect_id in f.ids:
         k = sum(1 for x in f.hypothesis.strengths if x.effect.id == effect_id)
         charge += strengths_charge(k, 2.0 * (gain - lacking.get(effect_id, 0.0)))
+    place = [[len(f.theta) + i for i, x in enumerate(f.free) if not x.parameter.shape and x.effect.id == e] for e in f.ids]
+    charge += likeness_charge(known, place)
     # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, unless the base
     # is as still, or the bend had no friction when the rig was modelled
     before = [base.theta] if sim.accepted is None else [base.theta, sim.accepted]

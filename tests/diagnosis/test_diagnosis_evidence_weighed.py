@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from made_fits import THETA, made, noise, simulator
 
-from sstl_cli.diagnosis.constants import THETA_HIGH, THETA_LOW
-from sstl_cli.diagnosis.evidence import Weighed, shape_charge, standard_errors, strengths_charge, weigh
+from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.evidence import Weighed, information, likeness_charge, shape_charge, standard_errors, strengths_charge, weigh
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.simulator import Free
 from sstl_cli.physics.effect import Parameter
@@ -42,21 +42,23 @@ def test_of_several_each_is_charged_by_what_it_adds_to_the_others():
     both = made(noise(), GAIN.joined(FRICTION), (1.05, 0.1))
     parts = [Weighed(ONE, 30.0, 0.0), Weighed(made(noise(), FRICTION, (0.1,)), 25.0, 0.0)]
     w = weigh(SIM, both, over(both, 40.0), parts)
-    # friction adds 10 to the gain error, that one 15 to friction
-    assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 30.0))
+    # friction adds 10 to the gain error, that one 15 to friction, and they look alike in part
+    alike = likeness_charge(information(SIM, both), [[len(THETA)], [len(THETA) + 1]])
+    assert 0.5 < alike < 1.0
+    assert w.evidence == pytest.approx(40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 30.0) - alike)
     assert weigh(SIM, both, over(both, 40.0), parts[:1]).evidence == pytest.approx(
-        40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 80.0)
+        40.0 - strengths_charge(1, 20.0) - strengths_charge(1, 80.0) - alike
     )
     # what lacks more than one of them says nothing of either
     assert weigh(SIM, both, over(both, 40.0), [Weighed(made(noise()), 30.0, 0.0)]).evidence == pytest.approx(
-        40.0 - 2.0 * strengths_charge(1, 80.0)
+        40.0 - 2.0 * strengths_charge(1, 80.0) - alike
     )
 
 
 def test_a_shape_costs_by_how_well_the_data_hold_it():
     slow = next(h for h in variants("stribeck", ("act",)) if [f.parameter.name for f in h.free] == ["mean_ratio", "mean_mm_s"])
     f = made(noise(), slow, (1.3, 2.0))
-    se = standard_errors(SIM, f)
+    se = standard_errors(f, information(SIM, f))
     w = weigh(SIM, f, over(f, 900.0))
     assert (
         w.evidence == pytest.approx(900.0 - strengths_charge(1, 1800.0) - shape_charge(slow.free[1], 2.0, float(se[1])))
@@ -102,3 +104,32 @@ def test_where_the_base_is_as_still_nobody_explains_by_standing_still():
     assert weigh(replace(SIM, accepted=THETA), at(ONE, [THETA_HIGH, 0.6]), still).evidence > 0.0
     # but not of another bend
     assert weigh(SIM, at(ONE, [THETA_HIGH, THETA_HIGH]), still).evidence == 0.0
+
+
+@pytest.mark.parametrize(("likeness", "size"), [(0.0, 8.0), (0.9, 8.0), (0.99, 8.0), (0.999, 12.0)])
+def test_a_pair_is_charged_as_the_integral_over_both_strengths(likeness, size):
+    """Two strengths of a linear model with unit information each, as large as that many standard deviations beside one another."""
+    known = np.array([[1.0, likeness], [likeness, 1.0]])
+    best = np.full(2, size / np.sqrt(1.0 - likeness**2))
+    # density of either: alike in every decade, both signs; steps along the axes of the ellipsoid
+    width, axes = np.linalg.eigh(known)
+    step = np.linspace(-7.0, 7.0, 401)
+    grid = np.stack(np.meshgrid(step, step)).reshape(2, -1)
+    place = best[:, None] + axes @ (grid / np.sqrt(width)[:, None])
+    density = 1.0 / np.prod(2.0 * LOG_RANGE * np.maximum(np.abs(place), 1e-3), axis=0)
+    volume = float(np.sum(np.exp(-0.5 * (grid**2).sum(axis=0)) * density)) * (step[1] - step[0]) ** 2 / np.sqrt(width.prod())
+    charge = 2.0 * strengths_charge(1, size**2) + likeness_charge(known, [[0], [1]])
+    assert charge == pytest.approx(-np.log(volume), abs=0.1)
+
+
+def test_what_is_integrated_out_and_what_is_one_effect_make_no_likeness():
+    known = np.array([[1.0, 0.6, 0.0], [0.6, 1.0, 0.8], [0.0, 0.8, 1.0]])
+    # of three strengths the last two are one effect: det of all over det of that effect
+    both = likeness_charge(known + 0.5 * np.eye(3), [[0], [1, 2]])
+    whole, own = np.linalg.det(known + 0.5 * np.eye(3)), 1.5 * np.linalg.det((known + 0.5 * np.eye(3))[1:, 1:])
+    assert both == pytest.approx(0.5 * np.log(own / whole))
+    # a nuisance that the second strength goes along with leaves it less information of its own
+    nuisance = known + np.diag([0.0, 0.2, 0.0])
+    left = np.array([[1.0, 0.6], [0.6, 1.2 - 0.64]])
+    assert likeness_charge(nuisance, [[0], [1]]) == pytest.approx(-0.5 * np.log(np.linalg.det(left) / (left[0, 0] * left[1, 1])))
+    assert likeness_charge(known, [[0, 1], []]) == 0.0

@@ -9,7 +9,7 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import THETA_HIGH
-from sstl_cli.diagnosis.evidence import standard_errors
+from sstl_cli.diagnosis.evidence import information, standard_errors
 from sstl_cli.diagnosis.fit import fit, normal_equations, settle
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.simulator import as_effects
@@ -34,7 +34,7 @@ def test_normal_equations_are_those_of_the_expanded_jacobian():
 def test_standard_errors_are_the_root_of_the_inverse():
     f = made(noise(), full("gain_error", ["act"]), (1.02,))
     dense = expanded(simulator(), f.whiten(f.jacobian))
-    assert standard_errors(simulator(), f) == pytest.approx(np.sqrt(np.diag(np.linalg.inv(dense.T @ dense)))[2:], rel=1e-5)
+    assert standard_errors(f, information(simulator(), f)) == pytest.approx(np.sqrt(np.diag(np.linalg.inv(dense.T @ dense)))[2:], rel=1e-5)
 
 
 def test_theta_of_a_noise_free_record_comes_back_and_another_start_does_not_matter():
