@@ -10,7 +10,6 @@ from identification_slips import rig
 
 from sstl_cli.identification import gate
 
-
 # of friction on every bend: on a slight one lines tell no zero
 FACTOR = 1.2
 
@@ -43,7 +42,11 @@ def test_lines_apart_are_no_zero_where_friction_explains_the_run():
 def test_a_zero_that_goes_along_one_run_is_told(by_n):
     along = np.linspace(0.0, by_n, len(rig(FACTOR)[0]))
     (said,) = zeros([gate.evidence_of(r) for r in loaded(added_n=along)])
-    assert said.run_ids == ("act-b050",) and said.number == pytest.approx(by_n, rel=0.1) and "from the first sample to the last" in said.sentence
+    assert (
+        said.run_ids == ("act-b050",)
+        and said.number == pytest.approx(by_n, rel=0.1)
+        and "from the first sample to the last" in said.sentence
+    )
 
 
 def test_a_zero_that_goes_along_all_runs_is_the_rigs():
