@@ -13,6 +13,7 @@ from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
+from sstl_cli.identification.gate.stamps import again, mend_backward, mend_repeated
 
 Array = NDArray[np.float64]
 Level = Literal["failure", "remark"]
@@ -78,7 +79,7 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
             continue
         found += _values(name, values, piece.nulls.get(name, 0), name in optional)
     if "time_s" in piece.columns:
-        found += _time(piece.columns["time_s"])
+        found += _time(piece.columns["time_s"], again(piece.columns))
     usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
     usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
@@ -161,7 +162,7 @@ def _tiny(name: str, sound: Array, count: int) -> list[Finding]:
     return [Finding(FAILURE, "absurd values", name, count, said, "check the unit")] if said else []
 
 
-def _time(time: Array) -> list[Finding]:
+def _time(time: Array, twice: bool) -> list[Finding]:
     time = time[~unsound(time)]
     if len(time) < 2:
         return []
@@ -170,8 +171,8 @@ def _time(time: Array) -> list[Finding]:
     if said := too_fast(time):
         found.append(Finding(FAILURE, "absurd sampling rate", "time_s", len(time), said, "check the unit"))
     for what, bad, fix in (
-        ("time runs backwards", step < 0, "sort by time or split the run"),
-        ("time repeats", step == 0, 'import with keep = "last"'),
+        ("time runs backwards", step < 0, mend_backward(step, MIN_SAMPLES)),
+        ("time repeats", step == 0, mend_repeated(step, twice)),
     ):
         count = int(np.count_nonzero(bad))
         if count:

@@ -123,3 +123,19 @@ def test_summaries_of_stretches_are_joined():
     one, two = summarise(parts)
     assert (one.samples, one.in_min_n, one.in_max_n, one.out_min_n, one.out_max_n) == (11, 0, 9, 2, 5)
     assert one.rate_hz == 1.0 and two.rate_hz is None
+
+
+def test_a_clock_that_began_anew_is_split_and_rows_in_another_order_are_sorted():
+    began = RUN.time_s - np.where(np.arange(N) < N // 2, 0.0, RUN.time_s[N // 2])
+    assert 'backward = "split"' in findings(time=began)["time runs backwards", "time_s"].fix
+    late = RUN.time_s.copy()
+    late[[40, 41]] = late[[41, 40]]
+    assert findings(time=late)["time runs backwards", "time_s"].fix.startswith("sort the rows")
+
+
+def test_stamps_too_coarse_for_the_rows_ask_for_the_rate_and_rows_that_are_there_twice_do_not():
+    step = float(np.median(np.diff(RUN.time_s)))
+    coarse = np.floor(RUN.time_s / (10.0 * step)) * 10.0 * step
+    assert "rate_hz" in findings(time=coarse)["time repeats", "time_s"].fix
+    twice = [np.repeat(v[: N // 2], 2)[:N] for v in (RUN.time_s, RUN.tension_in_n, RUN.tension_out_n)]
+    assert 'repeated = "last"' in findings(time=twice[0], x=twice[1], y=twice[2])["time repeats", "time_s"].fix

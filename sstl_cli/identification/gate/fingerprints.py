@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import fast_part
+from sstl_cli.identification.gate.periodic import without_lines
 
 Array = NDArray[np.float64]
 Keys = NDArray[np.uint64]
@@ -122,8 +123,9 @@ def sketch_of(x: Array, y: Array, strides: tuple[int, int], fine: tuple[bool, bo
     fast = np.zeros((2, DRAWN), np.float32)
     rounding = [False, False]
     for i, (v, stride) in enumerate(zip((x, y), strides, strict=True)):
-        # corners of the movement return in every run
+        # corners of the movement return in every run, and so does the hum of one mains
         second = fast_part(v[: (DRAWN + 2) * stride : stride])
+        second = without_lines(second) if len(second) >= LEAST_DRAWN else second
         if len(second) >= LEAST_DRAWN and second.any():
             size = float(np.linalg.norm(second))
             fast[i, : len(second)] = second / size

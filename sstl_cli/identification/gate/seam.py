@@ -14,6 +14,8 @@ LEAST_JUMP, AROUND = 0.05, 40
 AT_ONCE, ANOTHER, MOST = 0.7, 0.5, 2
 # part of the input's jump from which on others of the input make it a movement in steps
 STEPS = 0.25
+# part of the input's way that a movement in steps jumps: a sawtooth half, a staircase all; and means over which the way is measured
+JUMPED, BLOCKS = 0.35, 256
 # largest steps of a channel looked at
 MOST_JUMPS = 256
 # sampling periods from which on rows are missing
@@ -27,7 +29,8 @@ def seam_of(
 
     A jump is the change of the median of five samples beyond what five of the largest steps around it would make. Of
     channels held for some samples (``strides``) one of each is looked at, and one may jump a renewal later than the other.
-    A movement in steps jumps again and again: there is no seam in it.
+    A movement in steps jumps again and again, and goes most of its way so: there is no seam in it. Several recordings in one run
+    jump as well, but go their way between the jumps.
     """
     stride = max(strides)
     few = [c[::stride] for c in channels]
@@ -45,6 +48,7 @@ def seam_of(
     # or of the input alone, where the output rests
     steps = np.flatnonzero(jumps[0] > STEPS * jumps[0][k])
     many = both[k] > 0.0 and max(1 + np.count_nonzero(np.diff(a) > 2) for a in (again, steps)) > MOST
+    many &= float(np.sum(jumps[0])) * spans[0] > JUMPED * _way(few[0])
     # a ramp between two renewals of the slower channel is no jump of the other one
     gradual = any(
         not _at_once(c, k * stride, stride, s, AT_ONCE * float(j[k]) * span)
@@ -54,6 +58,13 @@ def seam_of(
     if many or gradual:
         return (0.0, 0.0), float(time_s[::stride][k + 1])
     return (float(jumps[0][k]), float(jumps[1][k])), float(time_s[::stride][k + 1])
+
+
+def _way(v: Array) -> float:
+    """Return how far a channel goes to and fro, noise left out."""
+    block = -(-len(v) // BLOCKS)
+    means = v[: len(v) // block * block].reshape(-1, block).mean(axis=1)
+    return float(np.sum(np.abs(np.diff(means))))
 
 
 def _repeats(v: Array) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
+from sstl_cli.identification.gate.periodic import without_strongest
 
 Array = NDArray[np.float64]
 Disorder = Literal["", "text", "value", "interleaved"]
@@ -24,6 +25,9 @@ APART, UNLIKELY = (3, 4, 5, 6, 7, 8), 12.0
 LEVELS = 0.5
 # part of a step to the next sample that one to the sample after it may be, and largest over smallest of the former
 EVERY_OTHER, DIFFERS = 0.3, 3.0
+# how like (correlation) the spectrum of the movement that of what alternates must be: of two recordings 0.5 and more, of hum 0.3 at the most;
+# and the part of the frequencies on which that is seen (one over twice it)
+LIKE, SLOW = 0.4, 8
 # steps of the other channel (part of its span) while a sorted one never falls, and part of these that go back
 ZIGZAG, BACK = 0.02, 0.3
 
@@ -34,7 +38,7 @@ def disorder_of(channels: tuple[Array, Array]) -> Disorder:
         return ""
     if _sorted(*channels) or _sorted(*channels[::-1]):
         return "value"
-    if any(_alternates(v) for v in channels):
+    if any(_alternates(v) and _between_two(v) for v in channels):
         return "interleaved"
     return "text" if _misplaced(channels) else ""
 
@@ -57,6 +61,19 @@ def _alternates(v: Array) -> bool:
     next_one, after = median(step), median(np.abs(v[2:] - v[:-2]))
     few, many = quantile(step, 0.1), quantile(step, 0.9)
     return next_one > least and after < EVERY_OTHER * next_one and many > DIFFERS * few
+
+
+def _between_two(v: Array) -> bool:
+    """Whether what alternates goes at the frequencies of the movement, as the difference of two recordings does.
+
+    Hum near half the sampling rate alternates as well, but at one frequency, that of its beat: one line is taken out of both.
+    """
+    apart, movement = (v[:-2] - 2.0 * v[1:-1] + v[2:]) / 4.0, (v[:-2] + 2.0 * v[1:-1] + v[2:]) / 4.0
+    apart[1::2] *= -1.0
+    window = np.hanning(len(apart))
+    # what both filters pass alike, so that noise of theirs is like no other
+    one, two = (np.abs(np.fft.rfft(window * without_strongest(c - np.mean(c))))[1 : len(apart) // SLOW] for c in (apart, movement))
+    return float(np.corrcoef(one, two)[0, 1]) > LIKE
 
 
 def _misplaced(channels: tuple[Array, Array]) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.lost import NOISE
 from sstl_cli.identification.gate.remark import Remark, Severity, names
@@ -16,6 +18,8 @@ RULE, RANK = "dead", 44
 MOST, ZERO = 2.3, 0.05
 # what friction, alone or with a slip, leaves (share of the output's span) of a run that it explains, and the part of it that an output may be moved by for that
 EXPLAINED, FAR = 0.12, 0.2
+# standard errors by which a correlation of noises that know nothing of each other may be off
+CHANCE = 5.0
 # how much more than the friction that other runs show is beyond doubt
 BEYOND = 1.7
 
@@ -24,6 +28,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels is noise about a constant though the other pulls far beyond what friction holds."""
     known = [e.wrap / e.passes for e in log if e.slopes.known and e.wrap > 0.0]
     seen = max(known, default=math.inf)
+    yield from _both(log)
     for i in (0, 1):
         resting = {e.run_id: needed(e, i) for e in log}
         for severity in ("failure", "remark"):
@@ -38,6 +43,24 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     column_line(i),
                 )  # fmt: skip
             yield from _midway([e for e in log if resting[e.run_id] <= MOST], i, severity, seen)
+
+
+def _both(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs both of whose channels are noise that knows nothing of the other one: there is no movement to be seen."""
+    hit = [e for e in log if e.usable and e.both_tensions and _still(e)]
+    if hit:
+        levels = [float(np.median([e.ranges[i].middle for e in hit])) for i in (0, 1)]
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "remark", float(len(hit)), "1",
+            f"{names([e.run_id for e in hit])}: input and output are noise about a constant ({levels[0]:.3g} and {levels[1]:.3g} N), each of its own; "
+            "nothing was moved, or neither sensor is connected",
+            "leave these runs out, or take the columns of the two sensors",
+        )  # fmt: skip
+
+
+def _still(e: Evidence) -> bool:
+    # a correlation of noises is one over the root of their number; rows in another order belong together
+    return e.but_noise(0) and e.but_noise(1) and abs(e.raw_correlation) * math.sqrt(e.samples) < CHANCE
 
 
 def _midway(log: Sequence[Evidence], i: int, severity: Severity, seen: float) -> Iterator[Remark]:

@@ -42,7 +42,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
         if size > SINGLE and _others_fit(e, gains):
-            groups.setdefault(("remark", round(math.log(g) / math.log(ALIKE) / 2.0)), []).append((g, e))
+            # what friction that is no play makes of a gain is far less than what no rig has
+            alone_as: Severity = "failure" if size > math.log(IMPOSSIBLE) else "remark"
+            groups.setdefault((alone_as, round(math.log(g) / math.log(ALIKE) / 2.0)), []).append((g, e))
             continue
         # one run alone may be misled by a friction that is no play; a sensor is wrong in all
         if size < math.log(IMPOSSIBLE) and not abs(math.log(usual[e.system])) > math.log(ODD):

@@ -10,7 +10,9 @@ from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
 from sstl_cli.identification.gate.rules.limit import limited
+from sstl_cli.identification.gate.rules.noiseless import smooth
 from sstl_cli.identification.gate.rules.stuck import dead
+from sstl_cli.identification.gate.units import column_line
 
 RULE, RANK = "lead", 35
 # part of the output's span that may remain once it is moved in time, and of what any other slip leaves; where that is so little that no other run is asked
@@ -52,6 +54,13 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             # creep and slow friction delay some movements and change their shape, a clock moves all of them as they are
             hit = [e for e in hit if e.loops and e.play is not None and e.play.explained > SHAPE]
             hit = [e for e in hit if _clear(e) or not any(_in_time(o) for o in log if o.system == e.system)]
+        if early:
+            # a command is ahead of what follows it, and no clock mends that
+            commands = [e for e in hit if smooth(e, 1)]
+            # a straight part of one shows no rounding, but no noise either
+            commands += [e for e in hit if commands and e not in commands and e.sensors[1].noise_n < commands[0].sensors[1].noise_n]
+            yield from _commanded(commands)
+            hit = [e for e in hit if e not in commands]
         if not hit:
             continue
         delays = sorted((_size(e) for e in hit), key=abs)
@@ -62,6 +71,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id for e in hit])}: the output {way} (by {abs(delay):.3g} s); the two channels probably have "
             "clocks of their own that do not start together",
             '[clocks] align = "apply" (with a column that both sides recorded as content)',
+        )  # fmt: skip
+
+
+def _commanded(hit: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output comes before its input and has none of its noise."""
+    if hit:
+        delay = median([_size(e) for e in hit])
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "failure", delay, "s",
+            f"{names([e.run_id for e in hit])}: the output comes before its input (by {abs(delay):.3g} s), which no tendon does, and is without the noise of "
+            "the input; it is probably the command (or a smoothed copy of the input) and not the sensor",
+            column_line(1),
         )  # fmt: skip
 
 

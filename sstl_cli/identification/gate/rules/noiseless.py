@@ -21,7 +21,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for i in (0, 1):
         # a sensor whose noise shows in half of its system's runs is one in all of them
         measured = {system for system in {e.system for e in log} if _shows(log, system, i)}
-        hit = [e for e in log if e.tendon_like and _smooth(e, i) and e.system not in measured]
+        hit = [e for e in log if e.tendon_like and smooth(e, i) and e.system not in measured]
         if hit:
             e = hit[0]
             number = _noise(e, i) / e.sensors[1 - i].noise_n
@@ -48,7 +48,8 @@ def _noise(e: Evidence, i: int) -> float:
     return s.digit_n / math.sqrt(12.0) if s.computed else s.noise_n
 
 
-def _smooth(e: Evidence, i: int) -> bool:
+def smooth(e: Evidence, i: int) -> bool:
+    """Whether a channel (0 input, 1 output) lacks the noise that the other one shows, so that it was hardly measured."""
     this, other = e.sensors[i], e.sensors[1 - i]
     # beside hum any sensor is quiet
     if e.hums[1 - i] is not None or this.held or other.held or other.noise_n <= 1e-4 * e.ranges[1 - i].span:

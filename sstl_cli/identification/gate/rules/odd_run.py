@@ -57,7 +57,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             continue
         table = np.array([_values(e) for e in runs])
         splits = [(f, s) for j, f in enumerate(FEATURES) if (s := _split(table[:, j], f)) is not None]
-        yield from _alone(runs, splits, rigs)
+        yield from _alone(runs, table, splits, rigs)
         yield from _kinds(runs, splits)
 
 
@@ -118,7 +118,7 @@ def _split(values: Array, feature: Feature) -> _Split | None:
     return _Split(frozenset(small.tolist()), gap, spread, frozenset(known.tolist()))
 
 
-def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: bool) -> Iterator[Remark]:
+def _alone(runs: list[Evidence], table: Array, splits: list[tuple[Feature, _Split]], rigs: bool) -> Iterator[Remark]:
     told: set[int] = set()
     for feature, split in splits:
         if len(split.members) != 1 or split.gap < max(feature.alone, (1.5 if feature.name == "friction" else 3.0) * split.spread):
@@ -134,10 +134,13 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: boo
             # another bend, not another rig
             continue
         told.add(index)
-        size = f"{math.exp(split.gap):.3g} times" if feature.ratio else f"{split.gap:.3g} N from"
+        below = bool(table[index, FEATURES.index(feature)] < np.nanmedian(table[:, FEATURES.index(feature)]))
+        size = (
+            f"{'1/' if below else ''}{math.exp(split.gap):.3g} {'of' if below else 'times'}" if feature.ratio else f"{split.gap:.3g} N from"
+        )
         yield Remark(
             (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
-            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} lies {size} the nearest of them; the "
+            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {'is' if feature.ratio else 'lies'} {size} the nearest of them; the "
             "sensor was probably changed or the file is from another rig",
             "leave this file out, or give it its own mapping (gain, offset)",
         )  # fmt: skip

@@ -43,7 +43,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     pairs = [b for b in bends.values() if paired and len(b) > 1 and b[0].config_id is not None]
     wrong = [] if second_rig(log)[0] else [e for bend in pairs for e in _wrong(bend, known)]
     wrong = _everywhere(wrong, log)
-    yield from _told(wrong, "failure", "beside the other runs of the same bend", _shuffled(wrong, pairs))
+    yield from _told(wrong, "failure", "beside the other runs of the same bend", _shuffled(wrong, pairs), known)
     if not pairs and known and not second_rig(log)[0]:
         found = [kinds for bend in bends.values() if bend[0].config_id is not None and (kinds := _two_kinds(bend, log)) is not None]
         mixed = [double if double[0].system == "act" else single for single, double in found] if _doubled(found) else []
@@ -186,13 +186,16 @@ def _shuffled(wrong: list[Evidence], pairs: list[list[Evidence]]) -> bool:
     return len({e.system for e in wrong if (e.config_id, e.location, e.system) in right}) == 2
 
 
-def _told(wrong: list[Evidence], severity: Severity, by: str, shuffled: bool = False) -> Iterator[Remark]:
+def _told(wrong: list[Evidence], severity: Severity, by: str, shuffled: bool = False, known: Sequence[Evidence] = ()) -> Iterator[Remark]:
     for system, like, right in (("act", "a double pass", "sstl"), ("sstl", "a single pass", "act")):
         hit = [e for e in wrong if e.system == system]
         if hit:
             e = hit[0]
             ids = tuple(h.run_id for h in hit)
             why, mend = "the label of the system is probably wrong", f'[constants] system = "{right}"'
+            if _elsewhere(hit, known):
+                why = "the label of its configuration or of its system is probably wrong, or the file is of another rig"
+                mend = f"file_name or a manifest with the right config_id, or {mend}"
             if shuffled:
                 why += (
                     ", and as runs of both systems are wrong beside others that are right, the labels of the files were probably shuffled"
@@ -203,6 +206,12 @@ def _told(wrong: list[Evidence], severity: Severity, by: str, shuffled: bool = F
                 f"{names(ids)}: labelled {system}, but {_slopes(e)} (n theta = {e.wrap:.2f}) look like {like} {by}; {why}",
                 mend,
             )  # fmt: skip
+
+
+def _elsewhere(hit: list[Evidence], known: Sequence[Evidence]) -> bool:
+    """Whether runs of one configuration are wrong while the label of the system is right in others: then it may be the configuration that is not theirs."""
+    ids = {e.run_id for e in hit}
+    return len({(e.config_id, e.location) for e in hit}) == 1 and any(o.system == hit[0].system and o.run_id not in ids for o in known)
 
 
 def _slopes(e: Evidence) -> str:

@@ -11,7 +11,7 @@ from sstl_cli.identification.gate.units import CHANNELS, column_line
 
 RULE, RANK = "same_channel", 15
 EXACT = 1e-6
-# an output that spans fewer times its noise than noise itself does has not moved: it is near any line
+# a channel that spans fewer times its noise than noise itself does has not moved: it is near any line
 MOVED = 20.0
 # what a line from input to output may leave, over the noise of both: friction that hides in noise adds less
 HIDDEN = 1.2
@@ -40,7 +40,8 @@ def _one_tension(log: Sequence[Evidence]) -> Iterator[Remark]:
 
     On one straight tube two sensors may agree; where there are several bends, or both systems, they cannot in all.
     """
-    moved = [e for e in log if e.usable and e.ranges[1].span > MOVED * e.sensors[1].noise_n]
+    # nor is a line told by what has not moved: noise lies along any
+    moved = [e for e in log if e.usable and all(r.span > MOVED * s.noise_n for r, s in zip(e.ranges, e.sensors, strict=True))]
     several = len({e.config_id for e in moved}) > 1 or len({e.system for e in moved}) > 1
     if not several or not all(_lossless(e) for e in moved) or any(_copy(e) for e in moved):
         return

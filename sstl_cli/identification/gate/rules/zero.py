@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from sstl_cli.identification.gate.causes import Cause
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.magnitude import IMPOSSIBLE_N
@@ -36,6 +37,8 @@ PUSHED_N, OTHERS, MORE = 1.0, 0.8, 0.08
 REACH = 0.5
 # what friction with that zero must find of where the lines meet
 SIZE = 0.5
+# noises of both sensors that a zero which goes along the run may leave
+NOISES = 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -62,6 +65,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load) }}",
             )  # fmt: skip
     yield from _cut(log)
+    yield from _creeping(log)
     held = {(e.run_id, i) for e in log for i in (0, 1) if e.run_id not in zeroed and not (_below(e, 0) or _below(e, 1)) and _held(e, i)}
     yield from _told(log, held)
     for i in (0, 1):
@@ -83,6 +87,33 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "probably set anew (tared) before this run",
             f"{CHANNELS[i]} = {{ column = ..., offset = {by:.3g} }} (for this file)",
         )  # fmt: skip
+
+
+def _creeping(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that friction explains to the noise where the output's zero goes along the run, and nothing else comes near."""
+    hit = [e for e in log if e.tendon_like and _creeps(e)]
+    # slow friction looks like it, and is the rig's: then other runs show it
+    hit = [e for e in hit if not any(o is not e and o.system == e.system and o not in hit and _some_creep(o) for o in log)]
+    if hit:
+        by = max((e.causes.creep.size for e in hit), key=abs)
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "remark", by, "N",
+            f"{names([e.run_id for e in hit])}: friction explains the output only if its zero goes by {by:+.3g} N from the first sample to the last; the "
+            "sensor was probably not warm yet, or its amplifier drifts",
+            "none: record again with a warm sensor, or take the drift out before the import",
+        )  # fmt: skip
+
+
+def _creeps(e: Evidence) -> bool:
+    c = e.causes
+    rivals = (c.gain, c.zero_in, c.zero_out, c.moved, c.slow, c.speed, c.reversed)
+    rest = min((c.left(v.rms_n) for v in rivals if math.isfinite(v.rms_n)), default=0.0)
+    large = abs(c.creep.size) > max(HELD_N, HELD_SHARE * e.ranges[1].span)
+    return large and c.creep.rms_n <= NOISES * c.noise_n and c.holds(c.creep.rms_n, TAKES) and c.left(c.creep.rms_n) < TAKES * rest
+
+
+def _some_creep(e: Evidence) -> bool:
+    return e.causes.holds(e.causes.creep.rms_n) and abs(e.causes.creep.size) > SIZE * HELD_N
 
 
 def _cut(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -115,15 +146,33 @@ def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, int, float]]:
             if abs(pull) > MOVED * scatter[0] and pull * release > 0.0:
                 apart = math.log(release / pull)
                 i = int(abs(apart) < abs(apart - 2.0 * e.slopes.friction))
-                if abs(apart if i else apart - 2.0 * e.slopes.friction) < math.log(ALIKE):
-                    yield e, i, pull if i else -pull / e.slopes.gamma_p
+                by = pull if i else -pull / e.slopes.gamma_p
+                if abs(apart if i else apart - 2.0 * e.slopes.friction) < math.log(ALIKE) and _needed(e, i, by, sensed):
+                    yield e, i, by
+
+
+def _needed(e: Evidence, i: int, by: float, sensed: Sequence[Evidence]) -> bool:
+    """Whether friction that builds up over a path needs that zero as well, beside the one that it finds in the other runs.
+
+    Presliding, drag and a small part of a loop bend both lines to one side, and leave a zero that all runs share where it is.
+    """
+    if e.causes.enough or not e.causes.holds(_zero(e, i).rms_n):
+        return False
+    # where friction alone leaves but noise there is none
+    others = np.nan_to_num([_zero(o, i).size for o in sensed if o is not e])
+    own = _zero(e, i).size - float(np.median(others))
+    return SIZE * abs(by) < math.copysign(own, own * by) < abs(by) / SIZE
+
+
+def _zero(e: Evidence, i: int) -> Cause:
+    return e.causes.zero_out if i else e.causes.zero_in
 
 
 def _told(log: Sequence[Evidence], held: set[tuple[str, int]]) -> Iterator[Remark]:
     for i in (0, 1):
         hit = [e for e in log if (e.run_id, i) in held]
         if hit:
-            sizes = sorted((e.causes.zero_out if i else e.causes.zero_in).size for e in hit)
+            sizes = sorted(_zero(e, i).size for e in hit)
             size = sizes[len(sizes) // 2]
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "remark", size, "N",
@@ -177,7 +226,7 @@ def _apart(e: Evidence, i: int) -> bool:
     if e.ranges[0].low - zeros(e)[0] > REACH * e.ranges[0].span:
         return False
     # lines of presliding meet anywhere; a zero is off where friction needs it as well
-    held = e.causes.zero_out if i else e.causes.zero_in
+    held = _zero(e, i)
     if not e.causes.holds(held.rms_n) or not SIZE * abs(at) < math.copysign(held.size, held.size * at) < abs(at) / SIZE:
         return False
     return e.tendon_like and not e.causes.enough and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE_APART * e.ranges[i].span)
