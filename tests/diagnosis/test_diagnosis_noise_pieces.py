@@ -25,8 +25,9 @@ QUIET = Noise({"act": Sensor(0.01, 0.004, 0.2)}, {"act": Sensor(NOISE_N, 0.01, 0
 NO = np.zeros(4, bool)
 
 
-def faults(noise_n, step=0.0):
-    return Faults(NO, NO, NO, float("inf"), step, noise_n)
+def faults(noise_n, step=0.0, samples=len(NO)):
+    none = np.zeros(samples, bool)
+    return Faults(none, none, none, float("inf"), step, noise_n)
 
 
 def phases(slide=0.0, gain=0.5, doubt=0.0):
@@ -66,7 +67,7 @@ def test_runs_are_taken_shortest_first_until_they_hold_enough():
 
 
 def test_the_least_white_noise_is_that_of_rounding_and_of_the_grid():
-    r = replace(RECORDS[0], faults_in=faults(0.0, 0.6), faults_out=faults(0.0, 0.0))
+    r = replace(RECORDS[0], faults_in=faults(0.0, 0.6, 2000), faults_out=faults(0.0, 0.0, 2000))
     assert white.least_white(r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))
     assert white.least_white(r, "tension_out_n") == pytest.approx(1e-4 * np.ptp(r.raw.tension_out_n))
     assert white.white_of(r.raw.tension_in_n, r, "tension_in_n") == pytest.approx(0.6 / np.sqrt(12.0))

@@ -95,8 +95,16 @@ def test_two_effects_are_both_named():
 
 
 def test_an_excluded_effect_leads_to_unknown():
-    found = verdict(record({"viscous": {"c_l_n_s_per_mm": 0.04}}), effects=(*FEW, "viscous"), exclude=("viscous",))
+    strong = {k: 2.0 * v for k, v in STRENGTH["presliding"].items()}
+    found = verdict(record({"presliding": strong}), effects=(*FEW, "presliding"), exclude=("presliding",))
     assert found["verdict"]["status"] == "unknown" and found["verdict"]["effects"] == [], found["verdict"]
+
+
+def test_what_looks_like_an_excluded_effect_is_not_named_for_sure():
+    """A delay takes four fifths of the squared error of a drag, and leaves far more than the noise."""
+    found = verdict(record({"viscous": {"c_l_n_s_per_mm": 0.04}}), effects=(*FEW, "viscous"), exclude=("viscous",))
+    assert found["verdict"]["status"] in ("ambiguous", "unknown") and found["verdict"]["probability_unknown"] > 0.4, found["verdict"]
+    assert found["verdict"]["confidence"] < 0.6 and ("no name" in found["verdict"]["why"] or "leaves more" in found["verdict"]["why"])
 
 
 @pytest.fixture(scope="module")
