@@ -133,11 +133,10 @@ def without_answer(e: Example) -> Example | None:
 
 def _design(e: Example) -> _Design:
     names = sorted(catalogue())
-    terms = np.array([candidate_terms(c, e.rows) for c in e.rows.candidates])
-    effects = np.array([[float(n in c.ids) for n in names] for c in e.rows.candidates])
+    candidates = [np.concatenate((candidate_terms(c, e.rows), [float(n in c.ids) for n in names])) for c in e.rows.candidates]
     ids = [c.ids for c in e.rows.candidates]
     answer = len(ids) if e.answer == NONE else len(ids) + 1 if e.answer == UNKNOWN else ids.index(e.answer)
-    return _Design(np.hstack((terms, effects)) if ids else np.zeros((0, 0)), log_terms(e.rows), answer)
+    return _Design(np.reshape(candidates, (len(ids), len(CANDIDATE_TERMS) + len(names))), log_terms(e.rows), answer)
 
 
 def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None, around: Weights | None = None) -> Weights:
@@ -179,8 +178,7 @@ def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None,
 
 
 def _with_inclusive(d: _Design, weights: Array) -> Array:
-    value = inclusive(list(d.candidates @ weights)) if len(d.candidates) else 0.0
-    return np.where([t == "inclusive" for t in LOG_TERMS], value, d.log)
+    return np.where([t == "inclusive" for t in LOG_TERMS], inclusive(d.candidates @ weights), d.log)
 
 
 def _likeliest(cost: Callable[[Array], tuple[float, Array]], start: Array, spread: Array, bounds: Sequence[Any]) -> Array:

@@ -79,19 +79,16 @@ def likeness_charge(known: Array, parts: Sequence[Sequence[int]]) -> float:
     parts : sequence of sequences of int
         Which of them are the strengths of each effect; the others are integrated out.
     """
-    strengths = [i for part in parts for i in part]
-    if len([part for part in parts if len(part)]) < 2:
+    if sum(len(part) > 0 for part in parts) < 2:
         return 0.0
+    strengths = [i for part in parts for i in part]
     rest = [i for i in range(len(known)) if i not in set(strengths)]
     across = known[np.ix_(strengths, rest)]
     own = known[np.ix_(strengths, strengths)] - across @ np.linalg.pinv(known[np.ix_(rest, rest)]) @ across.T
-    scale = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
-    alike, at, apart = own / np.outer(scale, scale), 0, 0.0
-    for part in parts:
-        apart += float(np.linalg.slogdet(alike[at : at + len(part), at : at + len(part)])[1])
-        at += len(part)
-    together = float(np.linalg.slogdet(alike)[1])
-    return max(0.5 * (apart - together), 0.0) if np.isfinite(apart - together) else 0.0
+    places = np.split(np.arange(len(strengths)), np.cumsum([len(part) for part in parts])[:-1])
+    apart = sum(float(np.linalg.slogdet(own[np.ix_(i, i)])[1]) for i in places)
+    charge = 0.5 * (apart - float(np.linalg.slogdet(own)[1]))
+    return max(charge, 0.0) if np.isfinite(charge) else 0.0
 
 
 def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> Weighed:
@@ -106,11 +103,10 @@ def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> W
     se = standard_errors(f, known)
     charge = sum(shape_charge(x, float(v), float(s)) for x, v, s in zip(f.free, f.values, se, strict=True) if x.parameter.shape)
     lacking = {next(iter(set(f.ids) - set(p.ids))): p.gain for p in parts if len(set(f.ids) - set(p.ids)) == 1}
-    for effect_id in f.ids:
-        k = sum(1 for x in f.hypothesis.strengths if x.effect.id == effect_id)
-        charge += strengths_charge(k, 2.0 * (gain - lacking.get(effect_id, 0.0)))
-    place = [[len(f.theta) + i for i, x in enumerate(f.free) if not x.parameter.shape and x.effect.id == e] for e in f.ids]
-    charge += likeness_charge(known, place)
+    strengths = {e: [len(f.theta) + i for i, x in enumerate(f.free) if not x.parameter.shape and x.effect.id == e] for e in f.ids}
+    for effect_id, places in strengths.items():
+        charge += strengths_charge(len(places), 2.0 * (gain - lacking.get(effect_id, 0.0)))
+    charge += likeness_charge(known, list(strengths.values()))
     # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, unless the base
     # is as still, or the bend had no friction when the rig was modelled
     before = [base.theta] if sim.accepted is None else [base.theta, sim.accepted]

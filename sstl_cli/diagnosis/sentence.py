@@ -36,11 +36,11 @@ def sentence(document: DiagnosisDocument) -> str:
     names = " and ".join(e if _plain(e) == e else f"{_plain(e)} ({e})" for e in verdict.effects)
     if status == "ambiguous":
         others = rivals(verdict)
-        them = "it" if len(others) == 1 else "them"
-        others_too = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
         if _nameless(document):
             more = f", from {_listed(others)}" if others else ""
             return f"{_much(gap)} may come from {names}{more}, or from something that has no name here{sure}."
+        them = "it" if len(others) == 1 else "them"
+        others_too = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
         return f"{_much(gap)} comes most likely from {names}{others_too}{sure}."
     return f"{_much(gap)} comes from {names}{sure}."
 

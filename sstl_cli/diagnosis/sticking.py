@@ -54,15 +54,13 @@ def _spike(ratio: Array, error: Array) -> float:
     """Return by how much a share of exactly nothing makes ratios likelier, shape (windows,) each."""
     widths = float(np.median(error)) * MIXTURE_WIDTHS
 
-    def likelihood(centre: float, more: Sequence[Array]) -> float:
+    scattered = []
+    for off in (ratio - 1.0, ratio - float(np.mean(ratio))):
         # every law that falls off alike to both sides is a mixture of uniform ones (Khinchin 1938)
-        columns = [_normal(ratio - centre, error), *(_uniform(ratio - centre, w, error) for w in widths), *more]
-        return _mixture(np.column_stack(columns))
-
-    def best(more: Sequence[Array]) -> float:
-        return max(likelihood(c, more) for c in {1.0, float(np.mean(ratio))})
-
-    return max(best([_normal(ratio, error)]) - best([]), 0.0)
+        scattered.append(np.column_stack([_normal(off, error), *(_uniform(off, w, error) for w in widths)]))
+    resting = _normal(ratio, error)
+    with_rests = max(_mixture(np.column_stack((s, resting))) for s in scattered)
+    return max(with_rests - max(_mixture(s) for s in scattered), 0.0)
 
 
 def _normal(x: Array, sd: Array) -> Array:

@@ -159,7 +159,7 @@ def _own(c: CandidateRow, other: Ids, rows: Rows) -> float:
     return max(c.evidence - max(shared, 0.0), 0.0)
 
 
-def inclusive(of_candidates: Sequence[float]) -> float:
+def inclusive(of_candidates: Sequence[float] | Array) -> float:
     """Return the inclusive value of the candidates' weighted sums, 0 where there is none."""
     return float(logsumexp(of_candidates)) if len(of_candidates) else 0.0
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sstl_cli.diagnosis.constants import HELD, MIN_READINGS, RESOLVED, WHITE
 from sstl_cli.diagnosis.driven import known_input
 from sstl_cli.diagnosis.readings import gaps, known
-from sstl_cli.diagnosis.recorder import FOURTHS_ERROR, fourths, slow_noise, white_noise, white_of_fourths
+from sstl_cli.diagnosis.recorder import FOURTHS_ERROR, Faults, fourths, slow_noise, white_noise, white_of_fourths
 from sstl_cli.diagnosis.records import Record
 
 Array = NDArray[np.float64]
@@ -54,15 +54,18 @@ def white_of(fine: Array, r: Record, column: str, held: NDArray[np.bool_] | None
     Where the output is ``held`` for long enough it shows there alone: what slides may jump.
     """
     readings, raw = known(r.raw, column), getattr(r.raw, column)
-    there = known_input(r.raw, r.faults_in) if held is None else held
+    there = known_input(r.raw, _faults(r, column)) if held is None else held
     white = white_noise(fine, there) if readings.all() else slow_noise(raw[readings], r.raw.time_s[readings])
     return max(white, least_white(r, column))
 
 
 def least_white(r: Record, column: str) -> float:
     """Return the white noise (N) of a channel that its rounding and that of the model make by themselves."""
-    faults = r.faults_in if column == "tension_in_n" else r.faults_out
-    return max(faults.rounding_n, RESOLVED * float(np.ptp(getattr(r.raw, column))))
+    return max(_faults(r, column).rounding_n, RESOLVED * float(np.ptp(getattr(r.raw, column))))
+
+
+def _faults(r: Record, column: str) -> Faults:
+    return r.faults_in if column == "tension_in_n" else r.faults_out
 
 
 def spacing(records: Sequence[Record], column: str) -> float:

@@ -63,6 +63,10 @@ class Parameter:
         return self.high if self.high == self.neutral else self.high * (SHAPE_REACH if self.shape else REACH)
 
 
+# sides and systems of the four sensors, in the order of their parameters
+SENSORS = tuple((side, system) for system in ("act", "sstl") for side in ("in", "out"))
+
+
 def sensor_name(side: str, system: str) -> str:
     """Return the name of a sensor in words.
 

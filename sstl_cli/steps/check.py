@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
@@ -13,7 +14,7 @@ from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
-from sstl_cli.identification.gate.stamps import again, mend_backward, mend_repeated
+from sstl_cli.identification.gate.stamps import mend_backward, mend_repeated
 
 Array = NDArray[np.float64]
 Level = Literal["failure", "remark"]
@@ -79,7 +80,7 @@ def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
             continue
         found += _values(name, values, piece.nulls.get(name, 0), name in optional)
     if "time_s" in piece.columns:
-        found += _time(piece.columns["time_s"], again(piece.columns))
+        found += _time(piece.columns)
     usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
     usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
@@ -162,22 +163,22 @@ def _tiny(name: str, sound: Array, count: int) -> list[Finding]:
     return [Finding(FAILURE, "absurd values", name, count, said, "check the unit")] if said else []
 
 
-def _time(time: Array, twice: bool) -> list[Finding]:
-    time = time[~unsound(time)]
+def _time(columns: dict[str, Array]) -> list[Finding]:
+    time = columns["time_s"][~unsound(columns["time_s"])]
     if len(time) < 2:
         return []
     step = np.diff(time)
     found = []
     if said := too_fast(time):
         found.append(Finding(FAILURE, "absurd sampling rate", "time_s", len(time), said, "check the unit"))
-    for what, bad, fix in (
-        ("time runs backwards", step < 0, mend_backward(step, MIN_SAMPLES)),
-        ("time repeats", step == 0, mend_repeated(step, twice)),
+    for what, bad, mend in (
+        ("time runs backwards", step < 0, partial(mend_backward, step, MIN_SAMPLES)),
+        ("time repeats", step == 0, partial(mend_repeated, step, columns)),
     ):
         count = int(np.count_nonzero(bad))
         if count:
             first = int(np.argmax(bad)) + 1
-            found.append(Finding(FAILURE, what, "time_s", count, f"first at sample {first}, {time[first]:.6g} s", fix))
+            found.append(Finding(FAILURE, what, "time_s", count, f"first at sample {first}, {time[first]:.6g} s", mend()))
     forward = step[step > 0]
     if not len(forward):
         return found

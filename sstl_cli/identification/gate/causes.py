@@ -101,7 +101,11 @@ class Causes:
     @property
     def enough(self) -> bool:
         """Whether friction alone leaves but noise, so that the samples hold nothing else."""
-        return self.friction.rms_n <= MORE * self.noise_n
+        return self.noise_alone(self.friction.rms_n)
+
+    def noise_alone(self, rms_n: float) -> bool:
+        """Whether a residual (N) is but noise."""
+        return rms_n <= MORE * self.noise_n
 
     @property
     def slips(self) -> tuple[Cause, ...]:

@@ -125,8 +125,10 @@ def sketch_of(x: Array, y: Array, strides: tuple[int, int], fine: tuple[bool, bo
     for i, (v, stride) in enumerate(zip((x, y), strides, strict=True)):
         # corners of the movement return in every run, and so does the hum of one mains
         second = fast_part(v[: (DRAWN + 2) * stride : stride])
-        second = without_lines(second) if len(second) >= LEAST_DRAWN else second
-        if len(second) >= LEAST_DRAWN and second.any():
+        if len(second) < LEAST_DRAWN:
+            continue
+        second = without_lines(second)
+        if second.any():
             size = float(np.linalg.norm(second))
             fast[i, : len(second)] = second / size
             rounding[i] = size < ROUNDING * np.sqrt(len(second)) * float(np.max(np.abs(v)))

@@ -41,15 +41,14 @@ def hum_of(dt_s: float, v: Array, other: Array, drive: Array, stride: int = 1) -
     span, reach = float(np.ptp(v)), float(np.ptp(other))
     if n < FEWEST or span <= 0.0:
         return None
-    level, window = max(float(np.max(np.abs(c))) for c in (v, other)), _window(n)
+    level, window = max(float(np.max(np.abs(c))) for c in (v, other)), window_of(n)
     mine, theirs, driven = (np.abs(np.fft.rfft(window * (c - np.mean(c)))) * 2.0 / float(window.sum()) for c in (v, other, drive))
     moves = 1 + int(np.argmax(driven[1:]))
     first = max(int(ABOVE * moves), AROUND)
     if first + AROUND >= len(mine):
         return None
     k = first + int(np.argmax(mine[first:-WIDE]))
-    around = np.concatenate((mine[max(1, k - AROUND) : k - WIDE], mine[k + WIDE + 1 : k + AROUND]))
-    if mine[k] ** 2 < STANDS_OUT * float(np.mean(around**2)) or mine[k] < max(LEAST_SPAN * span, LEAST_LEVEL * level):
+    if mine[k] ** 2 < STANDS_OUT * float(np.mean(around(mine, k, 1) ** 2)) or mine[k] < max(LEAST_SPAN * span, LEAST_LEVEL * level):
         return None
     if reach > 0.0 and theirs[k - 1 : k + 2].max() > SHARED * mine[k] * min(1.0, reach / span):
         return None
@@ -63,9 +62,14 @@ def hum_of(dt_s: float, v: Array, other: Array, drive: Array, stride: int = 1) -
 
 
 @lru_cache(maxsize=4)
-def _window(n: int) -> Array:
+def window_of(n: int) -> Array:
     """Return a Hann window: runs of one log are of few lengths."""
     return np.hanning(n)
+
+
+def around(spectrum: Array, k: int, first: int = 0) -> Array:
+    """Return what stands around a line at bin ``k`` of a spectrum, from its ``first`` bin on."""
+    return np.concatenate((spectrum[max(first, k - AROUND) : max(first, k - WIDE)], spectrum[k + WIDE + 1 : k + AROUND]))
 
 
 def _quarters(v: Array) -> list[tuple[int, Array]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.hum import AROUND, WIDE
+from sstl_cli.identification.gate.hum import around, window_of
 
 Array = NDArray[np.float64]
 # power of a line over the mean of what is around it: noise goes so far in one record of a million
@@ -19,8 +19,8 @@ def without_lines(v: Array) -> Array:
     for _ in range(LINES):
         power = _power(v)
         k = int(np.argmax(power))
-        around = np.concatenate((power[max(0, k - AROUND) : max(0, k - WIDE)], power[k + WIDE + 1 : k + AROUND]))
-        if not len(around) or not power[k] > STANDS_OUT * float(np.mean(around)):
+        beside = around(power, k)
+        if not len(beside) or not power[k] > STANDS_OUT * float(np.mean(beside)):
             break
         v = _without(v, k)
     return v
@@ -32,7 +32,7 @@ def without_strongest(v: Array) -> Array:
 
 
 def _power(v: Array) -> Array:
-    return np.asarray(np.abs(np.fft.rfft(np.hanning(len(v)) * v)) ** 2)
+    return np.asarray(np.abs(np.fft.rfft(window_of(len(v)) * v)) ** 2)
 
 
 def _without(v: Array, k: int) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
+from sstl_cli.identification.gate.hum import window_of
 from sstl_cli.identification.gate.periodic import without_strongest
 
 Array = NDArray[np.float64]
@@ -70,7 +71,7 @@ def _between_two(v: Array) -> bool:
     """
     apart, movement = (v[:-2] - 2.0 * v[1:-1] + v[2:]) / 4.0, (v[:-2] + 2.0 * v[1:-1] + v[2:]) / 4.0
     apart[1::2] *= -1.0
-    window = np.hanning(len(apart))
+    window = window_of(len(apart))
     # what both filters pass alike, so that noise of theirs is like no other
     one, two = (np.abs(np.fft.rfft(window * without_strongest(c - np.mean(c))))[1 : len(apart) // SLOW] for c in (apart, movement))
     return float(np.corrcoef(one, two)[0, 1]) > LIKE

@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 TICKS = 0.1
 
 
-def again(columns: dict[str, Array]) -> bool:
+def _again(columns: dict[str, Array]) -> bool:
     """Whether rows of a repeated time hold the same numbers, so that nothing is lost without them."""
     same = np.diff(columns["time_s"]) == 0.0
     return all(bool(np.array_equal(v[1:][same], v[:-1][same], equal_nan=True)) for v in columns.values() if len(v) == len(same) + 1)
@@ -26,9 +26,9 @@ def mend_backward(step: Array, fewest: int) -> str:
     return "sort the rows by their clock or number before the import"
 
 
-def mend_repeated(step: Array, twice: bool) -> str:
-    """Return what mends a time that repeats: rows that are there ``twice``, or stamps too coarse for the rows."""
-    share = float(np.mean(step == 0.0))
+def mend_repeated(step: Array, columns: dict[str, Array]) -> str:
+    """Return what mends a time that repeats: rows that are there twice, or stamps too coarse for the rows."""
+    share, twice = float(np.mean(step == 0.0)), _again(columns)
     if twice or share < TICKS:
         return 'import with [time] repeated = "last"' + (" (rows of one time are the same)" if twice else "")
     return f"state the rate (time_s = {{ rate_hz = ... }}): the stamps are coarser than the rows, and one row a stamp would leave {100 * (1.0 - share):.0f} %"

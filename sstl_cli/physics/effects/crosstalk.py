@@ -1,6 +1,6 @@
 """Sensors that feel one another's tension: the backlash holds acquire a slope."""
 
-from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values, sensor_name
+from sstl_cli.physics.effect import INSTRUMENT, SENSORS, Array, Effect, Parameter, Sampling, Values, sensor_name
 
 
 def _output(tension: Array, other: Array, run: Sampling, v: Values) -> Array:
@@ -31,12 +31,12 @@ EFFECT = Effect(
         Parameter("c_out_to_in", "1", 0.0, 0.0, 0.05, "output tension seen by the input sensor"),
         Parameter("m_out", "1", 0.0, 0.0, 0.05, "both tensions seen by the output sensor through its mount"),
         Parameter("m_in", "1", 0.0, 0.0, 0.05, "both tensions seen by the input sensor through its mount"),
-        *(_one(side, system) for system in ("act", "sstl") for side in ("in", "out")),
+        *(_one(side, system) for side, system in SENSORS),
     ),
     excitation="Long backlash holds; pulling one tendon only settles it.",
     order=58,
     look_alikes=("gain_error",),
-    laws=tuple((f"c_{side}_{system}",) for system in ("act", "sstl") for side in ("in", "out")),
+    laws=tuple((f"c_{side}_{system}",) for side, system in SENSORS),
     variants=(("c_in_to_out",), ("c_out_to_in",), ("c_in_to_out", "c_out_to_in"), ("m_out",), ("m_in",), ("m_out", "m_in")),
     output=_output,
     input=_input,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values, sensor_name
+from sstl_cli.physics.effect import INSTRUMENT, SENSORS, Array, Effect, Parameter, Sampling, Values, sensor_name
 from sstl_cli.physics.filters import play
 
 FULL_SCALE_N = 50.0
@@ -50,7 +50,7 @@ EFFECT = Effect(
         Parameter("a_in", "1", 0.0, -0.02, 0.02, "curvature of the input sensors", limits=(-0.9, 0.9)),
         Parameter("a_out", "1", 0.0, -0.02, 0.02, "curvature of the output sensors", limits=(-0.9, 0.9)),
         Parameter("h_n", "N", 0.0, 0.0, 0.1, "half-width of the play of the output sensor"),
-        *(_one(side, system) for system in ("act", "sstl") for side in ("in", "out")),
+        *(_one(side, system) for side, system in SENSORS),
         Parameter(
             "chord",
             "1",
@@ -65,7 +65,7 @@ EFFECT = Effect(
     ),
     plays=("h_n",),
     laws=(
-        *((f"a_{side}_{system}", "chord") for system in ("act", "sstl") for side in ("in", "out")),
+        *((f"a_{side}_{system}", "chord") for side, system in SENSORS),
         *((f"a_{side}_act", f"a_{side}_sstl", "chord") for side in ("in", "out")),
     ),
     excitation="A wide span of tension; dead weights settle it.",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampling, Values, sensor_name
+from sstl_cli.physics.effect import INSTRUMENT, SENSORS, Array, Effect, Parameter, Sampling, Values, sensor_name
 
 
 def _drift(side: str, run: Sampling, v: Values) -> Array:
@@ -30,9 +30,6 @@ def _input_inverse(tension: Array, _other: Array, run: Sampling, v: Values) -> A
 def _over_a_session(side: str, system: str) -> Parameter:
     meaning = f"drift of the {sensor_name(side, system)} zero over a session"
     return Parameter(f"s_{side}_{system}_n", "N", 0.0, -1.0, 1.0, meaning, system=system)
-
-
-SENSORS = tuple((side, system) for system in ("act", "sstl") for side in ("in", "out"))
 
 
 EFFECT = Effect(

@@ -1,6 +1,6 @@
 """Sensors whose zero is off: both propagation lines shift, at every rate."""
 
-from sstl_cli.physics.effect import INSTRUMENT, NOMINAL_THETA, Array, Effect, Parameter, Sampling, Values, sensor_name
+from sstl_cli.physics.effect import INSTRUMENT, NOMINAL_THETA, SENSORS, Array, Effect, Parameter, Sampling, Values, sensor_name
 
 
 def _zero(side: str, run: Sampling, v: Values) -> float:
@@ -36,10 +36,10 @@ EFFECT = Effect(
         Parameter("z_out_act_n", "N", 0.0, -2.0, 2.0, "zero of the actuation output sensor", system="act"),
         Parameter("z_in_sstl_n", "N", 0.0, -2.0, 2.0, "zero of the SSTL input sensor", system="sstl"),
         Parameter("z_out_sstl_n", "N", 0.0, -2.0, 2.0, "zero of the SSTL output sensor", system="sstl"),
-        *(_preload(side, system) for system in ("act", "sstl") for side in ("in", "out")),
+        *(_preload(side, system) for side, system in SENSORS),
     ),
     laws=(
-        *((f"preload_{side}_{system}_n",) for system in ("act", "sstl") for side in ("in", "out")),
+        *((f"preload_{side}_{system}_n",) for side, system in SENSORS),
         *((f"preload_{side}_act_n", f"preload_{side}_sstl_n") for side in ("in", "out")),
     ),
     excitation="Several configurations; a slack reading settles it.",

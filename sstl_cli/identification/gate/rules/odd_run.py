@@ -57,7 +57,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             continue
         table = np.array([_values(e) for e in runs])
         splits = [(f, s) for j, f in enumerate(FEATURES) if (s := _split(table[:, j], f)) is not None]
-        yield from _alone(runs, table, splits, rigs)
+        yield from _alone(runs, splits, rigs)
         yield from _kinds(runs, splits)
 
 
@@ -94,9 +94,10 @@ def _values(e: Evidence) -> list[float]:
 
 @dataclass(frozen=True)
 class _Split:
-    """The smaller side of the widest gap of a feature."""
+    """The smaller side of the widest gap of a feature, and whether it is the lower one."""
 
     members: frozenset[int]
+    below: bool
     gap: float
     spread: float
     known: frozenset[int]
@@ -110,15 +111,16 @@ def _split(values: Array, feature: Feature) -> _Split | None:
     steps = np.diff(values[order])
     at = int(np.argmax(steps))
     low, high = order[: at + 1], order[at + 1 :]
-    small = low if len(low) <= len(high) else high
+    below = len(low) <= len(high)
+    small = low if below else high
     spread = max(float(np.ptp(values[low])), float(np.ptp(values[high])))
     gap = float(steps[at])
     if gap < min(feature.alone, feature.kinds):
         return None
-    return _Split(frozenset(small.tolist()), gap, spread, frozenset(known.tolist()))
+    return _Split(frozenset(small.tolist()), below, gap, spread, frozenset(known.tolist()))
 
 
-def _alone(runs: list[Evidence], table: Array, splits: list[tuple[Feature, _Split]], rigs: bool) -> Iterator[Remark]:
+def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: bool) -> Iterator[Remark]:
     told: set[int] = set()
     for feature, split in splits:
         if len(split.members) != 1 or split.gap < max(feature.alone, (1.5 if feature.name == "friction" else 3.0) * split.spread):
@@ -134,13 +136,11 @@ def _alone(runs: list[Evidence], table: Array, splits: list[tuple[Feature, _Spli
             # another bend, not another rig
             continue
         told.add(index)
-        below = bool(table[index, FEATURES.index(feature)] < np.nanmedian(table[:, FEATURES.index(feature)]))
-        size = (
-            f"{'1/' if below else ''}{math.exp(split.gap):.3g} {'of' if below else 'times'}" if feature.ratio else f"{split.gap:.3g} N from"
-        )
+        times = math.exp(split.gap)
+        far = f"is {f'1/{times:.3g} of' if split.below else f'{times:.3g} times'}" if feature.ratio else f"lies {split.gap:.3g} N from"
         yield Remark(
-            (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
-            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {'is' if feature.ratio else 'lies'} {size} the nearest of them; the "
+            (e.run_id,), RULE, "remark", times if feature.ratio else split.gap, "1" if feature.ratio else "N",
+            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {far} the nearest of them; the "
             "sensor was probably changed or the file is from another rig",
             "leave this file out, or give it its own mapping (gain, offset)",
         )  # fmt: skip

@@ -37,8 +37,6 @@ PUSHED_N, OTHERS, MORE = 1.0, 0.8, 0.08
 REACH = 0.5
 # what friction with that zero must find of where the lines meet
 SIZE = 0.5
-# noises of both sensors that a zero which goes along the run may leave
-NOISES = 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -106,10 +104,10 @@ def _creeping(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _creeps(e: Evidence) -> bool:
     c = e.causes
-    rivals = (c.gain, c.zero_in, c.zero_out, c.moved, c.slow, c.speed, c.reversed)
-    rest = min((c.left(v.rms_n) for v in rivals if math.isfinite(v.rms_n)), default=0.0)
-    large = abs(c.creep.size) > max(HELD_N, HELD_SHARE * e.ranges[1].span)
-    return large and c.creep.rms_n <= NOISES * c.noise_n and c.holds(c.creep.rms_n, TAKES) and c.left(c.creep.rms_n) < TAKES * rest
+    if not (c.holds(c.creep.rms_n, TAKES) and c.noise_alone(c.creep.rms_n)):
+        return False
+    rest = min(c.left(v.rms_n) for v in (*c.slips, c.reversed) if v is not c.creep)
+    return abs(c.creep.size) > max(HELD_N, HELD_SHARE * e.ranges[1].span) and c.left(c.creep.rms_n) < TAKES * rest
 
 
 def _some_creep(e: Evidence) -> bool:
