@@ -22,7 +22,8 @@ OWN = {
     "friction_drift": {"d_mu_time", "time_s", "d_mu_heat_s_per_n2", "cooling_s"},
     "load_dependent_friction": {"step", "step_n", "fall", "fall_n"},
     "presliding": {"bristle_mm", "dahl_mm", "tail"},
-    "sensor_nonlinearity": {f"a_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")} | {"chord"},
+    "sensor_nonlinearity": {f"a_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")}
+    | {"chord", "h_act_n", "h_sstl_n", "k_act", "k_sstl", "width_n", "b_out", "b_in", "knee_n"},
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
     "viscoelastic_creep": {"spread"},

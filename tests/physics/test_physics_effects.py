@@ -230,6 +230,32 @@ def test_a_sheath_yields_by_its_law(closing: float, grown: Callable[[np.ndarray]
     assert np.allclose(law.factors[0](t), 1.0 + 0.006 * grown(t), rtol=1e-12)
 
 
+def test_hysteresis_of_a_sensor_is_a_part_of_its_reading_behind_plays():
+    sensor = get("sensor_nonlinearity")
+
+    def read(system, **values):
+        return sensor.output(PATH, PATH, Sampling(system, DT, len(PATH), begin_n=float(PATH[0])), sensor.complete(values))
+
+    assert np.array_equal(read("act", h_act_n=0.2), read("act", h_n=0.2)) and np.array_equal(read("sstl", h_act_n=0.2), PATH)
+    assert np.array_equal(read("sstl", k_act=0.1, width_n=1.0), PATH)
+    # past every play a pull reads k times their mean half-width low, a release as much high
+    off = read("act", k_act=0.1, width_n=1.0) - PATH
+    mean = 0.1 * (0.3 + 1.0 + 3.0) / 3.0
+    assert (off.min(), off.max()) == pytest.approx((-mean, mean))
+    # and comes round gradually: between them there are more than two levels
+    assert len(np.unique(off.round(3))) > 50
+
+
+def test_a_sensor_may_be_soft_beyond_a_knee():
+    sensor, run = get("sensor_nonlinearity"), Sampling("act", DT, len(PATH))
+    seen = sensor.output(PATH, PATH, run, sensor.complete({"b_out": -0.05, "knee_n": 8.0}))
+    below = PATH <= 8.0
+    assert np.array_equal(seen[below], PATH[below])
+    assert seen[~below] == pytest.approx(PATH[~below] - 0.05 * (PATH[~below] - 8.0))
+    values = sensor.complete({"b_in": 0.05, "knee_n": 8.0})
+    assert sensor.input_inverse(sensor.input(PATH, PATH, run, values), PATH, run, values) == pytest.approx(PATH)
+
+
 def test_a_preload_grows_with_the_bend_and_a_curve_may_be_of_one_sensor_alone():
     tension = np.linspace(0.0, 30.0, 61)
     still = activate({"zero_offset": {"preload_out_act_n": 0.4}})
