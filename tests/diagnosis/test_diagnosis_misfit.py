@@ -15,7 +15,7 @@ from sstl_cli.physics.scenario_file import dump
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 from tests.diagnosis.rig_logs import record
 
-OPTIONS = DiagnoseOptions(effects=("zero_offset", "gain_error", "const_friction", "viscous", "friction_drift"), max_effects=1)
+OPTIONS = DiagnoseOptions(effects=("zero_offset", "const_friction", "friction_drift"), max_effects=1)
 
 
 def odd(runs: list[Run], seed: int) -> list[Run]:
@@ -67,6 +67,7 @@ def test_friction_that_has_risen_all_along_is_said(monday):
     assert again["sentence"].startswith("Theta has changed since the simulator was accepted (") and "+25 %" in again["sentence"]
 
 
+@pytest.mark.slow
 def test_friction_at_the_end_of_a_rig_with_a_habit_is_named_and_kept(monday):
     runs = put_in(odd(record({}, 2), 2), Injection("const_friction", 0.6, "w_end_n"))
     found = run(runs, replace(OPTIONS, sim=monday[1]))

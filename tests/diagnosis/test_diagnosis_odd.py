@@ -187,6 +187,7 @@ def test_after_the_limit_singles_are_still_fitted_and_the_rest_is_said_to_be_lef
     assert f"  note: {note}" in lines(found.body)
 
 
+@pytest.mark.slow
 def test_time_that_runs_out_between_the_stages_keeps_what_is_done(runs, monkeypatch):
     class Late(diagnose.Deadline):
         """Over after the pairs."""

@@ -13,6 +13,9 @@ from sstl_cli.diagnosis.records import prepare
 from sstl_cli.identification.gate.overflows import size_n, turns
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
+SENSORS = DiagnoseOptions(
+    effects=("saturation", "acquisition_faults", "sensor_nonlinearity", "gain_error", "zero_offset", "const_friction")
+)
 T = 0.01 * np.arange(4000)
 SENT = 12.0 + 10.0 * np.sin(2.0 * np.pi * T / 8.0)
 HELD = np.concatenate(([12.0], np.zeros(len(T) - 1)))
@@ -75,7 +78,7 @@ def logs(column, share, beyond):
 @pytest.mark.parametrize("column", [pytest.param("tension_in_n", marks=pytest.mark.slow), "tension_out_n"])
 def test_an_overflow_is_a_limit_and_no_failure_of_the_log(column):
     runs, top = logs(column, 0.95, lambda v, top: np.where(v >= top, v - top, v))
-    said = run(runs, DiagnoseOptions(max_effects=1))
+    said = run(runs, replace(SENSORS, max_effects=1))
     assert said.document()["analysis"]["set_aside"] == {}
     assert said.verdict.status == "identified" and said.verdict.effects == ("saturation",)
     name = "t_max_in_n" if column == "tension_in_n" else "t_max_out_n"
