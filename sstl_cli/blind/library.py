@@ -19,6 +19,7 @@ from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.tables import Column, Schema
 from sstl_cli.diagnosis.features import CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
+from sstl_cli.diagnosis.simulator import LOOP
 
 _S, _F = pa.string(), pa.float32()
 # numbers of a candidate and of its log, in the order of their rows
@@ -87,7 +88,8 @@ def to_table(cases: Sequence[Example]) -> pa.Table:
             "strength": case.strength,
             "answer": "+".join(case.answer),
         }
-        for c in case.rows.candidates:
+        # what has no name has a prior of its own
+        for c in (c for c in case.rows.candidates if LOOP.id not in c.ids):
             own = {n: float(getattr(c, n)) for n in OWN}
             found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, "held": c.held, **log})
     return pa.Table.from_pylist(found, schema=LIBRARY.arrow())

@@ -2,7 +2,7 @@
 
 A mixed model (Harville 1977): a normal part of each run beside theta of its configuration. Linear in both, its likelihood has a
 closed form for each spread. A pulley, or a gain of one system, shows in the same differences between runs of a bend, by
-fewer numbers: without this rival it would be sure of whatever friction does. What all runs of one system have in common
+fewer numbers: without this rival it would be sure of whatever friction does. What all runs of one system in a bend have in common
 against those of the other is no scatter, and speaks for none.
 """
 
@@ -35,8 +35,8 @@ def scatter(kind: Free) -> Hypothesis:
 
 
 def contrasts(sim: Simulator) -> int:
-    """Return how many differences between runs of one configuration there are, but for one between the systems."""
-    return len(sim.problem.records) - len(sim.problem.configs) - (len(sim.problem.systems) - 1)
+    """Return how many differences there are between runs of one system in one configuration."""
+    return len(sim.problem.records) - len({(r.config, r.system) for r in sim.problem.records})
 
 
 def add(found: Search, most: int) -> None:
@@ -150,8 +150,9 @@ def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
 
 
 def systematic(told: Told) -> float:
-    """Return what one part for all runs of each system gains (nats), beside theta of each configuration: no chance has a hand in it."""
-    bend, other = (np.eye(x.max() + 1)[x] for x in (told.place, told.system))
+    """Return what one part for all runs of each system in each configuration gains (nats), beside theta: no chance has a hand in it."""
+    groups = np.unique(np.column_stack((told.place, told.system)), axis=0, return_inverse=True)[1].ravel()
+    bend, other = (np.eye(x.max() + 1)[x] for x in (told.place, groups))
     cross = bend.T @ (told.both[:, None] * other)
     thetas = bend.T @ (told.theta[:, None] * bend)
     gram = np.block([[thetas, cross], [cross.T, other.T @ (told.own[:, None] * other)]])

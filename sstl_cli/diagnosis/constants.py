@@ -115,6 +115,9 @@ WINDOW_TRAVEL, FEWEST_WINDOWS = 6.0, 20
 
 # === believed: priors, and how far they may be left
 
+# odds (logarithm) of what the catalogue has no name for beside its effects, which assume one friction for both tendons
+UNNAMED = -float(np.log(20.0))
+
 # sizes of a response between 0.1 and 100 standard deviations are alike in every decade
 LOG_RANGE = float(np.log(1e3))
 # by how much what an output comes in a window of a stroke is off to either side, over the error of that

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from sstl_cli.diagnosis import sticking
+from sstl_cli.diagnosis import nameless, sticking
 from sstl_cli.diagnosis.constants import DECIDES_NATS, EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
@@ -88,7 +88,7 @@ class LogRow:
 class Rows:
     """The rows of one diagnosis, and the leftovers that they sum up.
 
-    What is ``barred`` was found in the readings, which were left out for it, although it is no candidate. ``scatters`` says that the
+    What is ``barred`` is there although it is no candidate, by id with the words for it: found in the readings, which were left out for it, or without a name. ``scatters`` says that the
     simulator is known to leave more in some places than in others.
     """
 
@@ -96,13 +96,13 @@ class Rows:
     candidates: tuple[CandidateRow, ...]
     base: Leftover
     best: Leftover
-    barred: frozenset[str] = frozenset()
+    barred: Mapping[str, str] = field(default_factory=dict)
     scatters: bool = False
 
     @property
     def named(self) -> Rows:
         """The rows of the candidates alone."""
-        return replace(self, candidates=tuple(c for c in self.candidates if not self.barred & set(c.ids)), barred=frozenset())
+        return replace(self, candidates=tuple(c for c in self.candidates if not self.barred.keys() & set(c.ids)), barred={})
 
 
 def leading(rows: Rows) -> CandidateRow | None:
@@ -122,7 +122,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
     sim = found.sim
     at_most = at_least_rounding(sim.problem.records, found.measured)
     base = leftover(sim, found.base, at_most)
-    ranked = found.ranked()
+    ranked = found.every()
     examined = _examined(ranked)
     looked = {w.ids: leftover(sim, w.fit, at_most) for w in examined}
     leading = bool(ranked) and ranked[0].evidence > 0.0
@@ -151,7 +151,7 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         strain(found.noise, found.measured),
         sticking.rests(sim.problem.records, sim.predict_fine(found.base.theta, {})),
     )
-    return Rows(log, (*candidates, *beside), base, best, scatters=sim.problem.scatters)
+    return Rows(log, (*candidates, *beside), base, best, nameless.words(found), scatters=sim.problem.scatters)
 
 
 def _independent(found: Search, samples: int) -> int:

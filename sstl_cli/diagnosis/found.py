@@ -24,7 +24,7 @@ NOTHING = Hypothesis((), ())
 
 @dataclass(frozen=True)
 class Search:
-    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), and combinations."""
+    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), combinations, and what has no name."""
 
     sim: Simulator
     noise: Noise
@@ -32,6 +32,7 @@ class Search:
     base: Fit
     singles: dict[str, tuple[Weighed, ...]]
     combined: dict[tuple[str, ...], Weighed]
+    nameless: tuple[Weighed, ...] = ()
 
     @cached_property
     def held_out(self) -> HeldOut:
@@ -39,17 +40,27 @@ class Search:
         return HeldOut(self.sim)
 
     def best(self, ids: tuple[str, ...]) -> Weighed:
-        """Return the best fit of one effect or of a combination."""
-        return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[tuple(sorted(ids))]
+        """Return the best fit of one effect or of a combination, or of what has no name."""
+        own = tuple(sorted(ids))
+        if nameless := [w for w in self.nameless if tuple(sorted(w.ids)) == own]:
+            return nameless[0]
+        return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[own]
 
     def parts(self, ids: Collection[str]) -> list[Weighed]:
         """Return the models that lack just one of several effects."""
-        return [w for w in self.ranked() if len(w.ids) == len(ids) - 1 and set(w.ids) < set(ids)]
+        return [w for w in self.every() if len(w.ids) == len(ids) - 1 and set(w.ids) < set(ids)]
 
     def ranked(self) -> list[Weighed]:
         """Return the best model of every effect and combination, the most evident first."""
-        models = [v[0] for v in self.singles.values()] + list(self.combined.values())
-        return sorted(models, key=lambda w: (-w.evidence, w.ids))
+        return _by_evidence([v[0] for v in self.singles.values()] + list(self.combined.values()))
+
+    def every(self) -> list[Weighed]:
+        """Return the same and what has no name among them."""
+        return _by_evidence([*self.ranked(), *self.nameless])
+
+
+def _by_evidence(models: Iterable[Weighed]) -> list[Weighed]:
+    return sorted(models, key=lambda w: (-w.evidence, w.ids))
 
 
 def deepest(sim: Simulator, noise: Noise, base: Fit, fits: Iterable[Fit]) -> Fit:

@@ -104,7 +104,7 @@ def rows_without(found: Search, rows: Rows, beside: Callable[[int], Sequence[Can
     count = np.bincount(sim.run, found.base.whiten.scale > 0.0, len(sim.problem.records))
     total = max(float(count.sum()), 1.0)
     base = _left(found, found.base)
-    models = {tuple(sorted(w.ids)): (w, _left(found, w.fit)) for w in found.ranked()}
+    models = {tuple(sorted(w.ids)): (w, _left(found, w.fit)) for w in found.every()}
     fitted = [c for c in rows.candidates if c.kind == OUTPUT]
     out = []
     for i in range(len(count)):

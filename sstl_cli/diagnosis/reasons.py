@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import HALF, LEAST_SHARE, MOST_SIGMA
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, LEAST_SHARE, MOST_SIGMA
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, leading
-from sstl_cli.physics.effects import get
+from sstl_cli.physics.effects import catalogue, get
 
 
 def carried(c: CandidateRow, rows: Rows) -> float:
@@ -44,7 +44,7 @@ def _accounted(c: CandidateRow, rows: Rows) -> tuple[float, float]:
 
 def averaged(c: CandidateRow) -> bool:
     """Whether a law is the mean over jumps at unknown moments."""
-    return any(get(i).averaged for i in c.ids)
+    return any(i in catalogue() and get(i).averaged for i in c.ids)
 
 
 def _jumps(c: CandidateRow, rows: Rows) -> bool:
@@ -65,13 +65,21 @@ def strained(c: CandidateRow) -> bool:
 def explained(rows: Rows, ids: Ids) -> str:
     """Return by what a candidate is thought to be the cause."""
     row = next(c for c in rows.candidates if c.ids == ids)
-    name = " + ".join(ids)
+    name = " + ".join(rows.barred.get(i, i) for i in ids)
     if row.kind == RECORDER:
         return f"{name} carries {100.0 * row.share:.0f} % of the squared error beyond the noise"
     if row.kind == BESIDE:
         return f"{name} takes {100.0 * row.share:.0f} % off the error of the channel beside"
     rest = max(row.chi2 - 1.0, 0.0) * row.chi2
     return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it"
+
+
+def also(rows: Rows, ids: Ids) -> str:
+    """Return what has no name and explains as much as a model that is named for it: usual elsewhere or not, the data do not tell."""
+    own = next(c.evidence for c in rows.candidates if c.ids == ids)
+    there = [c for c in rows.candidates if c.kind == OUTPUT and len(c.ids) == 1 and c.ids[0] in rows.barred]
+    words = [rows.barred[c.ids[0]] for c in there if c.evidence > own - DECIDES_NATS]
+    return f"; {words[0]} would explain this data as well" if words else ""
 
 
 def partly(rows: Rows, ids: Ids) -> str:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing, shared, usual
+from sstl_cli.diagnosis import again, by_run, hearing, nameless, shared, usual
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -81,7 +81,7 @@ def run(
     if not found.combined:
         found = again.beside_the_best(found, max_effects, workers)
     by_run.add(found, max_effects)
-    return usual.beyond(found)
+    return nameless.beside(usual.beyond(found), max_effects, workers)
 
 
 def _begun(

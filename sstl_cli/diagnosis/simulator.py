@@ -60,8 +60,18 @@ RUNS = Effect(
     ),
     excitation="",
 )
+# What the catalogue has no name for, and its pulley or a gain look like: the two tendons need not rub alike.
+LOOP = Effect(
+    id="loop_friction",
+    title="Friction of the sensing loop that is not that of the actuation tendon",
+    stage=FRICTION_LAW,
+    equation="theta of the sensing loop = theta (1 + d)",
+    source="Catalogue entry of pulley_friction: what it is mistaken for",
+    parameters=(Parameter("d", "1", 0.0, -0.2, 0.2, "relative difference of friction", system="sstl", limits=(-0.9, 9.0)),),
+    excitation="",
+)
 # ids of what stands beside the catalogue
-ASIDE = (LINE.id, RUNS.id)
+ASIDE = (LINE.id, RUNS.id, LOOP.id)
 
 
 @dataclass(frozen=True)
@@ -117,6 +127,7 @@ class Simulator:
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n, begun_s=r.begun_s) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
+        self._looped = np.array([r.system == "sstl" for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
         self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)
         self._factors = np.array([r.factor for r in p.records])
@@ -267,7 +278,10 @@ class Simulator:
         seen, starts = active.of_hook("output"), self._starts
         if seen:
             starts = np.array([_true_start(r, s, seen, float(asked.theta[r.config])) for r in records for s in starts_of(r)])
-        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load), read, seen, more
+        theta = asked.theta[self._places]
+        if LOOP.id in asked.effects:
+            theta = np.where(self._looped, theta * (1.0 + asked.effects[LOOP.id]["d"]), theta)
+        return Case(theta, active, starts, None if given is runs.tension_n else given, load), read, seen, more
 
     def _seen(self, out: Array, asked: _Asked, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS, UNNAMED
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES
-from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly, strained
+from sstl_cli.diagnosis.reasons import also, carried, explained, left, nearer, partly, strained
 from sstl_cli.diagnosis.weights import Weights
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def _causes(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
 
 def _barred(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
     """Return probabilities in which what was found but is no candidate has no name, and a sentence on it where it is likelier than not."""
-    found = {k: v for k, v in p.items() if rows.barred & set(k)}
+    found = {k: v for k, v in p.items() if rows.barred.keys() & set(k)}
     unnamed = p[UNKNOWN] + sum(found.values())
     why = f"{explained(rows, max(found, key=lambda k: found[k]))}, and is no candidate" if unnamed - p[UNKNOWN] > HALF * unnamed else ""
     return {**{k: v for k, v in p.items() if k not in found}, UNKNOWN: unnamed}, why
@@ -212,7 +212,10 @@ def probabilities(rows: Rows, w: Weights, prior: Mapping[str, float] | None = No
     rows = standing(rows)
     own = np.array([w.candidate[t] for t in CANDIDATE_TERMS])
     odds = {c.ids: sum(float(np.log((prior or {}).get(i, 1.0))) for i in c.ids) for c in rows.candidates}
-    plain = {c.ids: float(own @ candidate_terms(c, rows)) + sum(w.effect.get(i, 0.0) for i in c.ids) for c in rows.candidates}
+    plain = {
+        c.ids: float(own @ candidate_terms(c, rows)) + sum(w.effect.get(i, UNNAMED if i in rows.barred else 0.0) for i in c.ids)
+        for c in rows.candidates
+    }
     named = {k: v + odds[k] for k, v in plain.items()}
     log = log_terms(rows, inclusive(list(plain.values())))
     # odds against what is seen speak for what has no name, and for nothing
@@ -294,7 +297,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         said = f"{explained(rows, top)}; {rivals} explain{'' if len(group) > 2 else 's'} this data as well"
         return say(AMBIGUOUS, top, sum(p[k] for k in group), group, said)
     if commits:
-        return say(IDENTIFIED, top, sure, (top,), explained(rows, top))
+        return say(IDENTIFIED, top, sure, (top,), explained(rows, top) + also(rows, top))
     # members of a family that share their probability are one cause
     likely = max(p[UNKNOWN], sure)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
@@ -349,7 +352,7 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
         return []
     # more effects are charged for in their evidence already; with all of the top one's, or their like, among them they do not contradict it
     own = {_title(i) for i in top}
-    others = [c for c in rows.candidates if c.kind == OUTPUT and not own <= {_title(i) for i in c.ids}]
+    others = [c for c in rows.named.candidates if c.kind == OUTPUT and not own <= {_title(i) for i in c.ids}]
     return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
 
 

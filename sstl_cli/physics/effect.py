@@ -63,8 +63,9 @@ class Parameter:
         return self.high if self.high == self.neutral else self.high * (SHAPE_REACH if self.shape else REACH)
 
 
+SYSTEMS = ("act", "sstl")
 # sides and systems of the four sensors, in the order of their parameters
-SENSORS = tuple((side, system) for system in ("act", "sstl") for side in ("in", "out"))
+SENSORS = tuple((side, system) for system in SYSTEMS for side in ("in", "out"))
 
 
 def sensor_name(side: str, system: str) -> str:
@@ -81,7 +82,6 @@ def sensor_name(side: str, system: str) -> str:
 @dataclass
 class Law:
     """The friction law of one pass, of the pulley between two passes and of both ends, built up by effects.
-
     ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N. ``adhesion_n`` presses as so
     much tension does, ``constant_n`` is spread over the length.
     """
@@ -129,13 +129,18 @@ class Transition:
 
 @dataclass(frozen=True)
 class Mechanics:
-    """Tube and tendon as built (not fitted): lengths in mm, stiffness in N and N/mm."""
+    """Tube and tendon as built (not fitted): lengths in mm, stiffness in N and N/mm, friction of the loop over that of the actuation tendon."""
 
     length_mm: float = 2000.0
     ea_n: float = 8000.0
     load_n_per_mm: float = 8.0
     arc_fraction: float = 0.25
     bend_centres: Mapping[str, float] = field(default_factory=lambda: {"NP": 0.2, "CP": 0.5, "ND": 0.8})
+    loop_friction: float = 1.0
+
+    def friction(self, system: str) -> float:
+        """Return the factor on theta of a system."""
+        return self.loop_friction if system == "sstl" else 1.0
 
     @property
     def tendon_mm_per_n(self) -> float:

@@ -26,6 +26,7 @@ class RigSection(Model):
     arc_fraction: Annotated[float, Field(gt=0, le=1)] = 0.25
     bend_centres: dict[str, Annotated[float, Field(ge=0, le=1)]] = {"NP": 0.2, "CP": 0.5, "ND": 0.8}
     nodes: Annotated[int, Field(ge=5, le=200)] = 30
+    loop_friction: Annotated[float, Field(gt=0, le=100, description="friction of the sensing loop over that of the actuation tendon")] = 1.0
 
     @model_validator(mode="after")
     def _bend_inside_the_tube(self) -> RigSection:
@@ -36,7 +37,7 @@ class RigSection(Model):
 
     def mechanics(self) -> Mechanics:
         """Return the mechanics that both simulators share."""
-        return Mechanics(self.length_mm, self.ea_n, self.load_n_per_mm, self.arc_fraction, self.bend_centres)
+        return Mechanics(self.length_mm, self.ea_n, self.load_n_per_mm, self.arc_fraction, self.bend_centres, self.loop_friction)
 
 
 class NoiseSection(Model):

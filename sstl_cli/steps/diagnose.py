@@ -257,7 +257,7 @@ def gather(
     if options.position:
         beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
     rows = features.rows(found, _beside(found, faulty, beside), 1.0 if _propagates(problem) else 0.0)
-    rows = replace(rows, barred=frozenset(e.id for e in faulty) - set(ids))
+    rows = replace(rows, barred={**rows.barred, **{e.id: e.id for e in faulty if e.id not in ids}})
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, prepared, own, recorded)
 
 

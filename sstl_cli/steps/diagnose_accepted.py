@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from sstl_cli import __version__
-from sstl_cli.diagnosis import by_run, discrepancy, misfit, scaling, variation, verdict
+from sstl_cli.diagnosis import by_run, discrepancy, misfit, nameless, scaling, variation, verdict
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.latent import WHITE_ONLY
 from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.records import told
 from sstl_cli.diagnosis.residuals import leftover
-from sstl_cli.diagnosis.simulator import LINE, Simulator
+from sstl_cli.diagnosis.simulator import LINE, LOOP, Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
 from sstl_cli.steps.diagnose_given import Evidence
@@ -30,19 +30,30 @@ def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
     return found.search.base
 
 
+def kept(found: Evidence, said: verdict.Verdict) -> Fit:
+    """Return the fit that a model is made of: friction of its own for the sensing loop is a constant of a rig, though no effect."""
+    own = nameless.leading(found.search)
+    alone = said.status == verdict.UNDECIDED and own is not None and own.fit.hypothesis == nameless.HYPOTHESIS
+    return own.fit if own is not None and alone else accepted(found, said)
+
+
 def _fitted(found: Search, named: tuple[str, ...]) -> bool:
     return named in found.combined if len(named) > 1 else named[0] in found.singles
 
 
 def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     """Return a scenario that predicts the record as the accepted fit does, in the units of the recording."""
-    chosen = by_run.lasting(found.search, accepted(found, said))
+    chosen = by_run.lasting(found.search, kept(found, said))
     unit_n = found.problem.unit_n
     effects = {**base.effects}
     for effect_id, values in chosen.effects.items():
         if effect_id == LINE.id:
             load = 1.0 / scaling.parameter(values["load_mm_per_n"], "mm/N", unit_n)
             base = base.model_copy(update={"rig": base.rig.model_copy(update={"load_n_per_mm": load})})
+            continue
+        if effect_id == LOOP.id:
+            loop = nameless.loop_friction(found.search, chosen)
+            base = base.model_copy(update={"rig": base.rig.model_copy(update={"loop_friction": loop})})
             continue
         units = {p.name: p.unit for p in get(effect_id).parameters}
         total = found.search.sim.changed(effect_id, values)
@@ -87,7 +98,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
 
 def known(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     """Return the accepted simulator with what it leaves of the record, in N: what was known already, and what is new."""
-    sim, chosen = _unheard(found.search.sim, by_run.lasting(found.search, accepted(found, said)))
+    sim, chosen = _unheard(found.search.sim, by_run.lasting(found.search, kept(found, said)))
     problem, noise = sim.problem, white_only(found.search.measured)
     phases = sim.phases(chosen.theta, chosen.effects, noise)
     sections = discrepancy.learned(problem, chosen.residual + misfit.known(problem), phases, noise)

@@ -23,7 +23,7 @@ from sstl_cli.core.documents.diagnosis import (
     Verdict,
 )
 from sstl_cli.core.numbers import quantity
-from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
+from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, nameless, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
@@ -324,6 +324,9 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         notes.append(f"{len(p.set_aside)} runs set aside")
     if (differs := by_run.shown(g.search.sim, g.accepted)) is not None:
         notes.append(_by_run(g, *differs))
+    if g.verdict.status == UNDECIDED and (own := nameless.leading(g.search)) is not None:
+        loop = f"loop_friction = {nameless.loop_friction(g.search, own.fit):.4g}"
+        notes.append(f"friction of the loop is a constant of the rig: with {loop} in [rig] of --sim other effects can be asked for")
     notes += [
         f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{quantity(f'{x.parameter.high:g}', x.parameter.unit)}"
         for k, x in enumerate(g.accepted.free)
@@ -347,7 +350,9 @@ def _next(g: Given) -> NextExperiment | None:
     Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
     """
     ranked = following.rivals(g.search.ranked(), g.verdict)
-    if g.verdict.status in (NOTHING, IDENTIFIED) or len(ranked) < 2 or g.passed("next experiment"):
+    # whoever is behind what has no name need not be told from one another
+    settled = g.verdict.status in (NOTHING, IDENTIFIED) or nameless.leading(g.search) is not None
+    if settled or len(ranked) < 2 or g.passed("next experiment"):
         return None
     first, second = ranked[:2]
     experiment = following.best_experiment(g.search, first, second, g.limits)

@@ -36,7 +36,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     time, command = input_path(scenario, p, seed)
     beside = neighbour_tension(scenario, p, seed)
     built, heard = _built(scenario), NoiseSpec(**scenario.noise.model_dump())
-    given = (p.system, c.theta, c.location, time, "tension", command, beside)
+    given = (p.system, c.theta * scenario.rig.mechanics().friction(p.system), c.location, time, "tension", command, beside)
     values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]) for effect_id, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
     result: RigResult | BristleResult | VariantResult

@@ -38,11 +38,11 @@ def of_simulator(sim: Scenario, run: Run, found: Segmentation) -> Reference:
     """Return the simulator at the configuration's theta, or where it names none, at that of the slopes found."""
     known = {c.id: c.theta for c in sim.configurations if c.theta is not None}
     theta = known.get(run.config_id or "")
+    active, mechanics = activate(sim.effects), sim.rig.mechanics()
     gp, gr = found.theta["gamma_p"], found.theta["gamma_r"]
     if theta is None and gp is not None and gr is not None:
-        theta = max(math.log(gr / gp) / (2.0 * run.passes), 0.0)
+        theta = max(math.log(gr / gp) / (2.0 * run.passes * mechanics.friction(run.system)), 0.0)
     angle = sim.theta_of(run.config_id) if theta is None else theta
-    active, mechanics = activate(sim.effects), sim.rig.mechanics()
 
     def reference(tension: Array, dt_s: float, first: float) -> Array:
         drive = drive_of(run.system, run.location, dt_s, tension, mechanics)

@@ -91,15 +91,16 @@ def test_a_spread_is_as_large_as_it_was_drawn_however_few_runs_a_bend_has():
     assert np.sqrt(np.mean(np.square(found))) == pytest.approx(0.1, rel=0.1)
 
 
-def test_what_one_system_has_in_all_its_runs_is_no_scatter():
+def test_what_one_system_has_in_all_its_runs_of_a_bend_is_no_scatter():
     rng = np.random.default_rng(2)
-    place, system = np.array([0, 0, 1, 1, 2, 2]), np.array([0, 1, 0, 1, 0, 1])
-    n = np.repeat(np.arange(6), 30)
-    theta = rng.normal(0.0, 3.0, 180)
-    own = 0.7 * theta + rng.normal(0.0, 1.0, 180)
+    # two runs of each system in each of three bends
+    place, system = np.repeat([0, 1, 2], 4), np.tile([0, 0, 1, 1], 3)
+    n = np.repeat(np.arange(12), 30)
+    theta = rng.normal(0.0, 3.0, 360)
+    own = 0.7 * theta + rng.normal(0.0, 1.0, 360)
 
     def told(parts):
-        z = own * parts[n] + 0.1 * rng.standard_normal(180)
+        z = own * parts[n] + 0.1 * rng.standard_normal(360)
         sums = [np.bincount(n, x) for x in (own * own, theta * theta, own * theta, own * z, theta * z)]
         return by_run.Told(*sums, place, system), z
 
@@ -107,13 +108,16 @@ def test_what_one_system_has_in_all_its_runs_is_no_scatter():
     bends = theta[:, None] * np.eye(3)[place[n]]
     without, beside = (
         0.5 * float(np.sum((z - x @ np.linalg.lstsq(x, z, rcond=None)[0]) ** 2))
-        for x in (bends, np.column_stack((bends, own[:, None] * np.eye(2)[system[n]])))
+        for x in (bends, np.column_stack((bends, own[:, None] * np.eye(6)[(2 * place + system)[n]])))
     )
     assert by_run.systematic(alike) == pytest.approx(without - beside)
-    # as many runs that differ by as much, but not as their systems do
-    mixed, _ = told(np.array([0.5, -0.5, -0.5, 0.5, 0.5, -0.5]))
-    assert by_run.systematic(mixed) < 0.2 * by_run.gain_of(0.5, mixed)[0]
     assert by_run.gain_of(0.5, alike)[0] < 1.05 * by_run.systematic(alike)
+    # what the systems have against one another in each bend is no more by chance
+    by_bend, _ = told(np.where(system == 1, 0.5, -0.5) * np.array([1.0, -1.0, 0.4])[place])
+    assert by_run.gain_of(0.5, by_bend)[0] < 1.05 * by_run.systematic(by_bend)
+    # as many runs that differ by as much, but not as their systems do
+    mixed, _ = told(0.5 * np.tile([1.0, -1.0], 6))
+    assert by_run.systematic(mixed) < 0.2 * by_run.gain_of(0.5, mixed)[0]
 
 
 def test_what_runs_have_of_their_own_is_found_to_size_and_taken_off():
@@ -196,6 +200,7 @@ def test_a_rig_whose_friction_differs_from_run_to_run_has_no_pulley():
     assert again["verdict"]["status"] == "none", again["verdict"]
 
 
+@pytest.mark.slow
 def test_a_pulley_beside_friction_that_differs_is_told_with_it():
     document = diagnosed(differing({"pulley_friction": {"m_p": 0.08, "m_r": 0.08}}, 0.01)).document()
     assert document["verdict"]["status"] in ("identified", "ambiguous")

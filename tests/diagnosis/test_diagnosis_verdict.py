@@ -90,7 +90,7 @@ def test_a_fault_that_carries_next_to_nothing_or_may_be_chance_is_no_second_caus
         assert said(rig, row("saturation", kind=RECORDER, gain=gain, evidence=gain, share=share), log=log).effects == ("pulley_friction",)
     # nor is what is not among the candidates, nor what only may be there beside a fault
     barred = rows(rig, row("saturation", kind=RECORDER, gain=40_000.0, evidence=40_000.0, share=0.3), log=log)
-    assert verdict(replace(barred, barred=frozenset({"saturation"})), learned()).effects == ("pulley_friction",)
+    assert verdict(replace(barred, barred={"saturation": "saturation"}), learned()).effects == ("pulley_friction",)
     fault = row("saturation", kind=RECORDER, gain=40_000.0, evidence=40_000.0, share=0.99)
     assert said(row("zero_offset", evidence=5.0), row("gain_error", evidence=4.0), fault, log=log).effects == ("saturation",)
 

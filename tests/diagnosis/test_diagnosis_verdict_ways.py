@@ -384,14 +384,14 @@ def test_what_was_found_and_is_no_candidate_is_unknown_and_not_nothing():
     rows = Rows(LOG, (fault.row, other.row), LOUD, CALM)
     w = weights((fault, other), none=0.15, unknown=0.05)
     assert verdict(rows, w).effects == ("acquisition_faults",) or verdict(rows, w).status == "ambiguous"
-    barred = verdict(replace(rows, barred=frozenset({"acquisition_faults"})), w)
+    barred = verdict(replace(rows, barred={"acquisition_faults": "acquisition_faults"}), w)
     assert barred.status == "unknown" and barred.effects == () and barred.group == ()
     assert barred.probabilities[UNKNOWN] == pytest.approx(0.75) and ("acquisition_faults",) not in barred.probabilities
     assert barred.why == "acquisition_faults carries 80 % of the squared error beyond the noise, and is no candidate"
     # as little of it as chance brings is no reason
     slight = [replace(fault, p=0.01), replace(other, p=0.1)]
-    rest = verdict(replace(rows, barred=frozenset({"acquisition_faults"})), weights(slight, none=0.7, unknown=0.19))
+    rest = verdict(replace(rows, barred={"acquisition_faults": "acquisition_faults"}), weights(slight, none=0.7, unknown=0.19))
     assert rest.status == "none"
     # what a library keeps is of the candidates alone
-    named = replace(rows, barred=frozenset({"acquisition_faults"})).named
+    named = replace(rows, barred={"acquisition_faults": "acquisition_faults"}).named
     assert [c.ids for c in named.candidates] == [("viscous",)] and not named.barred

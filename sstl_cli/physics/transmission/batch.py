@@ -46,6 +46,11 @@ class Runs:
         return [signal[a:b] for a, b in zip(self.edges[:-1], self.edges[1:], strict=True)]
 
     @cached_property
+    def friction(self) -> Array:
+        """The factor on theta of each run."""
+        return np.array([d.mechanics.friction(d.system) for d in self.drives])
+
+    @cached_property
     def places(self) -> Geometry:
         """Nodes of the elastic lines; the load is not part of them."""
         return geometry([(d.system, d.location) for d in self.drives], self.drives[0].mechanics)
@@ -98,11 +103,12 @@ def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
         effect.law(law, values)  # type: ignore[misc]
     bent = case.active.of_hook("transition")
     tension = runs.tension_n if case.tension_n is None else case.tension_n
+    theta = case.theta * runs.friction
     driven = [d.slip is not None for d in runs.drives]
     if not bent and law == Law() and not any(driven):
         n = runs.passes
         # a tendon cannot push: below zero the lines stay at zero, as they do with effects
-        return play_runs(tension, runs.edges, np.exp(-n * case.theta), np.exp(n * case.theta), case.start_n)
+        return play_runs(tension, runs.edges, np.exp(-n * theta), np.exp(n * theta), case.start_n)
     drives: Sequence[Drive] = runs.drives
     if (bent or law.friction_scale) and case.tension_n is not None:
         drives = [replace(d, tension_n=x) for d, x in zip(drives, runs.each(tension), strict=True)]
@@ -117,8 +123,8 @@ def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
         start = np.where(np.isnan(case.start_n), 0.5 * tension[runs.edges[:-1]], case.start_n)
         load = runs.drives[0].mechanics.load_mm_per_n if case.load_mm_per_n is None else case.load_mm_per_n
         into = Input(tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, scale)
-        return into, elastic_lines(into, runs.places, load, case.theta, law, transitions, start)
-    return _between_lines(runs, case.theta, law, scale, case.start_n, tension, np.array(driven))
+        return into, elastic_lines(into, runs.places, load, theta, law, transitions, start)
+    return _between_lines(runs, theta, law, scale, case.start_n, tension, np.array(driven))
 
 
 def _scale(law: Law, drive: Drive) -> Array:

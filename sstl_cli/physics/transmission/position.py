@@ -60,6 +60,7 @@ def mean_tension(drive: Drive, theta: float, active: Active, tension_out: Array)
     law = Law()
     for effect, values in active.of_hook("law"):
         effect.law(law, values)  # type: ignore[misc]
+    theta = theta * drive.mechanics.friction(drive.system)
     before, behind = drive.mechanics.straight(drive.location)
     arc = 1.0 - before - behind
     bend = [(arc / ARC_STATIONS, theta / ARC_STATIONS)] * ARC_STATIONS
