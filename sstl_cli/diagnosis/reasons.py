@@ -75,11 +75,11 @@ def explained(rows: Rows, ids: Ids) -> str:
 
 
 def also(rows: Rows, ids: Ids) -> str:
-    """Return what has no name and explains as much as a model that is named for it: usual elsewhere or not, the data do not tell."""
-    own = next(c.evidence for c in rows.candidates if c.ids == ids)
+    """Return what has no name and explains as much as a model that is named for it, empty where nothing does; the data do not tell."""
+    own = next((c.evidence for c in rows.candidates if c.ids == ids and c.kind == OUTPUT), np.inf)
     there = [c for c in rows.candidates if c.kind == OUTPUT and len(c.ids) == 1 and c.ids[0] in rows.barred]
     words = [rows.barred[c.ids[0]] for c in there if c.evidence > own - DECIDES_NATS]
-    return f"; {words[0]} would explain this data as well" if words else ""
+    return f"{words[0]} would explain this data as well" if words else ""
 
 
 def partly(rows: Rows, ids: Ids) -> str:

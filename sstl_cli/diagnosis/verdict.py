@@ -17,7 +17,7 @@ from scipy.special import logsumexp, softmax
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS, UNNAMED
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES
-from sstl_cli.diagnosis.reasons import also, carried, explained, left, nearer, partly, strained
+from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly, strained
 from sstl_cli.diagnosis.weights import Weights
 
 Array = NDArray[np.float64]
@@ -297,7 +297,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         said = f"{explained(rows, top)}; {rivals} explain{'' if len(group) > 2 else 's'} this data as well"
         return say(AMBIGUOUS, top, sum(p[k] for k in group), group, said)
     if commits:
-        return say(IDENTIFIED, top, sure, (top,), explained(rows, top) + also(rows, top))
+        return say(IDENTIFIED, top, sure, (top,), explained(rows, top))
     # members of a family that share their probability are one cause
     likely = max(p[UNKNOWN], sure)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):

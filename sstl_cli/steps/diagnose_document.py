@@ -28,6 +28,7 @@ from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
 from sstl_cli.diagnosis.readings import gaps
+from sstl_cli.diagnosis.reasons import also
 from sstl_cli.diagnosis.rounding import unrounded
 from sstl_cli.diagnosis.simulator import ASIDE, Free
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
@@ -324,6 +325,8 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         notes.append(f"{len(p.set_aside)} runs set aside")
     if (differs := by_run.shown(g.search.sim, g.accepted)) is not None:
         notes.append(_by_run(g, *differs))
+    if g.verdict.status == IDENTIFIED and (alike := also(g.rows, g.verdict.effects)):
+        notes.append(alike)
     if g.verdict.status == UNDECIDED and (own := nameless.leading(g.search)) is not None:
         loop = f"loop_friction = {nameless.loop_friction(g.search, own.fit):.4g}"
         notes.append(f"friction of the loop is a constant of the rig: with {loop} in [rig] of --sim other effects can be asked for")

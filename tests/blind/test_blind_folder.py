@@ -192,7 +192,7 @@ def test_force_replaces_the_files_of_a_set_and_no_others(tmp_path, monkeypatch):
 def test_diagnosing_needs_one_recording_and_no_name(made, tmp_path, monkeypatch):
     """The leak test: everything but the recording taken away, the case renamed: the same diagnosis."""
     # a few candidates: what could leak is the answer, not how many were asked
-    real, few = diagnose.run, ("pulley_friction", "const_friction", "zero_offset", "viscous")
+    real, few = diagnose.run, ("pulley_friction", "const_friction", "zero_offset")
     monkeypatch.setattr(diagnose, "run", lambda runs, options: real(runs, replace(options, effects=few, max_effects=1)))
     plan = files.read_plan(files.Folder(made))
     name = "case-0001"

@@ -36,7 +36,7 @@ def limit(case):
     ("kind", "effects", "simulator", "as_labs"),
     [
         ("single", ("slack",), "rig", False), ("unlisted", ("disturbance",), "bristle", False),
-        ("pair", ("gain_error", "viscous"), "variant", True), ("poor", ("const_friction",), "rig", False),
+        pytest.param("pair", ("gain_error", "viscous"), "variant", True, marks=pytest.mark.slow), ("poor", ("const_friction",), "rig", False),
         ("single", ("acquisition_faults",), "rig", True),
     ],
 )  # fmt: skip
@@ -56,6 +56,7 @@ def test_a_truth_that_does_not_say_how_it_was_drawn_has_no_distance():
         rebuild(old)
 
 
+@pytest.mark.slow
 def test_nothing_withheld_has_a_law_and_no_distance():
     found = limit(drawn("none", (), 0.0))
     assert found["d2_base"] is None and found["decidable"] is False and 0.0 <= found["d2_law"] < 24.0

@@ -57,6 +57,7 @@ def test_another_recording_of_the_same_rig_is_none(monday):
     assert again["verdict"]["status"] == "none"
 
 
+@pytest.mark.slow
 def test_friction_that_has_risen_all_along_is_said(monday):
     # a rig of which the model had four fifths of the friction
     less = tuple(c.model_copy(update={"theta": 0.8 * c.theta}) for c in monday[1].configurations)

@@ -42,11 +42,11 @@ def test_friction_of_the_loop_alone_has_no_name_and_is_told_in_words(factor):
 
 def test_a_pulley_keeps_its_name():
     runs = recorded(1.0, {"pulley_friction": {"m_p": 0.05, "m_r": 0.05}})
-    said = run(runs, OPTIONS).verdict
-    assert (said.status, said.effects) == ("identified", ("pulley_friction",)) and "as well" not in said.why
+    said, alone = (run(x, OPTIONS).document() for x in (runs, [r for r in runs if r.config_id == "a"]))
+    assert all((d["verdict"]["status"], d["verdict"]["effects"]) == ("identified", ["pulley_friction"]) for d in (said, alone))
     # in one bend nobody can tell
-    said = run([r for r in runs if r.config_id == "a"], OPTIONS).verdict
-    assert said.effects == ("pulley_friction",) and said.why.endswith("above the actuation tendon's would explain this data as well")
+    alike = "above the actuation tendon's would explain this data as well"
+    assert not any(alike in n for n in said["notes"]) and any(n.endswith(alike) for n in alone["notes"])
 
 
 def test_the_loop_has_its_own_friction_and_the_tendon_has_not():
@@ -59,6 +59,7 @@ def test_the_loop_has_its_own_friction_and_the_tendon_has_not():
     assert result.verdict.status == "none"
 
 
+@pytest.mark.slow
 def test_a_model_keeps_it_and_then_other_effects_are_asked_for():
     runs = recorded(1.06)
     result = run(runs, OPTIONS)

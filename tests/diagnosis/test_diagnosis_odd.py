@@ -146,6 +146,7 @@ def test_no_run_is_odd_where_all_are_alike_and_nothing_is_diagnosed_again(runs, 
     assert diagnose.run(runs, OPTIONS).document()["verdict"]["odd_runs"] == [] and len(calls) == 1
 
 
+@pytest.mark.slow
 def test_few_runs_are_confirmed_and_the_confirmation_asks_for_no_more(runs, monkeypatch):
     calls = []
     real = diagnose.gather

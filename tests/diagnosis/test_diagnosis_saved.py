@@ -71,6 +71,7 @@ def test_a_model_of_another_version_is_noted_in_the_diagnosis(older):
     assert note.startswith(f"the simulator was made by sstl {OLDER}, this is {__version__}")
 
 
+@pytest.mark.slow
 def test_a_model_that_does_not_say_how_much_the_rig_varies_is_noted(tmp_path):
     options = DiagnoseOptions(sim=load(str(SAVED / "rig.toml")), effects=("zero_offset",), max_effects=1)
     log = record({}, 5)[:4]
@@ -106,8 +107,12 @@ def test_a_model_that_is_kept_is_simulated_and_explains_what_it_made(tmp_path):
     assert all(r.tension_in_n.max() == pytest.approx(top[r.system], rel=0.02) for r in simulated)
     for again in (log, made):
         sstl("diagnose", again, "--sim", sim, *effects, "--expect", "none")
-    # a diagnosis takes the model as if it had none
-    model = load(str(sim))
+
+
+@pytest.mark.slow
+def test_a_diagnosis_takes_a_model_as_if_it_had_no_movements():
+    recorded = record({"pulley_friction": {"m_p": 0.1, "m_r": 0.1}}, 5)[:4]
+    model = run(recorded, DiagnoseOptions(effects=("pulley_friction", "zero_offset"), max_effects=1)).model()
     still = model.model_copy(update={"trajectories": (), "sampling_hz": 500.0})
     found = [run(recorded, DiagnoseOptions(sim=m, effects=("zero_offset",), max_effects=1)) for m in (model, still)]
     assert found[0].document() == found[1].document()

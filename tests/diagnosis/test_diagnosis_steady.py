@@ -51,5 +51,6 @@ def test_nothing_is_missing_of_a_steady_rig(lag_s, noise_n, seed):
     assert said(lag_s, noise_n, seed, {}).status == "none"
 
 
+@pytest.mark.slow
 def test_what_is_missing_of_a_steady_rig_is_named():
     assert said(0.0, 0.01, 3, {"const_friction": {"w_l_n": 0.15}}).effects == ("const_friction",)

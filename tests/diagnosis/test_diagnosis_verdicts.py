@@ -33,7 +33,7 @@ def test_every_fitted_effect_has_a_strength():
     assert fitted == set(STRENGTH)
 
 
-@pytest.mark.parametrize("effect", ["viscous", "zero_drift"])
+@pytest.mark.parametrize("effect", [pytest.param("viscous", marks=pytest.mark.slow), "zero_drift"])
 def test_the_effect_or_its_group_is_named(effect):
     document = verdict(record({effect: {k: 2.0 * v for k, v in STRENGTH[effect].items()}}), effects=tuple(sorted({*FEW, effect})))
     assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
@@ -100,6 +100,7 @@ def test_an_excluded_effect_leads_to_unknown():
     assert found["verdict"]["status"] == "unknown" and found["verdict"]["effects"] == [], found["verdict"]
 
 
+@pytest.mark.slow
 def test_what_looks_like_an_excluded_effect_is_not_named_for_sure():
     """A delay takes four fifths of the squared error of a drag, and leaves far more than the noise."""
     found = verdict(record({"viscous": {"c_l_n_s_per_mm": 0.04}}), effects=(*FEW, "viscous"), exclude=("viscous",))

@@ -33,7 +33,7 @@ def commands(workers: int) -> list[list[str]]:
         f"simulate {SCENARIO} --out log.parquet",
         "import r.csv --out imported.parquet",
         "segment log.parquet --out theta.parquet --phases phases.parquet",
-        f"diagnose log.parquet --effects viscous,stribeck --max-effects 1 --workers {workers} --out diagnosis.json",
+        f"diagnose log.parquet --effects viscous,zero_offset --max-effects 1 --workers {workers} --out diagnosis.json",
         "train pairs.parquet --out mapping.safetensors --variants linear,plain --seeds 2 --epochs 3 --history history.parquet",
         "evaluate mapping.safetensors --theta pairs.parquet --out evaluation.parquet",
         "report log.parquet theta.parquet diagnosis.json --out report.html",
