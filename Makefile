@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test tests compiled rigs test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test suite tests compiled rigs test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -28,8 +28,7 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 test: $(STAMP) ## run linters, type check, layer check and the tests
-	$(MAKE) --no-print-directory -j2 lint compiled rigs
-	$(MAKE) --no-print-directory tests
+	$(MAKE) --no-print-directory -j2 lint suite
 
 # machine code once, beside the type check: each worker of the suite would make it for itself; of the diagnosis, then of the rigs
 compiled: $(STAMP)
@@ -37,6 +36,10 @@ compiled: $(STAMP)
 
 rigs: $(STAMP)
 	$(BIN)/sstl blind make $(VENV)/rigs --cases 3 --quick --workers 1 --seed 1 --quiet --force
+
+# beside what is left of the type check: one core would wait for it
+suite: compiled rigs
+	$(MAKE) --no-print-directory tests
 
 tests: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m 'not slow'

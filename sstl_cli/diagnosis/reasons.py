@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from sstl_cli.diagnosis import nameless
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, LEAST_SHARE, MOST_SIGMA
+from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, leading
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.physics.effects import catalogue, get
 
 
@@ -72,6 +75,13 @@ def explained(rows: Rows, ids: Ids) -> str:
         return f"{name} takes {100.0 * row.share:.0f} % off the error of the channel beside"
     rest = max(row.chi2 - 1.0, 0.0) * row.chi2
     return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it"
+
+
+def without_name(found: Search, rows: Rows) -> Weighed | None:
+    """Return the model with what has no name that is the cause of a gap: beyond all that has one, and most of the error; None where none is."""
+    own = nameless.leading(found)
+    row = None if own is None else next((c for c in rows.candidates if c.ids == tuple(sorted(own.ids))), None)
+    return own if row is not None and carried(row, rows) >= HALF else None
 
 
 def also(rows: Rows, ids: Ids) -> str:

@@ -12,6 +12,7 @@ from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.latent import WHITE_ONLY
 from sstl_cli.diagnosis.noise import of_readings, white_only
+from sstl_cli.diagnosis.reasons import without_name
 from sstl_cli.diagnosis.records import told
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import LINE, LOOP, Simulator
@@ -32,7 +33,7 @@ def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
 
 def kept(found: Evidence, said: verdict.Verdict) -> Fit:
     """Return the fit that a model is made of: friction of its own for the sensing loop is a constant of a rig, though no effect."""
-    own = nameless.leading(found.search)
+    own = without_name(found.search, found.rows)
     alone = said.status == verdict.UNDECIDED and own is not None and own.fit.hypothesis == nameless.HYPOTHESIS
     return own.fit if own is not None and alone else accepted(found, said)
 

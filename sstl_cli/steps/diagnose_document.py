@@ -28,7 +28,7 @@ from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
 from sstl_cli.diagnosis.readings import gaps
-from sstl_cli.diagnosis.reasons import also
+from sstl_cli.diagnosis.reasons import also, without_name
 from sstl_cli.diagnosis.rounding import unrounded
 from sstl_cli.diagnosis.simulator import ASIDE, Free
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
@@ -325,9 +325,9 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
         notes.append(f"{len(p.set_aside)} runs set aside")
     if (differs := by_run.shown(g.search.sim, g.accepted)) is not None:
         notes.append(_by_run(g, *differs))
-    if g.verdict.status == IDENTIFIED and (alike := also(g.rows, g.verdict.effects)):
+    if g.verdict.status in (IDENTIFIED, AMBIGUOUS) and (alike := also(g.rows, g.verdict.effects)):
         notes.append(alike)
-    if g.verdict.status == UNDECIDED and (own := nameless.leading(g.search)) is not None:
+    if g.verdict.status == UNDECIDED and (own := without_name(g.search, g.rows)) is not None:
         loop = f"loop_friction = {nameless.loop_friction(g.search, own.fit):.4g}"
         notes.append(f"friction of the loop is a constant of the rig: with {loop} in [rig] of --sim other effects can be asked for")
     notes += [
@@ -354,7 +354,7 @@ def _next(g: Given) -> NextExperiment | None:
     """
     ranked = following.rivals(g.search.ranked(), g.verdict)
     # whoever is behind what has no name need not be told from one another
-    settled = g.verdict.status in (NOTHING, IDENTIFIED) or nameless.leading(g.search) is not None
+    settled = g.verdict.status in (NOTHING, IDENTIFIED) or without_name(g.search, g.rows) is not None
     if settled or len(ranked) < 2 or g.passed("next experiment"):
         return None
     first, second = ranked[:2]

@@ -48,6 +48,7 @@ def cluster(folder: Path, workers: int) -> Iterator[Cluster]:
         yield Cluster(address, scheduler, made)
 
 
+@pytest.mark.slow
 def test_one_worker_killed_and_nothing_lost(tmp_path: Path) -> None:
     first = write_log(tmp_path / "first.parquet", runs=4)
     logs = [Path(shutil.copy(first, tmp_path / f"log-{i:03d}.parquet")) for i in range(FILES)]

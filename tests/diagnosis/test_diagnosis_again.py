@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from rig_logs import record
 
 from sstl_cli.diagnosis.again import beside_the_best
@@ -22,6 +23,7 @@ def test_what_two_effects_explain_is_no_noise():
     assert set(found.ranked()[0].ids) == set(PAIR) and strain(found.noise, found.measured) < 1.0
 
 
+@pytest.mark.slow
 def test_noise_that_was_strained_is_believed_again_and_every_model_judged_by_it():
     found = gather(record(PAIR, moves=MOVES), OPTIONS).search
     loud = {s: replace(x, coloured_n=6.0 * x.coloured_n) for s, x in found.noise.output.items()}

@@ -184,6 +184,7 @@ def diagnosed(runs):
     return run(runs, DiagnoseOptions(effects=FEW, max_effects=2, workers=2))
 
 
+@pytest.mark.slow
 def test_a_rig_whose_friction_differs_from_run_to_run_has_no_pulley():
     found = diagnosed(differing({}, 0.03))
     document = found.document()

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
+from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
-from sstl_cli.diagnosis.reasons import carried, explained, left, only_scatters, strained
+from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.reasons import also, carried, explained, left, only_scatters, strained, without_name
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 
 LOG = LogRow(5000, 1, 2, 3.0, 9.0, 9.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0, 1.0)
@@ -65,3 +68,23 @@ def test_reasons_tell_what_was_found_and_what_is_left():
     assert left(ROWS, ()) == "something is left that no candidate explains (mean by run)"
     low = replace(ROWS, candidates=(replace(ROW, held=0.2),))
     assert "removes 20 % at most of the gap of what was held out" in left(low, ("viscous",))
+
+
+LOOP = replace(ROW, ids=("loop_friction",), evidence=79.0)
+BESIDE_IT = replace(ROWS, candidates=(ROW, LOOP), barred={"loop_friction": "the loop rubs more"})
+
+
+def test_what_has_no_name_is_said_beside_a_name_where_it_explains_as_much():
+    assert also(BESIDE_IT, ("viscous",)) == "the loop rubs more would explain this data as well"
+    behind = replace(BESIDE_IT, candidates=(ROW, replace(LOOP, evidence=76.0)))
+    # 49 to 1 is 3.9 nats; what is not of the output has no evidence to compare
+    assert also(behind, ("viscous",)) == "" and also(BESIDE_IT, ("saturation",)) == "" and also(ROWS, ("viscous",)) == ""
+    assert explained(BESIDE_IT, ("loop_friction",)).startswith("adding the loop rubs more gains 90 nats")
+
+
+def test_it_is_the_cause_where_it_is_beyond_all_names_and_most_of_the_error():
+    own = Weighed(SimpleNamespace(ids=("loop_friction",)), 90.0, 79.0)
+    found = Search(None, None, None, None, {"viscous": (Weighed(SimpleNamespace(ids=("viscous",)), 80.0, 70.0),)}, {}, (own,))
+    assert without_name(found, BESIDE_IT) is own
+    little = replace(BESIDE_IT, candidates=(ROW, replace(LOOP, share=0.3)))
+    assert without_name(found, little) is None and without_name(replace(found, nameless=()), BESIDE_IT) is None
