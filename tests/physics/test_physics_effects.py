@@ -230,6 +230,14 @@ def test_a_sheath_yields_by_its_law(closing: float, grown: Callable[[np.ndarray]
     assert np.allclose(law.factors[0](t), 1.0 + 0.006 * grown(t), rtol=1e-12)
 
 
+@pytest.mark.filterwarnings("error")
+def test_friction_without_end_holds_the_line_and_stays_a_number():
+    for theta in (1e3, -1e3):
+        out = predict(drive_of("sstl", "CP", DT, np.maximum(PATH - PATH.min(), 0.0), Mechanics()), theta, activate({}), 5.0)
+        assert np.isfinite(out).all()
+    assert predict(drive_of("act", "CP", DT, PATH, Mechanics()), 1e3, activate({}), 5.0) == pytest.approx(np.full(len(PATH), 5.0))
+
+
 def test_hysteresis_of_a_sensor_is_a_part_of_its_reading_behind_plays():
     sensor = get("sensor_nonlinearity")
 

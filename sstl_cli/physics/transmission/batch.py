@@ -20,6 +20,8 @@ from sstl_cli.physics.transmission.state import Input, Lines
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 TOP_STEP = 1.5
+# friction through which nothing passes; a fit may ask for more, which must only stay a number
+MOST_RAD = 100.0
 ONE = np.ones(1)
 
 
@@ -106,9 +108,9 @@ def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
     theta = case.theta * runs.friction
     driven = [d.slip is not None for d in runs.drives]
     if not bent and law == Law() and not any(driven):
-        n = runs.passes
+        angle = np.clip(runs.passes * theta, -MOST_RAD, MOST_RAD)
         # a tendon cannot push: below zero the lines stay at zero, as they do with effects
-        return play_runs(tension, runs.edges, np.exp(-n * theta), np.exp(n * theta), case.start_n)
+        return play_runs(tension, runs.edges, np.exp(-angle), np.exp(angle), case.start_n)
     drives: Sequence[Drive] = runs.drives
     if (bent or law.friction_scale) and case.tension_n is not None:
         drives = [replace(d, tension_n=x) for d, x in zip(drives, runs.each(tension), strict=True)]
