@@ -189,6 +189,7 @@ def test_force_replaces_the_files_of_a_set_and_no_others(tmp_path, monkeypatch):
     assert not any("0002" in n or "results" in n for n in names)
 
 
+@pytest.mark.slow
 def test_diagnosing_needs_one_recording_and_no_name(made, tmp_path, monkeypatch):
     """The leak test: everything but the recording taken away, the case renamed: the same diagnosis."""
     # a few candidates: what could leak is the answer, not how many were asked

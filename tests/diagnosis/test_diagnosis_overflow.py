@@ -75,7 +75,8 @@ def logs(column, share, beyond):
     return [replace(r, **{column: beyond(getattr(r, column), top)}) for r in clean], top
 
 
-@pytest.mark.parametrize("column", [pytest.param("tension_in_n", marks=pytest.mark.slow), "tension_out_n"])
+@pytest.mark.parametrize("column", ["tension_in_n", "tension_out_n"])
+@pytest.mark.slow
 def test_an_overflow_is_a_limit_and_no_failure_of_the_log(column):
     runs, top = logs(column, 0.95, lambda v, top: np.where(v >= top, v - top, v))
     said = run(runs, replace(SENSORS, max_effects=1))
