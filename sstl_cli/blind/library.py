@@ -89,7 +89,7 @@ def to_table(cases: Sequence[Example]) -> pa.Table:
             "answer": "+".join(case.answer),
         }
         # what has no name has a prior of its own
-        for c in (c for c in case.rows.candidates if LOOP.id not in c.ids):
+        for c in [c for c in case.rows.candidates if LOOP.id not in c.ids]:
             own = {n: float(getattr(c, n)) for n in OWN}
             found.append({**head, "ids": "+".join(c.ids), "channel": c.kind, **own, "held": c.held, **log})
     return pa.Table.from_pylist(found, schema=LIBRARY.arrow())

@@ -151,7 +151,7 @@ def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
 
 def systematic(told: Told) -> float:
     """Return what one part for all runs of each system in each configuration gains (nats), beside theta: no chance has a hand in it."""
-    groups = np.unique(np.column_stack((told.place, told.system)), axis=0, return_inverse=True)[1].ravel()
+    groups = told.place * (told.system.max() + 1) + told.system
     bend, other = (np.eye(x.max() + 1)[x] for x in (told.place, groups))
     cross = bend.T @ (told.both[:, None] * other)
     thetas = bend.T @ (told.theta[:, None] * bend)

@@ -88,8 +88,8 @@ class LogRow:
 class Rows:
     """The rows of one diagnosis, and the leftovers that they sum up.
 
-    What is ``barred`` is there although it is no candidate, by id with the words for it: found in the readings, which were left out for it, or without a name. ``scatters`` says that the
-    simulator is known to leave more in some places than in others.
+    What is ``barred`` is there although it is no candidate, by id with the words for it: found in the readings, which were left out
+    for it, or without a name. ``scatters`` says that the simulator is known to leave more in some places than in others.
     """
 
     log: LogRow

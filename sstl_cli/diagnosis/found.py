@@ -42,8 +42,9 @@ class Search:
     def best(self, ids: tuple[str, ...]) -> Weighed:
         """Return the best fit of one effect or of a combination, or of what has no name."""
         own = tuple(sorted(ids))
-        if nameless := [w for w in self.nameless if tuple(sorted(w.ids)) == own]:
-            return nameless[0]
+        nameless = next((w for w in self.nameless if tuple(sorted(w.ids)) == own), None)
+        if nameless is not None:
+            return nameless
         return self.singles[ids[0]][0] if len(ids) == 1 else self.combined[own]
 
     def parts(self, ids: Collection[str]) -> list[Weighed]:

@@ -13,7 +13,7 @@ import numpy as np
 from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.constants import DECIDES_NATS, JOINS_NATS, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed, weigh
-from sstl_cli.diagnosis.fit import Fit, fit, settle
+from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import Search, each
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import LOOP, Free
@@ -60,16 +60,10 @@ def _best(found: Search) -> Weighed:
     return max(found.nameless, key=lambda w: w.evidence - JOINS_NATS * len(w.ids))
 
 
-def loop_friction(found: Search, f: Fit) -> float:
-    """Return the friction of the sensing loop over that of the actuation tendon."""
-    more = float(f.values[f.free.index(DIFFERS)]) if DIFFERS in f.free else 0.0
-    return found.sim.mechanics.loop_friction * (1.0 + more)
-
-
 def words(found: Search) -> dict[str, str]:
     """Return what is said instead of an id of what has no name: nothing where it was not asked for."""
     if not found.nameless:
         return {}
-    there, more = (100.0 * (x - 1.0) for x in (found.sim.mechanics.loop_friction, loop_friction(found, _best(found).fit)))
+    there, more = (100.0 * (found.sim.loop_friction(effects) - 1.0) for effects in ({}, _best(found).fit.effects))
     said = f"friction of the sensing loop that is {abs(more):.1f} % {'above' if more > 0.0 else 'below'} the actuation tendon's"
     return {LOOP.id: said + (f", where the simulator has {there:+.1f} %" if there else "")}

@@ -63,8 +63,7 @@ def mechanics(simulator: Scenario, unit_n: float) -> Mechanics:
 def in_proportion(unit_n: float) -> Scenario:
     """Return the simulator of a rig that nothing is known of: the usual one, as much stiffer as its tensions are larger."""
     usual = Scenario()
-    stiffer = {"ea_n": usual.rig.ea_n * unit_n, "load_n_per_mm": usual.rig.load_n_per_mm * unit_n}
-    return usual.model_copy(update={"rig": usual.rig.model_copy(update=stiffer)})
+    return usual.with_rig(ea_n=usual.rig.ea_n * unit_n, load_n_per_mm=usual.rig.load_n_per_mm * unit_n)
 
 
 def restore(document: Any, unit_n: float) -> Any:

@@ -127,7 +127,6 @@ class Simulator:
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n, begun_s=r.begun_s) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
-        self._looped = np.array([r.system == "sstl" for r in p.records for _ in starts_of(r)])
         self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
         self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)
         self._factors = np.array([r.factor for r in p.records])
@@ -163,6 +162,10 @@ class Simulator:
             if not p.shape and p.name in values:
                 total[p.name] = min(max(total[p.name] + values[p.name] - p.neutral, p.least), p.most)
         return total
+
+    def loop_friction(self, effects: Effects) -> float:
+        """Return the friction of the sensing loop over that of the actuation tendon."""
+        return self.mechanics.loop_friction * (1.0 + effects.get(LOOP.id, {}).get(LOOP.parameters[0].name, 0.0))
 
     @property
     def load_known(self) -> bool:
@@ -278,10 +281,8 @@ class Simulator:
         seen, starts = active.of_hook("output"), self._starts
         if seen:
             starts = np.array([_true_start(r, s, seen, float(asked.theta[r.config])) for r in records for s in starts_of(r)])
-        theta = asked.theta[self._places]
-        if LOOP.id in asked.effects:
-            theta = np.where(self._looped, theta * (1.0 + asked.effects[LOOP.id]["d"]), theta)
-        return Case(theta, active, starts, None if given is runs.tension_n else given, load), read, seen, more
+        loop = self.loop_friction(asked.effects)
+        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load, loop), read, seen, more
 
     def _seen(self, out: Array, asked: _Asked, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""

@@ -82,6 +82,7 @@ def sensor_name(side: str, system: str) -> str:
 @dataclass
 class Law:
     """The friction law of one pass, of the pulley between two passes and of both ends, built up by effects.
+
     ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N. ``adhesion_n`` presses as so
     much tension does, ``constant_n`` is spread over the length.
     """
@@ -234,7 +235,7 @@ class Effect:
     order: int = 50
     channel: str = "out"
     needs: tuple[str, ...] = ()
-    systems: tuple[str, ...] = ("act", "sstl")
+    systems: tuple[str, ...] = SYSTEMS
     fitted: bool = True
     look_alikes: tuple[str, ...] = ()
     variants: tuple[tuple[str, ...], ...] = ()

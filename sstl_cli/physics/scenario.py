@@ -203,6 +203,10 @@ class Scenario(Model):
             raise ValueError("two tendons have the same id")
         return self
 
+    def with_rig(self, **changes: float) -> Scenario:
+        """Return the scenario of a rig that differs in some of its numbers."""
+        return self.model_copy(update={"rig": self.rig.model_copy(update=changes)})
+
     def theta_of(self, config_id: str | None) -> float:
         """Return the nominal theta of a configuration (rad), 0.53 where the file gives none."""
         for c in self.configurations:

@@ -33,9 +33,8 @@ def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
 
 def kept(found: Evidence, said: verdict.Verdict) -> Fit:
     """Return the fit that a model is made of: friction of its own for the sensing loop is a constant of a rig, though no effect."""
-    own = without_name(found.search, found.rows)
-    alone = said.status == verdict.UNDECIDED and own is not None and own.fit.hypothesis == nameless.HYPOTHESIS
-    return own.fit if own is not None and alone else accepted(found, said)
+    own = without_name(found.search, found.rows) if said.status == verdict.UNDECIDED else None
+    return accepted(found, said) if own is None or own.fit.hypothesis != nameless.HYPOTHESIS else own.fit
 
 
 def _fitted(found: Search, named: tuple[str, ...]) -> bool:
@@ -50,11 +49,10 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     for effect_id, values in chosen.effects.items():
         if effect_id == LINE.id:
             load = 1.0 / scaling.parameter(values["load_mm_per_n"], "mm/N", unit_n)
-            base = base.model_copy(update={"rig": base.rig.model_copy(update={"load_n_per_mm": load})})
+            base = base.with_rig(load_n_per_mm=load)
             continue
         if effect_id == LOOP.id:
-            loop = nameless.loop_friction(found.search, chosen)
-            base = base.model_copy(update={"rig": base.rig.model_copy(update={"loop_friction": loop})})
+            base = base.with_rig(loop_friction=found.search.sim.loop_friction(chosen.effects))
             continue
         units = {p.name: p.unit for p in get(effect_id).parameters}
         total = found.search.sim.changed(effect_id, values)

@@ -23,7 +23,7 @@ from sstl_cli.core.documents.diagnosis import (
     Verdict,
 )
 from sstl_cli.core.numbers import quantity
-from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, nameless, scaling, sentence, shrink, where
+from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
@@ -328,7 +328,7 @@ def _notes(g: Given, folds: heldout.Folds) -> list[str]:
     if g.verdict.status in (IDENTIFIED, AMBIGUOUS) and (alike := also(g.rows, g.verdict.effects)):
         notes.append(alike)
     if g.verdict.status == UNDECIDED and (own := without_name(g.search, g.rows)) is not None:
-        loop = f"loop_friction = {nameless.loop_friction(g.search, own.fit):.4g}"
+        loop = f"loop_friction = {g.search.sim.loop_friction(own.fit.effects):.4g}"
         notes.append(f"friction of the loop is a constant of the rig: with {loop} in [rig] of --sim other effects can be asked for")
     notes += [
         f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{quantity(f'{x.parameter.high:g}', x.parameter.unit)}"

@@ -19,6 +19,7 @@ from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import LOOP, Simulator
 from sstl_cli.diagnosis.whitening import Noise, Sensor, white
 from sstl_cli.physics.scenario import Scenario
+from sstl_cli.physics.transmission.play import play_operator
 
 NOISE_N, MORE = 0.02, 0.06
 QUIET = Sensor(NOISE_N, 0.0, 0.1)
@@ -34,10 +35,7 @@ def searched(more: float = MORE) -> Search:
         for system in ("act", "sstl"):
             u = 14.0 + 11.0 * np.sin(2.0 * np.pi * t / 7.0 + theta)
             angle = theta * (2.0 * (1.0 + more) if system == "sstl" else 1.0)
-            out = np.empty_like(u)
-            at = u[0]
-            for k, x in enumerate(u):
-                at = out[k] = min(max(at, np.exp(-angle) * x), np.exp(angle) * x)
+            out = play_operator(u, np.exp(-angle), 0.0, np.exp(angle), 0.0, u[0])
             runs.append(
                 Run(f"{config}{system}", system, t, *(x + NOISE_N * rng.standard_normal(len(t)) for x in (u, out)), config_id=config)
             )
@@ -57,8 +55,8 @@ def test_it_is_found_to_size_alone_and_beside_the_leading_effects():
     assert {w.ids for w in found.nameless} == {(LOOP.id,), *((i, LOOP.id) for i in NAMED)}
     alone = found.best((LOOP.id,))
     assert alone.fit.values == pytest.approx([MORE], abs=0.004) and alone.fit.theta == pytest.approx([0.35, 0.55], abs=0.004)
-    assert nameless.leading(found) is alone and nameless.loop_friction(found, alone.fit) == pytest.approx(1.0 + MORE, abs=0.004)
-    assert nameless.loop_friction(found, found.base) == 1.0
+    assert nameless.leading(found) is alone and found.sim.loop_friction(alone.fit.effects) == pytest.approx(1.0 + MORE, abs=0.004)
+    assert found.sim.loop_friction(found.base.effects) == 1.0
     assert nameless.words(found)[LOOP.id].startswith(f"friction of the sensing loop that is {100.0 * alone.fit.values[0]:.1f} % above")
     # it is among what lacks one effect of a pair, and what has a name is listed without it
     pair = found.best(("zero_offset", LOOP.id))

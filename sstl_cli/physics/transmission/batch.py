@@ -20,8 +20,8 @@ from sstl_cli.physics.transmission.state import Input, Lines
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 TOP_STEP = 1.5
-# friction through which nothing passes; a fit may ask for more, which must only stay a number
-MOST_RAD = 100.0
+# friction of a pass (rad) that nothing comes through; a fit may ask for more, which must only stay a number
+MOST_RAD = 50.0
 ONE = np.ones(1)
 
 
@@ -46,11 +46,6 @@ class Runs:
     def each(self, signal: Array) -> list[Array]:
         """Return a signal over all samples, run by run."""
         return [signal[a:b] for a, b in zip(self.edges[:-1], self.edges[1:], strict=True)]
-
-    @cached_property
-    def friction(self) -> Array:
-        """The factor on theta of each run."""
-        return np.array([d.mechanics.friction(d.system) for d in self.drives])
 
     @cached_property
     def places(self) -> Geometry:
@@ -79,7 +74,7 @@ class Case:
     """One set of parameters for runs.
 
     ``theta`` is mu Phi of one pass (rad), ``start_n`` the output tension before the first sample, NaN starts midway between the
-    propagation lines; both have shape (runs,). True input tensions and the load's compliance stand where they are not those of
+    propagation lines; both have shape (runs,). True input tensions, the load's compliance and the loop's friction stand where they are not those of
     the runs.
     """
 
@@ -88,6 +83,7 @@ class Case:
     start_n: Array
     tension_n: Array | None = None
     load_mm_per_n: float | None = None
+    loop_friction: float | None = None
 
 
 def predict_runs(runs: Runs, cases: Sequence[Case]) -> list[Array]:
@@ -105,10 +101,11 @@ def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
         effect.law(law, values)  # type: ignore[misc]
     bent = case.active.of_hook("transition")
     tension = runs.tension_n if case.tension_n is None else case.tension_n
-    theta = case.theta * runs.friction
+    loop = runs.drives[0].mechanics.loop_friction if case.loop_friction is None else case.loop_friction
+    theta = np.clip(np.where(runs.passes == 2, loop * case.theta, case.theta), -MOST_RAD, MOST_RAD)
     driven = [d.slip is not None for d in runs.drives]
     if not bent and law == Law() and not any(driven):
-        angle = np.clip(runs.passes * theta, -MOST_RAD, MOST_RAD)
+        angle = runs.passes * theta
         # a tendon cannot push: below zero the lines stay at zero, as they do with effects
         return play_runs(tension, runs.edges, np.exp(-angle), np.exp(angle), case.start_n)
     drives: Sequence[Drive] = runs.drives
