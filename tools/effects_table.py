@@ -22,9 +22,10 @@ from sstl_cli.diagnosis import noise
 from sstl_cli.diagnosis.constants import COARSE_ITERATIONS
 from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.found import NOTHING
+from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.simulator import Free, Simulator
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effects import catalogue, get

@@ -16,8 +16,9 @@ import numpy as np
 from benchmarks.harness import Row, faster, seconds
 from benchmarks.peers import mujoco_fit
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.free import free_parameters
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.simulator import Simulator, free_parameters
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.steps import diagnose

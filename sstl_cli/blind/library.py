@@ -18,8 +18,8 @@ from sstl_cli.core.parquet import TableReader, open_table, write_table
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.tables import Column, Schema
 from sstl_cli.diagnosis.features import CandidateRow, LogRow, Rows
+from sstl_cli.diagnosis.free import LOOP
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.simulator import LOOP
 
 _S, _F = pa.string(), pa.float32()
 # numbers of a candidate and of its log, in the order of their rows

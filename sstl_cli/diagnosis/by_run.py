@@ -19,8 +19,9 @@ from sstl_cli.diagnosis.constants import FEWEST_CONTRASTS, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.free import RUNS, Free
 from sstl_cli.diagnosis.hypotheses import Hypothesis
-from sstl_cli.diagnosis.simulator import RUNS, Free, Simulator
+from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
 # what is held out of such a model

@@ -18,7 +18,8 @@ from scipy.special import gammaln
 
 from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
-from sstl_cli.diagnosis.simulator import Free, Simulator
+from sstl_cli.diagnosis.free import Free
+from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
 

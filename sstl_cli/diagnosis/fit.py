@@ -26,8 +26,9 @@ from sstl_cli.diagnosis.constants import (
     THETA_LOW,
     THETA_STEP,
 )
+from sstl_cli.diagnosis.free import Free, as_effects
 from sstl_cli.diagnosis.hypotheses import Hypothesis
-from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
 from sstl_cli.physics.effect import TRANSITION
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import ALL_COUNT, BLOCK_S, DAMPING, DAMPING_FACTOR, DAMPINGS, MAX_FOLDS, PARTS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.free import as_effects
 from sstl_cli.diagnosis.records import Problem
-from sstl_cli.diagnosis.simulator import Simulator, as_effects
+from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sstl_cli.diagnosis.simulator import LINE, RUNS, Free, free_parameters
+from sstl_cli.diagnosis.free import LINE, RUNS, Free, free_parameters
 from sstl_cli.physics.effects import get
 
 # effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class

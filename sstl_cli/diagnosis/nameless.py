@@ -15,8 +15,8 @@ from sstl_cli.diagnosis.constants import DECIDES_NATS, JOINS_NATS, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import Search, each
+from sstl_cli.diagnosis.free import LOOP, Free
 from sstl_cli.diagnosis.hypotheses import Hypothesis
-from sstl_cli.diagnosis.simulator import LOOP, Free
 
 DIFFERS = Free(LOOP, LOOP.parameters[0])
 HYPOTHESIS = Hypothesis((LOOP.id,), (DIFFERS,))

@@ -10,9 +10,10 @@ import numpy as np
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import SCALE_ROUNDS
 from sstl_cli.diagnosis.fit import first_theta, fit
+from sstl_cli.diagnosis.free import free_parameters
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.simulator import Simulator, free_parameters
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.scenario import OutputScale

@@ -58,10 +58,10 @@ def run(
     starts = _as_known(sim, [h for i in ids for h in starting(i, sim.problem.systems)])
     found, first_round = _begun(sim, starts, theta0, advance, workers)
     lead = max((found.base.cost - f.cost for f in first_round), default=0.0)
+    least = lead - max(ALIVE_NATS, (1.0 - PROMISING) * lead)
 
     def alone(group: Sequence[Fit]) -> tuple[Weighed, ...]:
-        gain = found.base.cost - min(f.cost for f in group)
-        done = _weighed(found, group, gain > lead - max(ALIVE_NATS, (1.0 - PROMISING) * lead))
+        done = _weighed(found, group, least)
         advance(FITTED * len(group) / max(len(starts), 1))
         return done
 
@@ -176,15 +176,14 @@ def _spread(theta: Array, chosen: Sequence[int], own: Array) -> Array:
     return out
 
 
-def _weighed(found: Search, begun: Sequence[Fit], alive: bool) -> tuple[Weighed, ...]:
-    """Return the hypotheses of one effect, refitted by their own phases while they are ``alive``, the most evident first."""
+def _weighed(found: Search, begun: Sequence[Fit], least: float) -> tuple[Weighed, ...]:
+    """Return the hypotheses of one effect, the most evident first; those that gain more than the ``least`` (nats) refitted by their own phases."""
     sim, base = found.sim, found.base
-    if not alive:
-        return tuple(sorted((weigh(sim, f, base) for f in begun), key=lambda w: -w.evidence))
-    done = [_settled(found, f, judged=True) for f in begun]
+    alive = [base.cost - f.cost > least for f in begun]
+    done = [_settled(found, f, judged=True) if a else f for f, a in zip(begun, alive, strict=True)]
     weighed = [weigh(sim, f, base) for f in done]
-    whole = max(done, key=lambda f: len(f.hypothesis.strengths))
-    if not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
+    whole, followed = max(zip(done, alive, strict=True), key=lambda d: len(d[0].hypothesis.strengths))
+    if followed and not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
         for h, values, theta in _subsets(sim, whole):
             start = fit(sim, whole.whiten, h, theta, values, 0)
             weighed.append(weigh(sim, _settled(found, start), base))

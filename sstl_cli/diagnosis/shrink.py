@@ -11,8 +11,9 @@ from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.constants import DRAWS, WORSE, WORSE_OF_ALL
 from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.free import RUNS
 from sstl_cli.diagnosis.heldout import blocks
-from sstl_cli.diagnosis.simulator import RUNS, Simulator
+from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.drives import pieces
 from sstl_cli.diagnosis.ending import Parted, held_back, parted
+from sstl_cli.diagnosis.free import ASIDE, LINE, LOOP
 from sstl_cli.diagnosis.kalman import TURN
 from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener
-from sstl_cli.physics.effect import FRICTION_LAW, TRANSITION, Effect, Mechanics, Parameter, Sampling
+from sstl_cli.physics.effect import TRANSITION, Mechanics, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
@@ -32,58 +33,6 @@ STEEPEST = 50.0
 CEILING_N = 1e6
 # outer points of a Gauss-Hermite quadrature of three (standard deviations); each weighs 1 / (2 * 3)
 QUADRATURE = math.sqrt(3.0)
-
-
-# The stiffness of the load is not known from tensions; effects that act along the line need it.
-LINE = Effect(
-    id="line",
-    title="Compliance of the load",
-    stage=TRANSITION,
-    equation="x = T / k",
-    source="Section II-B",
-    parameters=(Parameter("load_mm_per_n", "mm/N", 0.125, 0.02, 1.0, "compliance of the load spring", shape=True),),
-    excitation="",
-)
-
-
-# What nobody can foretell of a run is no part of any simulation: it is fitted to what the run shows.
-RUNS = Effect(
-    id="runs",
-    title="What differs from run to run",
-    stage=FRICTION_LAW,
-    equation="theta of a run = theta (1 + d), or a zero z of a sensor; d or z normal about 0",
-    source="Mixed model (Harville 1977)",
-    parameters=(
-        Parameter("d_run", "1", 0.0, 0.0, 0.3, "relative spread of friction from run to run"),
-        Parameter("z_run_out_n", "N", 0.0, 0.0, 1.0, "spread of the output sensor's zero from run to run"),
-        Parameter("z_run_in_n", "N", 0.0, 0.0, 1.0, "spread of the input sensor's zero from run to run"),
-    ),
-    excitation="",
-)
-# What the catalogue has no name for, and its pulley or a gain look like: the two tendons need not rub alike.
-LOOP = Effect(
-    id="loop_friction",
-    title="Friction of the sensing loop that is not that of the actuation tendon",
-    stage=FRICTION_LAW,
-    equation="theta of the sensing loop = theta (1 + d)",
-    source="Catalogue entry of pulley_friction: what it is mistaken for",
-    parameters=(Parameter("d", "1", 0.0, -0.2, 0.2, "relative difference of friction", system="sstl", limits=(-0.9, 9.0)),),
-    excitation="",
-)
-# ids of what stands beside the catalogue
-ASIDE = (LINE.id, RUNS.id, LOOP.id)
-
-
-@dataclass(frozen=True)
-class Free:
-    """One free parameter of a candidate effect."""
-
-    effect: Effect
-    parameter: Parameter
-
-    @property
-    def width(self) -> float:
-        return self.parameter.high - self.parameter.low
 
 
 @dataclass(frozen=True)
@@ -147,6 +96,7 @@ class Simulator:
         self._tail = tail if np.isfinite(tail).any() else None
         self._entering: tuple[Noise, Phases] | None = None
         self._constants: tuple[Noise, Constants] | None = None
+        self._last_sampled: tuple[bytes, list[Sampling], list[tuple[Record, Start, Sampling]]] | None = None
 
     def _each(self, signal: Array) -> list[Array]:
         """Return a signal record by record."""
@@ -272,15 +222,15 @@ class Simulator:
         whole = asked.whole and self._known is not None and self.behind
         effects, more = parted(effects, self.fixed) if whole else Parted(effects, 0.0)
         active = activate(effects)
-        runs, records = self._runs, self.problem.records
+        runs = self._runs
         read = runs.tension_n + asked.shift_n if np.any(asked.shift_n) else runs.tension_n
         given = read
         if undo := active.of_hook("input_inverse"):
-            rows = zip(self._bent(asked.theta), self._each(read), records, strict=True)
+            rows = zip(self._sampled(asked.theta)[0], self._each(read), self.problem.records, strict=True)
             given = np.concatenate([unsensed(undo, s, u, r.y_smooth) for s, u, r in rows])
         seen, starts = active.of_hook("output"), self._starts
         if seen:
-            starts = np.array([_true_start(r, s, seen, float(asked.theta[r.config])) for r in records for s in starts_of(r)])
+            starts = np.array([_true_start(r, s, seen, at) for r, s, at in self._sampled(asked.theta)[1]])
         loop = self.loop_friction(asked.effects)
         return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load, loop), read, seen, more
 
@@ -291,13 +241,19 @@ class Simulator:
         if more_n > 0.0:
             out = held_back(out, more_n, self._begin, case.start_n)
         if seen:
-            pairs = zip(self._bent(asked.theta), self._each(read), self._each(out), strict=True)
+            pairs = zip(self._sampled(asked.theta)[0], self._each(read), self._each(out), strict=True)
             out = np.concatenate([sensed(seen, s, u, y) for s, u, y in pairs])
         return out
 
-    def _bent(self, theta: Array) -> list[Sampling]:
-        """Return what sensors may know of each record, of which bend it is included."""
-        return [replace(s, theta=float(theta[r.config])) for s, r in zip(self._samplings, self.problem.records, strict=True)]
+    def _sampled(self, theta: Array) -> tuple[list[Sampling], list[tuple[Record, Start, Sampling]]]:
+        """Return what sensors may know of each record, of which bend it is included, and of each start; kept for the last theta."""
+        key, found = theta.tobytes(), self._last_sampled
+        if found is None or found[0] != key:
+            known = [replace(s, theta=float(theta[r.config])) for s, r in zip(self._samplings, self.problem.records, strict=True)]
+            of = zip(known, self.problem.records, strict=True)
+            begun = [(r, s, replace(k, count=len(r.u) if s.at else 2, begin_n=None)) for k, r in of for s in starts_of(r)]
+            self._last_sampled = found = (key, known, begun)
+        return found[1:]
 
 
 @njit(cache=True, nogil=True)
@@ -374,27 +330,7 @@ def _read_late(r: Record, late_s: float) -> Record:
     return replace(r, misfit_n=scatter, misfit_s=lasting, wander=None if r.wander is None else r.wander.late(steps))
 
 
-def _true_start(r: Record, start: Start, hooked: Hooked, theta: float) -> float:
+def _true_start(r: Record, start: Start, hooked: Hooked, sampling: Sampling) -> float:
     """Return the true output where a model begins: the measured one less what the sensor adds."""
-    n = len(r.u) if start.at else 2
-    seen = sensed(hooked, Sampling(r.system, r.dt_s, n, theta=theta, begun_s=r.begun_s), r.u[:n], np.full(n, start.output_n))
+    seen = sensed(hooked, sampling, r.u[: sampling.count], np.full(sampling.count, start.output_n))
     return 2.0 * start.output_n - float(seen[start.at])
-
-
-def free_parameters(ids: Sequence[str], systems: Sequence[str]) -> list[Free]:
-    """Return the parameters of effects that the recorded systems can show."""
-    found: list[Free] = []
-    for effect_id in ids:
-        effect = get(effect_id)
-        found += [Free(effect, p) for p in effect.parameters if p.system is None or p.system in systems]
-        if effect.stage == TRANSITION:
-            found.append(Free(LINE, LINE.parameters[0]))
-    return found
-
-
-def as_effects(free: Sequence[Free], values: Array) -> dict[str, dict[str, float]]:
-    """Return values in the order of ``free`` as effects with named parameters."""
-    out: dict[str, dict[str, float]] = {}
-    for f, value in zip(free, values, strict=True):
-        out.setdefault(f.effect.id, {})[f.parameter.name] = float(min(max(value, f.parameter.least), f.parameter.most))
-    return out

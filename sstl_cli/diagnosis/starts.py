@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, STRENGTHS, WIDTHS
 from sstl_cli.diagnosis.fit import Fit, normal_equations, partial
+from sstl_cli.diagnosis.free import Free, as_effects
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, laws, variants
-from sstl_cli.diagnosis.simulator import Free, Simulator, as_effects
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get

@@ -12,9 +12,10 @@ from sstl_cli.diagnosis import scaling, wander
 from sstl_cli.diagnosis.constants import PARAMETER_STEP, STRETCHES, THETA_STEP
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.free import ASIDE
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.records import Record
-from sstl_cli.diagnosis.simulator import ASIDE, Effects, Simulator
+from sstl_cli.diagnosis.simulator import Effects, Simulator
 from sstl_cli.diagnosis.state import turning
 from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.physics.effects import get

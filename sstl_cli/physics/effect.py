@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,10 +204,17 @@ class Sampling:
     theta: float = NOMINAL_THETA
     begun_s: float = 0.0
 
-    @cached_property
+    @property
     def fraction(self) -> Array:
         """Time from 0 to 1 over the run, shape (count,)."""
-        return np.linspace(0.0, 1.0, self.count)
+        return _fraction(self.count)
+
+
+@lru_cache(maxsize=64)
+def _fraction(count: int) -> Array:
+    found = np.linspace(0.0, 1.0, count)
+    found.flags.writeable = False
+    return found
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,13 @@ from sstl_cli import __version__
 from sstl_cli.diagnosis import by_run, discrepancy, misfit, nameless, scaling, variation, verdict
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.free import LINE, LOOP
 from sstl_cli.diagnosis.latent import WHITE_ONLY
 from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.reasons import without_name
 from sstl_cli.diagnosis.records import told
 from sstl_cli.diagnosis.residuals import leftover
-from sstl_cli.diagnosis.simulator import LINE, LOOP, Simulator
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
 from sstl_cli.steps.diagnose_given import Evidence

@@ -26,11 +26,11 @@ from sstl_cli.core.numbers import quantity
 from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect, squared_errors
+from sstl_cli.diagnosis.free import ASIDE, Free
 from sstl_cli.diagnosis.noise import floor_n, likely, of_readings
 from sstl_cli.diagnosis.readings import gaps
 from sstl_cli.diagnosis.reasons import also, without_name
 from sstl_cli.diagnosis.rounding import unrounded
-from sstl_cli.diagnosis.simulator import ASIDE, Free
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, NONE, NOTHING, UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.physics.effects import get

@@ -8,9 +8,10 @@ import numpy as np
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.fit import Fit, jacobian
+from sstl_cli.diagnosis.free import as_effects
 from sstl_cli.diagnosis.hypotheses import Hypothesis, variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.simulator import Simulator, as_effects
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.scenario import Scenario
 

@@ -13,8 +13,8 @@ from sstl_cli.diagnosis.constants import EDGE, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import NOTHING, Search
+from sstl_cli.diagnosis.free import as_effects
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.simulator import as_effects
 from sstl_cli.diagnosis.starts import grid
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 

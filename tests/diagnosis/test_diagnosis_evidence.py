@@ -8,7 +8,7 @@ from scipy.integrate import quad
 
 from sstl_cli.diagnosis.constants import LOG_RANGE
 from sstl_cli.diagnosis.evidence import shape_charge, strengths_charge
-from sstl_cli.diagnosis.simulator import Free
+from sstl_cli.diagnosis.free import Free
 from sstl_cli.physics.effect import Parameter
 from sstl_cli.physics.effects import get
 

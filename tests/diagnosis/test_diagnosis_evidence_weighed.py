@@ -10,8 +10,8 @@ from made_fits import THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.evidence import Weighed, information, likeness_charge, shape_charge, standard_errors, strengths_charge, weigh
+from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.simulator import Free
 from sstl_cli.physics.effect import Parameter
 from sstl_cli.physics.effects import get
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig_logs import SHORT, scenario
 
-from sstl_cli.diagnosis.simulator import LOOP
+from sstl_cli.diagnosis.free import LOOP
 from sstl_cli.physics.scenario import RigSection, Scenario
 from sstl_cli.steps import simulate
 from sstl_cli.steps.diagnose import DiagnoseOptions, run

@@ -14,9 +14,10 @@ from sstl_cli.diagnosis import nameless
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.free import LOOP
 from sstl_cli.diagnosis.hypotheses import variants
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.diagnosis.simulator import LOOP, Simulator
+from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise, Sensor, white
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.transmission.play import play_operator

@@ -12,9 +12,9 @@ from sstl_cli.diagnosis import search as of
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.found import Search, each
+from sstl_cli.diagnosis.free import as_effects
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.search import run
-from sstl_cli.diagnosis.simulator import as_effects
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()

@@ -11,7 +11,7 @@ from made_fits import THETA, simulator
 from sstl_cli.diagnosis.drives import neighbour_of
 from sstl_cli.diagnosis.ending import held_back, parted
 from sstl_cli.diagnosis.records import Start
-from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases, as_effects, free_parameters
+from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases
 from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
@@ -217,22 +217,6 @@ def test_known_scatter_is_read_late_by_a_late_sensor():
     assert known.read_records({})[0] is r
     (none, *_) = SIM.read_records({"channel_delay": {"tau_act_s": 0.1}})
     assert none.misfit_n is None and none.wander is None
-
-
-def test_free_parameters_are_those_that_a_recorded_system_can_show():
-    assert [f.parameter.name for f in free_parameters(("gain_error",), ("act",))] == ["g_act"]
-    names = [f.parameter.name for f in free_parameters(("presliding", "const_friction"), ("sstl",))]
-    # effects along the line need its load
-    assert names == ["breakaway_mm", "spread", "bristle_mm", "dahl_mm", "tail", "load_mm_per_n", "w_l_n", "w_bend_n", "w_in_n", "w_end_n"]
-
-
-def test_values_become_effects_within_their_meaning():
-    free = [*free_parameters(("gain_error",), ("act", "sstl")), *free_parameters(("const_friction",), ("act",))]
-    assert [f.width for f in free] == pytest.approx([0.3, 0.3, 0.5, 1.0, 0.5, 0.5])
-    assert as_effects(free, np.array([1.02, 99.0, -1.0, 0.1, 0.0, 0.2])) == {
-        "gain_error": {"g_act": 1.02, "g_sstl": pytest.approx(11.5)},
-        "const_friction": {"w_l_n": 0.0, "w_bend_n": 0.1, "w_in_n": 0.0, "w_end_n": 0.2},
-    }
 
 
 def test_tendons_beside_are_averaged_to_the_grid_of_the_simulation():

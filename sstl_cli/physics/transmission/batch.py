@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics.effect import Drive, Law, Transition
 from sstl_cli.physics.transmission.active import Active
-from sstl_cli.physics.transmission.envelope import Line, envelopes
+from sstl_cli.physics.transmission.envelope import Envelopes, Line, envelopes
 from sstl_cli.physics.transmission.line import Geometry, elastic_lines, geometry, marched
 from sstl_cli.physics.transmission.play import bounded_runs, play_runs
 from sstl_cli.physics.transmission.state import Input, Lines
@@ -22,6 +22,8 @@ Counts = NDArray[np.int64]
 TOP_STEP = 1.5
 # friction of a pass (rad) that nothing comes through; a fit may ask for more, which must only stay a number
 MOST_RAD = 50.0
+# propagation lines by law (ids and values of its effects) and by what they are for
+Tables = dict[tuple[tuple[str, tuple[tuple[str, float], ...]], ...], dict[tuple[Line, ...], Envelopes]]
 ONE = np.ones(1)
 
 
@@ -88,16 +90,17 @@ class Case:
 
 def predict_runs(runs: Runs, cases: Sequence[Case]) -> list[Array]:
     """Return the true output tensions (N, shape (n,) each) of runs, end to end, for each case; elastic lines are marched together."""
-    made = [_made(runs, case) for case in cases]
+    tables: Tables = {}
+    made = [_made(runs, case, tables) for case in cases]
     elastic = [m for m in made if isinstance(m, tuple)]
     out = iter(marched(elastic) if elastic else [])
     return [next(out) if isinstance(m, tuple) else m for m in made]
 
 
-def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
-    """Return the output of runs, or the elastic lines that have to be marched to it."""
-    law = Law()
-    for effect, values in case.active.of_hook("law"):
+def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]:
+    """Return the output of runs, or the elastic lines that have to be marched to it; cases of one law share their tables."""
+    law, laws = Law(), case.active.of_hook("law")
+    for effect, values in laws:
         effect.law(law, values)  # type: ignore[misc]
     bent = case.active.of_hook("transition")
     tension = runs.tension_n if case.tension_n is None else case.tension_n
@@ -123,7 +126,8 @@ def _made(runs: Runs, case: Case) -> Array | tuple[Input, Lines]:
         load = runs.drives[0].mechanics.load_mm_per_n if case.load_mm_per_n is None else case.load_mm_per_n
         into = Input(tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, scale)
         return into, elastic_lines(into, runs.places, load, theta, law, transitions, start)
-    return _between_lines(runs, theta, law, scale, case.start_n, tension, np.array(driven))
+    of_law = tables.setdefault(tuple((effect.id, tuple(values.items())) for effect, values in laws), {})
+    return _between_lines(runs, theta, law, scale, case.start_n, tension, np.array(driven), of_law)
 
 
 def _scale(law: Law, drive: Drive) -> Array:
@@ -133,7 +137,16 @@ def _scale(law: Law, drive: Drive) -> Array:
     return np.broadcast_to(scale, drive.tension_n.shape)
 
 
-def _between_lines(runs: Runs, theta: Array, law: Law, scale: Array, start_n: Array, tension: Array, driven: NDArray[np.bool_]) -> Array:
+def _between_lines(
+    runs: Runs,
+    theta: Array,
+    law: Law,
+    scale: Array,
+    start_n: Array,
+    tension: Array,
+    driven: NDArray[np.bool_],
+    known: dict[tuple[Line, ...], Envelopes],
+) -> Array:
     """Return the play of every run between its propagation lines; a motion that drives a run says on which it is."""
     first = runs.edges[:-1]
     low, high = np.ones(len(runs)), np.ones(len(runs))
@@ -147,7 +160,8 @@ def _between_lines(runs: Runs, theta: Array, law: Law, scale: Array, start_n: Ar
         wanted.setdefault(Line(float(t), d.system, d.location, float(x), float(a), float(b)), len(wanted))
         for t, d, x, a, b in zip(theta, runs.drives, top, low, high, strict=True)
     ])  # fmt: skip
-    lines = envelopes(law, list(wanted), runs.drives[0].mechanics)
+    asked = tuple(wanted)
+    lines = known[asked] if asked in known else known.setdefault(asked, envelopes(law, asked, runs.drives[0].mechanics))
 
     def between(lower: Array, upper: Array) -> Array:
         return bounded_runs(

@@ -6,11 +6,13 @@ dT/dphi = -zeta (f(T) T + h), Eq. (1), is integrated through the bend on a grid 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.physics.effect import Law, Mechanics
@@ -21,6 +23,8 @@ NODES = 161
 STEPS = 8
 SCALE_NODES = 33
 CEILING_N = 1e5
+# a factor on friction is tabulated so finely, up to so many times the largest tension that goes in
+FACTOR_NODES, REACH = 4096, 8.0
 
 
 class Line(NamedTuple):
@@ -52,45 +56,57 @@ class Envelopes:
     scale_step: Array
 
 
+class _Pass(NamedTuple):
+    """One pass through the tube, row by row: angle times friction with its sign (1: pulling), that sign, shares of the length
+    before and behind the bend, and the largest tension that goes in (N); each of shape (rows, 1).
+    """
+
+    angle: Array
+    sign: Array
+    before: Array
+    behind: Array
+    top_n: Array
+
+
 def envelopes(law: Law, wanted: Sequence[Line], mechanics: Mechanics) -> Envelopes:
     """Return the propagation lines of several runs, integrated together."""
-    linear = not law.factors
-    nodes = 2 if linear else NODES
+    nodes = NODES if law.factors else 2
     # below this spread the rows would coincide to rounding
     rows = np.array([SCALE_NODES if w.high - w.low > 1e-6 else 1 for w in wanted])
     factors = np.concatenate([np.linspace(w.low, w.high, n) if n > 1 else [w.low] for w, n in zip(wanted, rows, strict=True)])
-    grids = np.linspace(0.0, np.maximum([w.top_n for w in wanted], 1.0), nodes, axis=1)
-    straight = np.repeat([mechanics.straight(w.location) for w in wanted], rows, axis=0)
-    before, behind = straight[:, :1], straight[:, 1:]
-    theta = np.repeat([w.theta for w in wanted], rows)
-    twice = np.repeat([w.system == "sstl" for w in wanted], rows)
-    tables = []
-    for zeta, side in ((1.0, law.scale_pull), (-1.0, law.scale_release)):
-        phi = theta * side * factors
-        tension = _one_pass(law, np.repeat(grids, rows, axis=0) - zeta * law.begin_n, phi, zeta, before, behind, linear)
-        if twice.any():
-            m = law.pulley_pull if zeta > 0 else law.pulley_release
-            back = tension[twice] * np.exp(-zeta * m) - zeta * law.pulley_n
-            tension[twice] = _one_pass(law, back, phi[twice], zeta, behind[twice], before[twice], linear)
-        tables.append(np.ascontiguousarray(tension - zeta * law.end_n))
+    tops = np.maximum([w.top_n for w in wanted], 1.0)
+    grids = np.linspace(0.0, tops, nodes, axis=1)
+    theta = np.repeat([w.theta for w in wanted], rows) * factors
+    # pulling and releasing are integrated together: small arrays cost what calls cost
+    sign = np.repeat([1.0, -1.0], len(theta))[:, None]
+    angle = sign * np.concatenate((theta * law.scale_pull, theta * law.scale_release))[:, None]
+    straight = np.tile(np.repeat([mechanics.straight(w.location) for w in wanted], rows, axis=0), (2, 1))
+    there = _Pass(angle, sign, straight[:, :1], straight[:, 1:], np.tile(np.repeat(tops, rows), 2)[:, None])
+    tension = _passed(law, np.tile(np.repeat(grids, rows, axis=0), (2, 1)) - sign * law.begin_n, there)
+    twice = np.tile(np.repeat([w.system == "sstl" for w in wanted], rows), 2)
+    if twice.any():
+        angle, sign, before, behind, top = (x[twice] for x in there)
+        m = np.where(sign > 0.0, law.pulley_pull, law.pulley_release)
+        back = tension[twice] * np.exp(-sign * m) - sign * law.pulley_n
+        tension[twice] = _passed(law, back, _Pass(angle, sign, behind, before, top))
+    pull, release = np.split(tension - there.sign * law.end_n, 2)
     edges = np.concatenate(([0], np.cumsum(rows)))
     first = edges[:-1]
     step = np.where(rows > 1, factors[np.minimum(first + 1, len(factors) - 1)] - factors[first], 1.0)
-    return Envelopes(tables[0], tables[1], edges.astype(np.int64), grids[:, 1] - grids[:, 0], factors[first], step)
+    return Envelopes(pull, release, edges.astype(np.int64), grids[:, 1] - grids[:, 0], factors[first], step)
 
 
-def _one_pass(law: Law, tension: Array, phi: Array, zeta: float, before: Array, behind: Array, linear: bool) -> Array:
+def _passed(law: Law, tension: Array, way: _Pass) -> Array:
     """Carry tension through the straight part before the bend, the bend, and the part behind it."""
-    w = zeta * law.constant_n
-    tension = tension - w * before
-    arc = w * (1.0 - before - behind)
-    angle = zeta * phi[:, None]
-    if linear:
+    w, angle = way.sign * law.constant_n, way.angle
+    tension = tension - w * way.before
+    arc = w * (1.0 - way.before - way.behind)
+    if law.factors:
+        tension = _integrate(law, tension, angle, arc, way.top_n)
+    else:
         # what is pressed on without tension behaves as if all tensions were so much larger
         tension = np.exp(-angle) * tension - arc * _mean_decay(angle) + law.adhesion_n * np.expm1(-angle)
-    else:
-        tension = _integrate(law, tension, angle, arc)
-    return tension - w * behind
+    return tension - w * way.behind
 
 
 def _mean_decay(angle: Array) -> Array:
@@ -100,22 +116,47 @@ def _mean_decay(angle: Array) -> Array:
     return np.where(small, 1.0, -np.expm1(-safe) / safe)
 
 
-def _integrate(law: Law, tension: Array, angle: Array, arc: Array) -> Array:
+def _integrate(law: Law, tension: Array, angle: Array, arc: Array, top_n: Array) -> Array:
     """Integrate the tension balance through the bend with the classical Runge-Kutta rule."""
-    h = 1.0 / STEPS
+    tops, table = np.unique(top_n[:, 0], return_inverse=True)
+    # what is let out at the end may be under more tension than what goes in; more than that no recording reaches
+    roots = np.linspace(0.0, np.sqrt(np.minimum(REACH * tops, CEILING_N)), FACTOR_NODES, axis=1)
+    factors = np.ones_like(roots)
+    for f in law.factors:
+        factors = factors * f(roots * roots)
+    return _through(tension, angle[:, 0], arc[:, 0], law.adhesion_n, factors, roots[:, 1], table)
 
-    def slope(t: Array) -> Array:
-        # far outside the range of any tendon a fit may ask for the absurd; it must only not overflow
-        t = np.clip(t, 0.0, CEILING_N)
-        friction = t + law.adhesion_n
-        for factor in law.factors:
-            friction = friction * factor(t)
-        return -angle * friction - arc
 
-    for _ in range(STEPS):
-        k1 = slope(tension)
-        k2 = slope(tension + 0.5 * h * k1)
-        k3 = slope(tension + 0.5 * h * k2)
-        k4 = slope(tension + h * k3)
-        tension = np.clip(tension + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4), -CEILING_N, CEILING_N)
-    return tension
+@njit(cache=True, nogil=True, error_model="numpy")
+def _through(tension: Array, angle: Array, arc: Array, adhesion_n: float, factors: Array, root_steps: Array, table: Counts) -> Array:
+    """Return tensions behind the bend, shape (rows, nodes); factors on friction are tabulated over the root of tension."""
+    out, h = tension.copy(), 1.0 / STEPS
+    ask, k, total = np.empty(tension.shape[1]), np.empty(tension.shape[1]), np.empty(tension.shape[1])
+    for i in range(len(tension)):
+        t, factor, root_step = out[i], factors[table[i]], root_steps[table[i]]
+        for _ in range(STEPS):
+            # node by node within a stage: their chains of additions do not wait for one another
+            _slopes(t, angle[i], arc[i], adhesion_n, factor, root_step, k)
+            for j in range(t.size):
+                total[j], ask[j] = k[j], t[j] + 0.5 * h * k[j]
+            _slopes(ask, angle[i], arc[i], adhesion_n, factor, root_step, k)
+            for j in range(t.size):
+                total[j], ask[j] = total[j] + 2.0 * k[j], t[j] + 0.5 * h * k[j]
+            _slopes(ask, angle[i], arc[i], adhesion_n, factor, root_step, k)
+            for j in range(t.size):
+                total[j], ask[j] = total[j] + 2.0 * k[j], t[j] + h * k[j]
+            _slopes(ask, angle[i], arc[i], adhesion_n, factor, root_step, k)
+            for j in range(t.size):
+                t[j] = min(max(t[j] + h / 6.0 * (total[j] + k[j]), -CEILING_N), CEILING_N)
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _slopes(tension: Array, angle: float, arc: float, adhesion_n: float, factor: Array, root_step: float, out: Array) -> None:
+    most = factor.size - 1.001
+    for j in range(tension.size):
+        # far outside the range of any tendon a fit may ask for the absurd; it must only not overflow, and stay a number
+        t = min(tension[j], CEILING_N) if tension[j] > 0.0 else 0.0
+        at = min(math.sqrt(t) / root_step, most)
+        k = int(at)
+        out[j] = -angle * (t + adhesion_n) * (factor[k] + (at - k) * (factor[k + 1] - factor[k])) - arc
