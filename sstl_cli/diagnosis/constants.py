@@ -118,6 +118,11 @@ WINDOW_TRAVEL, FEWEST_WINDOWS = 6.0, 20
 # odds (logarithm) of what the catalogue has no name for beside its effects, which assume one friction for both tendons
 UNNAMED = -float(np.log(20.0))
 
+# compliance of the load (mm/N) where nobody states it: the paper's spring, and what is found on benches
+LOAD_MM_PER_N = (0.125, 0.02, 1.0)
+# relative spread of friction from run to run, and how far that of the loop is from the tendon's: where to look first; what has a meaning
+RUNS_APART, LOOP_APART = 0.3, 0.2
+LOOP_LIMITS = (-0.9, 9.0)
 # sizes of a response between 0.1 and 100 standard deviations are alike in every decade
 LOG_RANGE = float(np.log(1e3))
 # by how much what an output comes in a window of a stroke is off to either side, over the error of that

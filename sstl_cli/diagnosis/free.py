@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import LOAD_MM_PER_N, LOOP_APART, LOOP_LIMITS, RUNS_APART
 from sstl_cli.physics.effect import FRICTION_LAW, TRANSITION, Effect, Parameter
 from sstl_cli.physics.effects import get
 
@@ -20,7 +21,7 @@ LINE = Effect(
     stage=TRANSITION,
     equation="x = T / k",
     source="Section II-B",
-    parameters=(Parameter("load_mm_per_n", "mm/N", 0.125, 0.02, 1.0, "compliance of the load spring", shape=True),),
+    parameters=(Parameter("load_mm_per_n", "mm/N", *LOAD_MM_PER_N, "compliance of the load spring", shape=True),),
     excitation="",
 )
 
@@ -33,7 +34,7 @@ RUNS = Effect(
     equation="theta of a run = theta (1 + d), or a zero z of a sensor; d or z normal about 0",
     source="Mixed model (Harville 1977)",
     parameters=(
-        Parameter("d_run", "1", 0.0, 0.0, 0.3, "relative spread of friction from run to run"),
+        Parameter("d_run", "1", 0.0, 0.0, RUNS_APART, "relative spread of friction from run to run"),
         Parameter("z_run_out_n", "N", 0.0, 0.0, 1.0, "spread of the output sensor's zero from run to run"),
         Parameter("z_run_in_n", "N", 0.0, 0.0, 1.0, "spread of the input sensor's zero from run to run"),
     ),
@@ -46,7 +47,7 @@ LOOP = Effect(
     stage=FRICTION_LAW,
     equation="theta of the sensing loop = theta (1 + d)",
     source="Catalogue entry of pulley_friction: what it is mistaken for",
-    parameters=(Parameter("d", "1", 0.0, -0.2, 0.2, "relative difference of friction", system="sstl", limits=(-0.9, 9.0)),),
+    parameters=(Parameter("d", "1", 0.0, -LOOP_APART, LOOP_APART, "relative difference of friction", system="sstl", limits=LOOP_LIMITS),),
     excitation="",
 )
 # ids of what stands beside the catalogue
