@@ -31,6 +31,7 @@ SLOPES = PARAMETERS[0::2]
 SMALLEST = 1e-12
 FASTEST_S = 1e-9
 # a step longer than both ends a run
+CUT = "~"
 GAP_PERIODS = 10.0
 LEAST_GAP_S = 1.0
 # where bridging all shorter pauses would take more points of an even grid than this a sample, those end it too
@@ -216,7 +217,19 @@ def _split(run: Run, at: NDArray[np.intp], total: int, aside: list[Aside]) -> li
         aside.append(Aside(run.run_id, dropped, total, why))
     if not kept:
         return [run.cut(slice(0, 0))]
-    return [kept[0], *(replace(piece, run_id=f"{run.run_id}~{k}") for k, piece in enumerate(kept[1:], 2))]
+    return [kept[0], *(replace(piece, run_id=f"{run.run_id}{CUT}{k}") for k, piece in enumerate(kept[1:], 2))]
+
+
+def whole_of(run_id: str) -> str:
+    """Return the name of the run that a piece was cut from at a pause; of a whole run its own.
+
+    Examples
+    --------
+    >>> whole_of("monday~2"), whole_of("monday")
+    ('monday', 'monday')
+    """
+    name, cut, number = run_id.rpartition(CUT)
+    return name if cut and number.isdigit() else run_id
 
 
 def _optional(run: Run, aside: list[Aside]) -> Run:

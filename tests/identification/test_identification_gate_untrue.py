@@ -12,6 +12,7 @@ from identification_slips import lines
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
 from sstl_cli.identification.gate.causes import NO_CAUSES
+from sstl_cli.identification.gate.rules.gain import gain_of
 from sstl_cli.identification.gate.slopes import NO_SLOPES, agreed
 
 T = np.arange(1600) / 100.0
@@ -82,3 +83,22 @@ def test_hum_that_both_cells_pick_up_makes_no_copy_of_an_output_that_rests():
     # the same reading twice is a copy, hum and all
     twice = replace(rests, tension_out_n=0.5 * rests.tension_in_n + 1.0)
     assert "same_channel" in {r.rule for r in gate.remarks([twice])}
+
+
+def test_a_hold_between_two_pauses_of_the_recorder_is_part_of_a_run_that_moved():
+    runs = [moving(f"r{i}", multisine(i, seconds=16.0)[1], 0.4, system="act") for i in range(2)]
+    rest = moving("r0~2", np.full(80, 5.0), 0.4, system="act", t=T[:80])
+    assert gate.remarks([*runs, rest]) == ()
+    assert [r.run_ids for r in gate.remarks([*runs, replace(rest, run_id="still")]) if r.rule == "dead"] == [("still",)]
+
+
+def test_a_piece_that_is_only_released_may_read_far_more_than_its_input():
+    x = 4.7 - 3.6 * np.clip((T[:80] - 0.1) / 0.25, 0.0, 1.0)
+    late = np.concatenate((np.full(3, x[0]), x[:-3]))
+    rest, noise = moving("rest", x, 0.5, t=T[:80]), 0.02 * np.random.default_rng(5).standard_normal(80)
+    piece = replace(rest, tension_out_n=late * np.exp(0.97) + noise)
+    e = gate.evidence_of(piece)
+    assert e.ranges[1].high > 2.5 * e.ranges[0].high and not e.causes.enough and not e.slopes.known
+    assert np.isnan(gain_of(e))
+    # so large a factor is no friction
+    assert gain_of(gate.evidence_of(replace(piece, tension_out_n=30.0 * piece.tension_out_n))) > 30.0

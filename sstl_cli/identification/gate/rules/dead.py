@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from sstl_cli.core.sound import whole_of
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.lost import NOISE
 from sstl_cli.identification.gate.remark import Remark, Severity, names
@@ -47,7 +48,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _both(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs both of whose channels are noise that knows nothing of the other one: there is no movement to be seen."""
-    hit = [e for e in log if e.usable and e.both_tensions and _still(e)]
+    still = [e for e in log if e.usable and e.both_tensions and _still(e)]
+    # a hold between two pauses of the recorder is a part of a run that moved
+    moved = {whole_of(e.run_id) for e in log if e.usable and e not in still}
+    hit = [e for e in still if whole_of(e.run_id) not in moved]
     if hit:
         levels = [float(np.median([e.ranges[i].middle for e in hit])) for i in (0, 1)]
         yield Remark(

@@ -31,6 +31,9 @@ FITS, FITS_MOST, VOLTS = 0.03, 0.12, 10.0
 # what friction with a gain may leave of what friction alone and each zero leave, and of the output's span
 TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 
+# n theta that a tube has at the most (two passes about 70 degrees with 0.5), and the part of what friction leaves that a gain must leave at the most
+MOST_WRAP, BARELY = 2.5, 0.9
+
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
@@ -129,7 +132,7 @@ def gain_of(e: Evidence) -> float:
     if not math.isfinite(g):
         # without slopes only the sizes speak: no output exceeds twice its input, none that moves is a hundredth
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
-        return top if top > 2.5 or (top < 0.02 and moves) else math.nan
+        return top if (top > 2.5 and not _let_go(e)) or (top < 0.02 and moves) else math.nan
     # slopes over a small part of the range say little of the gain: the sizes must agree
     if abs(math.log(g)) > math.log(ODD) and ((g > 1.0) != (top > (1.15 if g > 1.0 else 0.7)) or not _central(e, g) or not _from_nothing(e)):
         return math.nan
@@ -142,6 +145,12 @@ def _held(e: Evidence) -> bool:
     rest = min(c.left(v.rms_n) for v in (c.zero_in, c.zero_out))
     best = c.holds(c.gain.rms_n, TAKES) and c.gain.rms_n < LITTLE * e.ranges[1].span
     return best and c.left(c.gain.rms_n) < BEFORE * rest and abs(c.gain.size) > math.log(ODD)
+
+
+def _let_go(e: Evidence) -> bool:
+    """Whether a run that is only released explains an output above its input: friction that a tube has leaves no more than a gain."""
+    c = e.causes
+    return c.friction.wrap < MOST_WRAP and not c.holds(c.gain.rms_n, BARELY)
 
 
 def _from_nothing(e: Evidence) -> bool:
