@@ -156,3 +156,12 @@ def test_a_later_half_that_rubs_more_in_every_bend_is_another_rig_whatever_its_l
     names = {r.run_id for r in later}
     coarse = [replace(r, tension_in_n=np.round(r.tension_in_n / 0.01) * 0.01) if r.run_id in names else r for r in turned]
     assert [r.rule for r in gate.remarks(coarse)] == ["two_rigs"]
+
+
+def test_an_output_in_random_order_is_noise_that_no_sensor_of_the_log_has():
+    runs = rig()
+    mixed = replace(runs[0], tension_out_n=np.random.default_rng(3).permutation(runs[0].tension_out_n))
+    for log in ([mixed, *runs[1:]], [mixed]):
+        (said,) = (r for r in gate.remarks(log) if r.rule == "dead")
+        assert said.failed and said.run_ids == (runs[0].run_id,) and "another order" in said.sentence
+    assert not [r for r in gate.remarks(runs) if r.rule == "dead"]

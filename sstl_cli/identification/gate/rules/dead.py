@@ -19,6 +19,8 @@ RULE, RANK = "dead", 44
 MOST, ZERO = 2.3, 0.05
 # what friction, alone or with a slip, leaves (share of the output's span) of a run that it explains, and the part of it that an output may be moved by for that
 EXPLAINED, FAR = 0.12, 0.2
+# times the noise of sensors from which on noise is none of theirs, and the least (share of the largest tension) that counts as their noise
+LOUD, RESOLVED = 10.0, 1e-4
 # standard errors by which a correlation of noises that know nothing of each other may be off
 CHANCE = 5.0
 # how much more than the friction that other runs show is beyond doubt
@@ -30,6 +32,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     known = [e.wrap / e.passes for e in log if e.slopes.known and e.wrap > 0.0]
     seen = max(known, default=math.inf)
     yield from _both(log)
+    yield from _loud(log)
     for i in (0, 1):
         resting = {e.run_id: needed(e, i) for e in log}
         for severity in ("failure", "remark"):
@@ -59,6 +62,26 @@ def _both(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id for e in hit])}: input and output are noise about a constant ({levels[0]:.3g} and {levels[1]:.3g} N), each of its own; "
             "nothing was moved, or neither sensor is connected",
             "leave these runs out, or take the columns of the two sensors",
+        )  # fmt: skip
+
+
+def _loud(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output is noise such as no sensor here has: readings in random order, or of nothing; what such an input does is unrelated."""
+    shown = [e for e in log if e.usable and e.both_tensions]
+    hit = []
+    for e in (e for e in shown if e.but_noise(1) and not e.but_noise(0) and e.sensors[1].fine and e.hums[1] is None):
+        own = [o.sensors[1].noise_n for o in shown if o.system == e.system and not o.but_noise(1)]
+        # of a log without a run that moves the input tells what sensors are like
+        usual = max(float(np.median(own)) if own else e.sensors[0].noise_n, RESOLVED * e.ranges[0].high)
+        if e.sensors[1].noise_n > max(LOUD * usual, ZERO * e.ranges[0].high):
+            hit.append((e, usual))
+    if hit:
+        e, usual = max(hit, key=lambda h: h[0].sensors[1].noise_n)
+        yield Remark(
+            tuple(e.run_id for e, _ in hit), RULE, "failure", e.sensors[1].noise_n, "N",
+            f"{names([e.run_id for e, _ in hit])}: the output is noise of {e.sensors[1].noise_n:.3g} N, {e.sensors[1].noise_n / usual:.3g} times that of "
+            "the sensors here, while the input moves; its readings were probably put in another order, or its sensor is not connected",
+            column_line(1),
         )  # fmt: skip
 
 
