@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import jsonschema
@@ -20,8 +21,15 @@ from sstl_cli.control import parameters
 from sstl_cli.control.controller import Options, Theta
 from sstl_cli.core import documents
 from sstl_cli.core.documents.error import of
+from sstl_cli.core.documents.outputs import ReproduceDocument
+from sstl_cli.core.documents.watch import NamedChange
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.files import dumps
+from sstl_cli.paper.better import Rung
+from sstl_cli.paper.distal import Bent
+from sstl_cli.paper.probe import Probe
+from sstl_cli.paper.tendons import Together
+from sstl_cli.steps.watch_name import Naming
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data/samples/log.parquet"
@@ -262,3 +270,19 @@ def test_a_second_call_in_one_process_forgets_the_first(capsys, monkeypatch) -> 
 def test_numbers_stay_whole() -> None:
     value = float(np.nextafter(0.1, 1))
     assert json.loads(dumps([value, np.float64("nan"), np.arange(2)])) == [value, None, [0, 1]]
+
+
+def test_what_takes_hours_to_print_has_the_fields_of_its_document() -> None:
+    by = {"sinusoid": (0.4, float("nan"))}
+    rows = {
+        "better": Rung("+ loop-lag lead", by, by, by, by, by, by),
+        "probe": Probe("trapezoid", 2.0, 30.0, 0.01, None, 0.2),
+        "tendons": Together("a map each", 0.01, 0.009, {"t1": 0.3}),
+        "distal": Bent("joint not known", {"random": 0.3}, {"random": 1.2}, 0.01, 0.009),
+    }
+    for name, row in rows.items():
+        part = ReproduceDocument.model_fields[name].annotation.__args__[0]
+        assert set(asdict(row)) == set(part.model_fields)
+        part.model_validate(asdict(row))
+    named = Naming("identified", ("viscous",), (), 0.9, (0.5, 0.6), "").document()
+    assert set(named) == set(NamedChange.model_fields) and NamedChange.model_validate(named).theta_now == 0.6

@@ -31,6 +31,22 @@ class Recording(Part):
     samples: int
 
 
+class ClockPart(Part):
+    """Offset and drift of one clock against the reference clock; null where the data were not enough."""
+
+    reference: str
+    clock: str
+    offset_s: float | None
+    offset_se_s: float | None
+    drift_ppm: float | None
+    drift_se_ppm: float | None
+    correlation: float | None
+    origin_s: float
+    shared_content: bool
+    used: bool
+    why_not: str
+
+
 class ImportDocument(Document):
     """Recordings taken into a log table, and what was set aside (``sstl import``)."""
 
@@ -47,10 +63,18 @@ class ImportDocument(Document):
     found: dict[str, int] = Field(description="repeated and backward times, gaps, dropouts, spikes, filled samples")
     step_s: float | None
     gap_s: float | None
-    clocks: list[dict[str, Any]]
+    clocks: list[ClockPart]
     files_set_aside: list[dict[str, str]] = Field(default=[], description="files of a batch with the error of each")
     not_a_tension: dict[str, str] | None = Field(default=None, description="unit of a column that holds no tension")
     remarks: list[str]
+
+
+class QuestionPart(Part):
+    """A line of a proposed mapping that its author still has to answer."""
+
+    line: int
+    target: str
+    text: str
 
 
 class GuessDocument(Document):
@@ -62,7 +86,7 @@ class GuessDocument(Document):
     mapping: str = Field(description="the mapping as TOML")
     reasons: list[str]
     files: list[str] = Field(default=[], description="all files that were looked at")
-    questions: list[dict[str, Any]] = Field(default=[], description="lines marked (?): line, target, text")
+    questions: list[QuestionPart] = Field(default=[], description="lines marked (?)")
     preview: list[str]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -66,6 +66,16 @@ class AsideRow(Part):
     why: str
 
 
+class TrainedVariant(Part):
+    """One trained variant: shortcut weight (null for linear regression), lambda, validation RMSE, and the mean of its best epochs."""
+
+    name: str
+    alpha: float | None
+    weight_inv: float
+    rmse_validation: float | None
+    best_epoch: float | None
+
+
 class TrainDocument(Document):
     """A trained mapping (``sstl train``)."""
 
@@ -77,7 +87,7 @@ class TrainDocument(Document):
     seed: int
     seeds: list[int]
     default: str = Field(description="variant that predicts by default")
-    variants: list[dict[str, Any]]
+    variants: list[TrainedVariant]
     tendons: list[str]
     strategy: str
     strategy_rmse: dict[str, float]
@@ -92,6 +102,49 @@ class TrainDocument(Document):
     set_aside_runs: list[AsideRow]
 
 
+class VariantScore(Part):
+    """How a variant does on held-out pairs, by slope (``gamma_p``, ``gamma_r``) and in ``total``; null where nothing could be judged."""
+
+    variant: str
+    title: str
+    rmse_mean: dict[str, float | None]
+    rmse_sd_over_seeds: dict[str, float | None]
+    abs_error_sd_over_samples: dict[str, float | None]
+    rmse_of_mean_over_seeds: dict[str, float | None]
+
+
+class ComparisonPart(Part):
+    """Two variants paired over seeds: total of ``a`` minus ``b``, and p values (null where undefined)."""
+
+    a: str
+    b: str
+    difference: float | None
+    p_t: float | None
+    p_wilcoxon: float | None
+    p_holm: float | None
+
+
+class CorrelationPart(Part):
+    """One direction of Table I: slope of the loop against that of the tendon squared."""
+
+    n: int
+    pearson_r: float | None
+    identity_rmse: float | None
+    slope: float | None
+    bias: float | None
+    fit_rmse: float | None
+
+
+class SummaryPart(Part):
+    """One entry of Table II."""
+
+    n: int
+    mean: float | None
+    std: float | None
+    min: float | None
+    max: float | None
+
+
 class EvaluateDocument(Document):
     """A mapping judged on held-out configurations, or Tables I and II (``sstl evaluate``)."""
 
@@ -103,8 +156,8 @@ class EvaluateDocument(Document):
     rmse_gamma_r: float | None = None
     rmse_total: float | None = None
     outside_range_pct: float | None = None
-    variants: list[dict[str, Any]] = []
-    comparisons: list[dict[str, Any]] = []
-    table_i: dict[str, Any] | None = None
-    table_ii: dict[str, Any] | None = None
+    variants: list[VariantScore] = []
+    comparisons: list[ComparisonPart] = []
+    table_i: dict[str, CorrelationPart] | None = Field(default=None, description="by direction (pull, release)")
+    table_ii: dict[str, dict[str, SummaryPart]] | None = Field(default=None, description="by system, then by quantity")
     gate: str | None = Field(default=None, description="the gate that was missed")

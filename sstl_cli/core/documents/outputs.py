@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -102,6 +102,68 @@ class ClosedPart(Part):
     tried: list[str] = Field(default=[], description="where nothing is named: what was put in on trial for the second of each pair")
 
 
+class EntryPart(Part):
+    """One entry of a table of the paper beside ours (a row of the table ``sstl.comparison``)."""
+
+    table: str
+    block: str
+    row: str
+    column: str
+    published: float
+    published_spread: float | None
+    ours: float | None
+    ours_mean: float | None
+    ours_sd: float | None
+    difference: float | None
+    verdict: str
+    reason: str
+    origin: str
+
+
+class RungPart(Part):
+    """One step beyond the paper's pipeline: measures by movement, one value a data seed; ``reversal_n`` is the RMSE where the movement turns."""
+
+    name: str
+    rmse_n: dict[str, list[float | None]]
+    std_n: dict[str, list[float | None]]
+    mape_pct: dict[str, list[float | None]]
+    reversal_n: dict[str, list[float | None]]
+    elsewhere_n: dict[str, list[float | None]]
+    peak_n: dict[str, list[float | None]]
+
+
+class ProbedPart(Part):
+    """One probing movement: relative error of the slopes that follow from it, and the tracking RMSE with them."""
+
+    kind: str
+    time_s: float
+    top_n: float
+    lines_error: float | None
+    segmented_error: float | None
+    tracking_n: float | None
+    rig: str
+    calibration: str
+
+
+class TendonsPart(Part):
+    """Several tendons tracked in one way: RMSE by tendon."""
+
+    way: str
+    crosstalk_per_n: float
+    identified_per_n: float
+    rmse_n: dict[str, float | None]
+
+
+class DistalPart(Part):
+    """An actively bending distal joint in one way of compensation: RMSE of tension and of bending by movement."""
+
+    way: str
+    rmse_n: dict[str, float | None]
+    rmse_deg: dict[str, float | None]
+    joint_per_n: float
+    identified_per_n: float
+
+
 class ReproduceDocument(Document):
     """The paper's tables beside the published values (``sstl reproduce``)."""
 
@@ -111,13 +173,13 @@ class ReproduceDocument(Document):
     tables: list[str] = []
     verdicts: dict[str, int] = {}
     facts: list[str] = []
-    entries: list[dict[str, Any]] = []
+    entries: list[EntryPart] = []
     written: list[str] = []
     spread: str | None = None
     rig: RigPart | None = None
     closed: list[ClosedPart] = []
     identified: dict[str, dict[str, float]] = {}
-    better: list[dict[str, Any]] = []
-    probe: list[dict[str, Any]] = []
-    tendons: list[dict[str, Any]] = []
-    distal: list[dict[str, Any]] = []
+    better: list[RungPart] = []
+    probe: list[ProbedPart] = []
+    tendons: list[TendonsPart] = []
+    distal: list[DistalPart] = []

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
-from sstl_cli.core.documents.base import Document
+from sstl_cli.core.documents.base import Document, Part
 
 
 class LoopDocument(Document):
@@ -33,6 +33,18 @@ class LoopDocument(Document):
     chart: float | None = Field(description="share of the alarm limit that the charts have reached")
 
 
+class NamedChange(Part):
+    """What a diagnosis makes of the loops since a change; theta (rad) of one pass before and since."""
+
+    status: str
+    effects: list[str]
+    ambiguity_group: list[str]
+    confidence: float | None
+    theta_before: float | None
+    theta_now: float | None
+    why: str
+
+
 class AlarmDocument(Document):
     """Something to act on: inputs outside the trained range, or a change."""
 
@@ -45,7 +57,7 @@ class AlarmDocument(Document):
     why: str
     before: float | None
     now: float | None
-    likely: dict[str, Any] | None = Field(default=None, description="the effect that a diagnosis of the change names")
+    likely: NamedChange | None = Field(default=None, description="the effect that a diagnosis of the change names")
 
 
 class WatchDocument(Document):
@@ -55,5 +67,5 @@ class WatchDocument(Document):
     loops: int
     samples: int
     breaks: int
-    alarms: list[dict[str, Any]]
+    alarms: list[AlarmDocument]
     set_aside: dict[str, int]
