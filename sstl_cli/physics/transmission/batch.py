@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,8 +22,9 @@ Counts = NDArray[np.int64]
 TOP_STEP = 1.5
 # friction of a pass (rad) that nothing comes through; a fit may ask for more, which must only stay a number
 MOST_RAD = 50.0
-# propagation lines by law (ids and values of its effects) and by what they are for
-Tables = dict[tuple[tuple[str, tuple[tuple[str, float], ...]], ...], dict[tuple[Line, ...], Envelopes]]
+# ids and values of the effects that make a law, and propagation lines by it and by what they are for
+LawKey = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
+Tables = dict[tuple[LawKey, tuple[Line, ...]], Envelopes]
 ONE = np.ones(1)
 
 
@@ -126,8 +127,14 @@ def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]
         load = runs.drives[0].mechanics.load_mm_per_n if case.load_mm_per_n is None else case.load_mm_per_n
         into = Input(tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, scale)
         return into, elastic_lines(into, runs.places, load, theta, law, transitions, start)
-    of_law = tables.setdefault(tuple((effect.id, tuple(values.items())) for effect, values in laws), {})
-    return _between_lines(runs, theta, law, scale, case.start_n, tension, np.array(driven), of_law)
+    of_law = tuple((effect.id, tuple(values.items())) for effect, values in laws)
+
+    def lines_of(wanted: tuple[Line, ...]) -> Envelopes:
+        if (of_law, wanted) not in tables:
+            tables[of_law, wanted] = envelopes(law, wanted, runs.drives[0].mechanics)
+        return tables[of_law, wanted]
+
+    return _between_lines(runs, theta, lines_of, scale, case.start_n, tension, np.array(driven))
 
 
 def _scale(law: Law, drive: Drive) -> Array:
@@ -140,12 +147,11 @@ def _scale(law: Law, drive: Drive) -> Array:
 def _between_lines(
     runs: Runs,
     theta: Array,
-    law: Law,
+    lines_of: Callable[[tuple[Line, ...]], Envelopes],
     scale: Array,
     start_n: Array,
     tension: Array,
     driven: NDArray[np.bool_],
-    known: dict[tuple[Line, ...], Envelopes],
 ) -> Array:
     """Return the play of every run between its propagation lines; a motion that drives a run says on which it is."""
     first = runs.edges[:-1]
@@ -160,8 +166,7 @@ def _between_lines(
         wanted.setdefault(Line(float(t), d.system, d.location, float(x), float(a), float(b)), len(wanted))
         for t, d, x, a, b in zip(theta, runs.drives, top, low, high, strict=True)
     ])  # fmt: skip
-    asked = tuple(wanted)
-    lines = known[asked] if asked in known else known.setdefault(asked, envelopes(law, asked, runs.drives[0].mechanics))
+    lines = lines_of(tuple(wanted))
 
     def between(lower: Array, upper: Array) -> Array:
         return bounded_runs(
