@@ -30,8 +30,9 @@ SLOPES = PARAMETERS[0::2]
 # a channel that never leaves this many of its unit holds rounding, not a measurement, nor has a loop such a slope in any two units
 SMALLEST = 1e-12
 FASTEST_S = 1e-9
-# a step longer than both ends a run
+# between the name of a run and the number of a piece of it
 CUT = "~"
+# a step longer than both ends a run
 GAP_PERIODS = 10.0
 LEAST_GAP_S = 1.0
 # where bridging all shorter pauses would take more points of an even grid than this a sample, those end it too

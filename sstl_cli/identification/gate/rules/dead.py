@@ -8,15 +8,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sstl_cli.core.sound import whole_of
-from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.lost import NOISE
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.rules.stuck import dead
 from sstl_cli.identification.gate.units import CHANNELS, WORDS, column_line
 
 RULE, RANK = "dead", 44
-# n theta that no bend has (a loop of two passes has 2 at the most), and the zero (share of the other's largest tension) a sensor may be off by
-MOST, ZERO = 2.3, 0.05
+# the zero (share of the other's largest tension) a sensor may be off by
+ZERO = 0.05
 # what friction, alone or with a slip, leaves (share of the output's span) of a run that it explains, and the part of it that an output may be moved by for that
 EXPLAINED, FAR = 0.12, 0.2
 # times the noise of sensors from which on noise is none of theirs, and the least (share of the largest tension) that counts as their noise
@@ -36,7 +36,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for i in (0, 1):
         resting = {e.run_id: needed(e, i) for e in log}
         for severity in ("failure", "remark"):
-            hit = [e for e in log if resting[e.run_id] > MOST and _severity(e, resting[e.run_id], seen) == severity]
+            hit = [e for e in log if resting[e.run_id] > MOST_WRAP and _severity(e, resting[e.run_id], seen) == severity]
             if hit:
                 far = max(e.ranges[1 - i].span for e in hit)
                 yield Remark(
@@ -46,15 +46,14 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     "back; the sensor is probably dead or not connected",
                     column_line(i),
                 )  # fmt: skip
-            yield from _midway([e for e in log if resting[e.run_id] <= MOST], i, severity, seen)
+            yield from _midway([e for e in log if resting[e.run_id] <= MOST_WRAP], i, severity, seen)
 
 
 def _both(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs both of whose channels are noise that knows nothing of the other one: there is no movement to be seen."""
-    still = [e for e in log if e.usable and e.both_tensions and _still(e)]
     # a hold between two pauses of the recorder is a part of a run that moved
-    moved = {whole_of(e.run_id) for e in log if e.usable and e not in still}
-    hit = [e for e in still if whole_of(e.run_id) not in moved]
+    moved = {whole_of(e.run_id) for e in log if e.usable and not _still(e)}
+    hit = [e for e in log if _still(e) and whole_of(e.run_id) not in moved]
     if hit:
         levels = [float(np.median([e.ranges[i].middle for e in hit])) for i in (0, 1)]
         yield Remark(
@@ -87,13 +86,15 @@ def _loud(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _still(e: Evidence) -> bool:
     # a correlation of noises is one over the root of their number; rows in another order belong together
-    return e.but_noise(0) and e.but_noise(1) and abs(e.raw_correlation) * math.sqrt(e.samples) < CHANCE
+    return e.usable and e.both_tensions and e.but_noise(0) and e.but_noise(1) and abs(e.raw_correlation) * math.sqrt(e.samples) < CHANCE
 
 
 def _midway(log: Sequence[Evidence], i: int, severity: Severity, seen: float) -> Iterator[Remark]:
     """Yield runs one of whose channels is such noise for a part of the run."""
     hit = [
-        (e, found) for e in log if (found := e.lost[i]) is not None and (w := lost_by(e, i)) > MOST and _severity(e, w, seen) == severity
+        (e, found)
+        for e in log
+        if (found := e.lost[i]) is not None and (w := lost_by(e, i)) > MOST_WRAP and _severity(e, w, seen) == severity
     ]
     if hit:
         _, found = max(hit, key=lambda h: h[1].length_s)

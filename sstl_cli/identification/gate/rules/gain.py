@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
 
@@ -30,9 +30,8 @@ CHANGED = 0.4
 FITS, FITS_MOST, VOLTS = 0.03, 0.12, 10.0
 # what friction with a gain may leave of what friction alone and each zero leave, and of the output's span
 TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
-
-# n theta that a tube has at the most (two passes about 70 degrees with 0.5), and the part of what friction leaves that a gain must leave at the most
-MOST_WRAP, BARELY = 2.5, 0.9
+# part of what friction leaves that a gain must leave at the most
+BARELY = 0.9
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.rules.dead import MOST, lost_by
+from sstl_cli.identification.gate.rules.dead import lost_by
 
 RULE, RANK = "unrelated", 48
 # how much the output must move (share of the input): within backlash it shows but presliding
@@ -42,7 +42,7 @@ def explained_by(e: Evidence) -> float:
 
 
 def _unrelated(e: Evidence) -> bool:
-    if max(lost_by(e, 0), lost_by(e, 1)) > MOST:
+    if max(lost_by(e, 0), lost_by(e, 1)) > MOST_WRAP:
         # a sensor that was lost midway follows nothing from there on
         return False
     flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
