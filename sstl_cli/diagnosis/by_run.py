@@ -63,7 +63,7 @@ def add(found: Search, most: int) -> None:
 
 def _beside(found: Search, on: Weighed) -> list[Weighed]:
     """Return a model beside which something differs from run to run, one for each thing that may and is asked for."""
-    seen = on.fit.whiten(np.column_stack((on.fit.jacobian[:, 0], on.fit.residual)))
+    seen = on.fit.whiten(np.column_stack((on.fit.jacobian[:, 0], on.fit.whiten.shifted(on.fit.residual))))
     kinds = [kind for kind, effect in EFFECTS.items() if effect in found.singles and effect not in on.ids]
     return [w for kind in kinds if (w := _weighed(found.sim, on, kind, seen)) is not None]
 

@@ -161,8 +161,10 @@ CORRELATIONS_S = tuple((0.05 * 2.0 ** np.arange(8.0)).tolist())
 LOUDER = np.geomspace(1.0, 4.0, 13)
 # coloured noise that is tried, over the white one of a reading
 LEVELS = np.geomspace(0.03, LOUDER[-1], 15)
-# starts of the latent input's steps, as shares of what the readings show (they are noise for the most part)
-STEP_SHARES = tuple((order, 0.01 ** (order - 1)) for order in (2, 3))
+# orders of difference that show the latent input's steps, and starts of it as shares of those (they are noise for the most part):
+# curved throughout, and of straight pieces
+STEP_ORDERS = (2, 3)
+STEP_SHARES = ((1e-2, 1e-4), (1e-2, 1e-8))
 # a known misfit: knots of the map, over the input and over what came before
 INPUT_KNOTS, OTHER_KNOTS = 10, 6
 # ... they span all but this share at either end; directions, and speeds one way over the other way, with less are none

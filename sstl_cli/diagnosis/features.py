@@ -257,7 +257,7 @@ def instability(sim: Simulator, f: Fit) -> float:
     place = [i for i, x in enumerate(f.free) if not x.parameter.shape]
     if len(sim.problem.records) < 2 or not place:
         return 1.0
-    j, r = f.whiten(f.jacobian), f.whiten(f.residual)
+    j, r = f.whiten(f.jacobian), f.whiten.left(f.residual)
     configs, parts = len(f.theta), []
     # names decide nothing
     place_of = np.argsort(sorted(range(len(sim.problem.records)), key=lambda i: content(sim.problem.records[i])))

@@ -85,7 +85,7 @@ class Fit:
 
     def nats(self, residual: Array) -> float:
         """Return the cost (minus log likelihood, nats) of a residual (N) of this model."""
-        z = self.whiten(residual)
+        z = self.whiten.left(residual)
         return 0.5 * float(z @ z) + 0.5 * self.whiten.log_det
 
     def at_bound(self, i: int) -> bool:
@@ -254,7 +254,7 @@ def fit(
 def _place(sim: Simulator, whiten: Whitener, free: Sequence[Free], theta: Array, values: Array, prediction: Array | None = None) -> _Place:
     """Return what the simulator predicts at parameters, if that is not known, and what it leaves."""
     prediction = sim.predict(theta, as_effects(free, values)) if prediction is None else prediction
-    left = whiten(sim.y - prediction)
+    left = whiten.left(sim.y - prediction)
     return _Place(theta, values, prediction, left, 0.5 * float(left @ left))
 
 
@@ -343,9 +343,9 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     def judged(share: float) -> Fit:
         if jumps:
             # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
-            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)))
+            own = whitener(known, replace(phases, doubt_n=np.hypot(phases.doubt_n, share * added)), residual=f.residual)
         else:
-            own = whitener(known, phases, share * added if f.free else None)
+            own = whitener(known, phases, share * added if f.free else None, f.residual)
         tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 

@@ -62,7 +62,7 @@ def held_out_residual(sim: Simulator, f: Fit, folds: Folds) -> Array:
     """
     if not f.hypothesis.foretold:
         return f.residual
-    whitened = (f.whiten(f.jacobian), f.whiten(f.residual))
+    whitened = (f.whiten(f.jacobian), f.whiten.left(f.residual))
     beforehand = ALL_COUNT * normal_equations(sim, *whitened)[0]
     raw = f.residual.copy()
     for fold in range(folds.count):
@@ -88,7 +88,7 @@ def predicted_nats(sim: Simulator, f: Fit, folds: Folds) -> float:
     Linear around the fit; beforehand a parameter is normal about nothing with its usual range as standard deviation, theta
     anything. What the others do not tell of a parameter costs what it costs where nothing is held out.
     """
-    j, r = f.whiten(f.jacobian), f.whiten(f.residual)
+    j, r = f.whiten(f.jacobian), f.whiten.left(f.residual)
     configs = len(f.theta)
     # in units of what is expected of each beforehand, where the others tell nothing the information is none and not below
     usual = np.concatenate((np.full(configs, THETA_HIGH - THETA_LOW), [x.width for x in f.free]))
@@ -129,7 +129,7 @@ class HeldOut:
 
 def _training(f: Fit, residual: Array, out: Mask) -> float:
     """Return the squared whitened residual of what is not held out."""
-    return float(np.sum(f.whiten(residual)[~out] ** 2))
+    return float(np.sum(f.whiten.left(residual)[~out] ** 2))
 
 
 def _moved(sim: Simulator, f: Fit, step: Array) -> Array:

@@ -43,10 +43,18 @@ class Held:
 
 
 class _Windows(NamedTuple):
-    """Windows of holds, one a row, over how much louder than others their white noise is (N), and what that makes of their slow noise."""
+    """Windows of holds, one a row, over how much louder than others their white noise is (N), and what that makes of their slow noise.
+
+    NaN where a sensor was not read: one that is refreshed more slowly than it is logged has no two readings in a row.
+    """
 
     rows: Array
     slow: Array
+
+    @property
+    def free(self) -> Array:
+        """How many numbers of each window are not its straight line, shape (windows,)."""
+        return np.asarray(np.isfinite(self.rows).sum(axis=1) - 2.0)
 
 
 def of_input(r: Record) -> Record:
@@ -68,28 +76,26 @@ def held_noise(records: Sequence[Record], slides: Sequence[Array], white_n: floa
     less noise from one reading to the next, where third differences look, than in means: the white one is then larger.
     """
     windows = _windows(records, slides)
-    length = windows.rows.shape[1]
     if len(windows.rows) < LEAST_WINDOWS:
         return Held(UNKNOWN_COLOUR * white_n, CORRELATIONS_S[1], UNMEASURED), white_n
     tries = [(c, tau) for tau in CORRELATIONS_S for c in levels]
     every = _costs(windows, records[0], white_n * LOUDER, levels)
-    kept = _undisturbed(every[0], length)
+    kept = _undisturbed(every[0], windows.free)
     usual = UNKNOWN_COLOUR * white_n
     nats = np.array([_believed(tries, costs[:, kept, 0].sum(axis=1), usual)[1] for costs in every])
     louder = int(np.argmin(nats)) if nats[0] - nats.min() > DECIDES_NATS else 0
     costs = every[louder]
-    kept = _undisturbed(costs, length)
+    kept = _undisturbed(costs, windows.free)
     return _believed(tries, costs[:, kept, 0].sum(axis=1), usual)[0], white_n * float(LOUDER[louder])
 
 
 def likelier(one: Sequence[Record], other: Sequence[Record], slides: Sequence[Array], white_n: float, levels: Array) -> bool:
     """Whether the same holds are likelier by what the noise of one set of records is than by that of the other; not where there are too few."""
     windows = [_windows(records, slides) for records in (one, other)]
-    length = windows[0].rows.shape[1]
     if len(windows[0].rows) < LEAST_WINDOWS:
         return False
     costs = [_costs(w, records[0], np.array([white_n]), levels)[0] for w, records in zip(windows, (one, other), strict=True)]
-    kept = np.logical_and(*(_undisturbed(c, length) for c in costs))
+    kept = np.logical_and(*(_undisturbed(c, w.free) for c, w in zip(costs, windows, strict=True)))
     of_one, of_other = (c[:, kept, 0].sum(axis=1).min() for c in costs)
     return bool(of_one < of_other)
 
@@ -99,8 +105,8 @@ def _windows(records: Sequence[Record], slides: Sequence[Array]) -> _Windows:
     found: list[tuple[Array, float]] = []
     for window_s in WINDOWS_S:
         length = max(SHORTEST_WINDOW, round(window_s / (records[0].dt_s * records[0].factor)))
-        held = [(r, (slide < HELD) & (r.weight > 0)) for r, slide in zip(records, slides, strict=True)]
-        found = [(p / r.louder, r.slower / r.louder) for r, at in held for p in _pieces(r.y, at, length)]
+        read = [(r, np.where(r.weight > 0, r.y, np.nan), slide < HELD) for r, slide in zip(records, slides, strict=True)]
+        found = [(p / r.louder, r.slower / r.louder) for r, y, held in read for p in _pieces(y, held, length)]
         if len(found) >= LEAST_WINDOWS:
             break
     return _Windows(np.array([p for p, _ in found]).reshape(len(found), length), np.array([k for _, k in found]))
@@ -121,12 +127,12 @@ def _costs(windows: _Windows, first: Record, white_n: Array, levels: Array) -> A
     return np.concatenate([c.reshape(len(white_n), len(levels), *c.shape[1:]) for c in found], axis=1)
 
 
-def _undisturbed(costs: Array, length: int) -> NDArray[np.bool_]:
+def _undisturbed(costs: Array, free: Array) -> NDArray[np.bool_]:
     """Return the windows that noise alone can have made, shape (windows,): of those that the quieter half of them allow."""
-    spread = costs[0, :, 1]
+    spread = costs[0, :, 1] / free
     kept = spread <= np.median(spread)
     # the sum of squares of a window has so many degrees of freedom; more than the largest of all windows is no noise
-    limit = chdtri(length - 2, 0.5 / len(kept))
+    limit = chdtri(free, 0.5 / len(kept))
     for _ in range(HOLD_ROUNDS):
         now = costs[int(np.argmin(costs[:, kept, 0].sum(axis=1))), :, 1] <= limit
         if (now == kept).all() or now.sum() < LEAST_WINDOWS:
@@ -160,6 +166,8 @@ def _window_costs(rows: Array, white_n: float | Array, coloured_n: Array, step: 
 
     Parameters
     ----------
+    rows : ndarray, shape (windows, n)
+        Readings (N), NaN where there is none.
     white_n : float or ndarray, shape (levels,)
     coloured_n : ndarray, shape (levels,)
 
@@ -171,13 +179,20 @@ def _window_costs(rows: Array, white_n: float | Array, coloured_n: Array, step: 
     lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length)))
     alike = np.where(lag > 0, step.lasting * step.kept ** np.maximum(lag - 1, 0), step.variance)
     line = np.stack((np.ones(length), np.linspace(-1.0, 1.0, length)), axis=1)
-    free = np.linalg.qr(line, mode="complete")[0][:, 2:]
-    power, axes = np.linalg.eigh(free.T @ alike @ free)
-    variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + np.broadcast_to(white_n, coloured_n.shape)[:, None] ** 2
-    square = (1.0 / variance) @ ((rows @ (free @ axes)) ** 2).T
-    return np.stack((0.5 * (square + np.log(variance).sum(axis=1, keepdims=True)), square), axis=2)
+    white2 = np.broadcast_to(white_n, coloured_n.shape)[:, None] ** 2
+    patterns, which = np.unique(np.isfinite(rows), axis=0, return_inverse=True)
+    found = np.empty((len(coloured_n), len(rows), 2))
+    for i, read in enumerate(patterns):
+        mine = which == i
+        free = np.linalg.qr(line[read], mode="complete")[0][:, 2:]
+        power, axes = np.linalg.eigh(free.T @ alike[np.ix_(read, read)] @ free)
+        variance = coloured_n[:, None] ** 2 * np.maximum(power, 0.0) + white2
+        square = (1.0 / variance) @ ((rows[np.ix_(mine, read)] @ (free @ axes)) ** 2).T
+        found[:, mine] = np.stack((0.5 * (square + np.log(variance).sum(axis=1, keepdims=True)), square), axis=2)
+    return found
 
 
 def _pieces(y: Array, held: NDArray[np.bool_], length: int) -> list[Array]:
-    """Return stretches of a hold."""
-    return [y[start : start + length] for a, b in stretches(held) for start in range(a, b - length + 1, length)]
+    """Return stretches of a hold that have enough readings, NaN being none."""
+    every = [y[start : start + length] for a, b in stretches(held) for start in range(a, b - length + 1, length)]
+    return [piece for piece in every if np.count_nonzero(np.isfinite(piece)) >= min(length, SHORTEST_WINDOW)]

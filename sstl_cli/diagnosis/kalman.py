@@ -1,6 +1,9 @@
-"""Kernels of the innovations filter: its gains, which follow the phases alone, and its pass over residuals and columns.
+"""Kernels of the innovations filter: its gains, which follow the phases, and its pass over residuals and columns.
 
-What the states stand for is written in ``whitening``.
+What the states stand for is written in ``whitening``. A line that is pulled is at the larger one of what it holds and what its
+input allows, a released one at the smaller one; where the model breaks away, the true line need not, or has already, if it
+holds more or less than the model does. Which of the two it is at follows from the readings before, as far as it is known: the
+filter slides by as much as that is likely, and its mean and variance are those of the larger one of two normals (Clark 1961).
 """
 
 from __future__ import annotations
@@ -21,47 +24,65 @@ STATES, HELD_AT, OWN_AT = ERRORS + 2, ERRORS, ERRORS + 1
 # columns of the law of the error: the last state kept, its weight in the mean, what is new in it, in both, in the mean, and by how much
 # the end of a step differs from its mean
 STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW, TURN = 15, 19, 29, 30, 33, LAW - 2, LAW - 1
+# beyond so many standard deviations of their difference the smaller one of two normals is no more the larger one
+SURE = 8.0
 
 # columns of the phases, and of the coloured noise of the output's sensor
-SLIDE, LEFT, GAIN, DOUBT = range(4)
+SLIDE, LEFT, GAIN, DOUBT, STEP, AHEAD, STEEP = range(7)
 DECAY, FRESH, SHOWN, BOTH, MEAN = range(5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gains(phases: Array, law: Array, own: Array, white_n: Array, keep: Mask, first: Mask, start: Array) -> tuple[Array, Array, float]:
-    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), and log det.
+def gains(
+    phases: Array, law: Array, own: Array, white_n: Array, keep: Mask, first: Mask, start: Array, residual: Array
+) -> tuple[Array, Array, float, Array]:
+    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), log det, and shift (n,).
 
-    State: error of the input (four numbers), what the line holds of it (4), coloured noise of the output's sensor (5); p and q
-    are its covariances before and after a step.
+    State: error of the input (four numbers), what the line holds of it (4), coloured noise of the output's sensor (5); x is its
+    mean, p and q are its covariances before and after a step. The shift (N) is what breakaways are expected to leave of the residual.
 
     Parameters
     ----------
-    phases, law, own : ndarray, shape (n, 4), (n, 36) and (n, 5)
-        Columns of ``Phases``, law of the input's error, columns of ``Own`` (see whitening).
+    phases, law, own : ndarray, shape (n, 7), (n, 36) and (n, 5)
+        Columns of ``Phases``, law of the input's error, columns of ``Own`` (see whitening). Phases become those of the true line
+        as far as they are known.
+    residual : ndarray, shape (n,)
+        What tells by how much the line holds another output than the model (N).
     """
     n = len(phases)
-    k_out, scale, log_det, product = np.zeros((n, STATES)), np.zeros(n), 0.0, 1.0
+    k_out, scale, log_det, product, shift, held_shift = np.zeros((n, STATES)), np.zeros(n), 0.0, 1.0, np.zeros(n), 0.0
     p, q, m = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((ERRORS, STATES))
-    e, z = np.zeros(STATES), np.zeros(STATES)
+    e, z, x = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
     for t in range(n):
-        row, slide, left, gain, decay, shown = law[t], phases[t, SLIDE], phases[t, LEFT], phases[t, GAIN], own[t, DECAY], own[t, SHOWN]
+        row, decay, shown = law[t], own[t, DECAY], own[t, SHOWN]
+        breaks, bent, turned = not math.isnan(phases[t, STEP]), 0.0, 0.0
         if first[t]:
             p[:, HELD_AT:] = 0.0
-        hold, follows = 1.0 - left, left * gain
-        # how the mean over the step mixes what enters and what was held, beside how its end does
-        rest, enters = 1.0 - slide, slide * gain
+            x[HELD_AT:], held_shift = 0.0, 0.0
+            if breaks:
+                p[HELD_AT, HELD_AT] = start[t]
         _moved(p, row, m, e)
-        _entered(q, z, m, row, (follows, hold, decay), (enters, rest, shown))
         entering = row[16] * e[0] + row[17] * e[1] + row[18] * e[2] + row[19] * e[3] + row[MEAN_NEW]
-        if first[t]:
+        expected = row[16] * x[0] + row[17] * x[1] + row[18] * x[2] + row[19] * x[3]
+        if breaks:
+            bent, turned = _broken(phases[t], (x[HELD_AT], p[HELD_AT, HELD_AT]), (expected, entering), e[HELD_AT])
+        slide, left, gain = phases[t, SLIDE], phases[t, LEFT], phases[t, GAIN]
+        # how the mean over the step mixes what was held and what enters, beside how its end does
+        hold, follows, rest, enters = 1.0 - left, left * gain, 1.0 - slide, slide * gain
+        _entered(q, z, m, row, (follows, hold, decay), (enters, rest, shown))
+        if first[t] and not breaks:
             # the output before the first sample is what was read there, or where the input holds it
             p[HELD_AT, HELD_AT] = start[t] + gain**2 * entering
-        slip = phases[t, DOUBT] ** 2 if first[t] else _left_behind(phases[t - 1], phases[t], law[t - 1, TURN])
+        slip = turned + (phases[t, DOUBT] ** 2 if first[t] else _left_behind(phases[t - 1], phases[t], law[t - 1, TURN]))
         held, own_n2 = p[HELD_AT, HELD_AT], p[OWN_AT, OWN_AT]
         q[HELD_AT, HELD_AT] = follows * follows * entering + 2.0 * follows * hold * e[HELD_AT] + hold * hold * held + slip
         with_held = follows * e[OWN_AT] + hold * p[HELD_AT, OWN_AT]
         q[HELD_AT, OWN_AT] = decay * with_held
         q[OWN_AT, OWN_AT] = decay * decay * own_n2 + own[t, FRESH]
+        shift[t], held_shift = rest * held_shift + bent, hold * held_shift + bent
+        new = residual[t] - enters * expected - rest * x[HELD_AT] - bent - shown * x[OWN_AT] if keep[t] else 0.0
+        x[HELD_AT], x[OWN_AT] = follows * expected + hold * x[HELD_AT] + bent, decay * x[OWN_AT]
+        _error_moves_on(x, row)
         if keep[t]:
             shows = enters * e[OWN_AT] + rest * p[HELD_AT, OWN_AT]
             z[HELD_AT] = enters * follows * entering + (enters * hold + rest * follows) * e[HELD_AT] + rest * hold * held + slip
@@ -81,9 +102,47 @@ def gains(phases: Array, law: Array, own: Array, white_n: Array, keep: Mask, fir
         else:
             z[:] = 0.0
         for i in range(STATES):
+            x[i] += z[i] * scale[t] * new
             for j in range(i, STATES):
                 p[i, j] = p[j, i] = q[i, j] - z[i] * z[j]
-    return k_out, scale, log_det + math.log(product)
+    return k_out, scale, log_det + math.log(product), shift
+
+
+@njit(cache=True, nogil=True)
+def _broken(phase: Array, held: tuple[float, float], entering: tuple[float, float], both: float) -> tuple[float, float]:
+    """Set the share by which the true line slides; return what its output is beyond what it is by that share (N), and the variance of that.
+
+    ``held`` and ``entering`` are mean and variance of the errors of what is held and of the input, ``both`` is their covariance.
+    """
+    step, ahead, gain = phase[STEP], phase[AHEAD], phase[STEEP]
+    # what is held falls behind a line that moves on; before that the line lies the other way, beyond what is held
+    way = 1.0 if step - ahead > 0.0 else -1.0
+    a, b = way * (held[0] - step), way * (ahead + gain * entering[0])
+    va, vb, cov = held[1], gain * gain * entering[1], gain * both
+    apart = math.sqrt(max(va + vb - 2.0 * cov, 1e-300))
+    at = min(max((a - b) / apart, -SURE), SURE)
+    holds = 0.0 if at == -SURE else 1.0 if at == SURE else 0.5 * math.erfc(-at / math.sqrt(2.0))
+    if holds == 0.0 and phase[LEFT] > 0.0:
+        return 0.0, 0.0
+    slides = 1.0 - holds
+    phase[SLIDE], phase[LEFT] = slides * phase[SLIDE] if phase[SLIDE] > 0.0 else slides, slides
+    if slides == 0.0:
+        return -step, 0.0
+    # of a hold that may have ended it is known by how much
+    phase[GAIN], phase[DOUBT] = gain, 0.0
+    more = apart * math.exp(-0.5 * at * at) / math.sqrt(2.0 * math.pi) if holds > 0.0 else 0.0
+    mean = holds * a + slides * b + more
+    second = holds * (a * a + va) + slides * (b * b + vb) + (a + b) * more
+    linear = holds * holds * va + slides * slides * vb + 2.0 * holds * slides * cov
+    return way * mean - holds * held[0] - slides * gain * entering[0], max(second - mean * mean - linear, 0.0)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _error_moves_on(x: Array, row: Array) -> None:
+    """Set the mean of the input's error after a step."""
+    x0, x1, x2, x3 = x[0], x[1], x[2], x[3]
+    for i in range(ERRORS):
+        x[i] = row[4 * i] * x0 + row[4 * i + 1] * x1 + row[4 * i + 2] * x2 + row[4 * i + 3] * x3
 
 
 @njit(cache=True, nogil=True, inline="always")

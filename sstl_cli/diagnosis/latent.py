@@ -27,6 +27,7 @@ from sstl_cli.diagnosis.constants import (
     REACH,
     ROUNDINGS,
     SHORTEST_SMOOTHED,
+    STEP_ORDERS,
     STEP_SHARES,
     WIDE,
     WIDE_ROUNDS,
@@ -106,12 +107,8 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
     slow = told.slow
     noise = Reading(r, slow.sd_n * slow.sd_n, slow.kept(dt_s) if slow.sd_n > 0.0 else 0.0)
-    # steps of increment and of its change: a start far below those of the readings, which are noise
-    scales = tuple(max(share * _typical_step(y[use], order), share * LEAST_SCALE * r) for order, share in STEP_SHARES)
-    steps = tuple(np.full(n, s) for s in scales)
-    squares = np.zeros((n, 4))
-    squares[:, 1], squares[:, 3] = steps
-    found = _settled(y, use, noise, _Path(steps, scales, squares))
+    # rounds end in the valley in which they began
+    found = min((_settled(y, use, noise, start) for start in _starts(y, use, r)), key=lambda path: path.nats)
     value, doubt, corners = found.mean[:, 0], np.zeros(n), _whole_corners(y, use, noise, found)
     if corners is not None:
         squares = found.squares.copy()
@@ -158,6 +155,19 @@ class _Corners:
         p = expit(DECIDES_NATS + self.nats)
         middle = 0.5 * (self.at[1:] + self.at[:-1])
         return np.asarray(p[np.searchsorted(middle, np.arange(len(self.variances)))])
+
+
+def _starts(y: Array, use: Mask, variance: float) -> list[_Path]:
+    """Return paths whose steps (of the increment, and of its change) are far below those of the readings, which are noise."""
+    typical = [max(_typical_step(y[use], order), LEAST_SCALE * variance) for order in STEP_ORDERS]
+    found = []
+    for shares in STEP_SHARES:
+        scales = tuple(share * step for share, step in zip(shares, typical, strict=True))
+        steps = tuple(np.full(len(y), s) for s in scales)
+        squares = np.zeros((len(y), 4))
+        squares[:, 1], squares[:, 3] = steps
+        found.append(_Path(steps, scales, squares))
+    return found
 
 
 def _settled(y: Array, use: Mask, noise: Reading, start: _Path, first: int = 0) -> _Path:

@@ -154,7 +154,7 @@ def _worth(found: Search, w: Weighed, gains: Mapping[Ids, float]) -> float:
 def _left(found: Search, f: Fit) -> _Left:
     """Return what a fit leaves without each run, one bounded Gauss-Newton step further."""
     sim = found.sim
-    columns = f.whiten(np.column_stack((f.jacobian, f.residual)))
+    columns = f.whiten(np.column_stack((f.jacobian, f.whiten.shifted(f.residual))))
     configs = len(f.theta)
     low = np.concatenate((np.full(configs, THETA_LOW), [x.parameter.least for x in f.free])) - np.concatenate((f.theta, f.values))
     high = np.concatenate((np.full(configs, THETA_HIGH), [x.parameter.most for x in f.free])) - np.concatenate((f.theta, f.values))

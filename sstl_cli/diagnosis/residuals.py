@@ -60,7 +60,7 @@ class Leftover:
 
 def leftover(sim: Simulator, f: Fit, at_most: bool = False) -> Leftover:
     """Return what a fitted model leaves; where the noise is known to be ``at_most`` as stated, less of it is no sign of anything."""
-    z = f.whiten(f.residual)
+    z = f.whiten.left(f.residual)
     keep = f.whiten.scale > 0
     code = phases(sim, f.prediction)
     kept = z[keep]

@@ -74,7 +74,7 @@ def parameter_intervals(sim: Simulator, f: Fit) -> list[Interval | None]:
 
     The larger of what the noise gives and a sandwich over time blocks, so that coloured misfit widens them (White 1982).
     """
-    jw, rw = f.whiten(f.jacobian), f.whiten(f.residual)
+    jw, rw = f.whiten(f.jacobian), f.whiten.left(f.residual)
     a, _ = normal_equations(sim, jw, rw)
     configs = len(f.theta)
     index = blocks(sim)

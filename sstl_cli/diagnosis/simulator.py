@@ -16,6 +16,7 @@ from sstl_cli.diagnosis.free import ASIDE, LINE, LOOP
 from sstl_cli.diagnosis.kalman import TURN
 from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
+from sstl_cli.diagnosis.slides import SHIFT_N, STEEPEST, Grid, breakaways, phases_of
 from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener
 from sstl_cli.physics.effect import TRANSITION, Mechanics, Sampling
 from sstl_cli.physics.effects import get
@@ -27,9 +28,6 @@ from sstl_cli.physics.transmission.model import Hooked, sensed, unsensed
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 Effects = Mapping[str, Mapping[str, float]]
-# a shift of the input (N) that shows the slope of a line; no friction makes a line steeper than that
-SHIFT_N = 1e-2
-STEEPEST = 50.0
 CEILING_N = 1e6
 # outer points of a Gauss-Hermite quadrature of three (standard deviations); each weighs 1 / (2 * 3)
 QUADRATURE = math.sqrt(3.0)
@@ -149,12 +147,12 @@ class Simulator:
         error = np.concatenate([np.repeat(_error_n(r, noise), r.factor) for r in self.problem.records])
         shifts = (0.0, SHIFT_N, QUADRATURE * error, -QUADRATURE * error)
         here, moved, high, low = self._fine([_Asked(theta, effects, shift, False) for shift in shifts])
-        slide, left, gain = _phases(
-            here, moved, self._runs.tension_n, self._share, self._fine_edges, self.edges, self._factors, self._driven
-        )
+        grid = Grid(self._fine_edges, self.edges, self._factors)
+        slide, left, gain = phases_of(here, moved, self._runs.tension_n, self._share, grid, self._driven)
+        breaks = breakaways(here, self._runs.tension_n, (slide, left, gain), (self._begin, self._starts), grid, self._driven)
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
         doubt = _means(np.abs(bent), self._share, self._fine_edges, self.edges, self._factors) / QUADRATURE
-        return Phases(slide, left, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))))
+        return Phases(slide, left, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))), breaks)
 
     def where_noise_enters(self, theta: Array, effects: Effects, noise: Noise) -> Phases:
         """Return the phases by which a fit is whitened: its own, or those of a model that was accepted before.
@@ -164,7 +162,8 @@ class Simulator:
         if self.accepted is None:
             return self._slipping(self.phases(theta, effects, noise))
         if self._entering is None or self._entering[0] is not noise:
-            self._entering = (noise, self._slipping(self.phases(self.accepted, {}, noise)))
+            # what a model leaves does not change the noise that is alike for all
+            self._entering = (noise, replace(self._slipping(self.phases(self.accepted, {}, noise)), breaks=None))
         return self._entering[1]
 
     def _slipping(self, phases: Phases) -> Phases:
@@ -271,46 +270,6 @@ def _means(fine: Array, share: Array, fine_edges: Counts, edges: Counts, factors
                 at += 1
             out[k] = total
     return out
-
-
-@njit(cache=True, nogil=True)
-def _phases(
-    here: Array, moved: Array, u: Array, share: Array, fine_edges: Counts, edges: Counts, factors: Counts, driven: NDArray[np.bool_]
-) -> tuple[Array, Array, Array]:
-    """Return by which share the mean and the end of a step follow the input instead of what was held before, and gain, (samples,)."""
-    slide, left, gain = np.empty(edges[-1]), np.empty(edges[-1]), np.empty(edges[-1])
-    for i in range(factors.size):
-        f, at, end = factors[i], fine_edges[i], fine_edges[i + 1]
-        before = follows = 0.0
-        for k in range(edges[i], edges[i + 1]):
-            slopes = slides = sloping = slid = 0.0
-            kept = 1.0
-            for _ in range(f):
-                slope = _slope(here[at], moved[at])
-                # the first reading after a hold is on the slide altogether, however late since the last one that began
-                now = 1.0 if follows > 0.0 and before == 0.0 else follows
-                kept *= 1.0 - now
-                slid += share[at] * (1.0 - kept)
-                slopes += slope
-                slides += now
-                sloping += now * slope
-                at += 1
-                before, follows = follows, 0.0
-                if at < end:
-                    due = _slope(here[at], moved[at]) * abs(u[at] - u[at - 1])
-                    follows = min(abs(here[at] - here[at - 1]) / due, 1.0) if due > 1e-12 else 0.0
-            # a line that a motion drives slides all the time
-            slide[k] = 1.0 if driven[i] else slid
-            left[k] = 1.0 if driven[i] else 1.0 - kept
-            gain[k] = slopes / f if driven[i] or slides == 0.0 else sloping / slides
-    return slide, left, gain
-
-
-@njit(cache=True, nogil=True)
-def _slope(here: float, moved: float) -> float:
-    slope = (moved - here) / SHIFT_N
-    # no number where a fit asks for the absurd
-    return min(max(slope, 0.0), STEEPEST) if slope == slope else 0.0
 
 
 def _error_n(r: Record, noise: Noise | None) -> Array:

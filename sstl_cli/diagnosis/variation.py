@@ -70,7 +70,7 @@ def learned(sim: Simulator, accepted: Fit, own: Ways) -> WanderSection:
     columns = directions(sim, accepted.theta, accepted.effects, own)
     runs = [np.arange(s.start, s.stop) for s in sim.slices()]
     stretches = [at[c] for r, at in zip(records, runs, strict=True) for c in _cut(r, usual)]
-    seen, left = accepted.whiten(columns), accepted.whiten(accepted.residual)
+    seen, left = accepted.whiten(columns), accepted.whiten.left(accepted.residual)
     sizes = []
     for blocks in (stretches, runs):
         sizes.append(wander.components(seen, left, blocks))
@@ -88,7 +88,7 @@ def of_the_whole(sim: Simulator, base: Fit, own: Ways) -> Variation:
         The model on its own record, theta fitted.
     """
     columns = base.whiten(np.column_stack((base.jacobian[:, 0], directions(sim, base.theta, {}, own)[:, 1:])))
-    left = base.whiten(base.residual)
+    left = base.whiten.left(base.residual)
     configs = len(base.theta)
     a, _ = normal_equations(sim, columns, left)
     a += 1e-9 * np.diag(np.diag(a) + 1e-12)

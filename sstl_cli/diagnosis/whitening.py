@@ -13,10 +13,11 @@ where the smoother has not been told of the slow noise of the input's sensor, th
 on its own. Sensors are read many times a step: of slow noise a step has the mean, which is smoother than a sample (a
 first-order noise of 0.05 s keeps 77 % from one mean over 0.02 s to the next, not 67). ``slip`` stands for a hold that nearly
 slid: whether the true input slipped there is not known, and what it left stays. ``turn`` comes where a slide ends: a line holds the
-error of the extreme, which is that of one moment and not of the mean over a step.
+error of the extreme, which is that of one moment and not of the mean over a step. Where the model breaks away the true line may hold
+on, or may have slid before: that follows from what it is known to hold (see kalman), and what it leaves is taken off the residual first.
 So the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
-is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise only: a residual and all columns
-of a Jacobian pass through it in one go.
+is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise, and on what the model left where it was last
+judged: a residual and all columns of a Jacobian pass through it in one go.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import tails
-from sstl_cli.diagnosis.kalman import DECAY, FRESH, MEAN, STATES, filtered, gains
+from sstl_cli.diagnosis.kalman import DECAY, FRESH, MEAN, STATES, STEP, filtered, gains
 from sstl_cli.diagnosis.smoother import MOVES
 from sstl_cli.diagnosis.wander import Levels, Turned, turned
 
@@ -68,21 +69,26 @@ class Phases:
 
     The rest is what was held before the step; ``left`` is the share that the end of the step, which the next one holds, has of the
     input. ``doubt_n`` is the standard deviation (N) of what is not linear in the input's error: of a hold that nearly slid.
+    ``breaks``, shape (samples, 3), has by how much (N) a sliding line moves, NaN where that is not the question, by how much (N) a line that
+    will slide lies beyond what is held, and its gain (see slides).
     """
 
     slide: Array
     left: Array
     gain: Array
     doubt_n: Array
+    breaks: Array | None = None
 
     @cached_property
     def columns(self) -> Array:
-        """The same side by side, shape (samples, 4); kept, since several shares of a law's own error are tried at the same phases."""
-        return np.column_stack((self.slide, self.left, self.gain, self.doubt_n))
+        """The same side by side, shape (samples, 7); kept, since several shares of a law's own error are tried at the same phases."""
+        breaks = np.full((len(self.slide), 3), np.nan) if self.breaks is None else self.breaks
+        return np.column_stack((self.slide, self.left, self.gain, self.doubt_n, breaks))
 
     def at(self, rows: NDArray[np.intp] | slice) -> Phases:
         """Return the phases of some samples."""
-        return Phases(self.slide[rows], self.left[rows], self.gain[rows], self.doubt_n[rows])
+        breaks = None if self.breaks is None else self.breaks[rows]
+        return Phases(self.slide[rows], self.left[rows], self.gain[rows], self.doubt_n[rows], breaks)
 
 
 @dataclass(frozen=True)
@@ -141,6 +147,7 @@ class Whitener:
     """Innovations filter of a problem; ``log_det`` is the log-determinant of the covariance over kept samples.
 
     ``trust`` is the square root of the precision of each innovation, ``jerks`` what that adds to ``log_det``, shape (samples,).
+    ``shift_n`` (N, shape (samples,)) is what a residual is expected to be: columns do not have it.
     """
 
     moves: Array
@@ -153,13 +160,22 @@ class Whitener:
     known: tuple[Turned, ...] = ()
     trust: Array | None = None
     jerks: Array | None = None
+    shift_n: Array | None = None
+
+    def shifted(self, residual: Array) -> Array:
+        """Return a residual (N) less what it is expected to be."""
+        return residual if self.shift_n is None else residual - self.shift_n
+
+    def left(self, residual: Array) -> Array:
+        """Return a whitened residual, shape (samples,)."""
+        return self(self.shifted(residual))
 
     def trusting(self, residual: Array, tail: Array) -> Whitener:
         """Return this whitener with the precision that each innovation of a residual shows (see tails).
 
         Its Gaussian cost of that residual is the cost by Student's distribution; of any other it is no less.
         """
-        z = self(residual)
+        z = self.left(residual)
         kept = self.scale > 0.0
         heavy = kept & np.isfinite(tail)
         precision = np.ones(len(z))
@@ -196,7 +212,7 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     first = np.zeros(n, np.bool_)
     first[list(starts)] = True
     log_det = 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n))
-    return _White(np.zeros((n, MOVES)), Own(np.zeros((n, 5))), np.zeros((n, STATES)), scale, np.zeros((n, 4)), first, log_det)
+    return _White(np.zeros((n, MOVES)), Own(np.zeros((n, 5))), np.zeros((n, STATES)), scale, np.zeros((n, 7)), first, log_det)
 
 
 @dataclass(frozen=True)
@@ -216,7 +232,7 @@ class Constants:
     wander: Levels | None = None
 
 
-def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -> Whitener:
+def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None, residual: Array | None = None) -> Whitener:
     """Return the innovations filter of records whose model slides and holds as ``phases`` say.
 
     Parameters
@@ -225,13 +241,18 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None) -
         Those of the records, laid end to end, and of the noise; ``phases`` has one entry for each of their samples.
     discrepancy_n : ndarray, shape (samples,), optional
         Standard deviation of what the model's law may be off (N).
+    residual : ndarray, shape (samples,), optional
+        What the model leaves (N), which tells when the true line breaks away; the line breaks away with the model where it is not given.
     """
     # both readings of an instant are late together: what slides differs by as much from what the smooth input makes of it
     white_n = np.hypot(c.white_n, phases.slide * phases.gain * c.jitter_n)
     white_n = white_n if discrepancy_n is None else np.hypot(white_n, discrepancy_n)
-    columns = phases.columns
-    weights, scale, log_det = gains(columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start)
-    plain = Whitener(c.moves, c.own, weights, scale, columns, c.first, log_det)
+    columns = phases.columns.copy()
+    if residual is None:
+        columns[:, STEP] = np.nan
+    left = np.zeros(len(columns)) if residual is None else residual
+    weights, scale, log_det, shift = gains(columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start, left)
+    plain = Whitener(c.moves, c.own, weights, scale, columns, c.first, log_det, shift_n=None if residual is None else shift)
     return plain if c.wander is None else _varied(plain, c.wander)
 
 

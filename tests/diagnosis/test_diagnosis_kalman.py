@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 
-from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, TURN, filtered, gains
+from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, TURN, _broken, filtered, gains
 from sstl_cli.diagnosis.smoother import LAW, MOVES
 
 N, SIGMA = 6, 0.3
-PHASES, OWN = ("slide", "left", "gain", "doubt_n"), ("decay", "fresh", "shown", "both", "mean")
+PHASES, OWN = ("slide", "left", "gain", "doubt_n", "step", "ahead", "steep"), ("decay", "fresh", "shown", "both", "mean")
 
 
 def plain(n: int) -> dict[str, np.ndarray]:
@@ -18,6 +19,7 @@ def plain(n: int) -> dict[str, np.ndarray]:
     first = np.zeros(n, bool)
     first[0] = True
     return {k: zero.copy() for k in (*PHASES, *OWN, "start")} | {
+        "step": np.full(n, np.nan),
         "law": np.zeros((n, LAW)),
         "white_n": np.full(n, SIGMA),
         "keep": np.ones(n, bool),
@@ -27,7 +29,8 @@ def plain(n: int) -> dict[str, np.ndarray]:
 
 def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
     phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
-    weights, scale, log_det = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"])
+    weights, scale, log_det, shift = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], np.zeros(len(x)))
+    assert not shift.any()
     return filtered(x, np.ascontiguousarray(a["law"][:, :MOVES]), own, weights, scale, phases, a["first"]), log_det
 
 
@@ -96,3 +99,67 @@ def test_a_masked_sample_says_nothing_and_moves_the_state_on() -> None:
 
 def test_states_and_columns_stand_where_the_law_has_them() -> None:
     assert (STATES, ERRORS, LAW - 1, BOTH_FROM + ERRORS) == (6, 4, TURN, MEAN_NEW)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_line_is_at_the_larger_one_of_what_it_holds_and_what_its_input_allows(way: float) -> None:
+    held, entering, both, step, gain = (0.3 * way, 0.4), (0.1, 0.25), 0.1, 0.2 * way, 1.5
+    phase = np.array([1.0, 1.0, 0.0, 9.0, step, 0.0, gain])
+    bent, turned = _broken(phase, held, entering, both)
+    draws = np.random.default_rng(0).multivariate_normal((held[0], entering[0]), [[held[1], both], [both, entering[1]]], 400_000)
+    line, kept = gain * draws[:, 1], draws[:, 0] - step
+    true = way * np.maximum(way * line, way * kept)
+    slides = np.mean(way * line > way * kept)
+    assert phase[:4] == pytest.approx([slides, slides, gain, 0.0], abs=5e-3)
+    # beside the shares of both as they are
+    rest = true - (1.0 - slides) * draws[:, 0] - slides * gain * draws[:, 1]
+    assert bent == pytest.approx(rest.mean(), abs=5e-3)
+    assert np.var((1.0 - slides) * draws[:, 0] + slides * gain * draws[:, 1]) + turned == pytest.approx(np.var(true), rel=1e-2)
+
+
+def test_a_line_that_surely_slides_or_holds_is_that_of_the_model_or_stays_behind_it() -> None:
+    phase = np.array([0.6, 1.0, 2.0, 0.1, 5.0, 0.0, 2.0])
+    assert _broken(phase, (0.0, 0.01), (0.0, 0.01), 0.0) == (0.0, 0.0)
+    assert phase.tolist() == [0.6, 1.0, 2.0, 0.1, 5.0, 0.0, 2.0]
+    assert _broken(phase, (9.0, 0.01), (0.0, 0.01), 0.0) == (-5.0, 0.0)
+    assert phase[:4].tolist() == [0.0, 0.0, 2.0, 0.1]
+    # a hold that has ended long before the model's
+    phase = np.array([0.0, 0.0, 2.0, 0.1, 0.0, -1.0, 0.5])
+    assert _broken(phase, (-3.0, 0.01), (0.0, 0.01), 0.0) == pytest.approx((-1.0, 0.0))
+    assert phase[:4].tolist() == [1.0, 1.0, 0.5, 0.0]
+
+
+def test_a_breakaway_is_as_likely_as_an_integral_over_what_is_held_makes_it() -> None:
+    n, spread, steps = 30, 0.5, 0.1
+    moved = np.concatenate((np.zeros(10), np.full(20, steps)))
+    level = np.linspace(-4.0, 4.0, 4001) * spread
+    truth = np.maximum(level[:, None] - np.cumsum(moved), 0.0)
+    truth[:, :10] = level[:, None]
+    prior = -0.5 * (level / spread) ** 2
+    rng, ours, plain_, exact = np.random.default_rng(1), 0.0, 0.0, 0.0
+    for _ in range(40):
+        held = spread * rng.standard_normal()
+        y = np.concatenate((np.full(10, held), np.maximum(held - np.cumsum(moved[10:]), 0.0))) + 0.1 * rng.standard_normal(n)
+        exact -= logsumexp(prior - 0.5 * np.sum(((y - truth) / 0.1) ** 2, axis=1)) - logsumexp(prior)
+        a = plain(n) | {"white_n": np.full(n, 0.1)}
+        a["start"][0] = spread**2
+        a["slide"][10:] = a["left"][10:] = a["gain"][:] = a["steep"][:] = 1.0
+        for asked in (False, True):
+            a["step"][10:] = steps if asked else np.nan
+            phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
+            weights, scale, log_det, shift = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], y)
+            moves = np.ascontiguousarray(a["law"][:, :MOVES])
+            z = filtered((y - shift)[:, None], moves, own, weights, scale, phases, a["first"])
+            nats = 0.5 * float(np.sum(z**2)) + 0.5 * log_det - n * np.log(0.1)
+            ours, plain_ = (ours + nats, plain_) if asked else (ours, plain_ + nats)
+    assert abs(ours - exact) < 0.05 * (plain_ - exact)
+
+
+def test_what_a_masked_reading_leaves_is_never_looked_at() -> None:
+    a = plain(N) | {"step": np.full(N, 0.1), "steep": np.ones(N), "slide": np.ones(N), "left": np.ones(N), "gain": np.ones(N)}
+    a["start"][0], a["keep"][2] = 0.5, False
+    found = []
+    for y in (np.array([0.5, 0.4, 0.0, 0.2, 0.1, 0.0]), np.array([0.5, 0.4, np.nan, 0.2, 0.1, 0.0])):
+        phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
+        found.append(gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], y))
+    assert all(np.array_equal(one, other) for one, other in zip(*found, strict=True)) and np.isfinite(found[1][3]).all()

@@ -30,6 +30,20 @@ def test_slow_noise_is_found_in_holds_whatever_drifts_and_a_few_disturbed_holds_
     assert held_noise(loud, [np.zeros(1200)] * 8, 0.03, 0.03 * LEVELS)[0].coloured_n == pytest.approx(found.coloured_n, rel=0.35)
 
 
+@pytest.mark.parametrize("every", [(1, 2), (3, 2, 2)], ids=["two of three", "three of seven"])
+def test_a_sensor_that_is_refreshed_more_slowly_than_it_is_logged_shows_its_slow_noise_too(every):
+    rng = np.random.default_rng(10)
+    read = np.zeros(2400)
+    at = np.cumsum(np.tile(every, 2400))
+    read[at[at < 2400]] = 1.0
+    records = [Held(0.03 * rng.standard_normal(2400) + coloured(rng, 2400, 0.01, 0.03, 0.2), read=read) for _ in range(8)]
+    found, white = held_noise(records, [np.zeros(2400)] * 8, 0.03, 0.03 * LEVELS)
+    assert found.coloured_n == pytest.approx(0.03, rel=0.2) and 0.1 <= found.correlation_s <= 0.4 and white == 0.03
+    # what is no reading says nothing
+    stale = [replace(r, y=np.where(read > 0.0, r.y, 7.0)) for r in records]
+    assert held_noise(stale, [np.zeros(2400)] * 8, 0.03, 0.03 * LEVELS)[0] == found
+
+
 def test_without_slow_noise_nothing_is_found_but_the_least_level():
     rng = np.random.default_rng(4)
     records = [Held(0.03 * rng.standard_normal(1200)) for _ in range(6)]

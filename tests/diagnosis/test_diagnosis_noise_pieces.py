@@ -89,6 +89,8 @@ def test_values_are_spaced_as_they_are_read():
 def test_windows_fill_a_hold_from_its_beginning():
     held = np.array([0, 1, 1, 1, 1, 1, 0, 1, 1, 0], bool)
     assert [p.tolist() for p in _pieces(np.arange(10.0), held, 2)] == [[1.0, 2.0], [3.0, 4.0], [7.0, 8.0]]
+    # those with too few readings are left out
+    assert [p.tolist() for p in _pieces(np.where(np.arange(10) == 3, np.nan, np.arange(10.0)), held, 2)] == [[1.0, 2.0], [7.0, 8.0]]
 
 
 def test_a_perfect_model_leaves_the_noise_of_both_sensors_where_it_enters():

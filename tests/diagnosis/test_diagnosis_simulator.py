@@ -11,7 +11,7 @@ from made_fits import THETA, simulator
 from sstl_cli.diagnosis.drives import neighbour_of
 from sstl_cli.diagnosis.ending import held_back, parted
 from sstl_cli.diagnosis.records import Start
-from sstl_cli.diagnosis.simulator import CEILING_N, SHIFT_N, STEEPEST, Simulator, _means, _phases
+from sstl_cli.diagnosis.simulator import CEILING_N, Simulator, _means
 from sstl_cli.diagnosis.wander import nowhere
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
@@ -150,32 +150,6 @@ def test_means_count_each_sample_by_its_share_and_only_numbers():
     out = _means(fine, share, np.array([0, 4, 7]), np.array([0, 2, 5]), np.array([2, 1]))
     assert out.tolist() == [2.0, 2.0, -CEILING_N, 1.25, 5.25]
     assert _means(np.array([np.nan, 1e9]), np.ones(2), np.array([0, 2]), np.array([0, 2]), np.array([1])).tolist() == [CEILING_N] * 2
-
-
-def test_phases_are_the_share_of_sliding_and_the_mean_slope():
-    u = np.array([0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 0.0, 1.0])
-    slope = np.array([0.5, 0.5, 0.5, 0.5, 0.5, 0.0, 2.0 * STEEPEST, -1.0])
-    here = np.array([0.0, 0.5, 1.0, 1.25, 1.25, 1.25, 7.0, 8.0])
-    rest = u, np.full(8, 0.5), np.array([0, 6, 8]), np.array([0, 3, 4]), np.array([2, 2])
-    slide, left, gain = _phases(here, here + SHIFT_N * slope, *rest, np.array([False, False]))
-    # of a slide that slackens nothing is left that was held; an input that rests asks for nothing; of two runs none follows the other
-    assert slide == pytest.approx([0.5, 1.0, 0.0, 0.0]) and left == pytest.approx([1.0, 1.0, 0.0, 0.0])
-    assert gain == pytest.approx([0.5, 0.5, 0.25, 0.5 * STEEPEST])
-    driven, _, _ = _phases(here, here, *rest, np.array([True, False]))
-    assert driven.tolist() == [1.0, 1.0, 1.0, 0.0]
-    assert _phases(here, here * np.nan, *rest, np.array([False, False]))[2].tolist() == [0.0] * 4
-
-
-def test_a_slide_counts_from_the_reading_that_it_has_reached_and_what_it_leaves_is_held():
-    u = np.array([0.0, 0.0, 0.4, 0.4, 0.4, 0.4])
-    # a tenth of the way to the third reading is left of what the line had to wait for
-    here = np.array([0.0, 0.0, 0.02, 0.02, 0.02, 0.02])
-    whole, gain = np.array([False]), here + SHIFT_N * 0.5
-    slide, left, _ = _phases(here, gain, u, np.full(6, 0.5), np.array([0, 6]), np.array([0, 3]), np.array([2]), whole)
-    assert slide.tolist() == left.tolist() == [0.0, 1.0, 0.0]
-    # the mean is half of the hold before, the end is none of it
-    slide, left, _ = _phases(here, gain, u, np.full(6, 1.0 / 3.0), np.array([0, 6]), np.array([0, 2]), np.array([3]), whole)
-    assert slide == pytest.approx([1.0 / 3.0, 0.0]) and left.tolist() == [1.0, 0.0]
 
 
 def test_a_play_slides_along_its_slopes_and_is_in_doubt_near_them():
