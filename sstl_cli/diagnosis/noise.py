@@ -143,8 +143,8 @@ def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: 
 
 def _step(records: Sequence[Record], phases: Phases, residual: Array, columns: Array, noise: Noise) -> Array:
     """Return the most likely coefficients of columns given a noise, each within a hundred of its standard deviations, shape (k,)."""
-    w = whitener(constants(records, noise), phases, residual=residual)
-    j, r = w(columns), w.left(residual)
+    w = whitener(constants(records, noise), phases)
+    j, r = w(columns), w(residual)
     gram = j.T @ j
     return np.asarray(np.linalg.lstsq(gram + RICH_RIDGE * np.diag(np.diag(gram) + 1e-12), j.T @ r, rcond=1e-10)[0])
 
@@ -171,8 +171,8 @@ def _fitted(
 
     def cost(p: Array) -> float:
         a, b, smoother = sensors(p)
-        w = whitener(laid.constants(Noise({system: a}, {system: b}, {system: smoother})), phases, residual=stacked[:, 0])
-        z = w(np.column_stack((w.shifted(stacked[:, 0]), stacked[:, 1:])))
+        w = whitener(laid.constants(Noise({system: a}, {system: b}, {system: smoother})), phases)
+        z = w(stacked)
         r, j = z[:, 0], z[:, 1:]
         gram = j.T @ j
         scale = np.sqrt(np.diag(gram)) + 1e-12

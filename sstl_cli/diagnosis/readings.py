@@ -75,6 +75,9 @@ def renewed(run: Run, finite: Mask) -> Run:
     for sensor in sensors_of(run):
         values = getattr(run, sensor.column)
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
+        if sensor.held:
+            # what is read first, and behind a gap, may be a copy of what was not recorded
+            fresh &= np.concatenate(([False], finite[:-1] & (np.rint(np.diff(run.time_s) / sensor.period_s) <= 1.0)))
         period = sensor.refresh_s / sensor.period_s
         top = values >= np.max(values[finite])
         limit = _standing(top, 2.0 * FEW * period) if sensor.held else limited(np.where(finite, values, np.min(values[finite])))

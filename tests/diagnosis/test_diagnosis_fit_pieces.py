@@ -123,7 +123,7 @@ def test_a_law_that_is_exact_has_no_discrepancy_and_one_that_is_off_by_a_tenth_o
     off = read(exact.y + 0.1 * response * np.random.default_rng(4).standard_normal(8000))
     found = [settle(sim, QUIET, fit(sim, made().whiten, FRICTION, THETA, np.array([0.4]), 0)) for sim in (exact, off)]
     assert [f.discrepancy for f in found] == [0.0, 0.1] and set(SHARES) >= {0.0, 0.1}
-    z = [f.whiten(f.residual) for f in found]
+    z = [f.whiten.left(f.residual) for f in found]
     assert all(f.cost == pytest.approx(0.5 * float(x @ x) + 0.5 * f.whiten.log_det) for f, x in zip(found, z, strict=True))
     assert all(np.mean(x**2) == pytest.approx(1.0, abs=0.1) for x in z)
     # the base states none

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -50,6 +51,22 @@ def test_what_is_not_marked_is_a_reading_and_was_recorded():
     run = Run("r", "act", np.arange(3.0), np.ones(3), np.ones(3), extra={"known_tension_out_n": np.array([1.0, 0.0, 1.0])})
     assert known(run, "tension_in_n").all() and known(run, "tension_out_n").tolist() == [True, False, True]
     assert gaps(run).tolist() == [0.0] * 3
+
+
+def test_what_a_slow_sensor_says_first_and_behind_a_gap_may_be_older_than_it_seems():
+    rng = np.random.default_rng(4)
+    t = 0.005 * np.arange(2000)
+    u = 10.0 + 5.0 * np.sin(t)
+    out = u * np.exp(-0.4) + 0.01 * rng.standard_normal(2000)
+    # renewed every ninth sample; the gap begins and ends between two renewals
+    held = out[np.maximum((np.arange(2000) + 4) // 9 * 9 - 4, 0)]
+    kept = np.delete(np.arange(2000), np.arange(803, 826))
+    run = Run("r", "act", t[kept], (u + 0.01 * rng.standard_normal(2000))[kept], held[kept])
+    told = known(readings.renewed(run, np.ones(len(kept), bool)), "tension_out_n")
+    at = kept[told]
+    assert not told[0] and 826 not in at and set((at + 4) % 9) == {0} and len(at) > 200
+    # a sensor of which every sample is a reading has them all
+    assert known(readings.renewed(replace(run, tension_out_n=out[kept]), np.ones(len(kept), bool)), "tension_out_n").all()
 
 
 def test_faults_of_a_slow_sensor_are_those_of_its_readings_at_their_places():
