@@ -28,7 +28,7 @@ STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW, TURN = 15, 19, 
 SURE = 8.0
 
 # columns of the phases, and of the coloured noise of the output's sensor
-SLIDE, LEFT, GAIN, DOUBT, STEP, AHEAD, STEEP = range(7)
+SLIDE, LEFT, GAIN, DOUBT, JUMPS, STEP, ON_AVERAGE, AHEAD, STEEP = range(9)
 DECAY, FRESH, SHOWN, BOTH, MEAN = range(5)
 
 
@@ -43,7 +43,7 @@ def gains(
 
     Parameters
     ----------
-    phases, law, own : ndarray, shape (n, 7), (n, 36) and (n, 5)
+    phases, law, own : ndarray, shape (n, 9), (n, 36) and (n, 5)
         Columns of ``Phases``, law of the input's error, columns of ``Own`` (see whitening). Phases become those of the true line
         as far as they are known.
     residual : ndarray, shape (n,)
@@ -55,7 +55,7 @@ def gains(
     e, z, x = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
     for t in range(n):
         row, decay, shown = law[t], own[t, DECAY], own[t, SHOWN]
-        breaks, bent, turned = not math.isnan(phases[t, STEP]), 0.0, 0.0
+        breaks, bent, seen, turned = not math.isnan(phases[t, STEP]), 0.0, 0.0, 0.0
         if first[t]:
             p[:, HELD_AT:] = 0.0
             x[HELD_AT:], held_shift = 0.0, 0.0
@@ -65,7 +65,7 @@ def gains(
         entering = row[16] * e[0] + row[17] * e[1] + row[18] * e[2] + row[19] * e[3] + row[MEAN_NEW]
         expected = row[16] * x[0] + row[17] * x[1] + row[18] * x[2] + row[19] * x[3]
         if breaks:
-            bent, turned = _broken(phases[t], (x[HELD_AT], p[HELD_AT, HELD_AT]), (expected, entering), e[HELD_AT])
+            bent, seen, turned = _broken(phases[t], (x[HELD_AT], p[HELD_AT, HELD_AT]), (expected, entering), e[HELD_AT])
         slide, left, gain = phases[t, SLIDE], phases[t, LEFT], phases[t, GAIN]
         # how the mean over the step mixes what was held and what enters, beside how its end does
         hold, follows, rest, enters = 1.0 - left, left * gain, 1.0 - slide, slide * gain
@@ -73,14 +73,14 @@ def gains(
         if first[t] and not breaks:
             # the output before the first sample is what was read there, or where the input holds it
             p[HELD_AT, HELD_AT] = start[t] + gain**2 * entering
-        slip = turned + (phases[t, DOUBT] ** 2 if first[t] else _left_behind(phases[t - 1], phases[t], law[t - 1, TURN]))
+        slip = turned + (_slipped(phases[t]) if first[t] else _left_behind(phases[t - 1], phases[t], law[t - 1, TURN]))
         held, own_n2 = p[HELD_AT, HELD_AT], p[OWN_AT, OWN_AT]
         q[HELD_AT, HELD_AT] = follows * follows * entering + 2.0 * follows * hold * e[HELD_AT] + hold * hold * held + slip
         with_held = follows * e[OWN_AT] + hold * p[HELD_AT, OWN_AT]
         q[HELD_AT, OWN_AT] = decay * with_held
         q[OWN_AT, OWN_AT] = decay * decay * own_n2 + own[t, FRESH]
-        shift[t], held_shift = rest * held_shift + bent, hold * held_shift + bent
-        new = residual[t] - enters * expected - rest * x[HELD_AT] - bent - shown * x[OWN_AT] if keep[t] else 0.0
+        shift[t], held_shift = rest * held_shift + seen, hold * held_shift + bent
+        new = residual[t] - enters * expected - rest * x[HELD_AT] - seen - shown * x[OWN_AT] if keep[t] else 0.0
         x[HELD_AT], x[OWN_AT] = follows * expected + hold * x[HELD_AT] + bent, decay * x[OWN_AT]
         _error_moves_on(x, row)
         if keep[t]:
@@ -109,9 +109,10 @@ def gains(
 
 
 @njit(cache=True, nogil=True)
-def _broken(phase: Array, held: tuple[float, float], entering: tuple[float, float], both: float) -> tuple[float, float]:
+def _broken(phase: Array, held: tuple[float, float], entering: tuple[float, float], both: float) -> tuple[float, float, float]:
     """Set the share by which the true line slides; return what its output is beyond what it is by that share (N), and the variance of that.
 
+    The first is at the end of the step, the second on average over it.
     ``held`` and ``entering`` are mean and variance of the errors of what is held and of the input, ``both`` is their covariance.
     """
     step, ahead, gain = phase[STEP], phase[AHEAD], phase[STEEP]
@@ -123,18 +124,20 @@ def _broken(phase: Array, held: tuple[float, float], entering: tuple[float, floa
     at = min(max((a - b) / apart, -SURE), SURE)
     holds = 0.0 if at == -SURE else 1.0 if at == SURE else 0.5 * math.erfc(-at / math.sqrt(2.0))
     if holds == 0.0 and phase[LEFT] > 0.0:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     slides = 1.0 - holds
     phase[SLIDE], phase[LEFT] = slides * phase[SLIDE] if phase[SLIDE] > 0.0 else slides, slides
     if slides == 0.0:
-        return -step, 0.0
+        return -step, -phase[ON_AVERAGE], 0.0
     # of a hold that may have ended it is known by how much
     phase[GAIN], phase[DOUBT] = gain, 0.0
     more = apart * math.exp(-0.5 * at * at) / math.sqrt(2.0 * math.pi) if holds > 0.0 else 0.0
     mean = holds * a + slides * b + more
     second = holds * (a * a + va) + slides * (b * b + vb) + (a + b) * more
     linear = holds * holds * va + slides * slides * vb + 2.0 * holds * slides * cov
-    return way * mean - holds * held[0] - slides * gain * entering[0], max(second - mean * mean - linear, 0.0)
+    bent = way * mean - holds * held[0] - slides * gain * entering[0]
+    # of a step that the line holds through, the model has come less far on average than at its end
+    return bent, bent + holds * (step - phase[ON_AVERAGE]), max(second - mean * mean - linear, 0.0)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -175,9 +178,14 @@ def _entered(q: Array, z: Array, m: Array, row: Array, end: tuple[float, float, 
 
 
 @njit(cache=True, nogil=True, inline="always")
+def _slipped(phase: Array) -> float:
+    return float(phase[DOUBT] ** 2 + phase[JUMPS] ** 2)
+
+
+@njit(cache=True, nogil=True, inline="always")
 def _left_behind(before: Array, now: Array, turn: float) -> float:
     """Return the variance (N^2) of what a slip that may or may not have happened leaves until the next slide, and a slide that ends."""
-    slip = max(now[DOUBT] ** 2 - ((1.0 - now[SLIDE]) * before[DOUBT]) ** 2, 0.0)
+    slip = max(_slipped(now) - (1.0 - now[SLIDE]) ** 2 * _slipped(before), 0.0)
     if now[SLIDE] < before[SLIDE]:
         # a line holds the error with which its slide has ended, not that of the mean over the step
         slip += (1.0 - now[SLIDE] / before[SLIDE]) * before[GAIN] ** 2 * turn

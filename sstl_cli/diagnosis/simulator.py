@@ -149,10 +149,10 @@ class Simulator:
         here, moved, high, low = self._fine([_Asked(theta, effects, shift, False) for shift in shifts])
         grid = Grid(self._fine_edges, self.edges, self._factors)
         slide, left, gain = phases_of(here, moved, self._runs.tension_n, self._share, grid, self._driven)
-        breaks = breakaways(here, self._runs.tension_n, (slide, left, gain), (self._begin, self._starts), grid, self._driven)
+        breaks = breakaways(here, self._runs.tension_n, self._share, (slide, left, gain), (self._begin, self._starts), grid, self._driven)
         bent = 0.5 * np.nan_to_num(high + low - 2.0 * here)
         doubt = _means(np.abs(bent), self._share, self._fine_edges, self.edges, self._factors) / QUADRATURE
-        return Phases(slide, left, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))), breaks)
+        return Phases(slide, left, gain, np.minimum(doubt, STEEPEST * float(error.max(initial=0.0))), breaks=breaks)
 
     def where_noise_enters(self, theta: Array, effects: Effects, noise: Noise) -> Phases:
         """Return the phases by which a fit is whitened: its own, or those of a model that was accepted before.
@@ -167,7 +167,7 @@ class Simulator:
         return self._entering[1]
 
     def _slipping(self, phases: Phases) -> Phases:
-        return phases if self.slips_n is None else replace(phases, doubt_n=np.hypot(phases.doubt_n, self.slips_n))
+        return phases if self.slips_n is None else phases.jumping(self.slips_n)
 
     def jerky(self, whiten: Whitener, residual: Array) -> Whitener:
         """Return a whitener that takes jerks for what they are known to be, by the precisions that a residual (N) shows."""

@@ -60,18 +60,24 @@ def phases_of(here: Array, moved: Array, u: Array, share: Array, grid: Grid, dri
 
 @njit(cache=True, nogil=True)
 def breakaways(
-    here: Array, u: Array, phases: tuple[Array, Array, Array], begins: tuple[Counts, Array], grid: Grid, driven: NDArray[np.bool_]
+    here: Array,
+    u: Array,
+    share: Array,
+    phases: tuple[Array, Array, Array],
+    begins: tuple[Counts, Array],
+    grid: Grid,
+    driven: NDArray[np.bool_],
 ) -> Array:
-    """Return by how much (N) a sliding line moves in each step, how far a line that will slide lies beyond what is held (N), its gain.
+    """Return by how much (N) a sliding line moves to the end of each step and on average, how far one that will lies beyond what is held, its gain.
 
-    Shape (samples, 3); the first is NaN where a line neither slides nor holds until it does. It slides where it follows more than it
+    Shape (samples, 4); the first is NaN where a line neither slides nor holds until it does. It slides where it follows more than it
     holds. ``phases`` are slide, left and gain, ``begins`` the places (at the rate of the simulation) and outputs (N) of a model before
     its first sample: one that the input has elsewhere has broken away there.
     """
     slide, left, gain = phases
     begin, starts = begins
     fine_edges, edges, factors = grid
-    out = np.zeros((edges[-1], 3))
+    out = np.zeros((edges[-1], 4))
     out[:, 0] = np.nan
     b, level = 0, 0.0
     for i in range(factors.size):
@@ -85,18 +91,19 @@ def breakaways(
             first = b < begin.size and begin[b] <= at
             while b < begin.size and begin[b] <= at:
                 level, held, b = starts[b], k, b + 1
+            average = np.sum(share[at + 1 - factors[i] : at + 1] * (here[at + 1 - factors[i] : at + 1] - level))
             moved, level = here[at] - level, here[at]
             # an elastic line answers its first input without sliding
             put = first and gain[now] > MOSTLY * least
             if left[now] == 0.0 and slide[now] == 0.0 and not put:
                 continue
             if moved != 0.0 and math.isfinite(moved) and (left[now] > MOSTLY or put) and not driven[i]:
-                out[now, 0], out[now, 2] = moved, gain[now]
+                out[now] = moved, average, 0.0, gain[now]
                 for j in range(held, k):
                     # in the hold before it the line lies as far beyond as the input has to go
                     beyond = moved - gain[now] * (u[at] - u[ends[j]])
                     if beyond * moved < 0.0:
-                        out[edges[i] + j] = 0.0, beyond, gain[now]
+                        out[edges[i] + j] = 0.0, 0.0, beyond, gain[now]
             held = k + 1
     return out
 

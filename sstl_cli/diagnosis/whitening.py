@@ -69,7 +69,8 @@ class Phases:
 
     The rest is what was held before the step; ``left`` is the share that the end of the step, which the next one holds, has of the
     input. ``doubt_n`` is the standard deviation (N) of what is not linear in the input's error: of a hold that nearly slid.
-    ``breaks``, shape (samples, 3), has by how much (N) a sliding line moves, NaN where that is not the question, by how much (N) a line that
+    ``jumps_n`` is that of what a line jumps by at every step of a slide, and keeps in a hold. ``breaks``, shape (samples, 4), has
+    by how much (N) a sliding line moves to the end of a step and on average, NaN where that is not the question, how far (N) a line that
     will slide lies beyond what is held, and its gain (see slides).
     """
 
@@ -77,18 +78,24 @@ class Phases:
     left: Array
     gain: Array
     doubt_n: Array
+    jumps_n: Array | None = None
     breaks: Array | None = None
 
     @cached_property
     def columns(self) -> Array:
-        """The same side by side, shape (samples, 7); kept, since several shares of a law's own error are tried at the same phases."""
-        breaks = np.full((len(self.slide), 3), np.nan) if self.breaks is None else self.breaks
-        return np.column_stack((self.slide, self.left, self.gain, self.doubt_n, breaks))
+        """The same side by side, shape (samples, 9); kept, since several shares of a law's own error are tried at the same phases."""
+        jumps_n = np.zeros(len(self.slide)) if self.jumps_n is None else self.jumps_n
+        breaks = np.full((len(self.slide), 4), np.nan) if self.breaks is None else self.breaks
+        return np.column_stack((self.slide, self.left, self.gain, self.doubt_n, jumps_n, breaks))
 
     def at(self, rows: NDArray[np.intp] | slice) -> Phases:
         """Return the phases of some samples."""
-        breaks = None if self.breaks is None else self.breaks[rows]
-        return Phases(self.slide[rows], self.left[rows], self.gain[rows], self.doubt_n[rows], breaks)
+        jumps_n, breaks = (None if x is None else x[rows] for x in (self.jumps_n, self.breaks))
+        return Phases(self.slide[rows], self.left[rows], self.gain[rows], self.doubt_n[rows], jumps_n, breaks)
+
+    def jumping(self, more_n: Array) -> Phases:
+        """Return the phases of a line that jumps by more (N, shape (samples,)) than it does."""
+        return replace(self, jumps_n=more_n if self.jumps_n is None else np.hypot(self.jumps_n, more_n))
 
 
 @dataclass(frozen=True)
@@ -212,7 +219,7 @@ def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
     first = np.zeros(n, np.bool_)
     first[list(starts)] = True
     log_det = 2.0 * float(np.sum(keep > 0)) * float(np.log(scale_n))
-    return _White(np.zeros((n, MOVES)), Own(np.zeros((n, 5))), np.zeros((n, STATES)), scale, np.zeros((n, 7)), first, log_det)
+    return _White(np.zeros((n, MOVES)), Own(np.zeros((n, 5))), np.zeros((n, STATES)), scale, np.zeros((n, 9)), first, log_det)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,10 @@ from sstl_cli.diagnosis.kalman import BOTH_FROM, ERRORS, MEAN_NEW, STATES, TURN,
 from sstl_cli.diagnosis.smoother import LAW, MOVES
 
 N, SIGMA = 6, 0.3
-PHASES, OWN = ("slide", "left", "gain", "doubt_n", "step", "ahead", "steep"), ("decay", "fresh", "shown", "both", "mean")
+PHASES, OWN = (
+    ("slide", "left", "gain", "doubt_n", "jumps_n", "step", "average", "ahead", "steep"),
+    ("decay", "fresh", "shown", "both", "mean"),
+)
 
 
 def plain(n: int) -> dict[str, np.ndarray]:
@@ -85,6 +88,15 @@ def test_a_hold_keeps_the_error_of_the_end_of_its_slide_not_of_its_mean() -> Non
     agrees(a, c)
 
 
+def test_jumps_are_new_at_every_step_of_a_slide_and_kept_in_a_hold() -> None:
+    a = plain(N)
+    a["slide"][:3] = a["left"][:3] = 1.0
+    a["jumps_n"][:] = 0.4
+    c = SIGMA**2 * np.eye(N) + 0.4**2 * np.eye(N)
+    c[2:, 2:] += 0.4**2 * (np.ones((4, 4)) - np.eye(4))
+    agrees(a, c)
+
+
 def test_a_masked_sample_says_nothing_and_moves_the_state_on() -> None:
     a = plain(N)
     a["start"][0], a["keep"][2] = 0.5, False
@@ -104,8 +116,8 @@ def test_states_and_columns_stand_where_the_law_has_them() -> None:
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_line_is_at_the_larger_one_of_what_it_holds_and_what_its_input_allows(way: float) -> None:
     held, entering, both, step, gain = (0.3 * way, 0.4), (0.1, 0.25), 0.1, 0.2 * way, 1.5
-    phase = np.array([1.0, 1.0, 0.0, 9.0, step, 0.0, gain])
-    bent, turned = _broken(phase, held, entering, both)
+    phase = np.array([1.0, 1.0, 0.0, 9.0, 0.0, step, 0.4 * step, 0.0, gain])
+    bent, seen, turned = _broken(phase, held, entering, both)
     draws = np.random.default_rng(0).multivariate_normal((held[0], entering[0]), [[held[1], both], [both, entering[1]]], 400_000)
     line, kept = gain * draws[:, 1], draws[:, 0] - step
     true = way * np.maximum(way * line, way * kept)
@@ -113,20 +125,21 @@ def test_a_line_is_at_the_larger_one_of_what_it_holds_and_what_its_input_allows(
     assert phase[:4] == pytest.approx([slides, slides, gain, 0.0], abs=5e-3)
     # beside the shares of both as they are
     rest = true - (1.0 - slides) * draws[:, 0] - slides * gain * draws[:, 1]
-    assert bent == pytest.approx(rest.mean(), abs=5e-3)
+    assert bent == pytest.approx(rest.mean(), abs=5e-3) and seen - bent == pytest.approx((1.0 - slides) * 0.6 * step, abs=5e-3)
     assert np.var((1.0 - slides) * draws[:, 0] + slides * gain * draws[:, 1]) + turned == pytest.approx(np.var(true), rel=1e-2)
 
 
 def test_a_line_that_surely_slides_or_holds_is_that_of_the_model_or_stays_behind_it() -> None:
-    phase = np.array([0.6, 1.0, 2.0, 0.1, 5.0, 0.0, 2.0])
-    assert _broken(phase, (0.0, 0.01), (0.0, 0.01), 0.0) == (0.0, 0.0)
-    assert phase.tolist() == [0.6, 1.0, 2.0, 0.1, 5.0, 0.0, 2.0]
-    assert _broken(phase, (9.0, 0.01), (0.0, 0.01), 0.0) == (-5.0, 0.0)
+    phase = np.array([0.6, 1.0, 2.0, 0.1, 0.0, 5.0, 2.0, 0.0, 2.0])
+    assert _broken(phase, (0.0, 0.01), (0.0, 0.01), 0.0) == (0.0, 0.0, 0.0)
+    assert phase.tolist() == [0.6, 1.0, 2.0, 0.1, 0.0, 5.0, 2.0, 0.0, 2.0]
+    assert _broken(phase, (9.0, 0.01), (0.0, 0.01), 0.0) == (-5.0, -2.0, 0.0)
     assert phase[:4].tolist() == [0.0, 0.0, 2.0, 0.1]
     # a hold that has ended long before the model's
-    phase = np.array([0.0, 0.0, 2.0, 0.1, 0.0, -1.0, 0.5])
-    assert _broken(phase, (-3.0, 0.01), (0.0, 0.01), 0.0) == pytest.approx((-1.0, 0.0))
-    assert phase[:4].tolist() == [1.0, 1.0, 0.5, 0.0]
+    phase = np.array([0.0, 0.0, 2.0, 0.1, 0.3, 0.0, 0.0, -1.0, 0.5])
+    assert _broken(phase, (-3.0, 0.01), (0.0, 0.01), 0.0) == pytest.approx((-1.0, -1.0, 0.0))
+    # by what it jumps stays
+    assert phase[:5].tolist() == [1.0, 1.0, 0.5, 0.0, 0.3]
 
 
 def test_a_breakaway_is_as_likely_as_an_integral_over_what_is_held_makes_it() -> None:
@@ -145,7 +158,7 @@ def test_a_breakaway_is_as_likely_as_an_integral_over_what_is_held_makes_it() ->
         a["start"][0] = spread**2
         a["slide"][10:] = a["left"][10:] = a["gain"][:] = a["steep"][:] = 1.0
         for asked in (False, True):
-            a["step"][10:] = steps if asked else np.nan
+            a["step"][10:] = a["average"][10:] = steps if asked else np.nan
             phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
             weights, scale, log_det, shift = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], y)
             moves = np.ascontiguousarray(a["law"][:, :MOVES])
@@ -156,7 +169,14 @@ def test_a_breakaway_is_as_likely_as_an_integral_over_what_is_held_makes_it() ->
 
 
 def test_what_a_masked_reading_leaves_is_never_looked_at() -> None:
-    a = plain(N) | {"step": np.full(N, 0.1), "steep": np.ones(N), "slide": np.ones(N), "left": np.ones(N), "gain": np.ones(N)}
+    a = plain(N) | {
+        "step": np.full(N, 0.1),
+        "average": np.full(N, 0.1),
+        "steep": np.ones(N),
+        "slide": np.ones(N),
+        "left": np.ones(N),
+        "gain": np.ones(N),
+    }
     a["start"][0], a["keep"][2] = 0.5, False
     found = []
     for y in (np.array([0.5, 0.4, 0.0, 0.2, 0.1, 0.0]), np.array([0.5, 0.4, np.nan, 0.2, 0.1, 0.0])):

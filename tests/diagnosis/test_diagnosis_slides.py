@@ -43,18 +43,19 @@ def broken(u: np.ndarray, start: float, factor: int = 1, driven: bool = False) -
     n = len(u) // factor
     grid = Grid(np.array([0, len(u)]), np.array([0, n]), np.array([factor]))
     told = np.array([driven])
-    phases = phases_of(here, moved, u, np.full(len(u), 1.0 / factor), grid, told)
-    return here, phases[1], breakaways(here, u, phases, (np.array([0]), np.array([start])), grid, told)
+    share = np.full(len(u), 1.0 / factor)
+    phases = phases_of(here, moved, u, share, grid, told)
+    return here, phases[1], breakaways(here, u, share, phases, (np.array([0]), np.array([start])), grid, told)
 
 
 def test_a_line_that_slides_moves_and_lies_beyond_what_is_held_before_it_does():
     u = np.concatenate((np.linspace(4.0, 10.0, SPAN), np.linspace(10.0, 1.0, SPAN)[1:]))
     here, left, found = broken(u, start=3.0)
-    step, ahead, gain = found.T
+    step, average, ahead, gain = found.T
     slides = left > 0.5
     assert slides[[SPAN - 1, -1]].all() and not slides[[0, 1, SPAN, SPAN + 1]].any()
     assert step[slides] == pytest.approx(np.diff(here, prepend=3.0)[slides])
-    assert set(gain[slides].round(9)) == {PULL, RELEASE} and not ahead[slides].any()
+    assert set(gain[slides].round(9)) == {PULL, RELEASE} and not ahead[slides].any() and np.array_equal(average[slides], step[slides])
     # in the holds before them the lines are where the input would put them
     waits = ~slides & (step == 0.0)
     lines = np.where(np.arange(len(u)) < SPAN, PULL, RELEASE) * u
@@ -65,9 +66,9 @@ def test_a_start_that_the_input_has_elsewhere_has_broken_away():
     u = np.linspace(1.0, 9.0, SPAN)
     # its release line is at 2
     clamped, free = broken(u, start=2.5)[2], broken(u, start=1.5)[2]
-    assert clamped[0].tolist() == pytest.approx([-0.5, 0.0, RELEASE])
+    assert clamped[0].tolist() == pytest.approx([-0.5, -0.5, 0.0, RELEASE])
     # where it may start, it waits for the line on which it slides
-    assert free[0].tolist() == pytest.approx([0.0, PULL * 1.0 - 1.5, PULL])
+    assert free[0].tolist() == pytest.approx([0.0, 0.0, PULL * 1.0 - 1.5, PULL])
 
 
 def test_a_hold_that_ends_in_no_slide_and_a_line_that_a_motion_drives_are_not_asked():
@@ -82,13 +83,15 @@ def test_a_step_of_several_samples_moves_by_what_its_end_does():
     ends = here[1::2]
     slides = left > 0.5
     assert found[slides, 0] == pytest.approx(np.diff(ends, prepend=3.0)[slides])
+    means = here.reshape(-1, 2).mean(axis=1) - np.concatenate(([3.0], ends[:-1]))
+    assert found[slides, 1] == pytest.approx(means[slides])
     waits = ~slides
-    assert found[waits, 1] == pytest.approx((PULL * u[1::2] - ends)[waits])
+    assert found[waits, 2] == pytest.approx((PULL * u[1::2] - ends)[waits])
 
 
 def test_an_answer_that_is_no_number_breaks_away_nowhere():
     u = np.linspace(1.0, 9.0, SPAN)
     here = np.where(np.arange(SPAN) > 5, np.inf, 0.5 * u)
     grid, still = Grid(np.array([0, SPAN]), np.array([0, SPAN]), np.array([1])), np.array([False])
-    found = breakaways(here, u, (np.ones(SPAN),) * 3, (np.array([0]), np.array([0.1])), grid, still)
+    found = breakaways(here, u, np.ones(SPAN), (np.ones(SPAN),) * 3, (np.array([0]), np.array([0.1])), grid, still)
     assert np.isfinite(found[:6]).all() and np.isnan(found[6:, 0]).all()
