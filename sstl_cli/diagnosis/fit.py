@@ -345,7 +345,7 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
             # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
             own = whitener(known, phases.jumping(share * added), residual=f.residual)
         else:
-            own = whitener(known, phases, share * added if f.free else None, f.residual)
+            own = whitener(known, phases, share * added if f.free else None, residual=f.residual)
         tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 

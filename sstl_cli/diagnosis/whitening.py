@@ -256,10 +256,9 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None, r
     white_n = white_n if discrepancy_n is None else np.hypot(white_n, discrepancy_n)
     columns = phases.columns.copy()
     if residual is None:
-        columns[:, STEP] = np.nan
-    left = np.zeros(len(columns)) if residual is None else residual
-    weights, scale, log_det, shift = gains(columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start, left)
-    plain = Whitener(c.moves, c.own, weights, scale, columns, c.first, log_det, shift_n=None if residual is None else shift)
+        columns[:, STEP], residual = np.nan, np.zeros(len(columns))
+    weights, scale, log_det, shift_n = gains(columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start, residual)
+    plain = Whitener(c.moves, c.own, weights, scale, columns, c.first, log_det, shift_n=shift_n)
     return plain if c.wander is None else _varied(plain, c.wander)
 
 
