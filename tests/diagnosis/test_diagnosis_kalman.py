@@ -30,9 +30,14 @@ def plain(n: int) -> dict[str, np.ndarray]:
     }
 
 
-def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
+def gained(a: dict[str, np.ndarray], left: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, float, np.ndarray]]:
+    """Phases of the true line, own noise, and what ``gains`` returns, where a model has left something."""
     phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
-    weights, scale, log_det, shift = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], np.zeros(len(x)))
+    return phases, own, gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], left)
+
+
+def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
+    phases, own, (weights, scale, log_det, shift) = gained(a, np.zeros(len(x)))
     assert not shift.any()
     return filtered(x, np.ascontiguousarray(a["law"][:, :MOVES]), own, weights, scale, phases, a["first"]), log_det
 
@@ -159,8 +164,7 @@ def test_a_breakaway_is_as_likely_as_an_integral_over_what_is_held_makes_it() ->
         a["slide"][10:] = a["left"][10:] = a["gain"][:] = a["steep"][:] = 1.0
         for asked in (False, True):
             a["step"][10:] = a["average"][10:] = steps if asked else np.nan
-            phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
-            weights, scale, log_det, shift = gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], y)
+            phases, own, (weights, scale, log_det, shift) = gained(a, y)
             moves = np.ascontiguousarray(a["law"][:, :MOVES])
             z = filtered((y - shift)[:, None], moves, own, weights, scale, phases, a["first"])
             nats = 0.5 * float(np.sum(z**2)) + 0.5 * log_det - n * np.log(0.1)
@@ -178,8 +182,6 @@ def test_what_a_masked_reading_leaves_is_never_looked_at() -> None:
         "gain": np.ones(N),
     }
     a["start"][0], a["keep"][2] = 0.5, False
-    found = []
-    for y in (np.array([0.5, 0.4, 0.0, 0.2, 0.1, 0.0]), np.array([0.5, 0.4, np.nan, 0.2, 0.1, 0.0])):
-        phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
-        found.append(gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], y))
+    ys = (np.array([0.5, 0.4, 0.0, 0.2, 0.1, 0.0]), np.array([0.5, 0.4, np.nan, 0.2, 0.1, 0.0]))
+    found = [gained(a, y)[2] for y in ys]
     assert all(np.array_equal(one, other) for one, other in zip(*found, strict=True)) and np.isfinite(found[1][3]).all()
