@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from sstl_cli.identification.gate.ahead import Ahead
 from sstl_cli.identification.gate.causes import Causes
+from sstl_cli.identification.gate.curves import Curve
 from sstl_cli.identification.gate.dropouts import Dropouts
 from sstl_cli.identification.gate.filled import Filled
 from sstl_cli.identification.gate.fingerprints import Again, Keys, Sketch
@@ -55,9 +56,10 @@ class Evidence:
 
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
-    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
+    ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``own_range`` the largest value of a channel that goes from exactly 0 to exactly 1 or 100, else 0,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
@@ -96,6 +98,8 @@ class Evidence:
     correlation: float
     raw_correlation: float
     noise_correlation: float
+    loop_work: float
+    own_range: tuple[float, float]
     roughness: tuple[float, float]
     disorder: Disorder
     dropouts: tuple[Dropouts | None, Dropouts | None]
@@ -104,6 +108,7 @@ class Evidence:
     slopes: Slopes
     play: PlayFit | None
     causes: Causes
+    curve: Curve | None
     ahead: Ahead | None
     shapes: Shapes
     forward_rms: float

@@ -15,6 +15,7 @@ from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import follows_of, reference_gain, reference_lag, reference_left, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
 from sstl_cli.identification.gate.changes import Recorded
+from sstl_cli.identification.gate.curves import curve_of
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
@@ -22,7 +23,7 @@ from sstl_cli.identification.gate.fingerprints import NEVER, NO_KEYS, NO_SKETCH,
 from sstl_cli.identification.gate.hum import hum_of
 from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
-from sstl_cli.identification.gate.movement import NO_MOVEMENT, movement_of
+from sstl_cli.identification.gate.movement import NO_MOVEMENT, loop_work, movement_of
 from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
@@ -34,6 +35,8 @@ from sstl_cli.identification.segment import segment_run
 
 Array = NDArray[np.float64]
 MIN_SAMPLES = 32
+# largest values of what was normalised
+NORMALISED = (1.0, 100.0)
 # slopes, delays and loops of a recording show in this many points
 MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
@@ -56,7 +59,7 @@ def evidence_of(run: Run) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, own_range=(0.0, 0.0), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
@@ -115,10 +118,12 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         ranges=ranges,
         line_share=(line_share(t, x), line_share(t, y)),
         correlation=correlation,
+        loop_work=loop_work(x, y),
         copy_rms=math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1])),
         play=play,
         causes=causes,
+        curve=curve_of(x, y, float(t[-1]), causes, play) if moves else None,
         ahead=ahead_of(t, x, y, sensors, block, play, causes) if moves else None,
         shapes=shapes,
         forward_rms=residuals[0],
@@ -152,6 +157,7 @@ def _of_readings(e: Evidence, run: Run) -> Evidence:
         whole_share=(_whole_share(raw[0]), _whole_share(raw[1])),
         digits_lost=(digits_lost(raw[0]), digits_lost(raw[1])),
         two_values=(_two_values(raw[0]), _two_values(raw[1])),
+        own_range=(_own_range(raw[0]), _own_range(raw[1])),
         raw_correlation=float(np.corrcoef(*raw)[0, 1]),
         noise_correlation=noise_correlation(*raw),
         roughness=(_roughness(raw[0], sensors[0].stride), _roughness(raw[1], sensors[1].stride)),
@@ -176,6 +182,12 @@ def _whole_share(v: Array) -> float:
 
 def _two_values(v: Array) -> bool:
     return bool(np.all((v == v.min()) | (v == v.max())))
+
+
+def _own_range(v: Array) -> float:
+    """Return 1 or 100 where a channel goes exactly from 0 to there, as shares of its own range do, else 0."""
+    most = float(v.max())
+    return most if most in NORMALISED and v.min() == 0.0 else 0.0
 
 
 def _roughness(v: Array, stride: int) -> float:

@@ -1,4 +1,4 @@
-"""How the input moves, sample by sample: whether two runs went the same way, and on which clock."""
+"""How the input moves, sample by sample: whether two runs went the same way, on which clock, and what the output gives in its loops."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 POINTS = 128
 # part by which one recording may begin later in a movement, and part of the shorter one that must be compared
 SHIFT, LEAST = 0.1, 0.4
+# part of the samples beyond either end between which the middle of an input lies
+TAIL = 0.02
 
 
 @dataclass(frozen=True)
@@ -55,3 +57,23 @@ def unlike(a: Movement, b: Movement, faster: float = 1.0) -> float:
         if float(np.std(u)) * float(np.std(v)) > 0.0:
             left.append(math.sqrt(max(1.0 - max(float(np.corrcoef(u, v)[0, 1]), 0.0) ** 2, 0.0)))
     return min(left)
+
+
+def loop_work(x: Array, y: Array) -> float:
+    """Return what an output gives in closed loops of its input, as a share of the input's way times the output's span, 0 without a loop.
+
+    Between two passages of the middle in one direction any law without memory gives nothing; friction takes.
+    """
+    middle = 0.5 * float(np.quantile(x, TAIL) + np.quantile(x, 1.0 - TAIL))
+    above = x >= middle
+    passages = [np.flatnonzero(above[1:] & ~above[:-1]), np.flatnonzero(~above[1:] & above[:-1])]
+    closed = [p for p in passages if len(p) > 1]
+    if not closed:
+        return 0.0
+    first, last = max(((int(p[0]), int(p[-1])) for p in closed), key=lambda p: p[1] - p[0])
+    ends = [(middle - x[k]) / (x[k + 1] - x[k]) for k in (first, last)]
+    begun, ended = ((1.0 - part) * y[k] + part * y[k + 1] for part, k in zip(ends, (first, last), strict=True))
+    u = np.concatenate(([middle], x[first + 1 : last + 1], [middle]))
+    v = np.concatenate(([begun], y[first + 1 : last + 1], [ended]))
+    way, span = float(np.sum(np.abs(np.diff(u)))), float(np.ptp(v))
+    return float(np.sum(0.5 * (v[1:] + v[:-1]) * np.diff(u))) / (way * span) if way * span > 0.0 else 0.0

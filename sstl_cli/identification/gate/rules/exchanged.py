@@ -31,12 +31,14 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def _place(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
     """Compare the labels of one place: what remains once the loops are put in the order of actuation."""
     wraps = {k: tuple(_middle(b[s]) for s in ("act", "sstl")) for k, b in bends.items()}
-    odd = sorted((k for k, w in wraps.items() if abs(_apart(*w)) > ODD), key=lambda k: wraps[k][0])
-    if len(odd) < 2:
-        return
     # one pass and two rub most in the same bend, whatever the law: sorted alike they fit, or no exchange explains them
-    loops = sorted(odd, key=lambda k: wraps[k][1])
-    left = [abs(_apart(wraps[k][0], wraps[o][1])) for k, o in zip(odd, loops, strict=True)]
+    sorts = [sorted(wraps, key=lambda k: wraps[k][i]) for i in (0, 1)]
+    moved = [(k, o) for k, o in zip(*sorts, strict=True) if k != o]
+    odd = [k for k, _ in moved]
+    # of labels that went round in a circle one may be far off and all others near
+    if not any(abs(_apart(*wraps[k])) > ODD for k in odd):
+        return
+    left = [abs(_apart(wraps[k][0], wraps[o][1])) for k, o in moved]
     # where exchanged systems explain the bends as well there is nothing to choose: fewer labels are wrong then
     flipped = [abs(_apart(wraps[k][1], wraps[k][0])) for k in odd]
     if max(left) > FITS or max(flipped) < ODD:

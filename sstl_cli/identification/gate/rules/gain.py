@@ -27,7 +27,7 @@ MEETS = 0.35
 # of the logarithm: noise (or range) of a channel beside that of the other runs
 CHANGED = 0.4
 # of the logarithm: error of a gain, at the least and at the most, within which a unit must fit to be named; largest reading of volts
-FITS, FITS_MOST, VOLTS = 0.03, 0.12, 10.0
+FITS, FITS_MOST, VOLTS = 0.06, 0.12, 10.0
 # what friction with a gain may leave of what friction alone and each zero leave, and of the output's span
 TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 # part of what friction leaves that a gain must leave at the most

@@ -38,7 +38,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield Remark(
             (e.run_id,), RULE, "remark", after / before, "1",
             f"{names([e.run_id])}: friction is n theta = {before:.3g} up to {p.at_s:.4g} s and {after:.3g} from there on, at one sample; recordings of two "
-            "bends were probably joined to one run (or the bend was moved there)",
+            "bends were probably joined to one run, or the bend was moved or the output's gain changed there",
             "[files] merge = \"no\" (or skip_samples / a time window that ends there)",
         )  # fmt: skip
 

@@ -17,6 +17,8 @@ RULE, RANK = "labels", 55
 Column = tuple[str, str | None, str | None]
 # friction of two bends is in the same order under every law: difference of ln friction that counts, and that leaves no doubt
 TURNED, CERTAIN = 0.04, 0.15
+# and where each bend has a movement of its own, which rubs by itself
+MOVED_TURNED = 0.25
 ERRORS = 4.0
 CELL = 0.12
 # runs beyond which leaving one out leaves enough to be compared
@@ -83,22 +85,24 @@ def _contradictions(known: list[Evidence]) -> Iterator[Remark]:
         places.setdefault(e.location, []).append(e)
     groups = [g for g in places.values() if len({e.config_id for e in g}) > 1]
     for group in groups or [known]:
-        yield from _columns(group)
+        compared = any(len({str(o.config_id) for o in group if _column(o) == c}) > 1 for c in {_column(e) for e in group})
+        yield from _columns(group, moving=compared)
 
 
-def _column(e: Evidence) -> Column:
-    return e.system, e.trajectory, e.tendon
+def _column(e: Evidence, moving: bool = True) -> Column:
+    return e.system, e.trajectory if moving else None, e.tendon
 
 
 def _log(runs: list[Evidence]) -> float:
     return float(np.log(np.median([e.slopes.friction for e in runs])))
 
 
-def _columns(group: list[Evidence]) -> Iterator[Remark]:
-    """Compare which of two configurations rubs more, in every column (system, trajectory, tendon) that has both."""
+def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
+    """Compare which of two configurations rubs more, in every column (system, trajectory where ``moving``, tendon) that has both."""
+    turned = TURNED if moving else MOVED_TURNED
     cells: dict[tuple[str, Column], list[Evidence]] = {}
     for e in group:
-        cells.setdefault((str(e.config_id), _column(e)), []).append(e)
+        cells.setdefault((str(e.config_id), _column(e, moving)), []).append(e)
     columns = sorted({c for _, c in cells}, key=str)
     # gains are those of the sensors, which all movements of a system share
     sensed = {(e.system, e.tendon) for e in group}
@@ -109,8 +113,8 @@ def _columns(group: list[Evidence]) -> Iterator[Remark]:
         both = [c for c in columns if (first, c) in cells and (second, c) in cells]
         steps = [_log(cells[second, c]) - _log(cells[first, c]) for c in both]
         errors = [max(error[e.run_id] / e.slopes.friction for k in (first, second) for e in cells[k, c]) for c in both]
-        rising = [c for c, d, s in zip(both, steps, errors, strict=True) if d > max(TURNED, ERRORS * s)]
-        falling = [c for c, d, s in zip(both, steps, errors, strict=True) if d < -max(TURNED, ERRORS * s)]
+        rising = [c for c, d, s in zip(both, steps, errors, strict=True) if d > max(turned, ERRORS * s)]
+        falling = [c for c, d, s in zip(both, steps, errors, strict=True) if d < -max(turned, ERRORS * s)]
         if not rising or not falling:
             continue
         apart = max(steps) - min(steps)

@@ -54,6 +54,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             # creep and slow friction delay some movements and change their shape, a clock moves all of them as they are
             hit = [e for e in hit if e.loops and e.play is not None and e.play.explained > SHAPE]
             hit = [e for e in hit if _clear(e) or not any(_in_time(o) for o in log if o.system == e.system)]
+            if hit:
+                usual = median([_size(e) for e in hit])
+                hit = [e for e in log if e in hit or _agrees(e, usual)]
         if early:
             # a command is ahead of what follows it, and no clock mends that
             commands = [e for e in hit if smooth(e, 1)]
@@ -105,6 +108,17 @@ def _clear(e: Evidence) -> bool:
     c = e.causes
     rest = (c.gain, c.zero_in, c.zero_out, c.slow, c.creep, c.speed, c.reversed)
     return c.left(c.moved.rms_n) < CLEAR * min(c.left(v.rms_n) for v in rest)
+
+
+def _agrees(e: Evidence, usual: float) -> bool:
+    """Whether the delay that other runs tell explains this one, too."""
+    c = e.causes
+    return (
+        e.tendon_like
+        and c.holds(c.moved.rms_n)
+        and c.left(c.moved.rms_n) < c.left(c.slow.rms_n)
+        and abs(c.moved.size - usual) < AGREES * usual
+    )
 
 
 def _size(e: Evidence) -> float:

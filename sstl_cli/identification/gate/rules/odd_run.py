@@ -39,6 +39,10 @@ FEATURES = (
     Feature("zero of the input", 2.5, 2.0, False),
     Feature("zero of the output", 2.5, 2.0, False),
 )
+# gain of several runs beside others that have none (logarithms)
+SEVERAL, NONE = Feature("gain of output over input", math.inf, math.log(1.15), True), 0.1
+# step of a rounding over that of the other runs, and over their noise
+FINER, LOST = 0.1, 3.0
 FEW = 4
 # noise below this part of the span is that of the arithmetic
 ROUNDING = 1e-9
@@ -49,16 +53,94 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     rigs = bool(second_rig(log)[0])
     # a gain makes a noise and a zero of its own
     told = alone(log)
+    gained = _gained(log, told)
     for system in sorted({e.system for e in log}):
         runs = [e for e in log if e.system == system and e.tendon_like and e.correlation > 0.0]
         yield from _levels(runs)
-        runs = [e for e in runs if e.run_id not in told]
+        runs = [e for e in runs if e.run_id not in told and e not in gained]
         if len(runs) < FEW:
             continue
         table = np.array([_values(e) for e in runs])
         splits = [(f, s) for j, f in enumerate(FEATURES) if (s := _split(table[:, j], f)) is not None]
         yield from _alone(runs, splits, rigs)
         yield from _kinds(runs, splits)
+    for i in (0, 1):
+        yield from _noise(log, i)
+        yield from _digits(log, i)
+    yield from _gains(gained)
+
+
+def _noise(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
+    """Yield the run whose sensor has another noise than in all other runs of the log, where that is the same in both systems."""
+    runs = [e for e in log if e.usable and e.both_tensions]
+    feature = FEATURES[i]
+    values = np.array([_noise_of(e, i) for e in runs])
+    split = _split(values, feature)
+    if split is None or len(split.members) != 1 or split.gap < max(feature.alone, 3.0 * split.spread):
+        return
+    (index,) = split.members
+    e = runs[index]
+    others = [runs[j] for j in split.known if j != index]
+    inside = [o for o in others if o.system == e.system and o.tendon_like]
+    # what a system's runs tell among themselves is told there; noise that is not white may be the movement
+    if split.spread > feature.kinds or not inside or (e.tendon_like and len(inside) >= FEW - 1) or not (split.below or e.sensors[i].white):
+        return
+    times = math.exp(split.gap)
+    why = (
+        "it was probably smoothed or interpolated, or is no measurement"
+        if split.below
+        else "it is probably another sensor, or another quantity"
+    )
+    yield Remark(
+        (e.run_id,), RULE, "remark", times, "1",
+        f"{names([e.run_id])}: unlike all other runs, its {feature.name} is {f'1/{times:.3g} of' if split.below else f'{times:.3g} times'} the "
+        f"nearest of them; {why}",
+        "leave this file out, or take the column of the sensor",
+    )  # fmt: skip
+
+
+def _digits(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
+    """Yield runs whose values were rounded to less than the sensor tells in the other runs."""
+    runs = [e for e in log if e.usable]
+    most = max((e.sensors[i].step_n for e in runs), default=0.0)
+    fine = [e for e in runs if e.sensors[i].step_n < FINER * most]
+    hit = [e for e in runs if e.sensors[i].step_n > 0.5 * most > 0.0]
+    if len(fine) <= len(hit) or len(fine) + len(hit) < len(runs) or not {e.system for e in hit} <= {e.system for e in fine}:
+        return
+    noises = [e.sensors[i].noise_n for e in fine if e.sensors[i].white]
+    if hit and len(noises) == len(fine) and most > LOST * float(np.median(noises)):
+        ids = tuple(e.run_id for e in hit)
+        yield Remark(
+            ids, RULE, "remark", most, "N",
+            f"{names(ids)}: the {WORDS[i]} stands on levels {most:.3g} N apart, where the sensor tells far less in the other runs; decimals were "
+            "probably cut off when this file was written",
+            f"{CHANNELS[i]} = {{ column = ... }} (of this file exported anew, with its decimals)",
+        )  # fmt: skip
+
+
+def _gained(log: Sequence[Evidence], told: set[str]) -> list[Evidence]:
+    """Return several runs that have one gain, where the others, of the same systems, have none."""
+    runs = [e for e in log if e.tendon_like and e.slopes.known and e.run_id not in told]
+    split = _split(np.array([math.log(e.slopes.gain) for e in runs]), SEVERAL)
+    if split is None or len(split.members) < 2 or split.gap < 3.0 * split.spread:
+        return []
+    hit = [runs[j] for j in sorted(split.members)]
+    rest = [e for e in runs if e not in hit]
+    # a pulley makes a gain of its own in the loop
+    none = abs(float(np.median([math.log(e.slopes.gain) for e in rest]))) < NONE
+    return hit if none and {e.system for e in hit} == {e.system for e in rest} else []
+
+
+def _gains(hit: Sequence[Evidence]) -> Iterator[Remark]:
+    if hit:
+        ids = tuple(e.run_id for e in hit)
+        size = float(np.median([e.slopes.gain for e in hit]))
+        yield Remark(
+            ids, RULE, "remark", size, "1",
+            f"{names(ids)}: the output reads {size:.3g} times what friction makes of it, in both systems, and in no other run; its sensor "
+            "or amplifier was probably changed between the runs",
+            _rescaled(1, size),
+        )  # fmt: skip
 
 
 def _levels(runs: list[Evidence]) -> Iterator[Remark]:
@@ -82,14 +164,17 @@ def _rescaled(i: int, ratio: float) -> str:
 
 
 def _values(e: Evidence) -> list[float]:
-    noise = [
-        math.log(s.noise_n) if s.noise_n > ROUNDING * r.span and s.step_n < s.noise_n and not s.held and hum is None else math.nan
-        for s, r, hum in zip(e.sensors, e.ranges, e.hums, strict=True)
-    ]
     s = e.slopes
     gain = math.log(s.gain) if s.known else math.nan
     friction = math.log(s.friction) if s.known and s.friction > 0.05 else math.nan
-    return [*noise, gain, friction, *zeros(e)]
+    return [_noise_of(e, 0), _noise_of(e, 1), gain, friction, *zeros(e)]
+
+
+def _noise_of(e: Evidence, i: int) -> float:
+    """Return the logarithm of a channel's noise, NaN where it does not show."""
+    s = e.sensors[i]
+    shows = s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None
+    return math.log(s.noise_n) if shows else math.nan
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         times = f"{factor:.3g}" if most < least * FACTOR else f"{least:.3g} to {most:.3g}"
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "remark", factor, "1",
-            f"{names([e.run_id for e in hit])}: friction is {times} times that of the other runs of the same bend, system and movement, "
+            f"{names([e.run_id for e in hit])}: friction is {times} times that of the other runs of the same bend and system, "
             f"in every bend{' and in both systems' if len({e.system for e in hit}) > 1 else ''}; two rigs (or two sheaths) are probably under one set "
             "of labels",
             "import the two groups into logs of their own",
@@ -45,11 +45,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], list[float]]:
     """Return the runs that rub more than others of their cell, and the factors of all cells; none where these are neither one nor in runs that differ by more."""
-    cells: dict[object, list[Evidence]] = {}
-    for e in log:
-        if e.config_id is not None and e.wrap > 0.0:
-            cells.setdefault((e.config_id, e.location, e.system, e.trajectory, e.tendon), []).append(e)
-    both = [sorted(c, key=lambda e: e.wrap) for c in cells.values() if len(c) > 1]
+    known = [e for e in log if e.config_id is not None and e.wrap > 0.0]
+    both = _cells(known, moving=True)
+    alike = len(both) >= CELLS
+    # movements of their own rub by themselves: then the recorder must be another one as well
+    both = both if alike else _cells(known, moving=False)
     alone = len({c[0].system for c in both}) < SYSTEMS
     if len(both) < CELLS:
         return [], []
@@ -67,7 +67,16 @@ def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], list[float]]:
     same = float(np.max(np.abs(gaps - usual))) < AGREE * usual or (
         float(np.min(gaps)) > math.log(FACTOR) and (_in_order(low, high, log) or _sensed(low, high))
     )
+    apart &= alike or _sensed(low, high)
     return ([e for runs in high for e in runs], np.exp(gaps).tolist()) if apart and same else ([], [])
+
+
+def _cells(known: Sequence[Evidence], moving: bool) -> list[list[Evidence]]:
+    """Return the runs of each bend and system (and movement, where ``moving``) that has several, by their friction."""
+    cells: dict[object, list[Evidence]] = {}
+    for e in known:
+        cells.setdefault((e.config_id, e.location, e.system, e.trajectory if moving else None, e.tendon), []).append(e)
+    return [sorted(c, key=lambda e: e.wrap) for c in cells.values() if len(c) > 1]
 
 
 def _in_order(low: list[list[Evidence]], high: list[list[Evidence]], log: Sequence[Evidence]) -> bool:
@@ -79,11 +88,9 @@ def _in_order(low: list[list[Evidence]], high: list[list[Evidence]], log: Sequen
 
 def _sensed(low: list[list[Evidence]], high: list[list[Evidence]]) -> bool:
     """Whether the recorder of all runs that rub more is another one than that of all others."""
-    for i, name in SENSED:
-        a, b = ([float(getattr(e.sensors[i], name)) for runs in kind for e in runs] for kind in (low, high))
-        if min(b) > OTHER * max(a) or min(a) > OTHER * max(b):
-            return True
-    return False
+    readings = [[[float(getattr(e.sensors[i], name)) for runs in kind for e in runs] for kind in (low, high)] for i, name in SENSED]
+    rates = [[e.dt_s for runs in kind for e in runs] for kind in (low, high)]
+    return any(min(b) > OTHER * max(a) or min(a) > OTHER * max(b) for a, b in (*readings, rates))
 
 
 def second_pass(low: Array, high: Array, errors: Array) -> bool:

@@ -22,7 +22,7 @@ SIGN = 0.6
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output moves, but not as any friction would move it."""
-    hit = [e for e in log if _unrelated(e)]
+    hit = [e for e in log if unrelated(e)]
     if hit:
         number = min(explained_by(e) for e in hit)
         yield Remark(
@@ -41,7 +41,8 @@ def explained_by(e: Evidence) -> float:
     return 1.0 - (1.0 - p.explained) * (p.rms_n / max(min(p.rms_n, p.delayed_rms_n), 1e-300)) ** 2
 
 
-def _unrelated(e: Evidence) -> bool:
+def unrelated(e: Evidence) -> bool:
+    """Whether no friction moves the output as it moves."""
     if max(lost_by(e, 0), lost_by(e, 1)) > MOST_WRAP:
         # a sensor that was lost midway follows nothing from there on
         return False

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from sstl_cli.identification.gate.causes import Cause
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.magnitude import IMPOSSIBLE_N
 from sstl_cli.identification.gate.rules.sign import below
+from sstl_cli.identification.gate.slopes import Slopes
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "zero", 40
@@ -24,6 +27,8 @@ SHARE_APART = 0.15
 # how many times further than the other runs among themselves a run's lines lie from theirs, least part of the span that counts as such a scatter
 # (sensors and friction differ by as much between movements), fewest others, and factor within which both lines move as one zero moves them
 MOVED, SCATTER, FEWEST, ALIKE = 5.0, 0.005, 2, 2.0
+# zeros of two sensors drift by that much alike (N)
+PRELOAD_N = 1.0
 # zeros are read off loops that lines explain
 EXPLAINED = 0.985
 # on a straight tube the lines hardly open, and where they meet is anywhere
@@ -33,6 +38,8 @@ LEAST_FRICTION = 0.2
 HELD_N, HELD_SHARE, TAKES, BEFORE, LITTLE = 2.5, 0.1, 0.25, 0.5, 0.03
 # where the input goes below no tension (N) it is the input's zero, and friction that is no play may leave more
 PUSHED_N, OTHERS, MORE = 1.0, 0.8, 0.08
+# part of the input's span over which each of the free lines must be seen
+SEEN = 0.2
 # how far (share of the input's span) the lines may be drawn on
 REACH = 0.5
 # what friction with that zero must find of where the lines meet
@@ -59,7 +66,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "remark", lowest, "N",
                 f"{names([e.run_id for e in hit])}: the {WORDS[i]} goes down to {lowest:.3g} N, but a tendon cannot push; its "
-                "zero is probably wrong (tared under load), or it is the difference of a pair",
+                "zero is probably wrong (tared under load, or AC-coupled), or it is no tension but a difference or a derivative",
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load) }}",
             )  # fmt: skip
     yield from _cut(log)
@@ -78,7 +85,15 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"{CHANNELS[i]} = {{ column = ..., offset = (reading at no load, about {worst:.3g}) }}",
             )  # fmt: skip
     told = {e.run_id for e in log if _below(e, 0) or _below(e, 1) or _apart(e, 0) or _apart(e, 1)} | zeroed
-    for e, i, by in _moved([e for e in log if e.run_id not in told]):
+    rest = [e for e in log if e.run_id not in told]
+    for e, by in _both(rest):
+        yield Remark(
+            (e.run_id,), RULE, "remark", by, "N",
+            f"{names([e.run_id])}: the lines of pull and release meet where both channels read {by:+.3g} N beside those of the other runs, "
+            "as with one offset on both; both zeros were probably set anew (tared) before this run, or a preload was left in",
+            f"{CHANNELS[0]} = {{ column = ..., offset = {by:.3g} }}; {CHANNELS[1]} = {{ column = ..., offset = {by:.3g} }} (for this file)",
+        )  # fmt: skip
+    for e, i, by in _moved(rest):
         yield Remark(
             (e.run_id,), RULE, "remark", by, "N",
             f"{names([e.run_id])}: both lines lie where a zero of the {WORDS[i]} {by:+.3g} N from that of the other runs moves them; it was "
@@ -127,26 +142,66 @@ def _cut(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, int, float]]:
-    """Yield runs of which both lines lie apart from those of the other runs as a zero moves them, its channel and by how much (N)."""
+@dataclass(frozen=True)
+class _Apart:
+    """A run, the other ones of its system, and by how much its lines of pull and release lie from theirs (N, and how often their scatter)."""
+
+    run: Evidence
+    sensed: Sequence[Evidence]
+    lines: Slopes | PlayFit
+    pull: float
+    release: float
+    times: float
+
+
+def _lines_apart(log: Sequence[Evidence]) -> Iterator[_Apart]:
+    """Yield how far the lines of each run lie from those of the other runs of its system."""
     for system, tendon in sorted({(e.system, e.tendon) for e in log}, key=str):
         sensed = [e for e in log if (e.system, e.tendon) == (system, tendon) and e.tendon_like]
         seen = [e for e in sensed if e.slopes.known and e.slopes.friction > LEAST_FRICTION]
         least = SCATTER * max((e.ranges[1].span for e in sensed), default=0.0)
-        for e in seen:
+        for e in sensed:
             others = np.array([(o.slopes.beta_p, o.slopes.beta_r) for o in seen if o is not e])
-            if len(others) < FEWEST:
+            lines = e.slopes if e in seen else _free_lines(e)
+            if len(others) < FEWEST or lines is None:
                 continue
             usual = np.median(others, axis=0)
             scatter = np.maximum(np.max(np.abs(others - usual), axis=0), least)
-            pull, release = e.slopes.beta_p - float(usual[0]), e.slopes.beta_r - float(usual[1])
-            # dry friction moves the two lines apart; a zero of the output both alike, one of the input each by its slope
-            if abs(pull) > MOVED * scatter[0] and pull * release > 0.0:
-                apart = math.log(release / pull)
-                i = int(abs(apart) < abs(apart - 2.0 * e.slopes.friction))
-                by = pull if i else -pull / e.slopes.gamma_p
-                if abs(apart if i else apart - 2.0 * e.slopes.friction) < math.log(ALIKE) and _needed(e, i, by, sensed):
-                    yield e, i, by
+            pull, release = lines.beta_p - float(usual[0]), lines.beta_r - float(usual[1])
+            yield _Apart(e, sensed, lines, pull, release, abs(pull) / float(scatter[0]))
+
+
+def _free_lines(e: Evidence) -> PlayFit | None:
+    """Return lines that explain the output of a run whose phases do not show them."""
+    p = e.play
+    both = p is not None and p.explained > EXPLAINED and min(p.reaches) > SEEN and 0.0 < p.gamma_p < 1.0 < p.gamma_r
+    return p if both and not e.slopes.known else None
+
+
+def _both(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, float]]:
+    """Yield runs whose lines lie closer together than those of the other runs, as a preload on both channels moves them, and by how much (N).
+
+    No friction does that: dry friction, drag and a delay move the lines apart.
+    """
+    for a in _lines_apart(log):
+        s = a.lines
+        if a.times > MOVED and a.pull > 0.0 > a.release:
+            by = a.pull / (1.0 - s.gamma_p), a.release / (1.0 - s.gamma_r)
+            if s.gamma_p < 1.0 < s.gamma_r and abs(math.log(by[0] / by[1])) < math.log(ALIKE) and min(by) > PRELOAD_N:
+                yield a.run, 0.5 * (by[0] + by[1])
+
+
+def _moved(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, int, float]]:
+    """Yield runs of which both lines lie apart from those of the other runs as a zero moves them, its channel and by how much (N)."""
+    for a in _lines_apart(log):
+        e, pull = a.run, a.pull
+        # dry friction moves the two lines apart; a zero of the output both alike, one of the input each by its slope
+        if a.times > MOVED and pull * a.release > 0.0 and e.slopes.known:
+            apart = math.log(a.release / pull)
+            i = int(abs(apart) < abs(apart - 2.0 * e.slopes.friction))
+            by = pull if i else -pull / e.slopes.gamma_p
+            if abs(apart if i else apart - 2.0 * e.slopes.friction) < math.log(ALIKE) and _needed(e, i, by, a.sensed):
+                yield e, i, by
 
 
 def _needed(e: Evidence, i: int, by: float, sensed: Sequence[Evidence]) -> bool:

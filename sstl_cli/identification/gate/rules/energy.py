@@ -1,0 +1,31 @@
+"""A hysteresis loop that runs the wrong way: friction would give energy instead of taking it, whatever its law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.unrelated import unrelated
+from sstl_cli.identification.gate.units import column_line
+
+RULE, RANK = "energy", 49
+# tension that a loop gives, in parts of the way of the input times the span of the output: friction takes 0.01 to 0.2 of it
+GIVES = 0.02
+# noises that an input must go for its loops to be a movement
+MOVES = 20.0
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output is above on the way up and below on the way down."""
+    gives = [e for e in log if e.usable and e.both_tensions and e.loop_work > GIVES and e.ranges[0].span > MOVES * e.sensors[0].noise_n]
+    hit = [e for e in gives if not unrelated(e)]
+    if hit:
+        most = max(e.loop_work for e in hit)
+        yield Remark(
+            tuple(e.run_id for e in hit), RULE, "failure", 100.0 * most, "%",
+            f"{names([e.run_id for e in hit])}: the hysteresis loop runs the wrong way, so that friction would give energy (by {100 * most:.2g} % of the way of "
+            "both tensions); the output probably comes from another recording, runs backwards or was integrated, the input was filtered, or one "
+            "of the two is a difference of both",
+            column_line(1),
+        )  # fmt: skip
