@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_loops import multisine, play
-from test_identification_gate import loop
+from test_identification_gate import leads, loop
 
 from sstl_cli.identification import gate
 from sstl_cli.identification.gate.curves import curve_of
@@ -145,3 +145,10 @@ def test_the_curve_of_a_bare_play_is_found_with_its_slopes():
     found = curve_of(x, y, 40.0, e.causes, e.play)
     # the slope of a root falls as one over the root
     assert found is not None and found.share < 0.4 and 0.3 < found.ratio < 0.8
+
+
+def test_the_one_lead_that_is_wrong_is_named():
+    runs = leads([0.44, 0.46, 0.48, 0.50, 0.52, 0.58])
+    wrong = [replace(r, lead_mm=5.0) if r is runs[-1] else r for r in runs]
+    (said,) = gate.remarks(wrong)
+    assert (said.rule, said.run_ids) == ("lead_order", (runs[-1].run_id,)) and "5 mm" in said.sentence

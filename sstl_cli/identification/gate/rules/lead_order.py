@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.lead_mm import contradicting
 from sstl_cli.identification.gate.scatter import friction_errors
 
+Array = NDArray[np.float64]
 RULE, RANK = "lead_order", 57
 FEW = 5
 # rank correlation of a list in reverse, and scatter about the best monotone curve as a share of all variation
 REVERSED, UNORDERED = 0.75, 0.4
+# and what is left of it where one wrong lead is left out
+ORDERED = 0.15
 # variation of n theta that counts
 VARIES = 0.04
 
@@ -42,16 +46,19 @@ def _ordered(group: list[Evidence]) -> Iterator[Remark]:
     if spread < max(VARIES * float(np.mean(f)), 4.0 * error):
         return
     # a third of the start-up of a command, for a rule that few logs come to
-    from scipy.optimize import isotonic_regression
     from scipy.stats import kendalltau
 
     tau = float(kendalltau(x, f).statistic)
     where = f"{group[0].location or 'all'}, {group[0].system}"
-    curves = [isotonic_regression(f, increasing=rising).x for rising in (True, False)]
-    away = min((np.abs(f - curve) for curve in curves), key=lambda a: float(np.mean(a**2)))
+    away = _away(f)
     left = float(np.sqrt(np.mean(away**2))) / spread
+    why = "files or lead labels are probably shuffled"
     if left > UNORDERED:
+        rests = [np.delete(f, k) for k in range(len(f))]
+        alone = [k for k, rest in enumerate(rests) if float(np.sqrt(np.mean(_away(rest) ** 2))) < ORDERED * float(np.std(rest))]
         out = np.flatnonzero(away > 0.5 * float(away.max()))
+        if len(alone) == 1:
+            out, why = np.array(alone), f"without {leads[alone[0]]:.4g} mm all others do, so that this lead (or its file) is probably wrong"
         how = (
             f"does not follow the lead screw (it varies by {100 * spread / float(np.mean(f)):.0f} %, {100 * left:.0f} % of it out of order)"
         )
@@ -64,6 +71,14 @@ def _ordered(group: list[Evidence]) -> Iterator[Remark]:
     ids = tuple(e.run_id for i in out for e in runs[i])
     yield Remark(
         ids, RULE, "remark", number, unit,
-        f"{names(ids)}: friction of {len(leads)} configurations ({where}) {how}; files or lead labels are probably shuffled",
+        f"{names(ids)}: friction of {len(leads)} configurations ({where}) {how}; {why}",
         "lead_mm from file_name = '(pattern)', or a manifest with the right lead_mm",
     )  # fmt: skip
+
+
+def _away(f: Array) -> Array:
+    """Return how far friction in the order of its leads is from the nearest curve that only rises or only falls."""
+    from scipy.optimize import isotonic_regression
+
+    curves = [isotonic_regression(f, increasing=rising).x for rising in (True, False)]
+    return min((np.abs(f - curve) for curve in curves), key=lambda a: float(np.mean(a**2)))
