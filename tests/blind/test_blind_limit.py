@@ -76,6 +76,7 @@ def test_every_kind_of_effect_has_a_distance_that_grows_with_it(effects):
         assert far["rival"] is not None and far["rival"] not in effects
 
 
+@pytest.mark.slow
 def test_look_alikes_are_always_among_the_rivals():
     case = drawn("single", ("channel_lowpass",), 1.2)
     session = distance.truth_of(*rebuild(case.truth), case.sim)

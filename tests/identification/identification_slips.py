@@ -117,4 +117,8 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "reversed_time": lambda: changed(backwards, "act-b050"),
     "exchanged": exchanged,
     "two_rigs": two,
+    "normalised": lambda: changed(lambda r: replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n))),
+    "curved": lambda: changed(lambda r: replace(r, tension_out_n=16.0 * np.tanh(r.tension_out_n / 16.0)), "act-b050"),
+    "energy": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_in_n - 0.5 * r.tension_out_n)),
+    "crosstalk": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.25 * r.tension_in_n), "act-b050"),
 }

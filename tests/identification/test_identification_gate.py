@@ -149,10 +149,6 @@ SLIPS = {
     "dead": lambda: each(lambda r: replace(r, tension_out_n=noise(len(r))), lambda r: r.system == "sstl"),
     "dead (input)": lambda: first(lambda r: replace(r, tension_in_n=noise(len(r)))),
     "zero (both)": lambda: each(lambda r: replace(r, tension_in_n=r.tension_in_n - 40.0, tension_out_n=r.tension_out_n - 40.0)),
-    "normalised": lambda: each(lambda r: replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n))),
-    "curved": lambda: first(lambda r: replace(r, tension_out_n=24.0 * np.tanh(r.tension_out_n / 24.0))),
-    "energy": lambda: each(lambda r: replace(r, tension_out_n=r.tension_in_n - 0.5 * r.tension_out_n)),
-    "crosstalk": lambda: each(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.25 * r.tension_in_n), lambda r: r is sample()[3]),
     "position": lambda: each(lambda r: replace(r, position_in_mm=r.tension_in_n / 5000.0)),
     **CAUSES,
 }
