@@ -7,7 +7,7 @@ import unicodedata
 from dataclasses import dataclass
 
 from sstl_cli.core.units import is_unit, unit_of
-from sstl_cli.importers.guess_words import ELSE, QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, SIGNS, STEMS, STRANGE, UNIT_WORDS
+from sstl_cli.importers.guess_words import ELSE, NOT_MEASURED, QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, SIGNS, STEMS, STRANGE, UNIT_WORDS
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
@@ -40,6 +40,23 @@ class Said:
     reference: bool = False
     unit: str = ""
     strange: str = ""
+
+    @property
+    def unmeasured(self) -> str:
+        """The word that says that the channel was not measured (empty if none does)."""
+        # Model Root/Plant/T_in: a block diagram's name is no word of the channel's
+        own = (
+            self.words[2:]
+            if self.words[:2] == ("model", "root")
+            else self.words[1:]
+            if re.match(r"model/", self.name, re.I)
+            else self.words
+        )
+        # log10 is cut into a word and a number
+        found = next((w for w, after in zip(own, (*own[1:], ""), strict=True) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
+        # T_in_d and T_in*, as control writes what is desired
+        desired = "*" if self.name.split("(")[0].split("[")[0].rstrip().endswith("*") else "d" if own[-1:] == ("d",) and self.side else ""
+        return found or desired
 
     @property
     def dimension(self) -> str:

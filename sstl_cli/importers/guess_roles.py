@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,26 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
     data : dict
         First samples of each channel, shape (n,).
     """
-    tensions = [s for s in names if s.tension]
+    tensions = _measured([s for s in names if s.tension])
+    roles = _of_tensions(tensions, names, data)
+    return replace(roles, ask_first=_doubted(roles.first, roles.ask_first), ask_second=_doubted(roles.second, roles.ask_second))
+
+
+def _measured(tensions: list[Said]) -> list[Said]:
+    """Return the tensions without those that were not measured by their names where one beside them was."""
+    sure = [s for s in tensions if not s.unmeasured]
+    return [s for s in tensions if not s.unmeasured or not any(not s.side or m.side in (s.side, "") for m in sure)]
+
+
+def _doubted(found: tuple[Said, ...], question: str) -> str:
+    """Return the question of a side with another one where a name says that its channel was not measured."""
+    words = {s.unmeasured for s in found if s.unmeasured}
+    doubt = f"'{min(words)}' in its name: was this measured?" if words else ""
+    return "; ".join(filter(None, (question, doubt)))
+
+
+def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]) -> Roles:
+    """Return which of the tensions are the input and the output; where none is named so, which other channels may be."""
     # where two are forces by their units, a tension in V is that of the mains or of a motor
     forces = [s for s in tensions if s.dimension == "force"]
     tensions = forces if len(forces) > 1 else tensions

@@ -122,7 +122,7 @@ def _others(p: Proposal) -> list[str]:
     used = {s.name for s in (*p.roles.first, *p.roles.second)} | {p.time.channel}
     lines = []
     wanted: tuple[tuple[str, str, Callable[[Said], bool]], ...] = (
-        ("position_in_mm", "length", lambda s: s.quantity == "position" and not s.reference and s.side != "out"),
+        ("position_in_mm", "length", lambda s: s.quantity == "position" and not (s.reference or s.unmeasured) and s.side != "out"),
         ("tension_ref_n", "force", lambda s: s.reference and (s.quantity == "force" or s.dimension == "force")),
     )
     for target, dimension, fits in wanted:

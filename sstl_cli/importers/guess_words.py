@@ -52,6 +52,16 @@ REFERENCE = words(
     "ref reference cmd command commanded desired des setpoint set sp target soll sollwert consigne consigna "
     "referencia riferimento demand goal nominal vorgabe"
 )
+# of a channel that was planned, computed or taken of readings, or that tells something about the one that was measured
+NOT_MEASURED = words(
+    "requested planned theoretical theory theoretisch theorique teorica teorico calc calculated calculee calculada berechnet "
+    "estimate estimated est estimee estimada estimado geschatzt hat observer ideal limit threshold preload offset tare noise "
+    "uncertainty resolution std var variance max maximum min minimum peak pred predicted prediction fem expected sim simulated "
+    "simulation simuliert simulee simulada computed virtual capstan controller pid amplifier filter saturation stiffness normal "
+    "log10 model modell modele modelo fit fitted fft trajectory rate prev kf kalman nn mv abs sum"
+)
+# of how readings were treated, which tells several of one sensor apart
+TREATED = NOT_MEASURED | words("raw filtered filt smoothed smooth mean avg average rms median corrected uncorrected zeroed tared")
 # parts of German compounds and of words written together
 STEMS: dict[str, tuple[str, str]] = {
     "kraft": ("quantity", "force"),
@@ -134,5 +144,6 @@ SIGNS = {
     "输入": "input", "入力": "input", "近端": "proximal", "输出": "output", "出力": "output", "远端": "distal", "遠端": "distal",
     "时间": "time", "時間": "time", "時刻": "time", "序号": "index", "番号": "index", "拉力": "tension", "张力": "tension", "張力": "tension",
     "位移": "displacement", "变位": "displacement", "変位": "displacement", "目标": "target", "目標": "target", "指令": "command",
+    "推定": "estimate", "估计": "estimate", "仿真": "simulated", "計算": "computed", "理論": "theory",
     "力": "force",
 }  # fmt: skip

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from header_table import HEADERS, Header, T, X, Y, rows
+from header_table_misleading import MISLEADING
 from header_table_more import MORE
 
 from sstl_cli.core.units import unit_of
@@ -34,7 +35,7 @@ def verdicts(header: Header, folder: Path) -> list[str]:
     return out
 
 
-@pytest.mark.parametrize("header", (*HEADERS, *MORE), ids=lambda h: h.logger)
+@pytest.mark.parametrize("header", (*HEADERS, *MORE, *MISLEADING), ids=lambda h: h.logger)
 def test_right_or_asked(header: Header, tmp_path: Path) -> None:
     assert "wrong" not in verdicts(header, tmp_path)
 
@@ -52,6 +53,12 @@ def test_what_more_headers_say_is_hardly_asked(tmp_path: Path) -> None:
     every = [v for h in MORE for v in verdicts(h, tmp_path)]
     # a force with the tip's force beside it is asked for, and so is the unit of a column named only "ms"
     assert len(MORE) == 49 and every.count("right") == sum(known) - 2 == 91
+
+
+def test_what_misleading_headers_do_say_is_not_asked(tmp_path: Path) -> None:
+    known = [c is not None and u is not None for h in MISLEADING for c, u in (h.time, h.first, h.second)]
+    every = [v for h in MISLEADING for v in verdicts(h, tmp_path)]
+    assert every.count("right") == sum(known)
 
 
 def test_a_deviation_is_no_position(tmp_path: Path) -> None:

@@ -1,0 +1,47 @@
+"""Headers that were taken at their word and mean something else: names of what was never measured, odd clocks, signs.
+
+``None`` as in ``header_table``: the file does not say it, so it must be asked.
+"""
+
+from __future__ import annotations
+
+from header_table import Header, T, X, Y, rows
+from header_table_more import ASK, R
+
+NOT_MEASURED = (
+    "T_out_d (N)", "T_out* (N)", "T_out_sim (N)", "T_out_hat (N)", "PID output (N)", "Controller output (N)", "Amplifier output (N)",
+    "Requested output tension (N)", "Planned output tension (N)", "Theoretical output tension (N)", "T_out_calc (N)", "T_out_est (N)",
+    "Output tension estimate (N)", "T_out observer (N)", "T_out ideal (N)", "Output limit (N)", "Output tension threshold (N)",
+    "Output preload (N)", "Output tension offset (N)", "Output tension tare (N)", "Output tension noise (N)",
+    "Output tension uncertainty (N)", "Output tension std (N)", "Output tension max (N)", "Output tension min (N)", "T_out_pred (N)",
+    "T_out FEM (N)", "T_out theory (N)", "Expected output tension (N)", "Simulated tip force (N)", "Computed distal tension (N)",
+    "Virtual output tension (N)", "T_out capstan (N)", "Output saturation (N)", "Tip stiffness (N)", "Distal normal force (N)",
+    "Output tension log10 (N)", "T_out model (N)",
+)  # fmt: skip
+UNMEASURED = tuple(
+    Header(f"{name} alone", f"Time (s),Fin (N),{name}\n" + rows(T, X, Y), ("Time (s)", "s"), ("Fin (N)", "N"), ASK) for name in NOT_MEASURED
+)
+BESIDE = (
+    Header(
+        "a model beside the load cell of the same side",
+        "Time (s),T_in (N),T_out_model (N),T_out (N)\n" + rows(T, X, R, Y),
+        ("Time (s)", "s"),
+        ("T_in (N)", "N"),
+        ("T_out (N)", "N"),
+    ),
+    Header(
+        "what is desired beside what was measured",
+        "Time (s),T_in_d (N),T_in (N),Tip load cell (N)\n" + rows(T, R, X, Y),
+        ("Time (s)", "s"),
+        ("T_in (N)", "N"),
+        ("Tip load cell (N)", "N"),
+    ),
+    Header(
+        "mean, maximum and deviation",
+        "Time (s),Fin mean (N),Fin max (N),Fin std (N),Fout mean (N),Fout max (N)\n" + rows(T, X, X + 1, 0.1 * R, Y, Y + 1),
+        ("Time (s)", "s"),
+        ("Fin mean (N)", "N"),
+        ("Fout mean (N)", "N"),
+    ),
+)
+MISLEADING = (*UNMEASURED, *BESIDE)
