@@ -7,7 +7,19 @@ import unicodedata
 from dataclasses import dataclass
 
 from sstl_cli.core.units import is_unit, unit_of
-from sstl_cli.importers.guess_words import ELSE, NOT_MEASURED, QUANTITY, QUANTITY_OF, REFERENCE, SIDE_OF, SIGNS, STEMS, STRANGE, UNIT_WORDS
+from sstl_cli.importers.guess_words import (
+    ELSE,
+    NOT_MEASURED,
+    QUANTITY,
+    QUANTITY_OF,
+    REFERENCE,
+    SIDE_OF,
+    SIGNS,
+    STEMS,
+    STRANGE,
+    UNIT_CELLS,
+    UNIT_WORDS,
+)
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
@@ -19,7 +31,7 @@ _FORCE_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf)$")
 _ORDER = tuple(QUANTITY)
 _SAFE_TAIL = {
     "force": ("N", "mN", "kN", "uN", "kgf", "gf", "lbf", "ozf", "kg", "g", "lb", "lbs", "V", "mV", "n", "kn", "mn"),
-    "time": ("s", "ms", "us", "ns", "S", "MS", "US", "NS"),
+    "time": ("s", "ms", "us", "ns", "S", "MS", "US", "NS", "min", "Min", "h"),
     "position": ("mm", "cm", "m", "um", "deg", "rad"),
     "angle": ("deg", "rad", "rev"),
     "pressure": ("bar", "psi", "kPa", "MPa", "Pa", "mbar"),
@@ -133,8 +145,8 @@ def _unit(text: str) -> tuple[str, str]:
     if text in ("in", "inch", "inches"):
         return "in", ""
     plain = _plain(text).lower()
-    if plain in UNIT_WORDS:
-        return UNIT_WORDS[plain], ""
+    if plain in UNIT_CELLS:
+        return UNIT_CELLS[plain], ""
     if _bare(text) in STRANGE or "%" in plain or re.fullmatch(r"[a-z]{1,3}/[a-z]{1,4}2?", plain):
         return "", text
     scaled = _SCALED.fullmatch(text)
@@ -211,7 +223,7 @@ def _tail(plain: str, words: tuple[str, ...], quantity: str) -> tuple[str, str]:
     if last.lower() in ("percent", "pct", "prozent") or last.endswith("%"):
         return "", last
     if len(words) > 1 and last in _SAFE_TAIL.get(quantity, ()):
-        return {"n": "N", "kn": "kN", "mn": "mN", "S": "s", "MS": "ms", "US": "us", "NS": "ns"}.get(last, last), ""
+        return {"n": "N", "kn": "kN", "mn": "mN", "S": "s", "MS": "ms", "US": "us", "NS": "ns", "Min": "min"}.get(last, last), ""
     if len(words) > 1 and not quantity and last in ("N", "mN", "kN", "lbf", "kgf"):
         return last, ""
     return "", ""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_words import UNIT_WORDS
+from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS, UNIT_WORDS
 
 Array = NDArray[np.float64]
 # unix times of the years 2001 to 2100, by the unit they are counted in
@@ -24,6 +24,13 @@ EPOCH_LAST = 4.1
 # days since 1900 or of the year 0, as spreadsheets and MATLAB count them
 DAYS = ((36_000.0, 73_000.0), (730_000.0, 770_000.0))
 LIKELY_STEP_S = (2e-5, 0.5)
+# without a stated unit: the steps of usual loggers, whose rate is a whole number; with 60 in it, it may be one a minute
+LOGGER_STEP_S = (4.99e-4, 0.1001)
+MINUTE = 60
+# of a rate, how far it may be from a whole number
+ROUNDED = 1e-3
+# from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
+DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
 # a number with its unit in one cell, as a table of times is written
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
@@ -161,6 +168,8 @@ def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
             if stated and unit_of(stated) != unit_of(unit):
                 return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}", "unix time"
             return unit, 1.0, "", f"unix time in {unit}"
+    if odd := _odd(best):
+        return stated or "s", 1.0, f"what is {odd} in its name? give unit and scale", f"its name says {odd}"
     if not stated and any(a <= finite[0] < b for a, b in DAYS) and np.ptp(finite) < 2:
         return "h", 24.0, "", "days, as spreadsheets and MATLAB count them"
     if stated:
@@ -168,12 +177,44 @@ def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
         if period and not LIKELY_STEP_S[0] <= period <= LIKELY_STEP_S[1]:
             return stated, 1.0, f"is {1 / period:.4g} Hz the rate? the name says {stated}", f"unit {stated} by its name"
         return stated, 1.0, "", f"unit {stated} by its name"
-    whole = bool(np.all(finite == np.round(finite)))
-    if not whole and LIKELY_STEP_S[0] <= step <= LIKELY_STEP_S[1]:
+    if _time_of_day(finite):
+        return "s", 1.0, "s, or a time of day written as a number (then rate_hz)?", "may be hours, minutes and seconds in one number"
+    if _logged(steps, step):
         return "s", 1.0, "", f"unit s from its usual step of {step:g}"
     unit = "us" if step >= 500 else "ms" if step >= 1 else "s"
     counts = " or does it count samples (then rate_hz)?" if _counts(values) else ""
     return unit, 1.0, f"no unit is stated: {unit} fits steps of {step:g};{counts or ' right?'}", f"step {step:g}"
+
+
+def _odd(best: Said) -> str:
+    """Return what a clock's name says beside time and its unit: a bracket that is no unit of time, a factor, another word (empty: nothing)."""
+    brackets = re.findall(r"[\[({<]([^\[\](){}<>]*)[\])}>]", best.name)
+    unknown = next((b for b in brackets if b.strip() and not _unit_of_time(b, best)), "")
+    factor = re.search(r"(?:[*×/]|(?<![A-Za-z])x)\s*\d+(?![\w/])", best.name)
+    word = next((w for w in best.words if w in NO_CLOCK), "")
+    return unknown or (factor[0] if factor else word)
+
+
+def _unit_of_time(bracket: str, best: Said) -> bool:
+    known = UNIT_CELLS.get(bracket.strip().strip(".").lower(), bracket.strip())
+    return _is_time(known) and (best.dimension in ("", "time"))
+
+
+def _logged(steps: Array, step: float) -> bool:
+    """Return whether the steps of a clock of no stated unit are those of a usual logger if they are in s."""
+    if not LOGGER_STEP_S[0] <= step <= LOGGER_STEP_S[1]:
+        return False
+    # the mean tells more places than a step that was rounded; pauses are no steps
+    rate = 1.0 / float(np.mean(steps[(steps > 0) & (steps < 2 * step)]))
+    near = ROUNDED * rate
+    return abs(rate - round(rate)) <= near and abs(rate - MINUTE * round(rate / MINUTE)) > near
+
+
+def _time_of_day(values: Array) -> bool:
+    """Return whether numbers may be hours, minutes and seconds written together."""
+    low, high = DAYTIME
+    minutes, seconds = values // 100 % 100, values % 100
+    return bool(low <= values[0] and values[-1] < high and seconds.max() < MINUTE and minutes.max() < MINUTE)
 
 
 def runs_forward(values: Array) -> bool:

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark."
 # more than a steel tendon of 1 mm holds
 MANY_N = 3_000.0
+# of the most negative reading, how far others may lie above zero
+SLACK = 0.1
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,16 @@ def _tension(target: str, roles: Roles, data: dict[str, Array]) -> str:
     names = [json.dumps(s.name, ensure_ascii=False) for s in found]
     source = f"minus = [{', '.join(names)}]" if len(found) > 1 else f"column = {names[0]}"
     unit, doubt = _unit(one, target, [data[s.name] for s in found])
+    if len(found) == 1 and one.dimension in ("", "force") and not one.strange and negative(data[one.name]):
+        unit, turned = f"{unit}, sign = -1", "negative throughout, and a tendon only pulls: does it read negative in tension?"
+        doubt = "; ".join(filter(None, (turned, doubt)))
     return f"{target} = {{ {source}, {unit} }}" + _mark("; ".join(filter(None, (question, doubt))))
+
+
+def negative(values: Array) -> bool:
+    """Return whether readings lie below zero, but for a slack tendon's noise around it."""
+    finite = values[np.isfinite(values)]
+    return bool(len(finite)) and float(finite.max()) < -SLACK * float(finite.min())
 
 
 def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
@@ -130,6 +141,7 @@ def _others(p: Proposal) -> list[str]:
         for s in found:
             name = json.dumps(s.name, ensure_ascii=False)
             sure = len(found) == 1 and s.dimension == dimension and p.pair is None
+            sure = sure and not (dimension == "force" and negative(p.data.get(s.name, np.empty(0))))
             lines.append(f'{"" if sure else "# "}{target} = {{ column = {name}, unit = "{s.unit or "..."}" }}')
     return lines
 

@@ -117,6 +117,10 @@ UNIT_WORDS = {
     "sek": "s",
     "seg": "s",
     "minuten": "min",
+    "mins": "min",
+    "minuto": "min",
+    "minutos": "min",
+    "minuti": "min",
     "volt": "V",
     "volts": "V",
     "grad": "deg",
@@ -135,6 +139,22 @@ UNIT_WORDS = {
     "pounds": "lbf",
     "grams": "gf",
 }
+# in brackets or a row of units, where a word can only be a unit: in other letters than its own
+UNIT_CELLS = UNIT_WORDS | {
+    **{u: u for u in ("s", "ms", "us", "ns", "min", "h", "kgf", "gf", "lbf", "ozf")},
+    "hr": "h",
+    "hrs": "h",
+    "std": "h",
+    "kn": "kN",
+    "kg": "kgf",
+    "lb": "lbf",
+    "lbs": "lbf",
+    "pound": "lbf",
+    "oz": "ozf",
+    "ounces": "ozf",
+}
+# of a time that does not go on in a unit of time, or is none
+NO_CLOCK = words("cycle cycles normalized normalised norm normiert frame frames fraction ratio phase period periode step steps timestep")
 # units of something else, which no sensor's gain turns into a tension
 ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
 # units that are no force, and that no factor known here turns into one

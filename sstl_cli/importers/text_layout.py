@@ -14,7 +14,7 @@ from pathlib import Path
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
-from sstl_cli.importers.guess_words import STRANGE, UNIT_WORDS
+from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS
 from sstl_cli.importers.instruments import Measured, labview, stated_by
 
 MAX_LINE_BYTES = 1 << 20
@@ -275,7 +275,7 @@ def _stated(cell: str) -> str | None:
     unit = cell.strip().strip("[]()").strip()
     if is_unit(unit):
         return unit
-    known = UNIT_WORDS.get(unit.lower(), "")
+    known = UNIT_CELLS.get(unit.lower(), "")
     if _TIME_OF_DAY.fullmatch(unit):
         return ""
     return known if known else "" if unit.replace("°", "deg").lower() in NO_FORCE else None

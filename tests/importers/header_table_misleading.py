@@ -44,4 +44,29 @@ BESIDE = (
         ("Fout mean (N)", "N"),
     ),
 )
-MISLEADING = (*UNMEASURED, *BESIDE)
+
+
+def timed(name: str, clock: object, unit: str | None, digits: int = 8) -> Header:
+    """Return a log whose clock has a name and values of its own; no unit: it must be asked."""
+    said = (name, unit) if unit else ASK
+    return Header(
+        f"clock {name} {unit}", f"{name},Fin (N),Fout (N)\n" + rows(clock, X, Y, digits=digits), said, ("Fin (N)", "N"), ("Fout (N)", "N")
+    )
+
+
+CLOCKS = (
+    *(timed(name, T / 60, "min") for name in ("Time (mins)", "Zeit (Min)", "Time [minutes]", "Zeit [Minuten]", "time_min")),
+    timed("Time (S)", T, "s"),
+    *(
+        timed(name, T, None)
+        for name in ("Time (cycles)", "Time normalized", "Time*10 (s)", "Time (m)", "Time (UTC)", "Time (ds)", "Cycle time (s)")
+    ),
+    # half a millisecond, tenths of a second in minutes, and 20 Hz in minutes
+    timed("Time", 125 * T, None, 1),
+    timed("Time", T / 0.004 / 600, None, 6),
+    timed("Time", T / 0.004 / 1200, None, 4),
+    timed("Time", T / 0.004 * 0.013, None),
+    timed("Time", 140_321.0 + T, None, 3),
+    *(timed("Time", T / 0.004 / rate, "s") for rate in (10, 50, 100, 250, 1000, 2000)),
+)
+MISLEADING = (*UNMEASURED, *BESIDE, *CLOCKS)

@@ -188,3 +188,13 @@ def test_a_header_in_an_older_encoding_is_read_as_it_was_written(tmp_path: Path,
     log.write_bytes((names + "\n" + rows(T, X, Y)).encode(encoding))
     toml = guess([log]).toml
     assert all(f'"{name}"' in toml for name in names.split(","))
+
+
+@pytest.mark.parametrize(("first", "second", "turned"), [(-1, 1, 1), (-1, -1, 2), (1, 1, 0)])
+def test_a_tension_that_reads_negative_throughout_is_asked(first: int, second: int, turned: int, tmp_path: Path) -> None:
+    path = tmp_path / "act.csv"
+    path.write_text("Time (s),Fin (N),Fout (N)\n" + rows(T, first * X, second * Y))
+    found = guess([path])
+    assert found.toml.count("sign = -1 }  # (?) negative throughout") == turned == len(found.questions)
+    [one] = run([path], answered(found.toml.replace("(?)", ""), tmp_path, "system=act")).runs
+    np.testing.assert_allclose(one.tension_in_n, X, atol=1e-5)
