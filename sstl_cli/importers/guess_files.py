@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from sstl_cli.importers.guess_words import SIDE_OF, words
+from sstl_cli.importers.guess_words import REFERENCE, SIDE_OF, words
 
 _PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
@@ -14,6 +14,11 @@ _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap 
 _TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
 _BEND = words("deg bend angle config cfg conf curve radius r bending biegung winkel grad kurve")
 _LEAD = words("lead screw leadscrew spindel")
+# beside these act is what was measured
+_ACTUAL = REFERENCE | words("actual measured meas ist vs")
+# angles of something else than the sheath
+_TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
+Columns = list[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -49,18 +54,24 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     columns = list(zip(*cut, strict=True))
     labels: dict[int, str] = {}
     unknown: list[int] = []
+    asked: list[str] = []
     for i, values in enumerate(columns):
         label = _label(i, values, columns)
+        if label == "system" and _no_system(i, columns):
+            continue
         if label and label not in labels.values():
             labels[i] = label
+            asked.append(_doubt(i, label, columns))
+        elif label:
+            asked.append(f"{values[0]} may be the {label} too: which is it?")
         elif label is None and len(set(values)) > 1 and not takes:
             unknown.append(i)
-    question = ""
     if unknown and "config_id" not in labels.values():
         labels[unknown[0]] = "config_id"
-        question = "does this part of the name tell the bending configuration?"
+        asked.append("does this part of the name tell the bending configuration?")
     elif unknown:
-        question = "the name has parts that vary and got no label"
+        asked.append("the name has parts that vary and got no label")
+    question = "; ".join(dict.fromkeys(filter(None, asked)))
     if not labels:
         return Named(reason="" if len(stems) == 1 else "the file names give no label")
     names = dict(labels)
@@ -103,12 +114,10 @@ def _kind(part: str) -> str:
     return "number" if part[0].isdigit() else "word" if part[0].isalpha() else part
 
 
-def _label(i: int, values: tuple[str, ...], columns: list[tuple[str, ...]]) -> str | None:
+def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
     """Return the label that a part of the names gives, an empty text for none, None if it is not known."""
-    before = columns[i - 1][0].lower() if i else ""
-    if before and not before[0].isalnum() and i > 1:
-        before = columns[i - 2][0].lower()
-    after = columns[i + 1][0].lower() if i + 1 < len(columns) else ""
+    before = _before(i, columns)
+    after = _at(i + 1, columns)
     if not values[0][0].isalnum():
         return ""
     if values[0][0].isalpha():
@@ -119,11 +128,59 @@ def _label(i: int, values: tuple[str, ...], columns: list[tuple[str, ...]]) -> s
         if {v.lower() for v in values} <= _MOTIONS:
             return "trajectory"
         return "" if len(set(values)) == 1 else None
-    if before in _LEAD or after == "mm":
+    if before in _LEAD:
         return "lead_mm"
-    if before in _BEND or after in _BEND or before.upper() in _LOCATIONS:
+    if before in _BEND:
+        return "config_id"
+    if after == "mm":
+        return "lead_mm"
+    if (after in _BEND and not _speed(i + 1, columns)) or before.upper() in _LOCATIONS:
         return "config_id"
     # dates and times of day, and numbers that count recordings
     if before in _TRIAL or all(len(v) in (6, 8, 14) for v in values):
         return ""
     return None if len(set(values)) > 1 else ""
+
+
+def _at(i: int, columns: Columns) -> str:
+    """Return a part of the first name in small letters, an empty text behind its end."""
+    return columns[i][0].lower() if 0 <= i < len(columns) else ""
+
+
+def _before(i: int, columns: Columns) -> str:
+    """Return the part in front of another, over what separates them."""
+    part = _at(i - 1, columns)
+    return _at(i - 2, columns) if part and not part[0].isalnum() and i > 1 else part
+
+
+def _speed(i: int, columns: Columns) -> bool:
+    """Return whether the unit at a place goes on as that of a speed: deg_per_s, deg_s."""
+    following = [p for p in (_at(k, columns) for k in range(i + 1, i + 5)) if p and p[0].isalnum()]
+    # s1 is the first subject, or sample
+    return following[:1] in (["per"], ["sec"]) or (following[:1] == ["s"] and not any(p[0].isdigit() for p in following[1:2]))
+
+
+def _no_system(i: int, columns: Columns) -> bool:
+    """Return whether act and sstl in a name need not be its system: both stand there, or act beside what is desired or measured."""
+    others = {part.lower() for k, values in enumerate(columns) if k != i for part in values}
+    if others & _SYSTEMS:
+        return True
+    return set(columns[i]) == {"act"} and bool(others & _ACTUAL - _TRIAL)
+
+
+def _doubt(i: int, label: str, columns: Columns) -> str:
+    """Return the question that a labelled part of the names leaves, an empty text where it is sure."""
+    part, direct, before, after = columns[i][0], _at(i - 1, columns), _before(i, columns), _at(i + 1, columns)
+    if label == "lead_mm" and before not in _LEAD:
+        return f"is {part} mm the lead of a screw, and not a diameter or a length?"
+    if label != "config_id":
+        return ""
+    if after == "p" and _at(i + 2, columns)[:1].isdigit():
+        return f"is {part}p{_at(i + 2, columns)} one number?"
+    separators = {p for p in (_at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
+    if direct == "-" and separators != {"-"}:
+        return f"is the - before {part} its sign, or does it separate?"
+    known = _BEND | _SYSTEMS | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
+    if before in _TURNS or (direct[:1].isalpha() and direct not in known):
+        return f"is {part} the bend, or the {before} of something else?"
+    return ""

@@ -105,6 +105,36 @@ def test_patterns_of_names(stems: list[str], pattern: str) -> None:
     assert name_pattern(stems).pattern == pattern
 
 
+@pytest.mark.parametrize(
+    ("stem", "question"),
+    [
+        ("act_0.5mm_bend60", "lead of a screw"),
+        ("act_bend3p5", "3p5 one number"),
+        ("act_bend-30", "its sign"),
+        ("act_roll90deg", "roll of something else"),
+        ("act_0deg_to_90deg", "90 may be the config_id too"),
+        ("act_lead0.5mm_bend60", ""),
+        ("act-bend-30-run1", ""),
+        ("act_30deg_s1", ""),
+    ],
+)
+def test_a_part_of_the_name_that_may_be_something_else_is_asked(stem: str, question: str) -> None:
+    found = name_pattern([stem])
+    assert question in found.question and bool(question) == bool(found.question) and "config_id" in found.labels
+
+
+@pytest.mark.parametrize("stem", ["act_60deg_per_s", "act_60deg_s", "act_60deg_sec"])
+def test_a_speed_is_no_bend(stem: str) -> None:
+    assert name_pattern([stem]).labels == ("system",)
+
+
+@pytest.mark.parametrize("stem", ["sstl_vs_act_bend30", "bend30_des_act", "ref_act_bend30", "act_cmd_bend30", "bend30_actual_act"])
+def test_act_beside_other_words_need_not_be_the_system(stem: str) -> None:
+    assert name_pattern([stem]).labels == ("config_id",)
+    # where others say sstl in its place it is
+    assert name_pattern(["ref_act_bend30", "ref_sstl_bend30"]).labels == ("system", "config_id")
+
+
 def test_an_unknown_part_of_the_name_is_asked() -> None:
     assert "bending configuration" in name_pattern(["KDN_1bar", "KDN_5bar"]).question
 
