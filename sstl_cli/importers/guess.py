@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess_files import Named, name_pattern, side_of, side_words, taken
 from sstl_cli.importers.guess_look import Look, look_at
-from sstl_cli.importers.guess_roles import Roles
+from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_roles import Roles, doubted
+from sstl_cli.importers.guess_several import with_doubts, with_doubts_of_pairs
 from sstl_cli.importers.guess_toml import Pair, Proposal, written
 from sstl_cli.importers.mapping import REQUIRED, Question, open_questions
 
@@ -43,7 +45,8 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     pair = _pair(looks) if len(looks) > 1 else None
     if pair is not None:
         reasons.append(f"'{pair.first.path.name}' holds the input and '{pair.second.path.name}' the output: merge = \"channels\"")
-        look, roles = pair.first, Roles(pair.first.roles.first, pair.second.roles.second)
+        look, first, second = pair.first, pair.first.roles, pair.second.roles
+        roles = Roles(first.first, second.second, first.ask_first, second.ask_second)
         reasons += [*pair.second.time.reasons]
     else:
         most = kinds.most_common(1)[0][0]
@@ -59,6 +62,8 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     if named.reason:
         reasons.append(named.reason)
     toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair))
+    alike = [x for x in looks if x.channels == look.channels]
+    toml = with_doubts(toml, look, alike) if pair is None else with_doubts_of_pairs(toml, pair)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))
 
 
@@ -78,20 +83,27 @@ def _looks(paths: list[Path], wanted: str | None) -> tuple[list[Look], list[str]
 
 
 def _pair(looks: list[Look]) -> Pair | None:
-    """Return the files that hold the input and the output, where each holds one tension only."""
+    """Return the files that hold the input and the output, where each holds one side only."""
     sides: dict[str, list[Look]] = {"in": [], "out": []}
     for look in looks:
-        one = [*look.roles.first, *look.roles.second]
-        if len(one) != 1:
+        many = look.tensions or (*look.roles.first, *look.roles.second)
+        side = side_of(look.path.stem)
+        if len(many) == 1:
+            side = many[0].side or side
+        if not side or not many or any(s.side not in ("", side) for s in many) or (not look.tensions and len(many) > 1):
             return None
-        side = one[0].side or side_of(look.path.stem)
-        if not side:
-            return None
-        roles = Roles(first=(one[0],)) if side == "in" else Roles(second=(one[0],))
-        sides[side].append(replace(look, roles=roles))
+        sides[side].append(replace(look, roles=_one_side(many, side, look.data)))
     if not sides["in"] or len(sides["in"]) != len(sides["out"]):
         return None
-    return Pair(sides["in"][0], sides["out"][0], len(looks))
+    return Pair(tuple(sides["in"]), tuple(sides["out"]))
+
+
+def _one_side(many: tuple[Said, ...], side: str, data: dict[str, Array]) -> Roles:
+    """Return the tension of a file that holds one side; of several, as the axes of a force sensor, the one that moves most is asked."""
+    one = max(many, key=lambda s: float(np.nanmax(data[s.name]) - np.nanmin(data[s.name])))
+    others = ", ".join(repr(s.name) for s in many if s is not one)
+    ask = doubted((one,), f"it moves most: is it the tendon's, or {others}?" if others else "")
+    return Roles(first=(one,), ask_first=ask) if side == "in" else Roles(second=(one,), ask_second=ask)
 
 
 def _pair_labels(looks: list[Look], pair: Pair) -> Named:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_names import Said, said
-from sstl_cli.importers.guess_roles import Roles, guess_roles
+from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_time import Stated, TimeGuess, guess_time, runs_forward, stamp_step
 from sstl_cli.importers.text import WITHOUT_MARKS, grouped_in
 from sstl_cli.importers.text_layout import layout_of, unit_in
@@ -35,6 +35,7 @@ class Look:
     data: dict[str, Array]
     time: TimeGuess
     roles: Roles
+    tensions: tuple[Said, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -62,7 +63,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
         # formats with a clock for each channel tell the time themselves, in s
         line = f'time_s = {{ column = "{clock}", unit = "s" }}'
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
-    return Look(path, chosen, tuple(names), data, time, roles)
+    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)))
 
 
 def _too_few(chosen: Format, path: Path) -> SstlError:

@@ -39,18 +39,19 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
     data : dict
         First samples of each channel, shape (n,).
     """
-    tensions = _measured([s for s in names if s.tension])
+    tensions = measured(names)
     roles = _of_tensions(tensions, names, data)
-    return replace(roles, ask_first=_doubted(roles.first, roles.ask_first), ask_second=_doubted(roles.second, roles.ask_second))
+    return replace(roles, ask_first=doubted(roles.first, roles.ask_first), ask_second=doubted(roles.second, roles.ask_second))
 
 
-def _measured(tensions: list[Said]) -> list[Said]:
+def measured(names: list[Said]) -> list[Said]:
     """Return the tensions without those that were not measured by their names where one beside them was."""
+    tensions = [s for s in names if s.tension]
     sure = [s for s in tensions if not s.unmeasured]
     return [s for s in tensions if not s.unmeasured or not any(not s.side or m.side in (s.side, "") for m in sure)]
 
 
-def _doubted(found: tuple[Said, ...], question: str) -> str:
+def doubted(found: tuple[Said, ...], question: str) -> str:
     """Return the question of a side with another one where a name says that its channel was not measured."""
     words = {s.unmeasured for s in found if s.unmeasured}
     doubt = f"'{min(words)}' in its name: was this measured?" if words else ""

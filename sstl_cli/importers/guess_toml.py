@@ -27,11 +27,25 @@ SLACK = 0.1
 
 @dataclass(frozen=True)
 class Pair:
-    """Two files, one with the input and one with the output, of ``files`` in all."""
+    """Files with the input and as many with the output; the first of each tell the mapping."""
 
-    first: Look
-    second: Look
-    files: int
+    firsts: tuple[Look, ...]
+    seconds: tuple[Look, ...]
+
+    @property
+    def first(self) -> Look:
+        """The first file with an input."""
+        return self.firsts[0]
+
+    @property
+    def second(self) -> Look:
+        """The first file with an output."""
+        return self.seconds[0]
+
+    @property
+    def files(self) -> int:
+        """Number of files in all."""
+        return len(self.firsts) + len(self.seconds)
 
 
 @dataclass(frozen=True)
@@ -59,7 +73,7 @@ def written(p: Proposal) -> str:
         data = p.data if p.pair is None else (p.pair.first if target == "tension_in_n" else p.pair.second).data
         line = _tension(target, p.roles, data)
         if p.pair is not None and target == "tension_out_n":
-            line = _asked(_with(line, f"{file}{_own_time(p.pair)}"), p.pair.second.time)
+            line = asked(_with(line, f"{file}{_own_time(p.pair)}"), _clock_question(p.pair.second.time))
         else:
             line = _with(line, file)
         lines.append(line)
@@ -180,12 +194,17 @@ def _own_time(pair: Pair) -> str:
     return f", time = {json.dumps(channel, ensure_ascii=False)}, time_unit = {json.dumps(unit[1] if unit else 's')}"
 
 
-def _asked(line: str, clock: TimeGuess) -> str:
-    """Return the line of the output with the question that its own clock leaves."""
-    question = clock.line.partition("  # (?) ")[2]
+def asked(line: str, question: str) -> str:
+    """Return a line with a question behind those that it has."""
     if not question:
         return line
-    return f"{line}; its time: {question}" if "  # (?) " in line else line + _mark(f"its time: {question}")
+    return f"{line}; {question}" if "  # (?) " in line else line + _mark(question)
+
+
+def _clock_question(clock: TimeGuess) -> str:
+    """Return the question that the own clock of the output leaves."""
+    question = clock.line.partition("  # (?) ")[2]
+    return f"its time: {question}" if question else ""
 
 
 def _clocks(pair: Pair) -> list[str]:

@@ -41,11 +41,13 @@ QUANTITY: dict[str, str] = {
 SIDE: dict[str, str] = {
     "in": (
         "in inp input prox proximal motor drive driver driving actuator actuation source upstream base handle winch "
-        "pull pulling antrieb actuador actionneur attuatore eingang eingangs ein entree entrada ingresso moteur motore amont proximale servo"
+        "pull pulling antrieb actuador actionneur attuatore eingang eingangs ein entree entrada ingresso moteur motore amont proximale servo "
+        "motorside driveside actuatorside proximalside inputside motorseite antriebsseite"
     ),
     "out": (
         "out outp output dist distal tip end effector downstream remote tool gripper return driven abtrieb ausgang "
-        "ausgangs aus endeffektor extremite spitze ende sortie salida uscita distale extremo aval punta jaw"
+        "ausgangs aus endeffektor extremite spitze ende sortie salida uscita distale extremo aval punta jaw "
+        "tipside loadside toolside distalside outputside lastseite abtriebsseite"
     ),
 }
 REFERENCE = words(

@@ -1,0 +1,77 @@
+"""Several files in one proposal: what is right for the first must be right for all, or its line names the file that differs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sstl_cli.importers.guess_files import Named
+from sstl_cli.importers.guess_look import Look
+from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
+
+# typical steps of two clocks without a stated unit that are this far apart may be counted in different ones
+STEP_RATIO = 5.0
+MARK = "  # (?) "
+
+
+def with_doubts(toml: str, look: Look, looks: Sequence[Look]) -> str:
+    """Return a proposal for files of the same channels, whose lines ask where the file of another would say something else."""
+    return _asking(toml, _differing(look, looks))
+
+
+def with_doubts_of_pairs(toml: str, pair: Pair) -> str:
+    """Return the same for several pairs: inputs are compared with the first input, outputs with the first output."""
+    first = _differing(pair.first, pair.firsts)
+    second = _differing(pair.second, pair.seconds)
+    # the clock of an output stands in the line of its tension
+    output = "; ".join(filter(None, (second.get("tension_out_n"), second.get("time_s"))))
+    doubts = {"time_s": first.get("time_s", ""), "tension_in_n": first.get("tension_in_n", ""), "tension_out_n": output}
+    return _asking(toml, doubts)
+
+
+def _asking(toml: str, doubts: dict[str, str]) -> str:
+    lines = [asked(line, doubts.get(line.partition(" = ")[0], "")) for line in toml.split("\n")]
+    return "\n".join(lines)
+
+
+def _differing(look: Look, looks: Sequence[Look]) -> dict[str, str]:
+    """Return a question for each line of the proposal for one file that another would have otherwise."""
+    mine = _columns(look)
+    doubts: dict[str, str] = {}
+    for other in looks:
+        theirs = _columns(other)
+        for target, line in mine.items():
+            body, _, question = line.partition(MARK)
+            there, _, asks = theirs.get(target, "").partition(MARK)
+            if there != body:
+                doubts.setdefault(target, f"'{other.path.name}' gives {there.partition(' = ')[2] or 'none'}: it needs a mapping of its own")
+            elif asks and not question:
+                doubts.setdefault(target, f"in '{other.path.name}': {asks}")
+        if other.time.channel == look.time.channel and not _stated(look) and _far(look, other):
+            what = f"its step is {_step(other):g} in '{other.path.name}' and {_step(look):g} here"
+            doubts.setdefault("time_s", f"{what}: another unit, which needs a mapping of its own?")
+    return doubts
+
+
+def _columns(look: Look) -> dict[str, str]:
+    """Return the lines of [columns] that one file alone would have, by what they give."""
+    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, look.roles, Named(), None))
+    body = toml.partition("[columns]\n")[2].partition("\n\n")[0]
+    return {line.partition(" = ")[0]: line for line in body.split("\n") if not line.startswith("#")}
+
+
+def _stated(look: Look) -> bool:
+    """Return whether the clock's own name or the file states its unit."""
+    return any(s.name == look.time.channel and s.dimension == "time" for s in look.names)
+
+
+def _step(look: Look) -> float:
+    steps = np.diff(look.data.get(look.time.channel or "", np.empty(0)))
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if len(steps) else 0.0
+
+
+def _far(look: Look, other: Look) -> bool:
+    low, high = sorted((_step(look), _step(other)))
+    return low > 0 and high >= STEP_RATIO * low

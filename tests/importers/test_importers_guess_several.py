@@ -1,0 +1,68 @@
+"""Proposals for several files: a line that is right for the first and not for another says so, and file names tell the side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from header_table import N, T, X, Y, rows
+from test_importers_guess import answered
+
+from sstl_cli.importers.guess import guess
+from sstl_cli.steps.import_ import run
+
+FORCES = ("tension_in_n", "tension_out_n")
+SIDES = {
+    "a units row": ("Time,Fin,Fout\ns,N,N\n", "Time,Fin,Fout\nms,mN,mN\n", 1e3, 1e3, ("time_s", *FORCES)),
+    "kgf in a units row": ("Time,Fin,Fout\ns,N,N\n", "Time,Fin,Fout\ns,kgf,kgf\n", 1, 0.1, FORCES),
+    "a clock in ms": ("Time,Fin (N),Fout (N)\n", "Time,Fin (N),Fout (N)\n", 1e3, 1, ("time_s",)),
+    "another step of no stated unit": ("Time,Fin (N),Fout (N)\n", "Time,Fin (N),Fout (N)\n", 10, 1, ("time_s",)),
+    "another sign": ("Time (s),Fin (N),Fout (N)\n", "Time (s),Fin (N),Fout (N)\n", 1, -1, FORCES),
+    "another rate of a stated unit": ("Time (s),Fin (N),Fout (N)\n", "Time (s),Fin (N),Fout (N)\n", 10, 1, ()),
+}
+
+
+@pytest.mark.parametrize("case", SIDES)
+def test_a_file_that_says_something_else_is_named(case: str, tmp_path: Path) -> None:
+    head, other, slower, scale, expected = SIDES[case]
+    files = [tmp_path / "act_bend20.csv", tmp_path / "act_bend40.csv"]
+    files[0].write_text(head + rows(T, X, Y))
+    files[1].write_text(other + rows(slower * T, scale * X, scale * Y))
+    found = guess(files)
+    assert {q.target for q in found.questions} == set(expected)
+    assert all("'act_bend40.csv'" in q.text for q in found.questions)
+
+
+def test_rates_that_headers_state_are_compared(tmp_path: Path) -> None:
+    files = []
+    for bend, step in ((20, 0.01), (40, 0.002)):
+        head = f"LabVIEW Measurement\nX_Columns\tNo\n***End_of_Header***\n\nChannels\t2\nY_Unit_Label\tN\tN\nX_Dimension\tTime\tTime\nDelta_X\t{step}\t{step}\n"
+        files.append(tmp_path / f"act_bend{bend}.lvm")
+        files[-1].write_text(head + "***End_of_Header***\nX_Value\tFin\tFout\tComment\n" + rows("", X, Y, sep="\t"))
+    [question] = guess(files).questions
+    assert question.target == "time_s" and "'act_bend40.lvm' gives { rate_hz = 500 }" in question.text
+
+
+def test_pairs_that_differ_are_named(tmp_path: Path) -> None:
+    files = []
+    for take, unit in ((1, "N"), (2, "mN")):
+        for side, values in (("motor", X), ("tip", Y)):
+            files.append(tmp_path / f"{side}_act_{take}.csv")
+            files[-1].write_text(f"Time,Force\ns,{unit if side == 'tip' else 'N'}\n" + rows(T, values))
+    [question] = guess(files).questions
+    assert question.target == "tension_out_n" and "'tip_act_2.csv' gives" in question.text
+
+
+@pytest.mark.parametrize("names", [("motorside_act", "tipside_act"), ("act_proximal", "act_distal")])
+def test_axes_of_one_sensor_a_side_are_asked(names: tuple[str, str], tmp_path: Path) -> None:
+    files = []
+    for name, values in zip(names, (X, Y), strict=True):
+        files.append(tmp_path / f"{name}.csv")
+        files[-1].write_text("time (s),force.x (N),force.y (N),force.z (N)\n" + rows(T, 0.01 * values, 0.02 * values, values))
+    found = guess(files)
+    assert {q.target for q in found.questions} == set(FORCES) and 'merge = "channels"' in found.toml
+    assert all("or 'force.x (N)', 'force.y (N)'?" in q.text for q in found.questions)
+    [one] = run(files, answered(found.toml.replace("(?)", ""), tmp_path)).runs
+    np.testing.assert_allclose((one.tension_in_n, one.tension_out_n), (X, Y), atol=1e-5)
+    assert len(one) == N
