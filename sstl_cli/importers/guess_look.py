@@ -14,15 +14,14 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
-from sstl_cli.importers.guess_time import Stated, TimeGuess, guess_time, runs_forward, stamp_step
-from sstl_cli.importers.text import WITHOUT_MARKS, grouped_in
+from sstl_cli.importers.guess_time import Stated, TimeGuess, guess_time, runs_forward, stamp_steps
+from sstl_cli.importers.guess_words import QUANTITY_OF
+from sstl_cli.importers.text import WITHOUT_ARROW, WITHOUT_MARKS, arrow_in, grouped_in
 from sstl_cli.importers.text_layout import layout_of, unit_in
 
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
 MAX_COLUMNS = 64
-# stamps that tell the usual step
-STAMPS = 512
 
 
 @dataclass(frozen=True)
@@ -70,13 +69,19 @@ def _too_few(chosen: Format, path: Path) -> SstlError:
     """Return that a file holds too few channels of numbers, and what stands in a cell that looks like one."""
     grouped = grouped_in(path) if chosen.ID == "text" else ""
     fix = f"{WITHOUT_MARKS} (it holds {grouped!r})" if grouped else "check the file"
+    if chosen.ID == "text" and (arrow := arrow_in(path)):
+        fix = f"{WITHOUT_ARROW} (it holds {arrow!r})"
     return SstlError("holds fewer than two numeric channels", where=str(path), fix=fix, code="E333")
 
 
 def _clock_if_forward(one: Said, values: Array | None) -> Said:
-    """Return ``t_in`` as a clock where it runs forward, and as the tension it may also be where it does not."""
+    """Return ``t_in``, or what is named as time and force, as a clock where it runs forward, and as the tension it may also be where it does not."""
+    if values is None or one.quantity == "time":
+        return one
     short = one.words[:1] == ("t",) or re.fullmatch(r"t_?(?:in|out)", one.name, re.IGNORECASE)
-    if values is None or not short or one.unit or not one.side:
+    # "Time - Load Cell Motor" is the clock of that load cell
+    named = one.quantity == "force" and any(QUANTITY_OF.get(w) == "time" and len(w) > 1 for w in one.words)
+    if not (named or (short and not one.unit and one.side)) or one.dimension == "force":
         return one
     return replace(one, quantity="time") if runs_forward(values) else one
 
@@ -112,9 +117,9 @@ def _stamps(chosen: Format, path: Path, texts: list[str]) -> Stated | None:
     with guarded(path, chosen.TITLE):
         for name in texts:
             for block in chosen.read(path, [], [name], Layout(), Notes()):
-                stamps = [str(v) for v in block.columns[name][:STAMPS]]
-                if math.isfinite(step := stamp_step(stamps)):
-                    return Stated(step, f"'{name}' holds {'dates' if '-' in stamps[0] else 'times'} as text")
+                stamps = [str(v) for v in block.columns[name][:MAX_ROWS]]
+                if (found := stamp_steps(stamps)) is not None:
+                    return replace(found, by=f"'{name}' holds {'dates' if '-' in stamps[0] else 'times'} as text")
                 break
     step = layout_of(path, Layout()).step_s if chosen.ID == "text" else math.nan
     return Stated(step, "the header states it") if math.isfinite(step) else None

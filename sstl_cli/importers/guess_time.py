@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +30,8 @@ ROUNDED = 1e-3
 # from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
 DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
+# of stamps, in usual steps: a longer one is a gap
+GAP = 2.5
 # a number with its unit in one cell, as a table of times is written
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 
@@ -47,32 +47,45 @@ class TimeGuess:
 
 @dataclass(frozen=True)
 class Stated:
-    """A sampling period (s) that no channel of numbers tells, and what does."""
+    """A sampling period (s) that no channel of numbers tells, what does, and how many steps are gaps (and the longest, s)."""
 
     step_s: float
-    by: str
+    by: str = ""
+    gaps: int = 0
+    longest_s: float = 0.0
 
 
-def stamp_step(texts: Sequence[str]) -> float:
-    """Return the usual step (s) of stamps written as dates with a time of day, as the latter alone, or as numbers with a unit of time; NaN where they are none.
+def stamp_steps(texts: Sequence[str]) -> Stated | None:
+    """Return the usual step of stamps written as dates with a time of day, as the latter alone, or as numbers with a unit of time; None where they are none.
 
     Examples
     --------
-    >>> stamp_step(["2024-03-05T14:02:11.000Z", "2024-03-05T14:02:11.020Z", "2024-03-05T14:02:11.040Z"])
+    >>> stamp_steps(["2024-03-05T14:02:11.000Z", "2024-03-05T14:02:11.020Z", "2024-03-05T14:02:11.040Z"]).step_s
     0.02
     """
-    if numbers := [_SPOKEN.fullmatch(t.strip()) for t in texts]:
-        spoken = [float(m[1].replace(",", ".")) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and _is_time(m[2])]
-        if len(spoken) == len(texts) > 1 and min(np.diff(spoken)) >= 0.0 and float(np.median(np.diff(spoken))) > 0.0:
-            return float(np.median(np.diff(spoken)))
+    steps = np.diff(_seconds(texts))
+    usual = float(np.median(steps)) if len(steps) and steps.min() >= 0.0 else 0.0
+    if not usual > 0.0:
+        return None
+    gaps = steps[steps > GAP * usual]
+    # stamps in whole ms say 12, 13, 12: the mean tells the step, over what is no gap
+    step = float(f"{np.mean(steps[steps <= GAP * usual]):.9g}")
+    return Stated(step, "", len(gaps), float(max(gaps, default=0.0)))
+
+
+def _seconds(texts: Sequence[str]) -> Array:
+    """Return stamps in s, an empty array where one is none."""
+    numbers = [_SPOKEN.fullmatch(t.strip()) for t in texts]
+    spoken = [float(m[1].replace(",", ".")) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and _is_time(m[2])]
+    if len(spoken) == len(texts):
+        return np.array(spoken)
     try:
         # a time of day alone is that of any day
         stamps = [datetime.fromisoformat(t.strip() if "-" in t or "T" in t else f"2000-01-01T{t.strip()}") for t in texts]
-        steps = [(b - a).total_seconds() for a, b in pairwise(stamps)]
+        return np.array([(t - stamps[0]).total_seconds() for t in stamps])
     except (ValueError, TypeError):
         # TypeError: with a zone of time beside one without
-        return math.nan
-    return float(np.median(steps)) if steps and min(steps) >= 0.0 and float(np.median(steps)) > 0.0 else math.nan
+        return np.empty(0)
 
 
 def _is_time(unit: str) -> bool:
@@ -128,12 +141,21 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             return _of(even[0], data[even[0].name], reasons, sure=False)
     hint = f" ('{texts[0]}' holds text)" if texts else ""
     if stated is not None:
-        reasons.append(f"{stated.by}, a sample every {stated.step_s:g} s; an import takes numbers, or the rate")
-        ask = f"{stated.by}: does a sample come every {stated.step_s:g} s throughout?"
-        return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}  # (?) {ask}", None, tuple(reasons))
+        return _by_rate(stated, reasons)
     reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
     # a number that is not in the file would be taken once the mark is deleted
     return TimeGuess(f"time_s = {{ rate_hz = 0 }}  # (?) no clock found{hint}: which rate?", None, tuple(reasons))
+
+
+def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
+    """Return the rate that stamps or the header tell, to be asked; none where the stamps themselves have gaps."""
+    reasons.append(f"{stated.by}, a sample every {stated.step_s:g} s; an import takes numbers, or the rate")
+    if stated.gaps:
+        gaps = f"{stated.gaps} gap{'s' if stated.gaps > 1 else ''} of up to {stated.longest_s:g} s"
+        ask = f"{stated.by}, every {stated.step_s:g} s but for {gaps}, which a rate would close: write them as numbers of seconds"
+        return TimeGuess(f"time_s = {{ rate_hz = 0 }}  # (?) {ask}", None, tuple(reasons))
+    ask = f"{stated.by}: does a sample come every {stated.step_s:g} s throughout?"
+    return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}  # (?) {ask}", None, tuple(reasons))
 
 
 def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:

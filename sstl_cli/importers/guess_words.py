@@ -1,4 +1,4 @@
-"""Words that loggers put into channel names, in five European languages, Chinese and Japanese, and what they mean."""
+"""Words that loggers put into channel names, in five European languages, Chinese, Japanese and Korean, and what they mean."""
 
 from __future__ import annotations
 
@@ -161,11 +161,14 @@ NO_CLOCK = words("cycle cycles normalized normalised norm normiert frame frames 
 ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
 # units that are no force, and that no factor known here turns into one
 STRANGE = ELSE | words("% percent pct prozent fs mv/v au arb norm pu")
-# of Chinese and Japanese, which write no blanks: the longest first
+# of Chinese, Japanese and Korean, which write no blanks: the longest first
 SIGNS = {
     "输入": "input", "入力": "input", "近端": "proximal", "输出": "output", "出力": "output", "远端": "distal", "遠端": "distal",
     "时间": "time", "時間": "time", "時刻": "time", "序号": "index", "番号": "index", "拉力": "tension", "张力": "tension", "張力": "tension",
     "位移": "displacement", "变位": "displacement", "変位": "displacement", "目标": "target", "目標": "target", "指令": "command",
+    "荷重": "load", "モータ": "motor", "電流": "current", "电流": "current", "電圧": "voltage", "电压": "voltage", "温度": "temperature",
+    "輸入": "input", "輸出": "output", "近側": "proximal", "遠側": "distal", "電機": "motor", "电机": "motor",
+    "시간": "time", "입력": "input", "출력": "output", "장력": "tension", "하중": "load", "모터": "motor", "변위": "displacement",
     "推定": "estimate", "估计": "estimate", "仿真": "simulated", "計算": "computed", "理論": "theory",
     "力": "force",
 }  # fmt: skip

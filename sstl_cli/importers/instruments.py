@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+# how operators write down a rate; Hz alone may be that of the motion
+_RATE = re.compile(
+    r"(?:sampl\w*|abtast\w*|acquisition|echantillonnage|muestreo|logging)\W*(?:at|rate|freq\w*|frequenz)?\W*(\d+(?:[.,]\d+)?)\s*(k?)(?:hz|s/s|sps)\b",
+    re.IGNORECASE,
+)
 Cut = Callable[[str], list[str]]
 # ControlDesk writes this line before its readings; the clock, in s, comes first and has no name
 READINGS, NAMES, UNITS = "trace_values", "trace_name", "unit"
@@ -85,6 +91,13 @@ def labview(header: list[str], cut: Cut) -> Measured:
     steps = {_number(v) for v in told.get(LABVIEW_STEP, []) if v} if timed else set()
     step = steps.pop() if len(steps) == 1 else math.nan
     return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan)
+
+
+def rate_said(lines: list[str]) -> float:
+    """Return the sampling period (s) of a rate that a line above the data states ("sampling rate: 500 Hz"), NaN where none or several do."""
+    said = {float(m[1].replace(",", ".")) * (1e3 if m[2].lower() == "k" else 1.0) for line in lines if (m := _RATE.search(line))}
+    rate = said.pop() if len(said) == 1 else math.nan
+    return 1.0 / rate if rate > 0.0 else math.nan
 
 
 def _number(cell: str) -> float:

@@ -26,6 +26,7 @@ from sstl_cli.importers.base import (
     slices,
     text_array,
 )
+from sstl_cli.importers.guess_words import UNIT_CELLS
 
 ID = "tdms"
 TITLE = "a LabVIEW TDMS file"
@@ -47,13 +48,11 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
         for name, channel in _channels(file, path):
             rows = len(channel)
             unit = str(channel.properties.get("unit_string", channel.properties.get("NI_UnitDescription", "")))
+            # "Pounds": other spellings than the unit's own
+            unit = unit if is_unit(unit) else UNIT_CELLS.get(unit.lower(), "")
             timed = _increment(channel) is not None
             own = _array_kind(channel)
-            out.append(
-                Channel(
-                    name, rows, unit if is_unit(unit) else ("s" if own == "time" else ""), name + TIME if timed else "", text=own == "text"
-                )
-            )
+            out.append(Channel(name, rows, unit or ("s" if own == "time" else ""), name + TIME if timed else "", text=own == "text"))
             if timed:
                 out.append(Channel(name + TIME, rows, "s"))
         return out[:MAX_CHANNELS]

@@ -22,6 +22,9 @@ EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 RANK = 90
 BLOCK_BYTES = 4 << 20
 WITHOUT_MARKS = "write numbers without marks between thousands"
+# Arduino's serial monitor: 14:03:21.050 -> 102997,31540
+ARROW = "->"
+WITHOUT_ARROW = "write the delimiter in place of the serial monitor's '->', or switch its timestamps off"
 # 1.234,56, 1 234,56 or 1,234.56
 _GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
@@ -207,20 +210,31 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
 
 def grouped_in(path: Path) -> str:
     """Return the first cell of a text log with both a mark between thousands and a decimal sign, '' where no line of its beginning has one."""
+    # 1.234 alone is a number; the last mark of 1.234,5 is another one
+    return next((c for c in _first_cells(path) if (m := _GROUPED.fullmatch(c)) and re.findall(r"\D", c)[-1] != m[1]), "")
+
+
+def arrow_in(path: Path) -> str:
+    """Return the first cell in which a serial monitor's clock and an arrow stand before the value, '' where none has one."""
+    return next((c for c in _first_cells(path) if ARROW in c), "")
+
+
+def _first_cells(path: Path) -> Iterator[str]:
+    """Yield the cells of the beginning of a text log."""
     found = layout_of(path, Layout())
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     with open(path, "rb") as file:
         file.seek(found.first_byte)
         lines = file.read(BLOCK_BYTES).decode("utf-8", "replace").splitlines()
-    cells = (c.strip() for line in lines for c in cut(line, delimiter))
-    # 1.234 alone is a number; the last mark of 1.234,5 is another one
-    return next((c for c in cells if (m := _GROUPED.fullmatch(c)) and re.findall(r"\D", c)[-1] != m[1]), "")
+    return (c.strip() for line in lines for c in cut(line, delimiter))
 
 
 def _how_to_mend(cell: str) -> str:
     """Return what to do about a cell that is no number."""
     if _GROUPED.fullmatch(cell.strip()):
         return WITHOUT_MARKS
+    if ARROW in cell:
+        return WITHOUT_ARROW
     return "correct the value, or leave it empty for 'not measured'"
 
 

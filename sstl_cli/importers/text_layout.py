@@ -14,13 +14,15 @@ from pathlib import Path
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
-from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS
-from sstl_cli.importers.instruments import Measured, labview, stated_by
+from sstl_cli.importers.guess_words import SIGNS, STRANGE, UNIT_CELLS
+from sstl_cli.importers.instruments import Measured, labview, rate_said, stated_by
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
 MAX_HEADER_LINES = 2_000
 SPACES = "space"
+# of systems in China, Japan, Taiwan and Korea; the first wins where several read a line alike
+EASTERN = ("gb2312", "cp932", "big5", "euc_kr")
 _NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitespace": SPACES, " ": SPACES, "\\t": "\t"}
 _COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
@@ -85,9 +87,10 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         names, units, named = _numbered(stated.names), stated.units, True
     measured = labview([_decode(x) for x in lines[:header]], lambda line: cut(line, delimiter)) if header > wanted.skip_rows else Measured()
     units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
+    step = measured.step_s if math.isfinite(measured.step_s) else rate_said([_decode(x) for x in lines[wanted.skip_rows : at]])
     text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in head.first)
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
-    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, measured.step_s)
+    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step)
 
 
 def _known(units: tuple[str, ...], width: int) -> list[str]:
@@ -231,12 +234,24 @@ def _decode(line: bytes) -> str:
     try:
         return line.decode("utf-8")
     except UnicodeDecodeError:
+        # of the two-byte encodings of the East, the one in which words of a log's header stand there
+        read = {e: _read_as(line, e) for e in EASTERN}
+        best = max(EASTERN, key=lambda e: sum(len(sign) for sign in SIGNS if sign in read[e]))
+        if any(sign in read[best] for sign in SIGNS):
+            return read[best]
         # Chinese systems write two bytes a character, both of them high; accents of the West hardly stand side by side
         high = re.findall(rb"[\x80-\xff]+", line)
-        if all(len(run) % 2 == 0 for run in high) and any(len(run) > 2 for run in high):
-            with contextlib.suppress(UnicodeDecodeError):
-                return line.decode("gb2312")
+        if all(len(run) % 2 == 0 for run in high) and any(len(run) > 2 for run in high) and read["gb2312"]:
+            return read["gb2312"]
         return line.decode("latin-1")
+
+
+def _read_as(line: bytes, encoding: str) -> str:
+    """Return a line in an encoding, '' where it cannot be in that one."""
+    try:
+        return line.decode(encoding)
+    except UnicodeDecodeError:
+        return ""
 
 
 def _is_number(cell: str) -> bool:

@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from header_table import Header, T, X, Y, rows
-from header_table_more import ASK, R
+from header_table import LVM, Header, T, X, Y, rows
+from header_table_more import ASK, KGF, R
 
 NOT_MEASURED = (
     "T_out_d (N)", "T_out* (N)", "T_out_sim (N)", "T_out_hat (N)", "PID output (N)", "Controller output (N)", "Amplifier output (N)",
@@ -69,4 +69,41 @@ CLOCKS = (
     timed("Time", 140_321.0 + T, None, 3),
     *(timed("Time", T / 0.004 / rate, "s") for rate in (10, 50, 100, 250, 1000, 2000)),
 )
-MISLEADING = (*UNMEASURED, *BESIDE, *CLOCKS)
+ODD = (
+    Header(
+        "LabVIEW .lvm, two voltages by their unit alone",
+        LVM.replace("Newtons", "Volts").replace("Force_in", "Voltage").replace("Force_out", "Voltage_0")
+        + rows(T, X / 20, Y / 20, sep="\t"),
+        ("X_Value", "s"),
+        ASK,
+        ASK,
+    ),
+    Header(
+        "a clock named after the load cell of each side",
+        "Time - Load Cell Motor,Load Cell Motor (kgf),Time - Load Cell Tip,Load Cell Tip (kgf)\n" + rows(T, X / KGF, T + 0.001, Y / KGF),
+        ASK,
+        ("Load Cell Motor (kgf)", "kgf"),
+        ("Load Cell Tip (kgf)", "kgf"),
+    ),
+    Header("a clock of the force", "Fin.time,Fin,Fout\n" + rows(T, X, Y), ("Fin.time", "s"), ("Fin", None), ("Fout", None)),
+    *(
+        Header(
+            f"units spelt {unit}",
+            f"Time (s),Fin [{unit}],Fout [{unit}]\n" + rows(T, X, Y),
+            ("Time (s)", "s"),
+            (f"Fin [{unit}]", known),
+            (f"Fout [{unit}]", known),
+        )
+        for unit, known in (("Kgf", "kgf"), ("KG", "kgf"), ("Oz", "ozf"), ("Pounds", "lbf"), ("KN", "kN"))
+    ),
+    *(
+        Header(f"a header in {encoding}", f"{a},{b},{c}\n" + rows(1000 * T, X, Y), (a, "ms"), (b, "gf"), (c, "gf"), encoding)
+        for encoding, a, b, c in (
+            ("cp932", "時刻[ms]", "入力張力[gf]", "出力張力[gf]"),
+            ("big5", "時間[ms]", "輸入張力[gf]", "輸出張力[gf]"),
+            ("euc_kr", "시간[ms]", "입력 장력[gf]", "출력 장력[gf]"),
+            ("gb2312", "时间[ms]", "输入拉力[gf]", "输出拉力[gf]"),
+        )
+    ),
+)
+MISLEADING = (*UNMEASURED, *BESIDE, *CLOCKS, *ODD)

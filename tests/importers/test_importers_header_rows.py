@@ -146,3 +146,38 @@ def test_units_and_rate_of_labviews_header_are_read(columns: str, tmp_path: Path
         assert found["time_s"] == {"column": "X_Value", "unit": "s"} and "time_s" not in {q.target for q in guessed.questions}
     else:
         assert found["time_s"]["rate_hz"] == pytest.approx(1.0 / step) and "time_s" in {q.target for q in guessed.questions}
+
+
+def stamped(after_100_s: float) -> str:
+    """Return a log whose stamps are text and jump once."""
+    start = datetime(2024, 3, 5, 14, 3, 21, tzinfo=UTC)
+    times = [start + timedelta(seconds=0.01 * k + (after_100_s if k > 100 else 0.0)) for k in range(len(T))]
+    lines = (f"{t:%H:%M:%S.%f},{x:.4f},{y:.4f}" for t, x, y in zip(times, X, Y, strict=True))
+    return "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n"
+
+
+def test_a_gap_in_times_of_text_is_told_and_no_rate_proposed(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path, stamped(0.6))
+    assert columns["time_s"] == {"rate_hz": 0} and "1 gap of up to 0.61 s" in found.questions[0].text
+    assert proposed(tmp_path, stamped(0.0))[0]["time_s"] == {"rate_hz": 100}
+
+
+def test_the_arrow_of_a_serial_monitor_is_named(tmp_path: Path) -> None:
+    text = "".join(f"14:03:{k // 80:02d}.{k % 80 * 12:03d} -> {102997 + k},{31540 - k}\n" for k in range(400))
+    with pytest.raises(SstlError, match="delimiter in place of the serial monitor's '->'.*14:03:00.000 -> 102997"):
+        proposed(tmp_path, text)
+    columns, _ = proposed(tmp_path, text.replace(" -> ", ","))
+    assert columns["tension_in_n"]["unit"] == "counts"
+
+
+@pytest.mark.parametrize("line", ["# sampling rate: 500 Hz", "# Abtastrate = 0,5 kHz", "# sampled at 500 Hz", "# Sample rate 500 S/s"])
+def test_a_rate_in_a_comment_is_proposed(line: str, tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path, f"{line}\n# motion at 2 Hz\nSample,Fin [N],Fout [N]\n" + rows(np.arange(len(T)), X, Y, digits=4))
+    assert columns["time_s"] == {"rate_hz": 500} and "the header states it" in {q.target: q.text for q in found.questions}["time_s"]
+
+
+def test_channels_in_volts_and_nothing_else_are_proposed_with_their_unit(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path, "Time (s),Voltage (V),Voltage_0 (V)\n" + rows(T, X / 20, Y / 20))
+    assert {columns[c]["column"] for c in ("tension_in_n", "tension_out_n")} == {"Voltage (V)", "Voltage_0 (V)"}
+    assert all(columns[c]["unit"] == "V" for c in ("tension_in_n", "tension_out_n"))
+    assert sum("need gain = N per V" in q.text for q in found.questions) == 2
