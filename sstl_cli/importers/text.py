@@ -14,6 +14,7 @@ import pyarrow.csv as pc
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
+from sstl_cli.importers.text_footer import footer_of
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, cut, layout_of
 
 ID = "text"
@@ -85,7 +86,9 @@ def _blocks(
 ) -> Iterator[Block]:
     with open(path, "rb") as file:
         file.seek(found.first_byte)
-        for raw, offset, last in _pieces(file, found, path):
+        footer = footer_of(path, found)
+        notes.aside(f"rows of statistics below the samples ({', '.join(footer.names)})", len(footer.names))
+        for raw, offset, last in _pieces(file, found, path, footer.end):
             position = file.tell()
             body = _normal(raw, found)
             if last:
@@ -97,13 +100,13 @@ def _blocks(
                 yield Block(block, position)
 
 
-def _pieces(file: IO[bytes], found: TextLayout, path: Path) -> Iterator[tuple[bytes, int, bool]]:
+def _pieces(file: IO[bytes], found: TextLayout, path: Path, stop: int) -> Iterator[tuple[bytes, int, bool]]:
     """Yield byte blocks that end at a line end (all line ends become a line feed), where they begin, and the last."""
     rest = b""
     end = found.line_end
     offset = found.first_byte
     while True:
-        data = file.read(BLOCK_BYTES)
+        data = file.read(max(0, min(BLOCK_BYTES, stop - file.tell())))
         rest = rest + data
         if not data:
             if rest:

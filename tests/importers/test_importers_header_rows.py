@@ -12,6 +12,8 @@ from header_table import T, X, Y, rows
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess import Guess, guess
+from sstl_cli.importers.mapping import read_mapping
+from sstl_cli.steps.import_ import run
 
 LBF = 4.4482216
 
@@ -181,3 +183,13 @@ def test_channels_in_volts_and_nothing_else_are_proposed_with_their_unit(tmp_pat
     assert {columns[c]["column"] for c in ("tension_in_n", "tension_out_n")} == {"Voltage (V)", "Voltage_0 (V)"}
     assert all(columns[c]["unit"] == "V" for c in ("tension_in_n", "tension_out_n"))
     assert sum("need gain = N per V" in q.text for q in found.questions) == 2
+
+
+@pytest.mark.parametrize("footer", ["Mean,9.2,7.8\nMax,15,10.6\n", "\nMean,9.2,7.8\nMax,15,10.6", '"Mean",,7.8\nMax:,,10.6\n\n'])
+def test_rows_of_statistics_below_the_samples_are_no_samples(footer: str, tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path, "Time (s),Fin (N),Fout (N)\n" + rows(T, X, Y) + footer)
+    assert columns["time_s"] == {"column": "Time (s)", "unit": "s"} and [q.target for q in found.questions] == ["system"]
+    (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
+    done = run([tmp_path / "log.csv"], read_mapping(tmp_path / "rig.toml"))
+    [one] = done.runs
+    assert len(one) == len(T) and "statistics below the samples (Mean, Max)" in str(done.counts.notes)
