@@ -61,7 +61,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     named = name_pattern([p.stem for p in paths]) if pair is None else _pair_labels(looks, pair)
     if named.reason:
         reasons.append(named.reason)
-    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair))
+    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs))
     alike = [x for x in looks if x.channels == look.channels]
     toml = with_doubts(toml, look, alike) if pair is None else with_doubts_of_pairs(toml, pair)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
+from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_time import Stated, TimeGuess, guess_time, runs_forward, stamp_steps
@@ -35,6 +36,8 @@ class Look:
     time: TimeGuess
     roles: Roles
     tensions: tuple[Said, ...] = ()
+    labels: tuple[LabelColumn, ...] = ()
+    runs: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -46,15 +49,21 @@ def look_at(path: Path, wanted: str | None) -> Look:
     """Return what a file seems to hold; SstlError where it cannot be read or has no two numeric channels."""
     chosen = detect(path, wanted)
     found = chosen.channels(path, Layout())
-    channels = [c for c in found if not c.text][:MAX_COLUMNS]
-    data = _first_values(chosen, path, channels)
+    prefix, runs = runs_in([c.name for c in found])
+    found = [c for c in found if c.name.startswith(prefix)]
+    labels, first = _labels(chosen, path, prefix, found)
+    channels = [c for c in found if not c.text and c.name.removeprefix(prefix) not in {x.column for x in labels}][:MAX_COLUMNS]
+    data = {n.removeprefix(prefix): v for n, v in _first_values(chosen, path, channels).items()}
     if len(data) < 2:
         raise _too_few(chosen, path)
+    channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
     names = [said(c.name, "" if chosen.ID == "text" and c.unit == unit_in(c.name) else c.unit) for c in channels]
-    names = [_clock_if_forward(s, data.get(s.name)) for s in names]
+    # a clock may begin anew with each run that the labels tell apart
+    one = {n: v[:first] for n, v in data.items()}
+    names = [_clock_if_forward(s, one.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
-    time = guess_time(names, data, texts, _stamps(chosen, path, texts))
+    time = guess_time(names, one, texts, _stamps(chosen, path, texts))
     moving = [s for s in names if s.name in data and s.name != time.channel and _moves(data[s.name])]
     roles = guess_roles(moving, data)
     clock = own.get(roles.first[0].name) if roles.first else None
@@ -62,7 +71,27 @@ def look_at(path: Path, wanted: str | None) -> Look:
         # formats with a clock for each channel tell the time themselves, in s
         line = f'time_s = {{ column = "{clock}", unit = "s" }}'
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
-    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)))
+    if runs:
+        time = replace(time, reasons=(f"every '{runs}' holds the same channels: runs of their own", *time.reasons))
+    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs)
+
+
+def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel]) -> tuple[tuple[LabelColumn, ...], int | None]:
+    """Return the columns that give labels, and how many rows the first run has by them (None: all)."""
+    names = label_names(c.name.removeprefix(prefix) for c in found)
+    if not names:
+        return (), None
+    values: dict[str, list[str]] = {n: [] for n in names.values()}
+    whole = True
+    with guarded(path, chosen.TITLE):
+        for block in chosen.read(path, [], [prefix + n for n in values], Layout(), Notes()):
+            whole = len(values[next(iter(values))]) < MAX_ROWS
+            if not whole:
+                break
+            for name in values:
+                values[name] += [str(v) for v in block.columns[prefix + name]]
+    labels = label_columns(names, values, whole)
+    return labels, rows_of_first(labels, values)
 
 
 def _too_few(chosen: Format, path: Path) -> SstlError:

@@ -192,9 +192,9 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
     """Return channels whose names say no force: those named input and output, an antagonistic pair, the most alike."""
     usable = [s for s in names if s.quantity in ("", "pressure", "position", "angle") and not s.reference]
     volts = [s for s in names if s.dimension == "voltage" and not s.reference]
-    if len(volts) > 1:
-        # what a card reads of two load cells, whatever else moves beside them
-        usable = volts
+    numbered = [s for s in usable if s.words[:1] in (("t",), ("f",)) and s.words[1:] and s.words[1].isdigit() and not s.quantity]
+    # what a card reads of two load cells, or T1 and T2, whatever else moves beside them
+    usable = next((few for few in (volts, numbered) if len(few) > 1), usable)
     by_side = [[s for s in usable if s.side == side] for side in ("in", "out")]
     if len(by_side[0]) == 1 and len(by_side[1]) == 1:
         a, b = by_side[0][0], by_side[1][0]

@@ -32,6 +32,7 @@ DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
 # of stamps, in usual steps: a longer one is a gap
 GAP = 2.5
+DAY_S = 86_400.0
 # a number with its unit in one cell, as a table of times is written
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 
@@ -64,6 +65,8 @@ def stamp_steps(texts: Sequence[str]) -> Stated | None:
     0.02
     """
     steps = np.diff(_seconds(texts))
+    # a time of day begins anew at midnight
+    steps = np.where(steps < -DAY_S / 2, steps + DAY_S, steps)
     usual = float(np.median(steps)) if len(steps) and steps.min() >= 0.0 else 0.0
     if not usual > 0.0:
         return None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_files import Named, side_words, taken
+from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
@@ -59,6 +60,8 @@ class Proposal:
     roles: Roles
     named: Named
     pair: Pair | None
+    labels: tuple[LabelColumn, ...] = ()
+    runs: str = ""
 
 
 def written(p: Proposal) -> str:
@@ -67,6 +70,8 @@ def written(p: Proposal) -> str:
     pattern = p.named.pattern if p.pair is None else _pair_name(p.pair, p.named)
     if pattern:
         lines.append(f"file_name = '{pattern}'" + _mark(p.named.question))
+    if p.runs:
+        lines.append(f"runs = '{p.runs}'")
     files = _files(p.pair) if p.pair else ("", "")
     lines += ["", "[columns]", _with(p.time.line, files[0])]
     for target, file in zip(SIDES, files, strict=True):
@@ -78,9 +83,10 @@ def written(p: Proposal) -> str:
             line = _with(line, file)
         lines.append(line)
     lines += _others(p)
+    lines += [f"{c.target} = {json.dumps(c.column, ensure_ascii=False)}" + _mark(c.question) for c in p.labels]
     constants = dict(p.named.constants)
     lines += ["", "[constants]"]
-    if "system" not in p.named.labels:
+    if "system" not in (*p.named.labels, *(c.target for c in p.labels)):
         lines.append('system = "act"  # (?) act: single pass, sstl: double pass')
     lines += [f"{k} = {json.dumps(v)}" for k, v in constants.items()]
     only_one = not (p.roles.first and p.roles.second)
