@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_words import TREATED
 
 Array = NDArray[np.float64]
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
@@ -115,12 +116,18 @@ def _by_exclusion(known: Said, other: Said, side: str) -> Roles:
 
 
 def _several(first: list[Said], second: list[Said]) -> Roles:
-    asks = []
-    for many in (first, second):
-        others = ", ".join(repr(s.name) for s in many[1:5])
-        asks.append(f"or {others}? give each tendon a mapping of its own" if others else "")
+    asks = [_which(many) for many in (first, second)]
     reasons = (f"{len(first)} channels look like the input and {len(second)} like the output",)
     return Roles((first[0],), (second[0],), asks[0], asks[1], reasons)
+
+
+def _which(many: list[Said]) -> str:
+    """Return the question which of several channels of a side is meant: of one sensor which was measured, else which tendon."""
+    others = ", ".join(repr(s.name) for s in many[1:5])
+    if not others:
+        return ""
+    one_sensor = any(w in TREATED for s in many for w in s.words)
+    return f"or {others}? {'name the one that was measured' if one_sensor else 'give each tendon a mapping of its own'}"
 
 
 def _only(found: list[Said], side: str, sure: bool = True) -> Roles:

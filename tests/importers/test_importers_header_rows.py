@@ -193,3 +193,17 @@ def test_rows_of_statistics_below_the_samples_are_no_samples(footer: str, tmp_pa
     done = run([tmp_path / "log.csv"], read_mapping(tmp_path / "rig.toml"))
     [one] = done.runs
     assert len(one) == len(T) and "statistics below the samples (Mean, Max)" in str(done.counts.notes)
+
+
+@pytest.mark.parametrize(
+    ("pair", "question"),
+    [
+        (("Fin raw (N)", "Fin filtered (N)"), "name the one that was measured"),
+        (("Fin mean (N)", "Fin rms (N)"), "name the one that was measured"),
+        (("Fin (N)", "Fin smoothed (N)"), "name the one that was measured"),
+        (("Fin left (N)", "Fin right (N)"), "give each tendon a mapping of its own"),
+    ],
+)
+def test_readings_of_one_sensor_are_no_tendons(pair: tuple[str, str], question: str, tmp_path: Path) -> None:
+    _, found = proposed(tmp_path, f"Time (s),{pair[0]},{pair[1]},Fout (N)\n" + rows(T, X, X + 0.1, Y))
+    assert question in {q.target: q.text for q in found.questions}["tension_in_n"]
