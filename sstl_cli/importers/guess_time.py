@@ -36,6 +36,9 @@ DAY_S = 86_400.0
 # a number with its unit in one cell, as a table of times is written
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 
+# minutes and seconds as spreadsheets show them; a time of day would have no fraction there
+_MINUTES = re.compile(r"(\d{1,3}):(\d\d[.,]\d+)")
+
 
 @dataclass(frozen=True)
 class TimeGuess:
@@ -82,6 +85,8 @@ def _seconds(texts: Sequence[str]) -> Array:
     spoken = [float(m[1].replace(",", ".")) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and _is_time(m[2])]
     if len(spoken) == len(texts):
         return np.array(spoken)
+    if all(minutes := [_MINUTES.fullmatch(t.strip()) for t in texts]):
+        return np.array([60.0 * int(m[1]) + float(m[2].replace(",", ".")) for m in minutes if m])
     try:
         # a time of day alone is that of any day
         stamps = [datetime.fromisoformat(t.strip() if "-" in t or "T" in t else f"2000-01-01T{t.strip()}") for t in texts]

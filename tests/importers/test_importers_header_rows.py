@@ -207,3 +207,16 @@ def test_rows_of_statistics_below_the_samples_are_no_samples(footer: str, tmp_pa
 def test_readings_of_one_sensor_are_no_tendons(pair: tuple[str, str], question: str, tmp_path: Path) -> None:
     _, found = proposed(tmp_path, f"Time (s),{pair[0]},{pair[1]},Fout (N)\n" + rows(T, X, X + 0.1, Y))
     assert question in {q.target: q.text for q in found.questions}["tension_in_n"]
+
+
+def test_minutes_and_seconds_in_text_are_no_time_of_day(tmp_path: Path) -> None:
+    lines = (f"{k // 600:02d}:{k % 600 / 10:04.1f},{x:.4f},{y:.4f}" for k, (x, y) in enumerate(zip(X, Y, strict=True), 400))
+    columns, _ = proposed(tmp_path, "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n")
+    assert columns["time_s"] == {"rate_hz": 10}
+
+
+def test_a_time_of_day_goes_on_over_midnight(tmp_path: Path) -> None:
+    start = datetime(2024, 3, 5, 23, 59, 59, tzinfo=UTC)
+    lines = (f"{start + timedelta(seconds=0.05 * k):%H:%M:%S.%f},{x:.4f},{y:.4f}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
+    columns, _ = proposed(tmp_path, "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n")
+    assert columns["time_s"] == {"rate_hz": 20}
