@@ -53,7 +53,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
         look = next(x for x in looks if x.channels == most)
         roles = look.roles
         for other in looks:
-            if other.channels != most:
+            if not look.used <= set(other.channels):
                 reasons.append(f"'{other.path.name}' has other channels ({', '.join(other.channels[:6])}): not covered")
     reasons += [*look.time.reasons, *roles.reasons]
     if all(n in look.channels for n in REQUIRED):
@@ -62,8 +62,9 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     if named.reason:
         reasons.append(named.reason)
     toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs))
-    alike = [x for x in looks if x.channels == look.channels]
-    toml = with_doubts(toml, look, alike) if pair is None else with_doubts_of_pairs(toml, pair)
+    # an import reads every file that has the columns, whatever else it has
+    covered = [x for x in looks if look.used <= set(x.channels)]
+    toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))
 
 

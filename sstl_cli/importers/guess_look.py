@@ -44,6 +44,11 @@ class Look:
         """Names of the channels, in the order of the file."""
         return tuple(s.name for s in self.names)
 
+    @property
+    def used(self) -> set[str]:
+        """Names of the clock and the tensions."""
+        return {n for n in (self.time.channel, *(s.name for s in (*self.roles.first, *self.roles.second))) if n}
+
 
 def look_at(path: Path, wanted: str | None) -> Look:
     """Return what a file seems to hold; SstlError where it cannot be read or has no two numeric channels."""

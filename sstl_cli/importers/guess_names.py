@@ -218,6 +218,9 @@ def _tail(plain: str, words: tuple[str, ...], quantity: str) -> tuple[str, str]:
     if any(w in ("adc", "raw", "counts", "lsb") for w in words):
         return "counts", ""
     last = re.sub(r"[^\w%/]", "", re.split(r"[\s_\-.,;:/]+", _plain(plain).strip(" _-./,;:"))[-1])
+    if "?" in plain:
+        # "Fin [N?]": who wrote it did not know
+        return "", ""
     if last.lower() in UNIT_WORDS:
         return UNIT_WORDS[last.lower()], ""
     if last.lower() in ("percent", "pct", "prozent") or last.endswith("%"):

@@ -85,6 +85,14 @@ ODD = (
         ("Load Cell Motor (kgf)", "kgf"),
         ("Load Cell Tip (kgf)", "kgf"),
     ),
+    Header("a unit that is doubted", "Time (s),Fin [N?],Fout [N]\n" + rows(T, X, Y), ("Time (s)", "s"), ASK, ("Fout [N]", "N")),
+    Header(
+        "minutes in a row of units",
+        "Zeit;Kraft Eingang;Kraft Ausgang\nMin;N;N\n" + rows(T / 60, X, Y, sep=";", dec=",", digits=8),
+        ("Zeit", "min"),
+        ("Kraft Eingang", "N"),
+        ("Kraft Ausgang", "N"),
+    ),
     Header("a clock of the force", "Fin.time,Fin,Fout\n" + rows(T, X, Y), ("Fin.time", "s"), ("Fin", None), ("Fout", None)),
     *(
         Header(

@@ -16,6 +16,7 @@ FORCES = ("tension_in_n", "tension_out_n")
 SIDES = {
     "a units row": ("Time,Fin,Fout\ns,N,N\n", "Time,Fin,Fout\nms,mN,mN\n", 1e3, 1e3, ("time_s", *FORCES)),
     "kgf in a units row": ("Time,Fin,Fout\ns,N,N\n", "Time,Fin,Fout\ns,kgf,kgf\n", 1, 0.1, FORCES),
+    "other columns beside": ("Time,Fin,Fout\ns,N,N\n", "Time,Fin,Fout,Mode\ns,N,mN,\n", 1, 1e3, ("tension_out_n",)),
     "a clock in ms": ("Time,Fin (N),Fout (N)\n", "Time,Fin (N),Fout (N)\n", 1e3, 1, ("time_s",)),
     "another step of no stated unit": ("Time,Fin (N),Fout (N)\n", "Time,Fin (N),Fout (N)\n", 10, 1, ("time_s",)),
     "another sign": ("Time (s),Fin (N),Fout (N)\n", "Time (s),Fin (N),Fout (N)\n", 1, -1, FORCES),
@@ -28,7 +29,8 @@ def test_a_file_that_says_something_else_is_named(case: str, tmp_path: Path) -> 
     head, other, slower, scale, expected = SIDES[case]
     files = [tmp_path / "act_bend20.csv", tmp_path / "act_bend40.csv"]
     files[0].write_text(head + rows(T, X, Y))
-    files[1].write_text(other + rows(slower * T, scale * X, scale * Y))
+    more = ("1",) if "Mode" in other else ()
+    files[1].write_text(other + rows(slower * T, X if more else scale * X, scale * Y, *more))
     found = guess(files)
     assert {q.target for q in found.questions} == set(expected)
     assert all("'act_bend40.csv'" in q.text for q in found.questions)
