@@ -22,6 +22,8 @@ from sstl_cli.importers.guess_words import (
 )
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
+# -Fin, ch2-ch1, Fin x2, Fin*10
+_COMPUTED = re.compile(r"^\s*-(?=\s*[A-Za-z])|\b[a-z]+\d+\s*-\s*[a-z]+\d+\b|\sx\d+\b|[*×]\s*\d+", re.IGNORECASE)
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
 _NUMBER = r"[x*×]?\s*\d+(?:[.,]\d+)?(?:[eE]-?\d+)?\s*[x*×]?"
 # "0.1 N", "x10 N", "N*100": a unit of the file's own
@@ -68,7 +70,8 @@ class Said:
         found = next((w for w, after in zip(own, (*own[1:], ""), strict=True) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
         # T_in_d and T_in*, as control writes what is desired
         desired = "*" if self.name.split("(")[0].split("[")[0].rstrip().endswith("*") else "d" if own[-1:] == ("d",) and self.side else ""
-        return found or desired
+        computed = _COMPUTED.search(_BRACKETS.sub("", self.name))
+        return found or desired or (computed[0].strip() if computed else "")
 
     @property
     def dimension(self) -> str:

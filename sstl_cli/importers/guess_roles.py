@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_words import TREATED
+from sstl_cli.importers.guess_words import QUANTITY_OF, TREATED, UNIT_WORDS
 
 Array = NDArray[np.float64]
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
@@ -198,7 +198,7 @@ def _follows(drive: Array, others: list[Said], data: dict[str, Array]) -> tuple[
 def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
     """Return channels whose names say no force: those named input and output, an antagonistic pair, the most alike."""
     usable = [s for s in names if s.quantity in ("", "pressure", "position", "angle") and not s.reference]
-    volts = [s for s in names if s.dimension == "voltage" and not s.reference]
+    volts = [s for s in names if s.dimension == "voltage" and not s.reference and not _of_else(s)]
     numbered = [s for s in usable if s.words[:1] in (("t",), ("f",)) and s.words[1:] and s.words[1].isdigit() and not s.quantity]
     # what a card reads of two load cells, or T1 and T2, whatever else moves beside them
     usable = next((few for few in (volts, numbered) if len(few) > 1), usable)
@@ -230,6 +230,11 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
         f"{np.corrcoef(table[i], table[j])[0, 1]:.2f}); which is the input, and whether they are tensions, is a guess"
     )
     return Roles((common[i],), (common[j],), "is this the input tension?", "is this the output?", (reason,))
+
+
+def _of_else(one: Said) -> bool:
+    """Return whether a channel's name says that it measures something else, such as a temperature read as a voltage."""
+    return any(QUANTITY_OF.get(w) == "other" and UNIT_WORDS.get(w) != "V" and w != "voltage" for w in one.words)
 
 
 def _common(names: list[Said], data: dict[str, Array]) -> int:

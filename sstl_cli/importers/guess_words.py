@@ -59,7 +59,7 @@ NOT_MEASURED = words(
     "requested planned theoretical theory theoretisch theorique teorica teorico calc calculated calculee calculada berechnet "
     "estimate estimated est estimee estimada estimado geschatzt hat observer ideal limit threshold preload offset tare noise "
     "uncertainty resolution std var variance max maximum min minimum peak pred predicted prediction fem expected sim simulated "
-    "simulation simuliert simulee simulada computed virtual capstan controller pid amplifier filter saturation stiffness normal "
+    "simulation simuliert simulee simulada computed virtual capstan controller pid amplifier filter saturation stiffness normal lateral shear contact pretension "
     "log10 model modell modele modelo fit fitted fft trajectory rate prev kf kalman nn mv abs sum"
 )
 # of how readings were treated, which tells several of one sensor apart
@@ -156,7 +156,9 @@ UNIT_CELLS = UNIT_WORDS | {
     "ounces": "ozf",
 }
 # of a time that does not go on in a unit of time, or is none
-NO_CLOCK = words("cycle cycles normalized normalised norm normiert frame frames fraction ratio phase period periode step steps timestep")
+NO_CLOCK = words(
+    "cycle cycles normalized normalised norm normiert frame frames fraction ratio phase period periode step steps timestep sqrt"
+)
 # units of something else, which no sensor's gain turns into a tension
 ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
 # units that are no force, and that no factor known here turns into one

@@ -12,7 +12,7 @@ from sstl_cli.importers.text_layout import SPACES, TextLayout, cut
 # they are a few lines
 TAIL_BYTES = 8192
 STATISTICS = words(
-    "mean average avg max maximum min minimum std stdev stddev sd median sum total count rms range var variance "
+    "mean average avg peak max maximum min minimum std stdev stddev sd median sum total count rms range var variance "
     "mittelwert mittel standardabweichung stabw moyenne media promedio"
 )
 
@@ -51,5 +51,6 @@ def _statistic(line: bytes, found: TextLayout) -> str:
     if not line.strip():
         return ""
     cells = cut(line.decode("latin-1"), "\t" if found.delimiter == SPACES and b"\t" in line else found.delimiter)
-    word = cells[0].strip(" :.")
-    return word if word.lower() in STATISTICS else ""
+    # "Std Dev", "Max:"
+    name = cells[0].strip(" :.")
+    return name if name.lower().split(" ")[0] in STATISTICS else ""

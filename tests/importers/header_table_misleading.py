@@ -16,7 +16,8 @@ NOT_MEASURED = (
     "Output tension uncertainty (N)", "Output tension std (N)", "Output tension max (N)", "Output tension min (N)", "T_out_pred (N)",
     "T_out FEM (N)", "T_out theory (N)", "Expected output tension (N)", "Simulated tip force (N)", "Computed distal tension (N)",
     "Virtual output tension (N)", "T_out capstan (N)", "Output saturation (N)", "Tip stiffness (N)", "Distal normal force (N)",
-    "Output tension log10 (N)", "T_out model (N)",
+    "Output tension log10 (N)", "T_out model (N)", "-T_out (N)", "Output tension ch2-ch1 (N)", "T_out x2 (N)", "T_out*10 (N)",
+    "Tip contact force (N)", "Tip lateral force (N)",
 )  # fmt: skip
 UNMEASURED = tuple(
     Header(f"{name} alone", f"Time (s),Fin (N),{name}\n" + rows(T, X, Y), ("Time (s)", "s"), ("Fin (N)", "N"), ASK) for name in NOT_MEASURED
