@@ -85,33 +85,42 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
         return Limit(level, nowhere, 0.0, noise)
     # a reading at the limit is hardly ever further below it; what the line gives as well costs nothing to leave out
     there = tuple(_resting(v, level, noise, HALF * CLIPPED_SIGMA) for v in values)
-    lines = [(p, t, _line(p, t)) for p, t in zip(pairs, there, strict=True) if t.any()]
+    drawn = [_line(p, t) if t.any() else None for p, t in zip(pairs, there, strict=True)]
+    told = [line is not None and _pulls(line, t, noise) for line, t in zip(drawn, there, strict=True)]
+    lines = [(p, t, line) for p, t, line, tells in zip(pairs, there, drawn, told, strict=True) if tells and line is not None]
     if not lines:
         return Limit(level, there, 0.0, noise)
     beyond = np.concatenate([p.short(line)[t] for p, t, line in lines])
     off = np.concatenate([p.short(line)[~t] for p, t, line in lines])
     found = Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
-    return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise)
+    silent = [bool(t.any()) and not tells for t, tells in zip(there, told, strict=True)]
+    return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise, silent)
 
 
-def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float) -> Limit:
+def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float, silent: Sequence[bool]) -> Limit:
     """Return a limit with the readings below it that an amplifier compresses before it gives out: those short by more than others are off.
 
-    The line is fitted again without them, until they stay the same.
+    The line is fitted again without them, until they stay the same. Of ``silent`` runs no line is known.
     """
     there, cut = found.there, found.level_n
+    heard = [i for i, no in enumerate(silent) if not no]
     while True:
-        lines = [_line(p, t) for p, t in zip(pairs, there, strict=True)]
-        short = np.concatenate([p.short(line) for p, line in zip(pairs, lines, strict=True)])
-        at_limit, left_out = np.concatenate(found.there), np.concatenate(there)
+        short = np.concatenate([pairs[i].short(_line(pairs[i], there[i])) for i in heard])
+        at_limit, left_out = (np.concatenate([t[i] for i in heard]) for t in (found.there, there))
         off = max(float(np.sqrt(np.mean(short[~left_out] ** 2))), noise)
-        step = np.maximum((found.level_n - np.concatenate([p.value for p in pairs])) / noise, 0.0).astype(int)
+        step = np.maximum((found.level_n - np.concatenate([pairs[i].value for i in heard])) / noise, 0.0).astype(int)
         mean = np.bincount(step, short) / np.maximum(np.bincount(step), 1)
         lower = found.level_n - noise * int(np.argmax(mean <= off))
         if lower >= cut:
             return Limit(found.level_n, there, max(float(short[at_limit].mean()), 0.0), off)
         cut = lower
         there = tuple(t | (p.value >= cut) for p, t in zip(pairs, found.there, strict=True))
+
+
+def _pulls(line: Array, there: Mask, noise: float) -> bool:
+    """Whether a line is pulled elsewhere as well: of a run that only comes down from its highest nobody knows how far the pull had gone."""
+    elsewhere = ~(there[1:] | there[:-1])
+    return float(np.sum(np.maximum(np.diff(line)[elsewhere], 0.0))) > CLIPPED_SIGMA * noise
 
 
 def _piled(values: Array, noise: float) -> float:

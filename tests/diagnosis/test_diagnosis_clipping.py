@@ -193,3 +193,23 @@ def test_a_level_that_a_reading_is_far_beyond_is_no_limit():
     found = limit_of([*[short] * 6, beyond])
     assert found.level_n == pytest.approx(level, abs=0.001)
     assert found.nats() == 0.0 and not any(t.any() for t in found.there)
+
+
+def test_a_run_that_only_comes_down_from_its_highest_tells_no_limit():
+    """Nobody knows how far its pull had gone: what a line fitted to the way down makes of it is no evidence."""
+    # down by steps, each of which is taken back within the backlash
+    x = np.interp(T, np.linspace(0.0, 30.0, 13), [25, 11, 20, 10.5, 21, 9, 17, 7, 14, 6, 12, 5, 10])
+    y = np.empty(len(x))
+    v = 14.0
+    for k, u in enumerate(x):
+        v = min(max(v, np.exp(-0.5) * u), np.exp(0.5) * u)
+        y[k] = v
+    down = Pair(read(x, 1), read(y, 2), NOISE_N, is_out=True)
+    assert limit_of([down]).nats() < DOUBT_NATS
+    # beside a run that tells, readings of such a one at the same level are at the limit as well
+    a, b = moved()
+    level = 0.9 * b.max()
+    told = limit_of(
+        [Pair(read(a, 3), read(np.minimum(b, level), 4), NOISE_N, True), Pair(read(x, 1), read(np.minimum(y, level), 2), NOISE_N, True)]
+    )
+    assert told.nats() > DOUBT_NATS and abs(told.level_n - level) < NOISE_N and told.there[1].any()
