@@ -183,14 +183,15 @@ def agreed(usable: Sequence[tuple[Run, Faults, Faults]]) -> list[tuple[Run, Faul
     systems = [run.system for run, _, _ in usable]
     sensors = [(system, is_out) for system in sorted(set(systems)) for is_out in (False, True)]
     tried = {s: _limited([u for u, own in zip(usable, systems, strict=True) if own == s[0]], s[1]) for s in sensors}
-    limits = {s: t.limit for s, t in tried.items() if t.limit is not None}
+    # what readings say themselves is no rest of a line, and tells nothing of those of other sensors
+    limits = {s: t.limit for s, t in tried.items() if t.limit is not None and not any(f.clipped.any() for f in t.given)}
     sides = {s: iter(t.faults(_usual(s, limits))) for s, t in tried.items()}
     return [(run, next(sides[run.system, False]), next(sides[run.system, True])) for run, _, _ in usable]
 
 
 @dataclass(frozen=True)
 class _Tried:
-    """The faults of one sensor in all of its runs, which readings count, and the limit it may have; None where its readings say so themselves."""
+    """The faults of one sensor in all of its runs, which readings count, and the limit it may have; None where its readings show another."""
 
     given: list[Faults]
     used: list[Mask]
@@ -216,10 +217,14 @@ def _limited(usable: Sequence[tuple[Run, Faults, Faults]], is_out: bool) -> _Tri
     given = [b if is_out else a for _, a, b in usable]
     faults = _unpassed(given, max(float(getattr(run, column).max()) for run, _, _ in usable))
     used = [known(run, column) & ~(a.bad | b.bad) & (gaps(run) == 0) for run, a, b in usable]
-    if any(f.clipped.any() for f in faults) or not all(u.any() for u in used):
+    if not all(u.any() for u in used):
         return _Tried(faults, used)
     pairs = [Pair(r.tension_in_n[u], r.tension_out_n[u], f.noise_n, is_out) for (r, _, _), f, u in zip(usable, faults, used, strict=True)]
-    return _Tried(faults, used, limit_of(pairs))
+    limit = limit_of(pairs)
+    # readings that repeat a limit, to the last digit or to a coarse level, may scatter below it where noise enters behind it, too
+    shown = [f.clip_level_n for f in faults if f.clipped.any()]
+    near = all(abs(limit.level_n - level) < CLIPPED_SIGMA * max(f.noise_n for f in faults) for level in shown)
+    return _Tried(faults, used, limit if near else None)
 
 
 def _unpassed(faults: Sequence[Faults], top: float) -> list[Faults]:
@@ -237,7 +242,7 @@ def _behind_noise(faults: Sequence[Faults], used: Sequence[Mask], limit: Limit, 
         return list(faults)
     found = []
     for f, u, there in zip(faults, used, limit.there, strict=True):
-        clipped = np.zeros(len(u), bool)
-        clipped[u] = there
+        clipped = f.clipped.copy()
+        clipped[u] |= there
         found.append(replace(f, clipped=clipped, clip_level_n=limit.level_n) if there.any() else f)
     return found

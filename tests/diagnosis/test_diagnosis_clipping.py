@@ -71,6 +71,19 @@ def test_readings_that_scatter_about_a_limit_are_left_out(side, share, into, out
             )
 
 
+@pytest.mark.parametrize("again", ["a converter that ends there", "coarse levels"])
+def test_readings_below_those_that_repeat_a_limit_are_left_out_with_them(again):
+    """Of an amplifier's limit the converter shows the upper half of the noise as one value, or all of it on a few levels."""
+    runs, level = limited("tension_out_n", 0.8)
+    step = 0.02
+    cut = (lambda y: np.minimum(y, level)) if again.startswith("a conv") else (lambda y: step * np.round(y / step))
+    for r in prepare([replace(r, tension_out_n=cut(r.tension_out_n)) for r in runs]).records:
+        f = r.faults_out
+        true = next(c for c in CLEAN[50.0] if c.run_id == r.run_id).tension_out_n[: len(f.clipped)] > level
+        if r.system == "sstl" and true.any():
+            assert f.clipped[true].mean() > 0.99 and f.clipped[~true].mean() < 0.05
+
+
 @pytest.mark.parametrize(
     "effects",
     [
