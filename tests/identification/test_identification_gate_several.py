@@ -152,3 +152,19 @@ def test_the_one_lead_that_is_wrong_is_named():
     wrong = [replace(r, lead_mm=5.0) if r is runs[-1] else r for r in runs]
     (said,) = gate.remarks(wrong)
     assert (said.rule, said.run_ids) == ("lead_order", (runs[-1].run_id,)) and "5 mm" in said.sentence
+
+
+def test_an_output_that_wanders_within_the_backlash_gives_no_energy():
+    t, x = multisine(5, seconds=40.0, rate=100.0)
+    x = 15.0 + (x - x.mean()) / np.ptp(x)
+    rng = np.random.default_rng(3)
+    # a sensor's slow noise that happens to go before its input
+    y = 12.0 + 0.05 * np.interp(t + 0.8, t, x - 15.0)
+    run = replace(
+        loop(0.3, "sstl"),
+        time_s=t,
+        tension_in_n=x + 0.01 * rng.standard_normal(len(t)),
+        tension_out_n=y + 0.01 * rng.standard_normal(len(t)),
+    )
+    assert gate.evidence_of(run).loop_work > 0.02
+    assert "energy" not in dict(rules([run]))

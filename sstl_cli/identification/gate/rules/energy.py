@@ -12,14 +12,13 @@ from sstl_cli.identification.gate.units import column_line
 RULE, RANK = "energy", 49
 # tension that a loop gives, in parts of the way of the input times the span of the output: friction takes 0.01 to 0.2 of it
 GIVES = 0.02
-# noises that an input must go for its loops to be a movement
-MOVES = 20.0
+# noises that an input must go for its loops to be a movement, and part of its way that the output must go: within backlash it wanders as its sensor does
+MOVES, FOLLOWS = 20.0, 0.15
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output is above on the way up and below on the way down."""
-    gives = [e for e in log if e.usable and e.both_tensions and e.loop_work > GIVES and e.ranges[0].span > MOVES * e.sensors[0].noise_n]
-    hit = [e for e in gives if not unrelated(e)]
+    hit = [e for e in log if e.usable and e.both_tensions and e.wide and e.loop_work > GIVES and _moves(e) and not unrelated(e)]
     if hit:
         most = max(e.loop_work for e in hit)
         yield Remark(
@@ -29,3 +28,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "of the two is a difference of both",
             column_line(1),
         )  # fmt: skip
+
+
+def _moves(e: Evidence) -> bool:
+    return e.ranges[0].span > MOVES * e.sensors[0].noise_n and e.ranges[1].span > FOLLOWS * e.ranges[0].span
