@@ -106,6 +106,16 @@ def test_what_a_loop_gives_by_hand():
     assert loop_work(np.arange(9.0), y) == 0.0
 
 
+def test_what_friction_holds_back_is_no_energy_once_it_is_let_go():
+    # from a level that an earlier pull has left: up beside it, and down along the line of release
+    x = np.array([8.0, 10.0, 13.0, 10.0, 7.0, 8.0, 10.0, 12.0])
+    y = play(x, (np.exp(-0.5), 0.0, np.exp(0.5), 0.0))
+    y[:3] = 14.0
+    y[3:] = np.minimum.accumulate(np.minimum(14.0, np.exp(0.5) * x[3:]))
+    assert np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) > 0.0
+    assert loop_work(x, y) <= 0.0
+
+
 def test_a_part_of_the_input_in_the_output_of_some_runs_shows_in_their_noise():
     names = ("act-b2", "sstl-b2")
     mixed = changed(log(), lambda r: {"tension_out_n": r.tension_out_n + 0.4 * r.tension_in_n}, *names)

@@ -76,4 +76,6 @@ def loop_work(x: Array, y: Array) -> float:
     u = np.concatenate(([middle], x[first + 1 : last + 1], [middle]))
     v = np.concatenate(([begun], y[first + 1 : last + 1], [ended]))
     way, span = float(np.sum(np.abs(np.diff(u)))), float(np.ptp(v))
-    return float(np.sum(0.5 * (v[1:] + v[:-1]) * np.diff(u))) / (way * span) if way * span > 0.0 else 0.0
+    # an output that comes back to another level than it began at may have had what it gives in store: at most that over the input's range
+    stored = abs(float(ended - begun)) * float(np.ptp(u))
+    return (float(np.sum(0.5 * (v[1:] + v[:-1]) * np.diff(u))) - stored) / (way * span) if way * span > 0.0 else 0.0
