@@ -122,8 +122,16 @@ def test_a_part_of_the_input_in_the_output_of_some_runs_shows_in_their_noise():
     assert ("crosstalk", set(names)) in rules(mixed)
 
 
-def test_an_output_scaled_to_its_own_range_is_told():
-    runs = [replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n)) for r in log()]
+@pytest.mark.parametrize("low", [0.0, 1.0])
+def test_an_output_scaled_to_its_own_range_is_told(low):
+    runs = [
+        replace(
+            r,
+            tension_out_n=(r.tension_out_n - (1 - low) * r.tension_out_n.min())
+            / (r.tension_out_n.max() - (1 - low) * r.tension_out_n.min()),
+        )
+        for r in log()
+    ]
     assert rules(runs)[0] == ("normalised", {r.run_id for r in runs})
 
 

@@ -31,7 +31,8 @@ class Odd:
 
 def odd_levels(runs: Sequence[Evidence], i: int) -> list[Odd]:
     """Return the runs of one system whose channel ``i`` was converted otherwise than in most."""
-    shown = [e for e in runs if e.sensors[i].step_n > SHOWN * max(e.sensors[i].noise_n, 1e-300)]
+    # the steps of a command are those of its movement
+    shown = [e for e in runs if e.sensors[i].step_n > SHOWN * max(e.sensors[i].noise_n, 1e-300) and not e.sensors[i].computed]
     if len(shown) < FEW:
         return []
     steps = np.log([e.sensors[i].step_n for e in shown])

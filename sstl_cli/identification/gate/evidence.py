@@ -59,7 +59,7 @@ class Evidence:
     ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
-    ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``own_range`` the largest value of a channel that goes from exactly 0 to exactly 1 or 100, else 0,
+    ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``extremes`` the smallest and largest reading of each channel,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
@@ -99,7 +99,7 @@ class Evidence:
     raw_correlation: float
     noise_correlation: float
     loop_work: float
-    own_range: tuple[float, float]
+    extremes: tuple[tuple[float, float], tuple[float, float]]
     roughness: tuple[float, float]
     disorder: Disorder
     dropouts: tuple[Dropouts | None, Dropouts | None]

@@ -35,8 +35,6 @@ from sstl_cli.identification.segment import segment_run
 
 Array = NDArray[np.float64]
 MIN_SAMPLES = 32
-# largest values of what was normalised
-NORMALISED = (1.0, 100.0)
 # slopes, delays and loops of a recording show in this many points
 MOST_POINTS = 1536
 SEGMENT_POINTS = 16_384
@@ -59,7 +57,7 @@ def evidence_of(run: Run) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, own_range=(0.0, 0.0), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
@@ -157,7 +155,7 @@ def _of_readings(e: Evidence, run: Run) -> Evidence:
         whole_share=(_whole_share(raw[0]), _whole_share(raw[1])),
         digits_lost=(digits_lost(raw[0]), digits_lost(raw[1])),
         two_values=(_two_values(raw[0]), _two_values(raw[1])),
-        own_range=(_own_range(raw[0]), _own_range(raw[1])),
+        extremes=((float(raw[0].min()), float(raw[0].max())), (float(raw[1].min()), float(raw[1].max()))),
         raw_correlation=float(np.corrcoef(*raw)[0, 1]),
         noise_correlation=noise_correlation(*raw),
         roughness=(_roughness(raw[0], sensors[0].stride), _roughness(raw[1], sensors[1].stride)),
@@ -182,12 +180,6 @@ def _whole_share(v: Array) -> float:
 
 def _two_values(v: Array) -> bool:
     return bool(np.all((v == v.min()) | (v == v.max())))
-
-
-def _own_range(v: Array) -> float:
-    """Return 1 or 100 where a channel goes exactly from 0 to there, as shares of its own range do, else 0."""
-    most = float(v.max())
-    return most if most in NORMALISED and v.min() == 0.0 else 0.0
 
 
 def _roughness(v: Array, stride: int) -> float:

@@ -26,8 +26,8 @@ RUNS_IN = (0.03, 0.1, 0.3, 1.0)
 TAKES = 0.6
 # least part of the output's span that one friction must leave: another n theta by a twelfth moves a half of the run by 2 to 5 % of its tension
 LEAST = 0.01
-# difference of the logarithms of n theta from which on two bends are two
-APART = 0.08
+# difference of the logarithms of n theta from which on two bends are two: friction that runs in, or falls with speed, turns by a tenth where a movement does
+APART = 0.15
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.drift import drift_of
 from sstl_cli.identification.gate.rules.unrelated import unrelated
 from sstl_cli.identification.gate.units import column_line
 
@@ -18,7 +19,11 @@ MOVES, FOLLOWS = 20.0, 0.15
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output is above on the way up and below on the way down."""
-    hit = [e for e in log if e.usable and e.both_tensions and e.wide and e.loop_work > GIVES and _moves(e) and not unrelated(e)]
+    hit = [
+        e
+        for e in log
+        if e.usable and e.both_tensions and e.wide and e.loop_work > GIVES and _moves(e) and not (unrelated(e) or drift_of(e))
+    ]
     if hit:
         most = max(e.loop_work for e in hit)
         yield Remark(

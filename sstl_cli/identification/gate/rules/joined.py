@@ -20,7 +20,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "remark", 100.0 * size, "%",
             f"{names([e.run_id for e in hit])}: input and output jump together, by {100 * size:.0f} % of their spans or more, "
-            f"at {hit[0].seam_at_s:.4g} s; two recordings were probably joined to one run, or blocks of its rows exchanged",
+            f"at {hit[0].seam_at_s:.4g} s; two recordings were probably joined to one run, samples lost there, or blocks of its rows exchanged",
             "[files] merge = \"no\" (or skip_samples / a time window that ends at the jump)",
         )  # fmt: skip
     hit = [e for e in log if e.tendon_like and _changes(e)]

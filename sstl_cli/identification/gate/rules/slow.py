@@ -24,7 +24,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             tuple(e.run_id for e in hit), RULE, "remark", tau, "s",
             f"{names([e.run_id for e in hit])}: the output lags behind what friction makes of the input, the more the faster the input goes, as "
             f"behind a low-pass of {1.0 / (2.0 * math.pi * tau):.2g} Hz (time constant {tau:.2g} s) that the input does not pass; the output "
-            "channel is probably filtered or smoothed",
+            f"channel is probably {'summed up (integrated) over time' if tau > hit[0].duration_s else 'filtered or smoothed'}",
             "none: record again with the same filter on both channels, one well above the movement",
         )  # fmt: skip
 
