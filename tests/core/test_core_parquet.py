@@ -225,7 +225,7 @@ FOOTERS = {
 }
 
 
-@pytest.mark.parametrize("what", FOOTERS)
+@pytest.mark.parametrize("what", [pytest.param(w, marks=pytest.mark.slow) if w == "sizes" else w for w in FOOTERS])
 def test_a_footer_that_lost_a_bit_does_not_end_the_process(what: str, tmp_path: Path) -> None:
     """Arrow's own C++ ended it where statistics were asked for that the footer made impossible."""
     path = tmp_path / "log.parquet"

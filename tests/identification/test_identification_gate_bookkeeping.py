@@ -37,7 +37,10 @@ def findings(r):
     ]
 
 
-@pytest.mark.parametrize(("top", "digits"), [(45.0, 1), (24.0, 2), (12.0, 3), (90.0, 2)])
+@pytest.mark.parametrize(
+    ("top", "digits"),
+    [(45.0, 1), *(pytest.param(top, digits, marks=pytest.mark.slow) for top, digits in ((24.0, 2), (12.0, 3), (90.0, 2)))],
+)
 def test_a_lost_decimal_comma_is_told_as_such_and_not_as_counts_or_spikes(top, digits):
     runs = [loop(f"r{i}", i, 0.2 + 0.2 * i, top) for i in range(3)]
     assert gate.remarks(runs) == ()

@@ -106,6 +106,7 @@ def test_without_enough_loops_no_alarm_means_nothing_and_it_says_so(tmp_path):
     assert documents(sstl(path, "--once", "--json"))[-1]["not_armed"] == {"act A": 7}
 
 
+@pytest.mark.slow
 def test_another_bend_is_called_a_bend(tmp_path):
     path = write(tmp_path / "log.csv", lines([loops(13, {}, 1), loops(6, {}, 2, theta=0.60, start_s=78.0)]))
     done = sstl(path, "--once", "--learn", 10, "--json")
