@@ -190,7 +190,6 @@ def part(r, a, b):
     return replace(r, time_s=r.time_s[a:b], tension_in_n=r.tension_in_n[a:b], tension_out_n=r.tension_out_n[a:b])
 
 
-# further slips of a rule that has one take as long as the first
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if " (" in n else n for n in SLIPS])
 def test_a_slip_is_told_by_its_rule_first(name):
     said = gate.remarks(SLIPS[name]())
