@@ -85,25 +85,24 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
         return Limit(level, nowhere, 0.0, noise)
     # a reading at the limit is hardly ever further below it; what the line gives as well costs nothing to leave out
     there = tuple(_resting(v, level, noise, HALF * CLIPPED_SIGMA) for v in values)
-    drawn = [_line(p, t) if t.any() else None for p, t in zip(pairs, there, strict=True)]
-    told = [line is not None and _pulls(line, t, noise) for line, t in zip(drawn, there, strict=True)]
-    lines = [(p, t, line) for p, t, line, tells in zip(pairs, there, drawn, told, strict=True) if tells and line is not None]
-    if not lines:
+    lines = {i: _line(p, t) for i, (p, t) in enumerate(zip(pairs, there, strict=True)) if t.any()}
+    silent = {i for i, line in lines.items() if not _pulls(line, there[i], noise)}
+    short = {i: pairs[i].short(line) for i, line in lines.items() if i not in silent}
+    if not short:
         return Limit(level, there, 0.0, noise)
-    beyond = np.concatenate([p.short(line)[t] for p, t, line in lines])
-    off = np.concatenate([p.short(line)[~t] for p, t, line in lines])
+    beyond = np.concatenate([s[there[i]] for i, s in short.items()])
+    off = np.concatenate([s[~there[i]] for i, s in short.items()])
     found = Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
-    silent = [bool(t.any()) and not tells for t, tells in zip(there, told, strict=True)]
-    return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise, silent)
+    heard = [i for i in range(len(pairs)) if i not in silent]
+    return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise, heard)
 
 
-def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float, silent: Sequence[bool]) -> Limit:
+def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float, heard: Sequence[int]) -> Limit:
     """Return a limit with the readings below it that an amplifier compresses before it gives out: those short by more than others are off.
 
-    The line is fitted again without them, until they stay the same. Of ``silent`` runs no line is known.
+    The line is fitted again without them, until they stay the same, in the runs that are ``heard``: of others none is known.
     """
     there, cut = found.there, found.level_n
-    heard = [i for i, no in enumerate(silent) if not no]
     while True:
         short = np.concatenate([pairs[i].short(_line(pairs[i], there[i])) for i in heard])
         at_limit, left_out = (np.concatenate([t[i] for i in heard]) for t in (found.there, there))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.playfit import PlayFit
-from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD, descend, left_of, tried
+from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD, descend, played, tried
 
 Array = NDArray[np.float64]
 FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 2, 1), (0, 1, 2, 5), (0, 1, 2, LAG)
@@ -259,7 +259,7 @@ def modelled(
     which, begins = np.array(free, np.int64), len(x) if behind.since is None else behind.since
     slip = free[-1]
     given = np.array([median(y[~np.isnan(y)][:3]), begins, behind.most_n, float(bool(behind.lags))])
-    guesses = [_guess(wrap, free) for wrap in STARTS]
+    guesses = [guess(wrap, free) for wrap in STARTS]
     if behind.lags:
         guesses = [np.concatenate((p[:LAG], [lag], p[LAG + 1 :])) for p in guesses for lag in behind.lags]
     elif slip not in (FRICTION[-1], CREEPS):
@@ -271,18 +271,15 @@ def modelled(
         # where the free lines meet is no tension
         wrap, at = 0.5 * math.log(play.gamma_r / play.gamma_p), (play.beta_p - play.beta_r) / (play.gamma_r - play.gamma_p)
         likely = {1: 0.5 * math.log(play.gamma_p * play.gamma_r), 3: at, 4: play.beta_p + play.gamma_p * at}
-        guesses.append(_guess(min(wrap, 2.0), free))
+        guesses.append(guess(min(wrap, 2.0), free))
         guesses[-1][slip] = likely.get(slip, 0.0)
     guesses.sort(key=lambda p: tried(x, y, fast, p, given, floor))
     found = [descend(x, y, fast, which, p, given, floor, STEPS) for p in guesses[:TRIED]]
     p, rms = min(found, key=lambda f: f[1])
-    left = np.empty(len(x))
-    # what is left of nothing is the model, begun where the output began
-    left_of(x, np.zeros(len(x)), fast, p, given, np.empty(0, np.int64), left, np.empty((0, 0)))
-    return Cause(float(p[0]), float(p[slip]), float(rms)), -left
+    return Cause(float(p[0]), float(p[slip]), float(rms)), played(x, fast, p, given)
 
 
-def _guess(wrap: float, free: tuple[int, ...]) -> Array:
+def guess(wrap: float, free: tuple[int, ...]) -> Array:
     """Return a first guess of all parameters that holds n theta, and a spread where that is free."""
     p = np.zeros(PARAMETERS)
     p[0], p[SPREAD] = wrap, FIRST_SPREAD if SPREAD in free else 0.0

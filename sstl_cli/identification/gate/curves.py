@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import FIRST_SPREAD, Causes
+from sstl_cli.identification.gate.causes import FRICTION, Causes, bundled, guess
 from sstl_cli.identification.gate.playfit import PlayFit
-from sstl_cli.identification.gate.strands import PARAMETERS, SPREAD, left_of
+from sstl_cli.identification.gate.strands import played
 
 Array = NDArray[np.float64]
-# n theta that are tried, finer steps about the best one, and spreads of the strands
-WRAPS, FINER, SPREADS = np.geomspace(0.04, 2.2, 17), (1.12, 1.0 / 1.12, 1.06, 1.0 / 1.06), (0.0, FIRST_SPREAD)
+# n theta that are tried, finer steps about the best one; one play, and strands that slide one after the other
+WRAPS, FINER, KINDS = np.geomspace(0.04, 2.2, 17), (1.12, 1.0 / 1.12, 1.06, 1.0 / 1.06), (FRICTION, bundled(FRICTION))
 # terms of the curve, and the quantiles of tension between which its slope is compared
 DEGREE, ENDS = 3, (0.1, 0.9)
 # what other slips must leave of the output's span for a curve to be asked for, and fewest points behind the first slide
@@ -41,25 +41,21 @@ def curve_of(x: Array, y: Array, duration_s: float, causes: Causes, play: PlayFi
     least = min(causes.least_n(duration_s), math.inf if play is None else play.rms_n)
     if causes.enough or not least > ODD * float(np.ptp(y)):
         return None
-    rms, ratio, wrap, spread = min(_curved(x, y, w, s) for s in SPREADS for w in WRAPS)
-    rms, ratio, *_ = min([(rms, ratio, wrap, spread), *(_curved(x, y, wrap * k, spread) for k in FINER)])
+    rms, ratio, wrap, kind = min(_curved(x, y, w, k) for k in KINDS for w in WRAPS)
+    rms, ratio, *_ = min([(rms, ratio, wrap, kind), *(_curved(x, y, wrap * k, kind) for k in FINER)])
     return Curve(rms, rms / least, ratio) if math.isfinite(rms) else None
 
 
-def _curved(x: Array, y: Array, wrap: float, spread: float) -> tuple[float, float, float, float]:
+def _curved(x: Array, y: Array, wrap: float, kind: tuple[int, ...]) -> tuple[float, float, float, tuple[int, ...]]:
     """Return what a cubic of the tension behind this friction leaves (N RMS), the ratio of its slopes, and the friction."""
-    p = np.zeros(PARAMETERS)
-    p[0], p[SPREAD] = wrap, spread
-    left = np.empty(len(x))
-    nothing = np.zeros(len(x))
-    left_of(x, nothing, nothing, p, np.array([x[0], len(x), math.inf, 0.0]), np.empty(0, np.int64), left, np.empty((0, 0)))
+    tension = played(x, np.zeros(len(x)), guess(wrap, kind), np.array([x[0], len(x), math.inf, 0.0]))
     # before it first slides nothing is known of the tension
-    moved = np.flatnonzero(left != left[0])
+    moved = np.flatnonzero(tension != tension[0])
     if len(moved) < LEAST_POINTS:
-        return math.inf, math.nan, wrap, spread
-    tension, shown = -left[moved[0] :], y[moved[0] :]
+        return math.inf, math.nan, wrap, kind
+    tension, shown = tension[moved[0] :], y[moved[0] :]
     scale = float(np.max(np.abs(tension)))
     terms = np.vander(tension / scale, DEGREE + 1)
     curve = np.linalg.lstsq(terms, shown, rcond=None)[0]
     slopes = np.polyval(np.polyder(curve), np.quantile(tension / scale, ENDS))
-    return float(np.sqrt(np.mean((shown - terms @ curve) ** 2))), float(slopes[1] / slopes[0]), wrap, spread
+    return float(np.sqrt(np.mean((shown - terms @ curve) ** 2))), float(slopes[1] / slopes[0]), wrap, kind

@@ -91,6 +91,14 @@ def left_of(x: Array, y: Array, fast: Array, p: Array, given: Array, free: Codes
         _low_passed(y, p[LAG], given[0], free, left, jacobian)
 
 
+def played(x: Array, fast: Array, p: Array, given: Array) -> Array:
+    """Return what the plays make of an input (N), begun where ``given`` says; see ``left_of``."""
+    left = np.empty(len(x))
+    # what is left of nothing is the model
+    left_of(x, np.zeros(len(x)), fast, p, given, np.empty(0, np.int64), left, np.empty((0, 0)))
+    return -left
+
+
 @njit(cache=True, nogil=True)
 def _rows(free: Codes) -> Codes:
     """Return for each free parameter the row of what strands slid with that tells its derivative, -1 where none does."""

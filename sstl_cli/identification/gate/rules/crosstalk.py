@@ -17,7 +17,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose channels share a part of their noise, where those of the other runs share none."""
     known = [e for e in log if e.tendon_like and all(s.white and not s.held for s in e.sensors) and e.hums == (None, None)]
     hit = [e for e in known if abs(e.noise_correlation) > SHARED]
-    rest = [e for e in known if e not in hit]
+    rest = [e for e in known if not abs(e.noise_correlation) > SHARED]
     if hit and len(rest) >= max(FEWEST, len(hit)) and all(abs(e.noise_correlation) < OWN for e in rest):
         most = max((e.noise_correlation for e in hit), key=abs)
         yield Remark(

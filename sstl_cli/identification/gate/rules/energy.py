@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
-from sstl_cli.identification.gate.rules.unrelated import unrelated
+from sstl_cli.identification.gate.rules.unrelated import follows, unrelated
 from sstl_cli.identification.gate.units import column_line
 
 RULE, RANK = "energy", 49
 # tension that a loop gives, in parts of the way of the input times the span of the output: friction takes 0.01 to 0.2 of it
 GIVES = 0.02
-# noises that an input must go for its loops to be a movement, and part of its way that the output must go: within backlash it wanders as its sensor does
-MOVES, FOLLOWS = 20.0, 0.15
+# noises that an input must go for its loops to be a movement
+MOVES = 20.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -22,7 +22,13 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     hit = [
         e
         for e in log
-        if e.usable and e.both_tensions and e.wide and e.loop_work > GIVES and _moves(e) and not (unrelated(e) or drift_of(e))
+        if e.usable
+        and e.both_tensions
+        and e.wide
+        and e.loop_work > GIVES
+        and _moves(e)
+        and follows(e)
+        and not (unrelated(e) or drift_of(e))
     ]
     if hit:
         most = max(e.loop_work for e in hit)
@@ -36,4 +42,4 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def _moves(e: Evidence) -> bool:
-    return e.ranges[0].span > MOVES * e.sensors[0].noise_n and e.ranges[1].span > FOLLOWS * e.ranges[0].span
+    return e.ranges[0].span > MOVES * e.sensors[0].noise_n

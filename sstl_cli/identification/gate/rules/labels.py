@@ -85,8 +85,10 @@ def _contradictions(known: list[Evidence]) -> Iterator[Remark]:
         places.setdefault(e.location, []).append(e)
     groups = [g for g in places.values() if len({e.config_id for e in g}) > 1]
     for group in groups or [known]:
-        compared = any(len({str(o.config_id) for o in group if _column(o) == c}) > 1 for c in {_column(e) for e in group})
-        yield from _columns(group, moving=compared)
+        bends: dict[Column, set[str]] = {}
+        for e in group:
+            bends.setdefault(_column(e), set()).add(str(e.config_id))
+        yield from _columns(group, moving=any(len(b) > 1 for b in bends.values()))
 
 
 def _column(e: Evidence, moving: bool = True) -> Column:

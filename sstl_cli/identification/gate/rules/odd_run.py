@@ -54,10 +54,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     # a gain makes a noise and a zero of its own
     told = alone(log)
     gained = _gained(log, told)
+    told |= {e.run_id for e in gained}
     for system in sorted({e.system for e in log}):
         runs = [e for e in log if e.system == system and e.tendon_like and e.correlation > 0.0]
         yield from _levels(runs)
-        runs = [e for e in runs if e.run_id not in told and e not in gained]
+        runs = [e for e in runs if e.run_id not in told]
         if len(runs) < FEW:
             continue
         table = np.array([_values(e) for e in runs])
@@ -125,7 +126,7 @@ def _gained(log: Sequence[Evidence], told: set[str]) -> list[Evidence]:
     if split is None or len(split.members) < 2 or split.gap < 3.0 * split.spread:
         return []
     hit = [runs[j] for j in sorted(split.members)]
-    rest = [e for e in runs if e not in hit]
+    rest = [e for j, e in enumerate(runs) if j not in split.members]
     # a pulley makes a gain of its own in the loop
     none = abs(float(np.median([math.log(e.slopes.gain) for e in rest]))) < NONE
     return hit if none and {e.system for e in hit} == {e.system for e in rest} else []

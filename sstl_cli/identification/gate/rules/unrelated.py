@@ -33,6 +33,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
 
 
+def follows(e: Evidence) -> bool:
+    """Whether the output moves by more than presliding within the backlash moves it, or its sensor's slow noise."""
+    return e.ranges[1].span > MOVES * e.ranges[0].span
+
+
 def explained_by(e: Evidence) -> float:
     """Return the share of the output's variance that is explained; of other movements a long delay always explains some."""
     p = e.play
@@ -53,5 +58,4 @@ def unrelated(e: Evidence) -> bool:
     left = min(e.causes.least_n(e.duration_s), math.inf if e.play is None else e.play.rms_n)
     # an input that is but noise tells no movement: of the output its own noise alone is explained
     noise = e.sensors[1].noise_n if e.but_noise(0) else e.causes.noise_n
-    moves = e.ranges[1].span > MOVES * e.ranges[0].span
-    return moves and math.sqrt(max(left**2 - noise**2, 0.0)) > NOTHING * e.ranges[1].span
+    return follows(e) and math.sqrt(max(left**2 - noise**2, 0.0)) > NOTHING * e.ranges[1].span

@@ -158,17 +158,23 @@ def _lines_apart(log: Sequence[Evidence]) -> Iterator[_Apart]:
     """Yield how far the lines of each run lie from those of the other runs of its system."""
     for system, tendon in sorted({(e.system, e.tendon) for e in log}, key=str):
         sensed = [e for e in log if (e.system, e.tendon) == (system, tendon) and e.tendon_like]
-        seen = [e for e in sensed if e.slopes.known and e.slopes.friction > LEAST_FRICTION]
+        seen = [e for e in sensed if _shows(e)]
         least = SCATTER * max((e.ranges[1].span for e in sensed), default=0.0)
         for e in sensed:
+            lines = e.slopes if _shows(e) else _free_lines(e)
+            if lines is None:
+                continue
             others = np.array([(o.slopes.beta_p, o.slopes.beta_r) for o in seen if o is not e])
-            lines = e.slopes if e in seen else _free_lines(e)
-            if len(others) < FEWEST or lines is None:
+            if len(others) < FEWEST:
                 continue
             usual = np.median(others, axis=0)
             scatter = np.maximum(np.max(np.abs(others - usual), axis=0), least)
             pull, release = lines.beta_p - float(usual[0]), lines.beta_r - float(usual[1])
             yield _Apart(e, sensed, lines, pull, release, abs(pull) / float(scatter[0]))
+
+
+def _shows(e: Evidence) -> bool:
+    return e.slopes.known and e.slopes.friction > LEAST_FRICTION
 
 
 def _free_lines(e: Evidence) -> PlayFit | None:
