@@ -8,11 +8,11 @@ import numpy as np
 
 from sstl_cli.importers.guess_files import Named
 from sstl_cli.importers.guess_look import Look
+from sstl_cli.importers.guess_time import MARK
 from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
 
 # typical steps of two clocks without a stated unit that are this far apart may be counted in different ones
 STEP_RATIO = 5.0
-MARK = "  # (?) "
 
 
 def with_doubts(toml: str, look: Look, looks: Sequence[Look]) -> str:

@@ -16,6 +16,8 @@ from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS, UNIT_WORDS
 
 Array = NDArray[np.float64]
+# behind a line that an import asks for, with the question
+MARK = "  # (?) "
 # unix times of the years 2001 to 2100, by the unit they are counted in
 EPOCHS = ((1e9, "s"), (1e12, "ms"), (1e15, "us"), (1e18, "ns"))
 EPOCH_LAST = 4.1
@@ -138,7 +140,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
         if len(sides) == 2:
             found = _of(best, data[best.name], reasons, sure=True)
             ask = 'each side has its own clock: add time = "..." to the other tension'
-            return replace(found, line=found.line.partition("  # (?)")[0] + f"  # (?) {ask}")
+            return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
@@ -152,7 +154,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
         return _by_rate(stated, reasons)
     reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
     # a number that is not in the file would be taken once the mark is deleted
-    return TimeGuess(f"time_s = {{ rate_hz = 0 }}  # (?) no clock found{hint}: which rate?", None, tuple(reasons))
+    return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}no clock found{hint}: which rate?", None, tuple(reasons))
 
 
 def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
@@ -161,9 +163,9 @@ def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
     if stated.gaps:
         gaps = f"{stated.gaps} gap{'s' if stated.gaps > 1 else ''} of up to {stated.longest_s:g} s"
         ask = f"{stated.by}, every {stated.step_s:g} s but for {gaps}, which a rate would close: write them as numbers of seconds"
-        return TimeGuess(f"time_s = {{ rate_hz = 0 }}  # (?) {ask}", None, tuple(reasons))
+        return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}{ask}", None, tuple(reasons))
     ask = f"{stated.by}: does a sample come every {stated.step_s:g} s throughout?"
-    return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}  # (?) {ask}", None, tuple(reasons))
+    return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}{MARK}{ask}", None, tuple(reasons))
 
 
 def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:
@@ -174,12 +176,12 @@ def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:
     repeated = float(np.mean(steps == 0))
     name = json.dumps(best.name, ensure_ascii=False)
     extra = f", scale = {scale:g}" if scale != 1.0 else ""
-    mark = f"  # (?) {question}" if question else ""
+    mark = MARK + question if question else ""
     reasons.append(f"time_s: '{best.name}' runs forward in {100 * np.mean(steps >= 0):.1f} % of the steps; {why}")
     if _goes_back(values):
-        mark = mark or "  # (?) it runs back at times: is it one part of a clock, such as its nanoseconds?"
+        mark = mark or MARK + "it runs back at times: is it one part of a clock, such as its nanoseconds?"
     if repeated > 0.9:
-        mark = mark or "  # (?) it repeats in most steps: is there a finer clock, or a rate?"
+        mark = mark or MARK + "it repeats in most steps: is there a finer clock, or a rate?"
     if repeated:
         reasons.append(f"time repeats in {100 * repeated:.0f} % of the steps: the last of a tick is kept")
     return TimeGuess(f'time_s = {{ column = {name}, unit = "{unit}"{extra} }}{mark}', best.name, tuple(reasons))

@@ -16,7 +16,7 @@ from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
-from sstl_cli.importers.guess_time import TimeGuess
+from sstl_cli.importers.guess_time import MARK, TimeGuess
 
 Array = NDArray[np.float64]
 HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark."
@@ -87,7 +87,7 @@ def written(p: Proposal) -> str:
     constants = dict(p.named.constants)
     lines += ["", "[constants]"]
     if "system" not in (*p.named.labels, *(c.target for c in p.labels)):
-        lines.append('system = "act"  # (?) act: single pass, sstl: double pass')
+        lines.append('system = "act"' + _mark("act: single pass, sstl: double pass"))
     lines += [f"{k} = {json.dumps(v)}" for k, v in constants.items()]
     only_one = not (p.roles.first and p.roles.second)
     if p.pair is not None or only_one:
@@ -167,7 +167,7 @@ def _others(p: Proposal) -> list[str]:
 
 
 def _mark(question: str) -> str:
-    return f"  # (?) {question}" if question else ""
+    return MARK + question if question else ""
 
 
 def _with(line: str, extra: str) -> str:
@@ -204,12 +204,12 @@ def asked(line: str, question: str) -> str:
     """Return a line with a question behind those that it has."""
     if not question:
         return line
-    return f"{line}; {question}" if "  # (?) " in line else line + _mark(question)
+    return f"{line}; {question}" if MARK in line else line + _mark(question)
 
 
 def _clock_question(clock: TimeGuess) -> str:
     """Return the question that the own clock of the output leaves."""
-    question = clock.line.partition("  # (?) ")[2]
+    question = clock.line.partition(MARK)[2]
     return f"its time: {question}" if question else ""
 
 
