@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
-from scipy.special import softmax
+from scipy.optimize import minimize, minimize_scalar
+from scipy.special import log_softmax, softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.blind.truth import CaseTruth
@@ -60,6 +60,8 @@ EXCLUDED, WITHOUT = "excluded", "without"
 SCHEMA = "sstl.weights/1"
 STATUSES = (IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING)
 COMMITS = np.linspace(0.5, 0.98, 25)
+# a library of few cases does not make odds twice as sure
+TEMPERS = (0.2, 2.0)
 # share of its response by which a law is usually off
 USUAL_SHARE = MISFITS[1]
 # fewer cases say nothing of how often a verdict is right
@@ -255,7 +257,19 @@ def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = (
     bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(drawn, bare))
     said = [(e, decided(e.rows, p, bare)) for e, p in drawn]
-    return replace(bare, shows_d2=_shows(said), reliability=_by_status(said))
+    return replace(bare, shows_d2=_shows(said), reliability=_by_status(said), temper=_temper(drawn))
+
+
+def _temper(drawn: Judged) -> float:
+    """Return the power of the odds between a cause with a name, none and one without that makes the answers of all cases likeliest."""
+    ends = [(p[NONE], p[UNKNOWN]) for _, p in drawn]
+    odds = np.log(np.clip([(1.0 - none - unknown, none, unknown) for none, unknown in ends], np.finfo(float).tiny, 1.0))
+    answers = np.array([(NONE, UNKNOWN).index(e.answer) + 1 if e.answer in (NONE, UNKNOWN) else 0 for e, _ in drawn])
+
+    def cost(power: float) -> float:
+        return float(-log_softmax(power * odds, axis=1)[np.arange(len(answers)), answers].sum())
+
+    return round(float(minimize_scalar(cost, bounds=TEMPERS, method="bounded").x), 3)
 
 
 def _member(family: set[str], judged: Judged, weights: Weights) -> float:
@@ -365,6 +379,7 @@ def to_document(w: Weights) -> dict[str, object]:
         "quiet": w.quiet,
         "cover": w.cover,
         "shows_d2": w.shows_d2,
+        "temper": w.temper,
         "reliability": {status: [list(r) for r in rows] for status, rows in w.reliability.items()},
         "candidate": dict(w.candidate),
         "none": dict(w.none),

@@ -30,7 +30,8 @@ def sentence(document: DiagnosisDocument) -> str:
             )
         return f"As far as this data can show nothing has changed since the simulator was accepted: it leaves {much}{sure}."
     if status == "none":
-        return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{sure}."
+        slow = _slow(document)
+        return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{slow}{sure}."
     if status == "unknown":
         return f"The cause of the gap is not known: {verdict.why}{sure}."
     names = " and ".join(e if _plain(e) == e else f"{_plain(e)} ({e})" for e in verdict.effects)
@@ -43,6 +44,21 @@ def sentence(document: DiagnosisDocument) -> str:
         others_too = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
         return f"{_much(gap, verdict.effects)} comes most likely from {names}{others_too}{sure}."
     return f"{_much(gap, verdict.effects)} comes from {names}{sure}."
+
+
+def _slow(document: DiagnosisDocument) -> str:
+    """Return what passes for slow noise of the outputs where it is more than their white one, empty where it is not.
+
+    A reading that wanders is noise of its sensor or a disturbance, and a record of the two together does not say which.
+    """
+    noise, unit = document.analysis.noise if document.analysis else {}, document.unit or "N"
+    outputs = {system: sensors["output"] for system, sensors in noise.items()}
+    slow = [
+        f"{system} {quantity(small(of['coloured_n'].estimate), unit)} for {of['correlation_s'].estimate:.2g} s"
+        for system, of in outputs.items()
+        if of["coloured_n"].estimate > of["white_n"].estimate
+    ]
+    return f", if what the outputs wander by ({', '.join(slow)}) is noise of their sensors" if slow else ""
 
 
 def _uncertain(verdict: Verdict) -> bool:

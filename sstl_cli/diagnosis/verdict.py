@@ -237,7 +237,20 @@ def verdict(rows: Rows, weights: Weights, prior: Mapping[str, float] | None = No
     prior : mapping of effect id to float, optional
         The user's own odds of effects; then no confidence can be given.
     """
-    return _with_faults(decided(rows, probabilities(rows, weights, prior), weights, prior), rows, weights, prior)
+    said = _with_faults(decided(rows, probabilities(rows, weights, prior), weights, prior), rows, weights, prior)
+    return replace(said, probabilities=tempered(said.probabilities, weights.temper))
+
+
+def tempered(p: Mapping[Ids, float], power: float) -> dict[Ids, float]:
+    """Return probabilities whose odds between a cause with a name, none and one without are raised to a power; they sum to 1.
+
+    Which of the causes it is, where one has a name, the model says as surely as it may (Guo, Pleiss, Sun, Weinberger 2017).
+    """
+    named = sum(v for k, v in p.items() if k not in (NONE, UNKNOWN))
+    odds = np.array([named, p.get(NONE, 0.0), p.get(UNKNOWN, 0.0)]) ** power
+    of_named, none, unknown = (float(x) for x in odds / odds.sum())
+    share = of_named / named if named > 0.0 else 0.0
+    return {**{k: v * share for k, v in p.items() if k not in (NONE, UNKNOWN)}, NONE: none, UNKNOWN: unknown}
 
 
 def _with_faults(said: Verdict, rows: Rows, weights: Weights, prior: Mapping[str, float] | None) -> Verdict:

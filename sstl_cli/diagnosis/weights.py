@@ -17,6 +17,7 @@ from typing import Any
 class Weights:
     """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model.
 
+    ``temper`` is the power of the odds between a cause with a name, none and one without at which they are as often right as they say.
     ``shows_d2`` is the squared distance to nothing from which on an effect is hardly ever taken for nothing; ``reliability`` has for each status what was stated, and the share of such verdicts that were right.
     """
 
@@ -32,6 +33,7 @@ class Weights:
     reliability: Mapping[str, tuple[tuple[float, float], ...]]
     provenance: Mapping[str, Any] = field(default_factory=dict)
     known: Weights | None = None
+    temper: float = 1.0
 
     @property
     def seeds(self) -> list[tuple[int, int]]:
@@ -63,4 +65,5 @@ def from_document(d: Mapping[str, Any]) -> Weights:
         {status: tuple((float(a), float(b)) for a, b in rows) for status, rows in d["reliability"].items()},
         d["provenance"],
         from_document(d["known"]) if "known" in d else None,
+        d.get("temper", 1.0),
     )

@@ -15,6 +15,7 @@ from sstl_cli.blind.learning import (
     FOR,
     Example,
     _reliability,
+    _temper,
     answerable,
     calibrated,
     examples,
@@ -203,3 +204,15 @@ def test_a_level_of_few_verdicts_is_stated_as_few_can_tell():
             for p, right in [(0.6, i % 2) for i in range(40)] + [(0.9, 1)] * 20]  # fmt: skip
     rows = dict(_reliability(said))
     assert rows[0.6] == pytest.approx(0.5) and rows[0.9] == pytest.approx(21 / 22, abs=1e-4)
+
+
+@pytest.mark.parametrize("sure", [0.5, 1.0])
+def test_odds_that_are_too_sure_are_tempered(sure):
+    rng = np.random.default_rng(3)
+    judged = []
+    for i, (named, none) in enumerate(zip(rng.uniform(0.05, 0.9, 4000), rng.uniform(0.05, 0.9, 4000), strict=True)):
+        true = np.array([named, none, 0.2]) / (named + none + 0.2)
+        stated = true ** (1.0 / sure) / np.sum(true ** (1.0 / sure))
+        answer = [("viscous",), NONE, UNKNOWN][rng.choice(3, p=true)]
+        judged.append((SimpleNamespace(name=str(i), answer=answer), {("viscous",): stated[0], NONE: stated[1], UNKNOWN: stated[2]}))
+    assert _temper(judged) == pytest.approx(sure, rel=0.08)

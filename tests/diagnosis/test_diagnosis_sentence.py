@@ -117,6 +117,17 @@ def test_nothing_and_not_known_are_said_as_such():
     assert sentence(document("unknown", effects=())) == "The cause of the gap is not known: it moves."
 
 
+def test_nothing_is_missing_only_if_what_wanders_is_noise_of_a_sensor():
+    def output(coloured):
+        numbers = {"white_n": 0.01, "coloured_n": coloured, "correlation_s": 5.04}
+        return {"output": {k: {"estimate": v, "ci95": None} for k, v in numbers.items()}}
+
+    found = document("none", effects=()) | {"analysis": {"theta": {}, "noise": {"act": output(0.0301), "sstl": output(0.009)}}}
+    assert sentence(found).endswith("could show, if what the outputs wander by (act 0.03 N for 5 s) is noise of their sensors.")
+    found["analysis"]["noise"]["act"] = output(0.009)
+    assert sentence(found).endswith("nothing is missing that this data could show.")
+
+
 def test_lines_of_a_cause_that_was_found():
     said = lines(document(group=["viscous", "slack"]))
     assert said == [

@@ -8,7 +8,7 @@ import pytest
 
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities, verdict
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities, tempered, verdict
 from sstl_cli.diagnosis.weights import learned
 
 CALM = Leftover(5000, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
@@ -173,3 +173,21 @@ def test_an_effect_beside_is_named_for_what_it_takes_off_the_squared_error(share
     assert found.status == ("identified" if named else "ambiguous")
     if not named:
         assert "only 14 %" in found.why
+
+
+def test_stated_probabilities_are_as_sure_as_their_odds_were_right():
+    p = {("viscous",): 0.6, ("slack",): 0.3, NONE: 0.09, UNKNOWN: 0.01}
+    stated = tempered(p, 0.5)
+    # the roots of 0.9, 0.09 and 0.01 over their sum; which cause it is stays 2 to 1
+    whole = 0.9**0.5 + 0.3 + 0.1
+    assert stated[NONE] == pytest.approx(0.3 / whole) and stated[UNKNOWN] == pytest.approx(0.1 / whole)
+    assert stated[("viscous",)] == pytest.approx(2.0 * stated[("slack",)]) and sum(stated.values()) == pytest.approx(1.0)
+    assert tempered(p, 1.0) == pytest.approx(p)
+    assert tempered({NONE: 1.0, UNKNOWN: 0.0}, 0.5) == {NONE: 1.0, UNKNOWN: 0.0}
+
+
+def test_what_is_decided_does_not_depend_on_how_sure_the_odds_were():
+    made = rows(row("viscous", evidence=300.0), *OTHERS)
+    plain, careful = (verdict(made, replace(learned(), temper=t)) for t in (1.0, 0.5))
+    assert (plain.status, plain.effects, plain.confidence) == (careful.status, careful.effects, careful.confidence)
+    assert careful.probabilities[("viscous",)] < plain.probabilities[("viscous",)]
