@@ -3,8 +3,8 @@
 The hardware is the rig of block R. The simulator is the fast model. Calibration bends are recorded, the diagnosis names
 what is missing, it is added as found, and then bends that the diagnosis has not seen are predicted, the mapping is
 trained anew on the simulator's recordings, and Table IV is promised by the simulator and tracked on the rig. Where no
-name is given, the most probable candidate is added on trial, and said to be that. No list of effects is given: the
-candidates are the whole catalogue.
+name is given for sure, the most probable candidate is added on trial, and said to be that. No list of effects is given:
+the candidates are the whole catalogue.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.processes import processes
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED
 from sstl_cli.paper import block_r
 from sstl_cli.paper.bench import Bench, Cogging, ModelBench, RigBench
 from sstl_cli.paper.rig import GAP, TABLE_II, bends, trapezoid
@@ -50,7 +51,7 @@ class Closed:
     ``promised_n`` how far Table IV as the simulator promises it lies from Table IV on the rig (root mean square over
     every RMSE and STD, N); ``tracked_n`` the RMSE (N) on the rig with the mapping trained in the simulator, mean over
     locations and references. Each is a pair: before, after (None where no mapping can be learned in that simulator).
-    ``tried`` is the most probable candidate where none is named: then "after" is with that.
+    ``tried`` is the most probable candidate where none is named for sure: then "after" is with that.
     """
 
     missing: tuple[str, ...]
@@ -67,7 +68,7 @@ class Closed:
     def right(self) -> bool:
         """Whether everything named was missing, and something was named exactly where the catalogue has a name."""
         if self.missing == (UNNAMED,):
-            return not self.named
+            return not self.named and self.status != AMBIGUOUS
         return bool(self.named) and set(self.named) <= set(self.missing)
 
 
@@ -184,11 +185,17 @@ def _answered(q: _Question, workers: int = 1, say: Callable[[str], None] = lambd
 
 
 def _on_trial(scenario: Scenario, found: diagnose.Diagnosis) -> tuple[Scenario, tuple[str, ...]]:
-    """Return the simulator, where nothing is named with the most probable candidate put in, and which that is."""
-    put_in = () if found.body.verdict.effects else likeliest(found)
+    """Return the simulator, where nothing is named for sure with the most probable candidate put in, and which that is."""
+    put_in = () if _named(found) else tuple(found.body.verdict.effects) or likeliest(found)
     if not put_in:
         return scenario, ()
     return _bare(diagnose_accepted.model(found.evidence, replace(found.verdict, effects=put_in), found.given)), put_in
+
+
+def _named(found: diagnose.Diagnosis) -> tuple[str, ...]:
+    """Return the effects that a diagnosis commits to: what an ambiguous one puts first is not named."""
+    verdict = found.body.verdict
+    return tuple(verdict.effects) if verdict.status == IDENTIFIED else ()
 
 
 def likeliest(found: diagnose.Diagnosis) -> tuple[str, ...]:
@@ -228,7 +235,7 @@ def completed(scenario: Scenario, recorded: Sequence[Run], workers: int, rounds:
     for _ in range(rounds):
         found = diagnose.run(recorded, replace(options, sim=scenario))
         first = first or found
-        if not found.body.verdict.effects:
+        if not _named(found):
             break
         scenario = _bare(found.model())
     assert first is not None
@@ -255,7 +262,7 @@ def _closed(
     return Closed(
         missing,
         verdict.status,
-        tuple(verdict.effects),
+        _named(found),
         verdict.confidence,
         found.body.sentence or verdict.why,
         (first.withheld_n, later.withheld_n),

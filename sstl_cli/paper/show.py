@@ -215,7 +215,7 @@ def _closed(closed: tuple[Closed, ...]) -> list[Grid]:
     notes = (
         "withheld: RMSE (N) on bends the diagnosis has not seen; promised: distance (N) of the simulator's Table IV to "
         "the rig's; tracked: RMSE (N) on the rig with the mapping trained in the simulator, mean of all.",
-        "named no: the diagnosis names nothing; the most probable candidate is put in on trial.",
+        "named no: the diagnosis names nothing for sure; the most probable candidate is put in on trial.",
         *(f"{' + '.join(c.missing)} ({'right' if c.right else 'not right'}): {c.sentence}" for c in closed),
     )
     header = ("missing", "simulator", "named", "withheld", "promised", "tracked")

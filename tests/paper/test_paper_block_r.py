@@ -11,6 +11,7 @@ import pytest
 from sstl_cli.control import references
 from sstl_cli.control.plant import PlayTendon
 from sstl_cli.core.errors import SstlError
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, Verdict
 from sstl_cli.mapping.split import Splits
 from sstl_cli.paper import block_r, contests, data_seeds, diagnosed, gate, origin
 from sstl_cli.paper.bench import Cogging, ModelBench, RigBench
@@ -244,8 +245,21 @@ def test_what_is_put_in_on_trial_is_the_most_probable_that_was_fitted(odds, foun
 
 def test_what_is_named_is_not_put_in_on_trial():
     given = Scenario()
-    named = SimpleNamespace(body=SimpleNamespace(verdict=SimpleNamespace(effects=["presliding"])))
+    named = SimpleNamespace(body=SimpleNamespace(verdict=SimpleNamespace(status="identified", effects=["presliding"])))
     assert diagnosed._on_trial(given, named) == (given, ())
+
+
+def test_what_is_ambiguous_is_put_in_on_trial_and_not_named(monkeypatch):
+    given, model = Scenario(), Scenario(effects=TABLE_II)
+    said = SimpleNamespace(status=AMBIGUOUS, effects=["presliding"])
+    found = SimpleNamespace(body=SimpleNamespace(verdict=said), evidence=None, verdict=Verdict(AMBIGUOUS, (), None, (), {}, ""), given=None)
+    monkeypatch.setattr(diagnosed.diagnose, "run", lambda recorded, options: found)
+    assert diagnosed.completed(given, [], 1) == (given, found)
+    monkeypatch.setattr(
+        diagnosed.diagnose_accepted, "model", lambda evidence, verdict, asked: model if verdict.effects == ("presliding",) else None
+    )
+    assert diagnosed._on_trial(given, found) == (diagnosed._bare(model), ("presliding",))
+    assert not Closed((UNNAMED,), "ambiguous", (), None, "", (1.0, 1.0), (1.0, 1.0), (1.0, 1.0)).right
 
 
 def test_a_rig_that_nothing_can_be_learned_on_has_no_table_of_its_own(monkeypatch):
