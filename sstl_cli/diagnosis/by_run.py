@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import gammaincinv, ndtr
 
-from sstl_cli.diagnosis.constants import FEWEST_CONTRASTS, LEADERS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, EACH_ROUNDS, FEWEST_CONTRASTS, LEADERS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge
-from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.free import RUNS, Free
 from sstl_cli.diagnosis.hypotheses import Hypothesis
@@ -63,9 +63,8 @@ def add(found: Search, most: int) -> None:
 
 def _beside(found: Search, on: Weighed) -> list[Weighed]:
     """Return a model beside which something differs from run to run, one for each thing that may and is asked for."""
-    seen = on.fit.whiten(np.column_stack((on.fit.jacobian[:, 0], on.fit.whiten.shifted(on.fit.residual))))
     kinds = [kind for kind, effect in EFFECTS.items() if effect in found.singles and effect not in on.ids]
-    return [w for kind in kinds if (w := _weighed(found.sim, on, kind, seen)) is not None]
+    return [w for kind in kinds if (w := _weighed(found, on, kind)) is not None]
 
 
 def column(sim: Simulator, f: Fit, kind: Free) -> Array:
@@ -91,20 +90,50 @@ class Told:
     system: NDArray[np.int64]
 
 
-def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | None:
-    """Return a model beside which one thing differs from run to run; None where no run tells of it.
+@dataclass(frozen=True)
+class _Parted:
+    """What runs have of their own: its ``spread``, each run's ``part`` (shape (runs,)), by how much theta moves, and what that gains (nats)."""
 
-    Parameters
-    ----------
-    seen : ndarray, shape (samples, 2)
-        Whitened slope in theta and residual of the model.
-    """
-    base, runs = on.fit, len(sim.problem.records)
+    told: Told
+    spread: float
+    part: Array
+    shift: Array
+    gain: float
+
+
+def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
+    """Return a model beside which one thing differs from run to run; None where no run tells of it."""
+    sim, base = found.sim, on.fit
     own = column(sim, base, kind)
-    c, (j, z) = base.whiten(own), seen.T
-    own_told, theta_told, both, own_score, theta_score = (
-        np.bincount(sim.run, x, runs).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z)
+    said = _parted(sim, base, kind, own, base.residual)
+    if said is None:
+        return None
+    at = replace(base, prediction=base.prediction + _moved(sim, base, own, said), residual=base.residual - _moved(sim, base, own, said))
+    if kind is FRICTION and said.gain - systematic(said.told) > DECIDES_NATS:
+        at, said = _each_simulated(found, base, said)
+    f = replace(
+        at,
+        hypothesis=base.hypothesis.joined(scatter(kind)),
+        theta=base.theta + said.shift,
+        values=np.append(base.values, said.spread),
+        cost=base.cost - said.gain,
+        jacobian=np.column_stack((at.jacobian, column(sim, replace(at, theta=base.theta), kind) * (said.part / said.spread)[sim.run])),
     )
+    scattered = said.gain - systematic(said.told)
+    return Weighed(f, on.gain + said.gain, on.evidence + scattered - strengths_charge(1, 2.0 * max(scattered, 0.0)))
+
+
+def _moved(sim: Simulator, base: Fit, own: Array, said: _Parted) -> Array:
+    """Return what theta and the runs' own move the output of a model by (N), to first order."""
+    return np.asarray(base.jacobian[:, 0] * said.shift[sim.config] + own * said.part[sim.run])
+
+
+def _parted(sim: Simulator, at: Fit, kind: Free, own: Array, residual: Array) -> _Parted | None:
+    """Return what runs most likely have of their own beside a model that leaves a residual (N); None where no run tells of it."""
+    seen = at.whiten(np.column_stack((own, at.jacobian[:, 0], at.whiten.shifted(residual))))
+    c, j, z = seen.T
+    sums = (np.bincount(sim.run, x, len(sim.problem.records)).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z))
+    own_told, theta_told, both, own_score, theta_score = sums
     place = np.array([r.config for r in sim.problem.records])
     system = np.array([sim.problem.systems.index(r.system) for r in sim.problem.records])
     told = Told(own_told, theta_told, both, own_score, theta_score, place, system)
@@ -116,19 +145,40 @@ def _weighed(sim: Simulator, on: Weighed, kind: Free, seen: Array) -> Weighed | 
     best = minimize_scalar(lambda x: -gain_of(float(np.exp(x)), told)[0], bounds=bounds, method="bounded")
     spread = float(np.exp(best.x))
     gain, part, shift = gain_of(spread, told)
-    moved = base.jacobian[:, 0] * shift[sim.config] + own * part[sim.run]
-    f = replace(
-        base,
-        hypothesis=base.hypothesis.joined(scatter(kind)),
-        theta=base.theta + shift,
-        values=np.append(base.values, spread),
-        cost=base.cost - gain,
-        prediction=base.prediction + moved,
-        residual=base.residual - moved,
-        jacobian=np.column_stack((base.jacobian, own * (part / spread)[sim.run])),
+    return _Parted(told, spread, part, shift, gain)
+
+
+def _each_simulated(found: Search, base: Fit, said: _Parted) -> tuple[Fit, _Parted]:
+    """Return a model simulated with each run's own friction, and what runs then have: a line slides and holds by it, not in proportion.
+
+    Gauss-Newton steps from where the linear answer leads; the likeliest of them.
+    """
+    alone, best = each_alone(found.sim), None
+    place = said.told.place
+    for _ in range(EACH_ROUNDS):
+        theta = np.clip(base.theta[place] * (1.0 + said.part) + said.shift[place], THETA_LOW, THETA_HIGH)
+        at = fit(alone, base.whiten, base.hypothesis, theta, base.values, 0)
+        at = settle(alone, found.noise, replace(at, discrepancy=base.discrepancy), 0)
+        differ = 0.5 * float(np.sum((said.part / said.spread) ** 2))
+        gain = base.cost - at.cost - differ + charged(said.spread, said.told)
+        if best is None or gain > best[1].gain:
+            best = at, replace(said, gain=gain)
+        linear = at.residual + at.jacobian[:, 0] * (theta - base.theta[place])[found.sim.run]
+        again = _parted(found.sim, at, FRICTION, column(found.sim, replace(at, theta=base.theta), FRICTION), linear)
+        if again is None:
+            break
+        said = again
+    assert best is not None
+    return best
+
+
+def each_alone(sim: Simulator) -> Simulator:
+    """Return a simulator in which every run has a theta of its own."""
+    records = sim.problem.records
+    alone = replace(
+        sim.problem, records=tuple(replace(r, config=i) for i, r in enumerate(records)), configs=tuple(r.raw.run_id for r in records)
     )
-    scattered = gain - systematic(told)
-    return Weighed(f, on.gain + gain, on.evidence + scattered - strengths_charge(1, 2.0 * max(scattered, 0.0)))
+    return replace(sim, problem=alone, accepted=None if sim.accepted is None else sim.accepted[[r.config for r in records]])
 
 
 def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
@@ -145,9 +195,16 @@ def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
     moved = shift[told.place]
     apart = told.own_score - told.both * moved
     part = apart * kept
-    gain = moved * told.theta_score - 0.5 * told.theta * moved**2 + 0.5 * apart * part - 0.5 * np.log1p(told.own * spread**2)
-    less_told = np.log(np.maximum(np.bincount(told.place, told.theta), np.finfo(float).tiny) / left)
-    return float(gain.sum() + 0.5 * less_told.sum()), part, shift
+    gain = moved * told.theta_score - 0.5 * told.theta * moved**2 + 0.5 * apart * part
+    return float(gain.sum()) + charged(spread, told), part, shift
+
+
+def charged(spread: float, told: Told) -> float:
+    """Return what a spread costs (nats, below 0) beside what it explains: that runs may differ so, and that they tell less of theta."""
+    power = told.theta - told.both**2 * spread**2 / (1.0 + told.own * spread**2)
+    tiny = np.finfo(float).tiny
+    less_told = np.log(np.maximum(np.bincount(told.place, told.theta), tiny) / np.maximum(np.bincount(told.place, power), tiny))
+    return 0.5 * float(less_told.sum() - np.log1p(told.own * spread**2).sum())
 
 
 def systematic(told: Told) -> float:

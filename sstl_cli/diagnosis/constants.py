@@ -200,6 +200,8 @@ ALL_COUNT = 0.001
 ENOUGH_NATS = 0.1
 # iterations of a fit from a start, and of one from a neighbour
 MAX_ITERATIONS, REFIT_ITERATIONS = 14, 6
+# times that each run is simulated with friction of its own
+EACH_ROUNDS = 3
 # theta is tried at these times what is said of it: a fit that starts in an endless hold stays there
 START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
 # differences that show a slope: in theta, in a parameter (share of its range)

@@ -127,7 +127,7 @@ def test_unknown_says_what_is_left_and_where(jumped):
 @pytest.mark.parametrize("effect", ["channel_delay", "channel_lowpass"])
 def test_the_proposed_recording_separates_what_was_ambiguous(effect):
     """Ramps cannot tell a delay from a low-pass; the movement that is proposed, made on the rig, does."""
-    truth, two = {effect: {"tau_act_s": 0.02}}, ("channel_delay", "channel_lowpass")
+    truth, two = {effect: {"tau_act_s": 0.025}}, ("channel_delay", "channel_lowpass")
     ramps = scenario(hz=100.0, moves=RAMPS)
     first = verdict(list(simulate.run(ramps, truth, 3)), effects=two)
     if first["verdict"]["status"] == "identified":
