@@ -281,14 +281,20 @@ def _noise(g: Given) -> dict[str, dict[str, dict[str, Estimated]]]:
         sensors = (("input", noise.input[system]), ("output", noise.output[system]))
         spread = noise.spread.get(system, {})
         found[system] = {
-            side: {k: Estimated(estimate=v, ci95=_log_interval(v, spread.get(f"{side}.{k}"))) for k, v in asdict(sensor).items()}
-            for side, sensor in sensors
+            side: {k: _estimated(v, spread.get(f"{side}.{k}")) for k, v in asdict(sensor).items()} for side, sensor in sensors
         }
     return found
 
 
-def _log_interval(value: float, spread: float | None) -> tuple[float, float] | None:
-    return None if spread is None else (float(value * np.exp(-1.96 * spread)), float(value * np.exp(1.96 * spread)))
+def _estimated(value: float, spread: float | None) -> Estimated:
+    """Return a number of a sensor with its interval; what was not fitted is what differences of its readings say."""
+    if spread is None:
+        return Estimated(estimate=value, ci95=None, why="as differences of readings show it: it is not fitted with the rest")
+    return Estimated(estimate=value, ci95=_log_interval(value, spread))
+
+
+def _log_interval(value: float, spread: float) -> tuple[float, float]:
+    return float(value * np.exp(-1.96 * spread)), float(value * np.exp(1.96 * spread))
 
 
 def _baselines(g: Given, errors: Errors) -> Simple:

@@ -163,10 +163,11 @@ class NextExperiment(Part):
 
 
 class Estimated(Part):
-    """A number with its 95 % interval."""
+    """A number with its 95 % interval, or why it has none."""
 
     estimate: float
     ci95: Interval | None
+    why: str | None = None
 
 
 class OutputScale(Part):
