@@ -19,6 +19,7 @@ from sstl_cli.blind.judge import wilson
 from sstl_cli.blind.schedule import jobs
 from sstl_cli.blind.strength import STRENGTHS
 from sstl_cli.core.documents.blind import CaseDistance
+from sstl_cli.core.observer import ideal
 from sstl_cli.steps import blind_limit
 from sstl_cli.steps.blind_make import draw_job
 
@@ -72,7 +73,7 @@ def by_strength(rows: list[dict]) -> str:
     lines = ["| gap / noise | input noise not smoothed | input known | ideal observer names |", "|---|---|---|---|"]
     for s in STRENGTHS:
         own = [r for r in rows if r["band"] == s]
-        ideal = [sides.ideal(d) for r in own if (d := sides.smallest(CaseDistance.model_construct(**r))) is not None]
+        ideal = [ideal(d) for r in own if (d := sides.smallest(CaseDistance.model_construct(**r))) is not None]
         mean = f"{100 * sum(ideal) / len(ideal):.0f} %" if ideal else "-"
         lines.append(f"| {s:g} | {share(own, 'decidable')} | {share(own, 'decidable_known')} | {mean} |")
     return "\n".join(lines)

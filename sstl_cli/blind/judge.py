@@ -28,6 +28,7 @@ class Judged:
     baselines: Mapping[str, str | None]
     predicted_pct: float | None
     realised_pct: float | None
+    samples: int = 0
 
     @property
     def kind(self) -> str:
@@ -113,6 +114,7 @@ def judge(case: str, truth: CaseTruth, result: Mapping[str, Any], realised_pct: 
         dict(document.get("baselines", {})),
         gap["shrink_pct"] if named else None,
         realised_pct if named else None,
+        (document.get("analysis") or {}).get("samples") or 0,
     )
 
 

@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from sstl_cli.blind.calibration import calibrated, reliability
 from sstl_cli.blind.judge import NAMED, Judged, of, share
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.blind.targets import targets
 from sstl_cli.core.documents.blind import (
+    AgainstLimit,
     BlindScoreDocument,
     CaseLine,
     Confusion,
@@ -20,40 +23,17 @@ from sstl_cli.core.documents.blind import (
     GroupSize,
     NothingRow,
     PoorRates,
-    ReliabilityBin,
     RuleRow,
     Scores,
     Seconds,
     ShrunkCase,
     SimulatorRow,
     StrengthRow,
-    TargetRow,
     WrongNominal,
 )
 
-BINS = 10
-# name, value at most or at least, how it is said
-TARGETS = (
-    ("false_alarm", "max", 0.02),
-    ("isolation", "min", 0.95),
-    ("isolation_weak", "min", 0.95),
-    ("wrong_commits", "max", 0.02),
-    ("unknown_recall", "min", 0.90),
-    ("both_of_a_pair", "min", 0.80),
-    ("ece", "max", 0.03),
-    ("coverage", "within", 0.90),
-)
-WITHIN = 0.05
-SAID = {
-    "false_alarm": "false alarm",
-    "isolation": "isolation above 0.6 x noise",
-    "isolation_weak": "isolation at 0.1-0.6 x noise",
-    "wrong_commits": "wrong commits",
-    "unknown_recall": "unknown recall",
-    "both_of_a_pair": "both of a pair",
-    "ece": "expected calibration error",
-    "coverage": "coverage of the ambiguity set",
-}
+# a case as long as the one of which a target says how many seconds it may take
+LONG_SAMPLES = 50_000
 
 
 @dataclass(frozen=True)
@@ -63,6 +43,7 @@ class Sides:
     by_simulator: list[SimulatorRow]
     decidable: list[SimulatorRow] | None = None
     by_d2: list[DistanceRow] | None = None
+    against_limit: AgainstLimit | None = None
 
 
 @dataclass(frozen=True)
@@ -80,7 +61,12 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
     cases = sorted(cases, key=lambda c: c.case)
     bins, ece = reliability(cases)
     shrunk = [(c.case, c.predicted_pct, c.realised_pct) for c in cases if c.predicted_pct is not None and c.realised_pct is not None]
-    measured = scores(cases, ece)
+    measured = scores(cases)
+    calibration = [
+        calibrated("all", cases),
+        calibrated("something missing", [c for c in cases if c.kind != "none"]),
+        calibrated("nothing missing", of(cases, "none")),
+    ]
     nominal = [c for c in cases if c.truth.wrong_nominal]
     return BlindScoreDocument(
         schema="sstl.blind.score/1",
@@ -99,15 +85,15 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
         wrong_nominal=WrongNominal(
             false_alarm=share(c.status != "none" for c in of(nominal, "none")), isolation=share(c.exact for c in of(nominal, "single"))
         ),
-        seconds=Seconds(
-            mean=float(np.mean([c.seconds for c in cases])) if cases else None, max=max((c.seconds for c in cases), default=None)
-        ),
+        seconds=_seconds(cases),
         verdicts=[_line(c) for c in cases],
         scores=measured,
-        targets=targets(measured),
+        targets=targets(measured, calibration[0], sides.against_limit),
         by_simulator=sides.by_simulator,
         decidable=sides.decidable,
         by_d2=sides.by_d2,
+        against_limit=sides.against_limit,
+        calibration=calibration,
         missing_results=of_set.missing_results,
         quick=of_set.quick,
         seal=of_set.seal,
@@ -116,9 +102,9 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
     )
 
 
-def scores(cases: Sequence[Judged], ece: float | None) -> Scores:
+def scores(cases: Sequence[Judged]) -> Scores:
     """Return every rate of a set of cases with its Wilson interval; None where no case bears on it."""
-    single = of(cases, "single")
+    single, stated = of(cases, "single"), calibrated("all", cases)
     return Scores(
         false_alarm=share(c.status != "none" for c in of(cases, "none")),
         isolation=share(c.exact for c in single if c.band in STRENGTHS[1:]),
@@ -126,24 +112,11 @@ def scores(cases: Sequence[Judged], ece: float | None) -> Scores:
         wrong_commits=share(c.wrong_commit for c in cases if c.kind != "none"),
         unknown_recall=share(c.recalled for c in of(cases, "outside")),
         both_of_a_pair=share(c.withheld <= c.named for c in of(cases, "pair")),
-        ece=ece,
+        ece=stated.ece,
+        ece_chance=stated.ece_chance_95,
+        slope=stated.slope,
         coverage=share(c.covered for c in of(cases, "single", "pair") if c.status in NAMED),
     )
-
-
-def targets(measured: Scores) -> list[TargetRow]:
-    """Return each target with what was measured; ``met`` is None where no case of the set bears on it."""
-    rows = []
-    for name, rule, wanted in TARGETS:
-        value, found = measured.of(name)
-        met = None
-        if value is not None:
-            met = {"max": value <= wanted + 1e-12, "min": value >= wanted - 1e-12, "within": abs(value - wanted) <= WITHIN + 1e-12}[rule]
-        row = TargetRow(id=name, name=SAID[name], value=value, target=wanted, rule=rule, met=met)
-        if found is not None:
-            row = row.model_copy(update={"k": found.k, "n": found.n, "low": found.low, "high": found.high})
-        rows.append(row)
-    return rows
 
 
 def _row(cases: Sequence[Judged], strength: float) -> StrengthRow:
@@ -171,6 +144,13 @@ def _nothing(cases: Sequence[Judged]) -> NothingRow:
         false_alarm=share(c.status != "none" for c in nothing),
         named=share(c.status in NAMED for c in nothing),
         said_unknown=share(c.status == "unknown" for c in nothing),
+    )
+
+
+def _seconds(cases: Sequence[Judged]) -> Seconds:
+    long = [c.seconds for c in cases if c.samples >= LONG_SAMPLES]
+    return Seconds(
+        mean=_mean(c.seconds for c in cases), max=max((c.seconds for c in cases), default=None), long_mean=_mean(long), long_cases=len(long)
     )
 
 
@@ -273,28 +253,6 @@ def _kind_of_miss(c: Judged) -> str:
 def _first(names: Counter[str]) -> str:
     # sets have no order of their own: ties go by name, or the text would differ from run to run
     return ", ".join(sorted(names, key=lambda name: (-names[name], name))[:3])
-
-
-def reliability(cases: Sequence[Judged]) -> tuple[list[ReliabilityBin], float | None]:
-    """Return bins of stated confidence with the share that was right, and the expected calibration error.
-
-    Verdicts without a confidence are about nothing that could be judged; they do not count.
-    """
-    cases = [c for c in cases if c.confidence is not None]
-    if not cases:
-        return [], None
-    stated = np.array([c.confidence for c in cases], dtype=float)
-    right = np.array([c.right for c in cases], dtype=float)
-    place = np.minimum((stated * BINS).astype(int), BINS - 1)
-    rows, ece = [], 0.0
-    for b in range(BINS):
-        inside = place == b
-        n = int(inside.sum())
-        if n:
-            p, r = float(stated[inside].mean()), float(right[inside].mean())
-            ece += n / len(cases) * abs(p - r)
-            rows.append(ReliabilityBin(p_low=b / BINS, p_high=(b + 1) / BINS, mean_p=p, share_right=r, n=n))
-    return rows, ece
 
 
 def baselines(cases: Sequence[Judged]) -> list[RuleRow]:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from math import erf, log, sqrt
+from collections.abc import Mapping, Sequence, Set
+from statistics import median
 
 from sstl_cli.blind.judge import NAMED, Judged, of, share
-from sstl_cli.blind.score import Sides, reliability, scores
+from sstl_cli.blind.score import Sides, scores
 from sstl_cli.blind.strength import STRENGTHS
-from sstl_cli.core.documents.blind import CaseDistance, DistanceRow, SimulatorRow
+from sstl_cli.core.documents.blind import AgainstLimit, CaseDistance, DistanceRow, SimulatorRow
+from sstl_cli.core.observer import ideal
 
 ALL = "all"
 # strata of the smaller of the distances to base and nearest rival
 STRATA = (0.0, 6.0, 24.0, 100.0, 400.0, 1600.0)
-ODDS = log(49.0)
 
 
 def compared(cases: Sequence[Judged], distances: Mapping[str, CaseDistance] | None = None) -> Sides:
@@ -23,7 +23,27 @@ def compared(cases: Sequence[Judged], distances: Mapping[str, CaseDistance] | No
     decidable = {c for c, row in distances.items() if row.decidable}
     # where nothing is missing there is nothing to decide between: those cases stay
     left = [c for c in cases if c.kind == "none" or c.case in decidable]
-    return Sides(rows(cases), rows(left), by_d2(cases, {c: d for c, row in distances.items() if (d := smallest(row)) is not None}))
+    d2 = {c: d for c, row in distances.items() if (d := smallest(row)) is not None}
+    return Sides(rows(cases), rows(left), by_d2(cases, d2), against_limit(cases, decidable, d2))
+
+
+def against_limit(cases: Sequence[Judged], decidable: Set[str], d2: Mapping[str, float]) -> AgainstLimit:
+    """Return what the targets ask of the cases that their recordings could decide, and of those that they could not."""
+    told = [c for c in cases if c.case in decidable]
+    single = of(told, "single")
+    return AgainstLimit(
+        isolation=share(c.exact for c in single),
+        unknown_recall=share(c.recalled for c in of(told, "outside")),
+        both_of_a_pair=share(c.withheld <= c.named for c in of(told, "pair")),
+        ideal=_ideal([d2[c.case] for c in single if c.case in d2]),
+        undecidable_in_set=share(
+            c.status in NAMED and c.covered for c in of(cases, "single", "pair") if c.case in d2 and c.case not in decidable
+        ),
+    )
+
+
+def _ideal(d2: Sequence[float]) -> float | None:
+    return sum(map(ideal, d2)) / len(d2) if d2 else None
 
 
 def smallest(row: CaseDistance) -> float | None:
@@ -32,32 +52,22 @@ def smallest(row: CaseDistance) -> float | None:
     return min(found) if found else None
 
 
-def ideal(d2: float) -> float:
-    """Return how often an ideal observer of two simple hypotheses at this distance has odds of 49 to 1 for the true one.
-
-    Examples
-    --------
-    >>> round(ideal(24.0), 2)
-    0.95
-    """
-    return 0.0 if d2 <= 0.0 else 0.5 * (1.0 + erf((0.5 * d2 - ODDS) / sqrt(2.0 * d2)))
-
-
 def by_d2(cases: Sequence[Judged], d2: Mapping[str, float]) -> list[DistanceRow]:
     """Return rates in strata of the distance, with the mean of what an ideal observer would reach on the same cases."""
     found = []
     for low, high in zip(STRATA, (*STRATA[1:], float("inf")), strict=True):
         inside = [c for c in cases if c.kind != "poor" and c.case in d2 and low <= d2[c.case] < high]
         single, pair, outside = of(inside, "single"), of(inside, "pair"), of(inside, "outside")
-        observed = [ideal(d2[c.case]) for c in single]
+        at = [d2[c.case] for c in single]
         found.append(
             DistanceRow(
                 d2_low=low,
                 d2_high=None if high == float("inf") else high,
                 cases=len(inside),
+                d2_median=median(at) if at else None,
                 isolation=share(c.exact for c in single),
                 in_group=share(c.status in NAMED and c.covered for c in single),
-                ideal=sum(observed) / len(observed) if observed else None,
+                ideal=_ideal(at),
                 unknown_recall=share(c.recalled for c in outside),
                 both_of_a_pair=share(c.withheld <= c.named for c in pair),
             )
@@ -76,6 +86,4 @@ def _row(name: str, cases: Sequence[Judged]) -> SimulatorRow:
     single = of(cases, "single")
     by_strength = {f"{s:g}": share(c.exact for c in single if c.band == s) for s in STRENGTHS}
     in_group = {f"{s:g}": share(c.status in NAMED and c.covered for c in single if c.band == s) for s in STRENGTHS}
-    return SimulatorRow(
-        simulator=name, cases=len(cases), scores=scores(cases, reliability(cases)[1]), isolation=by_strength, in_group=in_group
-    )
+    return SimulatorRow(simulator=name, cases=len(cases), scores=scores(cases), isolation=by_strength, in_group=in_group)

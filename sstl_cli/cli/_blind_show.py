@@ -94,13 +94,17 @@ def score(screen: Screen, document: BlindScoreDocument) -> None:
 
 
 def _targets(screen: Screen, targets: Sequence[TargetRow]) -> None:
+    from sstl_cli.blind.targets import WITHIN
+
     rows: list[tuple[object, ...]] = []
     for t in targets:
-        sign = {"max": "<=", "min": ">=", "within": "+-0.05 of"}[t.rule]
+        sign = {"max": "<=", "min": ">=", "within": f"+-{WITHIN.get(t.id, 0.0):g} of"}[t.rule]
+        by_chance = f", chance {t.chance:.3f}" if t.chance is not None else ""
+        value = f"{t.value:.3f}" if t.k is None and t.value is not None else _pct(t.value)
         count = f"{t.k}/{t.n}" if t.k is not None else ""
         spread = f"{t.low:.2f}-{t.high:.2f}" if t.low is not None and t.high is not None else ""
         verdict = {True: "met", False: "MISSED", None: "no case"}[t.met]
-        rows.append((t.name, _pct(t.value), count, spread, f"{sign} {t.target:g}", verdict))
+        rows.append((t.name, value, count, spread, f"{sign} {t.target:g}{by_chance}", verdict))
     screen.table("targets", ("score", "value", "cases", "95 %", "target", ""), rows)
 
 
@@ -214,8 +218,8 @@ def _pct(value: float | None) -> str:
 
 def sides(screen: Screen, title: str, rows: Sequence[SimulatorRow]) -> None:
     """Print every rate with one column a simulator and one for all, with Wilson intervals."""
-    from sstl_cli.blind.score import SAID
     from sstl_cli.blind.strength import STRENGTHS
+    from sstl_cli.blind.targets import SAID
 
     lines: list[tuple[object, ...]] = [("cases", *(r.cases for r in rows))]
     for s in STRENGTHS:

@@ -7,9 +7,10 @@ from made_truths import made_truth
 from scipy.stats import binomtest
 
 from sstl_cli.blind import sides
+from sstl_cli.blind.calibration import reliability
 from sstl_cli.blind.judge import judge, share, wilson
-from sstl_cli.blind.score import Set, baselines, confusion, document, reliability, targets
-from sstl_cli.core.documents.blind import CaseDistance, Scores
+from sstl_cli.blind.score import Set, baselines, confusion, document
+from sstl_cli.core.documents.blind import CaseDistance
 
 
 def truth(effects=(), band=1.2, excluded=False, unlisted=(), poor=None, wrong_nominal=False):
@@ -89,15 +90,6 @@ def test_no_case_is_no_share():
     assert share([True, False, True]).share == pytest.approx(2 / 3)
 
 
-def test_reliability_of_a_liar():
-    # always 0.95 sure and right in half of the cases: the error is 0.45
-    cases = [case(truth(["a"]), verdict("identified", [e], confidence=0.95), f"c{i}") for i, e in enumerate("ab" * 10)]
-    bins, ece = reliability(cases)
-    assert ece == pytest.approx(0.45)
-    assert [b.n for b in bins] == [20]
-    assert bins[0].share_right == 0.5
-
-
 def test_verdicts_without_a_confidence_do_not_count_as_stated():
     cases = [
         case(truth(["a"]), verdict("identified", ["a"], confidence=0.8), "c1"),
@@ -125,6 +117,10 @@ def test_simulators_stand_side_by_side_and_decidable_cases_apart():
     assert rows["all"]["scores"]["wrong_commits"]["k"] == 1
     # where nothing is missing there is nothing to decide: that case stays
     assert [r.cases for r in found.decidable] == [1, 2, 3]
+    limit = found.against_limit
+    assert (limit.isolation.k, limit.isolation.n, limit.both_of_a_pair) == (1, 2, None) and limit.ideal > 0.97
+    # the one that is not decidable was given a wrong name
+    assert (limit.undecidable_in_set.k, limit.undecidable_in_set.n) == (0, 1)
     assert sides.compared(cases).decidable is None and [r.cases for r in found.by_d2] == [0, 0, 3, 0, 0, 0]
 
 
@@ -186,14 +182,6 @@ def test_baselines_stand_beside_each_strength():
     assert rows["iid BIC at 4"]["false_alarm"]["k"] == 1
     assert rows["always none at 4"]["false_alarm"]["k"] == 0
     assert not any("1.2" in name for name in rows)
-
-
-def test_targets_without_cases_are_neither_met_nor_missed():
-    empty = dict.fromkeys(("isolation", "isolation_weak", "wrong_commits", "unknown_recall", "both_of_a_pair", "coverage"))
-    scores = Scores(**{**empty, "false_alarm": share([False] * 49 + [True]), "unknown_recall": None, "ece": 0.2})
-    met = {t.id: t.met for t in targets(scores)}
-    assert met["false_alarm"] is True and met["ece"] is False
-    assert met["isolation"] is None and met["coverage"] is None
 
 
 def test_reasons_of_misses_are_counted_and_ties_go_by_name():

@@ -16,6 +16,7 @@ from sstl_cli.blind.schedule import Entry, Job
 from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.observer import ideal
 from sstl_cli.physics.effects import get
 from sstl_cli.steps import blind_limit
 from sstl_cli.steps.blind_make import draw_job
@@ -102,8 +103,8 @@ def test_an_excluded_truth_is_told_from_the_others_alone():
 def test_strata_and_the_ideal_observer():
     # D^2 / 2 - 1.645 D = ln 49 where an ideal observer reaches 95 %
     d = 1.645 + sqrt(1.645**2 + 2.0 * np.log(49.0))
-    assert sides.ideal(d * d) == pytest.approx(0.95, abs=1e-3) and sides.ideal(0.0) == 0.0
-    assert sides.ideal(9.0) == pytest.approx(norm.cdf((4.5 - np.log(49.0)) / 3.0))
+    assert ideal(d * d) == pytest.approx(0.95, abs=1e-3) and ideal(0.0) == 0.0
+    assert ideal(9.0) == pytest.approx(norm.cdf((4.5 - np.log(49.0)) / 3.0))
 
     def judged(case, status):
         return Judged(case, made_truth(["viscous"]), status, ("viscous",), ("viscous",), 0.9, 1.0, {}, None, None)
@@ -111,7 +112,8 @@ def test_strata_and_the_ideal_observer():
     found = sides.by_d2([judged("a", "identified"), judged("b", "ambiguous"), judged("c", "identified")], {"a": 30.0, "b": 50.0, "c": 3.0})
     strata = {r.d2_low: r.plain() for r in found}
     assert (strata[24.0]["isolation"]["k"], strata[24.0]["isolation"]["n"], strata[24.0]["in_group"]["k"]) == (1, 2, 2)
-    assert strata[24.0]["ideal"] == pytest.approx((sides.ideal(30.0) + sides.ideal(50.0)) / 2)
+    assert strata[24.0]["ideal"] == pytest.approx((ideal(30.0) + ideal(50.0)) / 2)
+    assert strata[24.0]["d2_median"] == 40.0 and strata[1600.0]["d2_median"] is None
     assert strata[0.0]["cases"] == 1 and strata[1600.0]["ideal"] is None
 
 

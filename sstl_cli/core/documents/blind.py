@@ -51,6 +51,8 @@ class Scores(Part):
     both_of_a_pair: Share | None
     ece: float | None = Field(description="expected calibration error")
     coverage: Share | None = Field(description="ambiguity groups that hold the truth")
+    ece_chance: float | None = Field(None, description="calibration error that perfect calibration exceeds in 5 of 100 such sets")
+    slope: float | None = Field(None, description="calibration slope: 1 is right, more is underconfident")
 
     def of(self, name: str) -> tuple[float | None, Share | None]:
         """Return a rate by its name: its value, and the proportion where it is one."""
@@ -137,6 +139,31 @@ class ReliabilityBin(Part):
     n: int
 
 
+class CalibrationRow(Part):
+    """Stated confidence against the share that was right, beside what chance alone would show."""
+
+    cases: str = Field(description="all, something missing or nothing missing")
+    n: int
+    stated: float | None = Field(description="mean confidence")
+    right: float | None = Field(description="share that was right")
+    ece: float | None = Field(description="expected calibration error")
+    ece_chance: float | None = Field(description="mean of what as many verdicts that are right as often as they say would show")
+    ece_chance_95: float | None = Field(description="what those would exceed in 5 of 100 sets")
+    slope: float | None = Field(description="logistic regression of right on the logit of the confidence; null where there is none")
+    slope_low: float | None = Field(description="95 % interval of the slope, from")
+    slope_high: float | None = Field(description="to")
+
+
+class AgainstLimit(Part):
+    """What the targets ask of cases by what their recordings could decide."""
+
+    isolation: Share | None = Field(description="single effects at any strength, of decidable cases")
+    unknown_recall: Share | None = Field(description="causes that are no candidate, of decidable cases")
+    both_of_a_pair: Share | None = Field(description="pairs, of decidable cases")
+    ideal: float | None = Field(description="what an ideal observer would isolate of the same single effects")
+    undecidable_in_set: Share | None = Field(description="single effects and pairs that are not decidable: sets that hold the truth")
+
+
 class GroupSize(Part):
     """Size and coverage of the ambiguity set where a verdict names something that was withheld."""
 
@@ -173,6 +200,8 @@ class Seconds(Part):
 
     mean: float | None
     max: float | None
+    long_mean: float | None = Field(None, description="of cases of 50 000 samples and more")
+    long_cases: int = Field(0, description="how many those are")
 
 
 class TargetRow(Part):
@@ -188,6 +217,7 @@ class TargetRow(Part):
     n: int | None = None
     low: float | None = None
     high: float | None = None
+    chance: float | None = Field(None, description="what chance gives: the target counts as met up to here as well")
 
 
 class SimulatorRow(Part):
@@ -206,6 +236,7 @@ class DistanceRow(Part):
     d2_low: float
     d2_high: float | None
     cases: int
+    d2_median: float | None = Field(None, description="median distance of the single effects")
     isolation: Share | None
     in_group: Share | None
     ideal: float | None
@@ -237,6 +268,8 @@ class BlindScoreDocument(Document):
     by_simulator: list[SimulatorRow] = Field(description="every rate by simulator, all together last")
     decidable: list[SimulatorRow] | None = Field(description="the same on cases that the recordings could decide")
     by_d2: list[DistanceRow] | None = Field(description="rates in strata of the smaller distance, beside an ideal observer's")
+    against_limit: AgainstLimit | None = Field(None, description="what the targets ask of decidable and of undecidable cases")
+    calibration: list[CalibrationRow] | None = Field(None, description="of all cases, and of those with and without something missing")
     missing_results: int
     quick: bool
     seal: str = Field(description="SHA-256 of the sealed truth")
