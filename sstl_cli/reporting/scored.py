@@ -51,6 +51,14 @@ class Bin(Shown):
     n: Number = NAN
 
 
+class Stratum(Shown):
+    """Single effects whose distance to base and nearest rival is alike: how many were named, and in the set."""
+
+    d2_median: Number = NAN
+    isolation: Share = Rate()
+    in_group: Share = Rate()
+
+
 class Target(Shown):
     """A score beside what is asked of it; ``met`` is null where no case bears on it."""
 
@@ -90,3 +98,4 @@ class Scored(Shown):
     ece: Number = NAN
     shrink: Annotated[tuple[Shrunk, ...], ROWS] = ()
     targets: Annotated[tuple[Target, ...], ROWS] = ()
+    by_d2: Annotated[tuple[Stratum, ...], ROWS] = ()

@@ -313,6 +313,7 @@ def blind():
             {"name": "always none", "isolation": 0.0, "false_alarm": 0.0, "wrong_commits": 0.0},
             {"name": "smallest RMSE", "isolation": 0.63, "false_alarm": 1.0, "wrong_commits": 0.37},
         ],
+        "by_d2": [{"d2_median": 5.0, "isolation": 0.2, "in_group": 0.9}, {"d2_median": 400.0, "isolation": 0.9, "in_group": 1.0}],
         "shrink": [{"predicted_pct": 10.0 * i, "realised_pct": 10.0 * i - 2} for i in range(3, 10)],
         "targets": [
             {"name": "false alarm", "value": 0.04, "target": 0.05, "met": True},

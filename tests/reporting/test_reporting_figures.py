@@ -260,6 +260,16 @@ def check_reliability(f):
     return found
 
 
+def check_distance(f):
+    rate = {"k": 3, "n": 4, "low": 0.3, "high": 0.95}
+    rows = [{"d2_median": 50.0, "isolation": rate, "in_group": 1.0}, {"d2_median": -1e-9, "isolation": 0.1}, {"d2_median": None}]
+    found = f.data(scored(by_d2=rows))
+    # a refit may end a hair beyond the truth: no distance is below 0
+    assert found.rates["isolation"] == f.Points([0.0, 50.0], [0.1, 0.75], [0.1, 0.3], [0.1, 0.95], [pytest.approx(NAN, nan_ok=True), 4.0])
+    assert found.rates["in_group"].d2 == [50.0] and "ideal 1.00" in f.alt(found)
+    return found
+
+
 def check_strength(f):
     rows = [{"strength": 4, "isolation": 0.9}, {"strength": 0.4, "isolation": {"k": 3, "n": 4, "low": 0.3, "high": 0.95}}]
     found = f.data(scored(by_strength=rows)).scores

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.documents import Rate
-from sstl_cli.reporting.figures import baselines, confusion, reliability, shrink, strength
+from sstl_cli.reporting.figures import baselines, confusion, distance, reliability, shrink, strength
 from sstl_cli.reporting.figures.strength import SCORES
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.scored import Scored, Target
@@ -26,6 +26,7 @@ def _block(document: Scored, place: int) -> dict[str, object]:
         (heading, drawing.picture(module, found, f"{module.__name__.rpartition('.')[2]}-{place}"))
         for heading, module in (
             ("Scores by strength", strength),
+            ("Beside an ideal observer", distance),
             ("Reliability", reliability),
             ("Beside the baselines", baselines),
             ("Shrinkage: predicted and realised", shrink),
