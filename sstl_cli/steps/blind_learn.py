@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from sstl_cli import __version__
 from sstl_cli.blind import learning
 from sstl_cli.blind.judge import share
 from sstl_cli.blind.learning import EXCLUDED, WITHOUT, Example
@@ -70,6 +71,7 @@ def _lesson(facts: Mapping[Path, Facts]) -> tuple[list[Example], list[Example], 
         taught,
         [e for e in found if e.kind != WITHOUT],
         {
+            "package_version": __version__,
             "cases": sum(int(f.cases) for f in facts.values()),
             "examples": len(taught),
             "without_answer": sum(e.kind == WITHOUT for e in taught),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from made_truths import made_truth
 
+from sstl_cli import __version__
 from sstl_cli.blind.library import LIBRARY, facts_of, labelled, read_library, to_table, without, write_library
 from sstl_cli.blind.schedule import KINDS, Entry, Job, jobs
 from sstl_cli.blind.simulators import NAMES
@@ -139,6 +140,7 @@ def test_cases_that_teach_nothing_stay_out_of_the_examples(tmp_path):
 
 def test_learned_weights_name_what_is_clear_and_say_where_they_come_from(tmp_path):
     weights, report = blind_learn.run([save(tmp_path / "l.parquet", many(180))], "w.json")
+    assert weights["provenance"]["package_version"] == __version__
     assert weights["provenance"]["seeds"] == [[7, 99]] and weights["provenance"]["simulators"] == sorted(NAMES)
     assert [r.simulator for r in report.left_out] == [*sorted(NAMES), "all"]
     every = report.left_out[-1].plain()
