@@ -93,13 +93,15 @@ $(OUT)/blind-quick/score.json: $(STAMP) $(SOURCES)
 	$(BIN)/sstl blind run $(OUT)/blind-quick
 	$(BIN)/sstl blind score $(OUT)/blind-quick --out $@
 
+# as the published set was made
+PUBLISHED := --cases 186 --nulls 124 --quick --simulator mixed
 blind-full: $(STAMP) ## withheld-effect check, published run (hours); the seed is drawn and sealed
 	mkdir -p $(OUT)
-	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full --cases 300
+	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full $(PUBLISHED)
 	$(BIN)/sstl blind run $(OUT)/blind-full
 	$(BIN)/sstl blind limit $(OUT)/blind-full
 	$(BIN)/sstl blind score $(OUT)/blind-full --out $(OUT)/blind-full/score.json --force
-	$(BIN)/python tools/blind_table.py $(OUT)/blind-full/score.json --commit "commit $$(git rev-parse --short HEAD)"
+	$(BIN)/python tools/blind_table.py $(OUT)/blind-full/score.json --commit "$$(git rev-parse --short HEAD)" --set="$(PUBLISHED)"
 
 library: $(STAMP) ## draw and search the cases that the verdict is learned from (hours; goes on where it stopped)
 	mkdir -p $(OUT)
@@ -110,7 +112,9 @@ library: $(STAMP) ## draw and search the cases that the verdict is learned from 
 
 LIBRARY := $(sort $(wildcard data/library-*.parquet))
 learn: $(STAMP) ## learn the verdict's weights again from LIBRARY, say how they do on simulators left out
-	$(BIN)/sstl blind learn $(LIBRARY) --out sstl_cli/diagnosis/weights.json --force
+	mkdir -p $(OUT)
+	$(BIN)/sstl blind learn $(LIBRARY) --out sstl_cli/diagnosis/weights.json --force --json > $(OUT)/learn.json
+	$(BIN)/python tools/learned_table.py $(OUT)/learn.json
 
 bench: $(STAMP) ## compare with what a user would do instead; writes benchmarks/results.json
 	$(BIN)/python benchmarks/run.py
