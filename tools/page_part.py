@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def commit() -> str:
+    """Return which commit the program is of, with ``-dirty`` where its files differ from it; for pages of measured numbers."""
+    asked = ["git", "describe", "--always", "--dirty", "--exclude=*"]
+    found = subprocess.run(asked, cwd=DOCS, capture_output=True, text=True, check=False)
+    return found.stdout.strip() or "no known commit"
 
 
 def put(page: str, name: str, text: str) -> None:
