@@ -19,7 +19,9 @@ from typing import Any
 
 import likelihood_cases as lc
 import numpy as np
+from likelihood_targets import Measured, targets
 from numpy.typing import NDArray
+from page_part import commit
 from scipy.stats import chi2
 
 from sstl_cli.core.files import atomic
@@ -95,55 +97,97 @@ def chi_squared(rows: dict[str, list[dict[str, Any]]], first: bool, head: str) -
     return lines
 
 
-def held(found: list[dict[str, Any]]) -> list[str]:
-    """Return the mean over holds of what is left in them at 500 Hz, with its standard error (mN)."""
-    cells = []
-    for j in range(2):
+def medians(rows: dict[str, list[dict[str, Any]]], first: bool) -> dict[str, float]:
+    """Return the median chi^2 per sample over the recordings of each row, phase by phase; as the table has it."""
+    at, found = slice(4, 8) if first else slice(0, 4), {}
+    for name, recordings in rows.items():
+        square, count = (np.array([f[key][at] for f in recordings]) for key in ("square", "count"))
+        for j, phase in enumerate(PHASES):
+            ratio = square[:, j] / np.maximum(count[:, j], 1)
+            found[f"{name}, {phase}{', first half second' if first else ''}"] = float(np.median(ratio[count[:, j] > LEAST]))
+    return found
+
+
+def least_samples(rows: dict[str, list[dict[str, Any]]]) -> int:
+    """Return the samples of the row and phase that have the fewest."""
+    return min(int(np.sum([f["count"][:4] for f in recordings], axis=0).min()) for recordings in rows.values())
+
+
+def hold_means(found: list[dict[str, Any]]) -> dict[str, tuple[float, float, int]]:
+    """Return mean, standard error (mN) and number of the holds at 500 Hz, after pull and release."""
+    means = {}
+    for j, name in enumerate(("pull", "release")):
         n, mean, square = np.sum([f["holds"][j] for f in found if f["rate"] == 500.0], axis=0)
         spread = np.sqrt(max(square / n - (mean / n) ** 2, 0.0) / n)
-        cells.append(f"{('pull', 'release')[j]}: {1e3 * mean / n:+.2f} +- {1e3 * spread:.2f} mN over {int(n)} holds")
+        means[name] = (float(1e3 * mean / n), float(1e3 * spread), int(n))
+    return means
+
+
+def held(means: dict[str, tuple[float, float, int]]) -> list[str]:
+    """Return the mean over holds of what is left in them at 500 Hz, with its standard error (mN)."""
+    cells = [f"{name}: {mean:+.2f} +- {spread:.2f} mN over {n} holds" for name, (mean, spread, n) in means.items()]
     return ["Means of holds of half a second or more, recorded at 500 Hz, after the " + "; after the ".join(cells) + "."]
 
 
-def gains(found: list[dict[str, Any]]) -> list[str]:
-    """Return the table of what every candidate gains by chance."""
-    lines = ["| candidate | recordings | mean of 2 gain / strengths | beyond the 95 % point |", "|---" * 4 + "|"]
+def chance_gains(found: list[dict[str, Any]]) -> dict[str, tuple[int, float, int]]:
+    """Return of every candidate the recordings, its mean gain over that of theory, and how often it is beyond the 95 % point."""
+    gained = {}
     for effect_id in sorted({i for f in found for i in f["chance"]}):
         seen = [f["chance"][effect_id] for f in found if f["chance"][effect_id]]
         if seen:
             k, g = np.array(seen).T
-            beyond = int(np.sum(g > chi2.ppf(SIGNIFICANT, k)))
-            lines.append(f"| {effect_id} | {len(seen)} | {g.sum() / k.sum():.2f} | {beyond} ({100.0 * beyond / len(seen):.0f} %) |")
-    return lines
+            gained[effect_id] = (len(seen), float(g.sum() / k.sum()), int(np.sum(g > chi2.ppf(SIGNIFICANT, k))))
+    return gained
 
 
-def ratios(kept: Kept, seed: int) -> list[str]:
-    """Return the table of log-likelihood ratios of true models."""
-    lines = ["| effect | draws | mean of 2 log ratio | variance over theory (90 % range) |", "|---" * 4 + "|"]
+def gains(gained: dict[str, tuple[int, float, int]]) -> list[str]:
+    """Return the table of what every candidate gains by chance."""
+    lines = ["| candidate | recordings | mean of 2 gain / strengths | beyond the 95 % point |", "|---" * 4 + "|"]
+    return lines + [f"| {i} | {n} | {mean:.2f} | {beyond} ({100.0 * beyond / n:.0f} %) |" for i, (n, mean, beyond) in gained.items()]
+
+
+def true_ratios(kept: Kept, seed: int) -> dict[str, tuple[int, float | None, tuple[float, float, float]]]:
+    """Return of each true effect, and of all, the draws, the mean of twice the log ratio, and its variance over theory with the 90 % range."""
+    found: dict[str, tuple[int, float | None, tuple[float, float, float]]] = {}
     total: list[Array] = []
     for effect_id, values in TRUE.items():
-        k, *found = kept(f"ratio-{effect_id}", partial(lc.ratio, effect_id, values, DRAWS, seed))
-        x = np.array(found)
+        k, *drawn = kept(f"ratio-{effect_id}", partial(lc.ratio, effect_id, values, DRAWS, seed))
+        x = np.array(drawn)
         theory = 2.0 * k + 4.0 * max(float(x.mean()) - k, 0.0)
         total.append((x - x.mean()) ** 2 / theory * len(x) / (len(x) - 1))
-        lines.append(f"| {effect_id} | {len(x)} | {x.mean():.0f} | {_spread(total[-1].mean(), len(x) - 1)} |")
-    lines.append(f"| all | {sum(len(t) for t in total)} | | {_spread(np.concatenate(total).mean(), sum(len(t) - 1 for t in total))} |")
+        found[effect_id] = (len(x), float(x.mean()), _spread(total[-1].mean(), len(x) - 1))
+    every = np.concatenate(total)
+    found["all"] = (len(every), None, _spread(every.mean(), sum(len(t) - 1 for t in total)))
+    return found
+
+
+def ratios(found: dict[str, tuple[int, float | None, tuple[float, float, float]]]) -> list[str]:
+    """Return the table of log-likelihood ratios of true models."""
+    lines = ["| effect | draws | mean of 2 log ratio | variance over theory (90 % range) |", "|---" * 4 + "|"]
+    for name, (n, mean, (value, low, high)) in found.items():
+        lines.append(f"| {name} | {n} | {'' if mean is None else f'{mean:.0f} '}| {value:.2f} ({low:.2f}-{high:.2f}) |")
     return lines
 
 
-def _spread(value: float, n: int) -> str:
+def _spread(value: float, n: int) -> tuple[float, float, float]:
     low, high = value * n / chi2.ppf([0.95, 0.05], n)
-    return f"{value:.2f} ({low:.2f}-{high:.2f})"
+    return float(value), float(low), float(high)
 
 
-def dense(kept: Kept, seed: int) -> list[str]:
-    """Return what the estimated filter keeps of D^2."""
-    rows = ["| simulator | white, coloured (mN), correlation (s) | least response | median | greatest |", "|---" * 5 + "|"]
+def dense_kept(kept: Kept, seed: int) -> list[tuple[str, Array]]:
+    """Return what the estimated filter keeps of D^2, response by response, of each case with its name."""
+    found = []
     for k in range(DENSE):
         name, s = lc.SIMULATORS[k % len(lc.SIMULATORS)], lc.SETTINGS[k % len(lc.SETTINGS)]
         x = np.array(kept(f"dense-{k}", partial(lc.kept, name, s, seed + k)))
-        rows.append(f"| {name} | {1e3 * s[0]:.0f}, {1e3 * s[1]:.0f}, {s[2]:g} | {x.min():.3f} | {np.median(x):.3f} | {x.max():.3f} |")
-    return rows
+        found.append((f"{name} | {1e3 * s[0]:.0f}, {1e3 * s[1]:.0f}, {s[2]:g}", x))
+    return found
+
+
+def dense(found: list[tuple[str, Array]]) -> list[str]:
+    """Return the table of what the estimated filter keeps of D^2."""
+    rows = ["| simulator | white, coloured (mN), correlation (s) | least response | median | greatest |", "|---" * 5 + "|"]
+    return rows + [f"| {name} | {x.min():.3f} | {np.median(x):.3f} | {x.max():.3f} |" for name, x in found]
 
 
 def page(kept: Kept, cases: int, seed: int) -> list[str]:
@@ -161,7 +205,23 @@ def page(kept: Kept, cases: int, seed: int) -> list[str]:
     lag = np.array([f["neighbours"] for f in found])
     again = {i: np.array([f["refitted"][i] for f in found if "refitted" in f]) for i in REFITTED}
     refits = "; ".join(f"{i}: median {np.median(x):.1f}, largest {x.max():.1f}" for i, x in again.items())
+    means, gained, drawn, filtered = hold_means(found), chance_gains(found), true_ratios(kept, seed), dense_kept(kept, seed)
+    measured = Measured(
+        {
+            **medians(by_simulator, False),
+            **medians(by_simulator, True),
+            **medians({f"noise {name}": rows for name, rows in by_setting.items()}, False),
+        },
+        least_samples(by_setting),
+        float(np.median(lag)),
+        {name: (mean, spread) for name, (mean, spread, _) in means.items()},
+        {name: value for name, (_, _, (value, _, _)) in drawn.items()},
+        {i: (n, beyond) for i, (n, _, beyond) in gained.items()},
+        {i: (float(np.median(x)), float(x.max()), len(x)) for i, x in again.items()},
+        [float(np.median(x)) for _, x in filtered],
+    )
     return [
+        *targets(measured), "",
         "Chi^2 per sample by simulator (1 is right; PB, RB are holds, PP and RP slides of pull and release).",
         "", *chi_squared(by_simulator, False, "simulator"), "",
         "The first half second of each phase.",
@@ -169,15 +229,15 @@ def page(kept: Kept, cases: int, seed: int) -> list[str]:
         "By noise: white, coloured (mN) and its correlation time, all simulators.",
         "", *chi_squared(by_setting, False, "noise"), "",
         f"Correlation of neighbours after whitening: {_range(lag)} over {len(lag)} recordings.", "",
-        *held(found), "",
+        *held(means), "",
         "What each candidate gains where nothing is missing, linearised, shapes in the middle of their range. By theory (Wilks",
-        "1938) the mean is 1 and 5 % lie beyond.", "", *gains(found), "",
+        "1938) the mean is 1 and 5 % lie beyond.", "", *gains(gained), "",
         f"Twice the gain (nats) of an effect refitted with everything free: {refits}.", "",
         "Twice the log-likelihood ratio of a true effect over the base it contains, over draws of the noise. Theory: variance",
-        "2 k + 4 D^2 for k strengths (noncentral chi^2). The noise is estimated anew on each draw.", "", *ratios(kept, seed), "",
+        "2 k + 4 D^2 for k strengths (noncentral chi^2). The noise is estimated anew on each draw.", "", *ratios(drawn), "",
         "D^2 that the estimated filter keeps of that of the exact covariance, computed densely from the true noise, for responses to",
         "theta and to six effects. Where a sensor has no slow noise and holds are too short to show that, a quarter of its white noise is",
-        "believed to be slow, as sensors usually have it: D^2 is then less than it could be.", "", *dense(kept, seed), "",
+        "believed to be slow, as sensors usually have it: D^2 is then less than it could be.", "", *dense(filtered), "",
     ]  # fmt: skip
 
 
@@ -200,6 +260,8 @@ def main() -> None:
             "draws them, 100-500 Hz, noise as stated. The model is fitted, the noise estimated from the recording, the residual",
             "whitened. Medians over recordings with their 90 % range. Chance gains are larger than theory allows for what acts at",
             "corners of the movement: the smoother is Gaussian given where the corners are, and does not know how well it knows that.",
+            "",
+            f"Numbers of commit {commit()}.",
             "",
             *lines,
             f"`make likelihood` ({args.cases} recordings a simulator and noise, seed {args.seed}, {kept.cpu_s() / 60.0:.0f} minutes of processor time). The",
