@@ -18,6 +18,7 @@ from math import erf, sqrt
 from pathlib import Path
 
 import numpy as np
+from page_part import commit
 
 from sstl_cli.blind import distance
 from sstl_cli.blind.cases import rebuild
@@ -185,7 +186,7 @@ def main() -> None:
     for i, (effect, simulator, seed) in enumerate(TEN):
         if (effect, given.draws) in done:
             continue
-        rows.append(row(case_of(effect, simulator, seed, TARGETS[i % 3]), given.draws))
+        rows.append({"commit": commit(), **row(case_of(effect, simulator, seed, TARGETS[i % 3]), given.draws)})
         print({k: round(v, 3) if isinstance(v, float) else v for k, v in rows[-1].items()}, flush=True)
         given.out.write_text(json.dumps(rows, indent=1) + "\n")
 

@@ -14,6 +14,8 @@ import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
+from page_part import commit, commits, put
+
 from sstl_cli.blind import sides
 from sstl_cli.blind.judge import wilson
 from sstl_cli.blind.schedule import jobs
@@ -24,7 +26,6 @@ from sstl_cli.steps import blind_limit
 from sstl_cli.steps.blind_make import draw_job
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "limit.md"
 SEED = 52_000_000
 KEPT = (
     "case",
@@ -54,7 +55,7 @@ def measured(cases: int, seconds: float, path: Path) -> list[dict]:
             break
         case = draw_job(job)
         found = blind_limit.run(name, case.truth, case.sim, case.exclude).plain()
-        rows.append({"band": case.truth.band, "recording": case.truth.recording, **{k: found[k] for k in KEPT}})
+        rows.append({"commit": commit(), "band": case.truth.band, "recording": case.truth.recording, **{k: found[k] for k in KEPT}})
         path.write_text(json.dumps(rows, indent=1) + "\n")
     return rows
 
@@ -73,8 +74,8 @@ def by_strength(rows: list[dict]) -> str:
     lines = ["| gap / noise | input noise not smoothed | input known | ideal observer names |", "|---|---|---|---|"]
     for s in STRENGTHS:
         own = [r for r in rows if r["band"] == s]
-        ideal = [ideal(d) for r in own if (d := sides.smallest(CaseDistance.model_construct(**r))) is not None]
-        mean = f"{100 * sum(ideal) / len(ideal):.0f} %" if ideal else "-"
+        named = [ideal(d) for r in own if (d := sides.smallest(CaseDistance.model_construct(**r))) is not None]
+        mean = f"{100 * sum(named) / len(named):.0f} %" if named else "-"
         lines.append(f"| {s:g} | {share(own, 'decidable')} | {share(own, 'decidable_known')} | {mean} |")
     return "\n".join(lines)
 
@@ -105,20 +106,18 @@ def never(rows: list[dict]) -> str:
     return "\n".join(f"- {k}: {'; '.join(v)}" for k, v in sorted(pairs.items())) or "None."
 
 
-def put(name: str, text: str) -> None:
-    """Write a text between the marks of the page."""
-    page = PAGE.read_text()
-    begin, end = f"<!-- {name} begins -->", f"<!-- {name} ends -->"
-    PAGE.write_text(page[: page.index(begin) + len(begin)] + "\n" + text + "\n" + page[page.index(end) :])
-
-
 def simulated(path: Path) -> str:
-    """Return the table of predicted and simulated error rates."""
+    """Return the table of predicted and simulated error rates, and how many agree."""
+    rows = json.loads(path.read_text())
+    agree, between = sum(r["agrees"] for r in rows), sum(r["between"] for r in rows)
     lines = [
+        f"Commit {commits(rows)}: {agree} of {len(rows)} agree within their intervals with the input known, {between} of {len(rows)} full recordings lie between "
+        "the two predictions; all were asked.",
+        "",
         "| effect, rival | D^2, input known | predicted error | simulated | D^2, not smoothed | predicted error | simulated, full recordings |",
         "|---|---|---|---|---|---|---|",
     ]
-    for r in json.loads(path.read_text()):
+    for r in rows:
 
         def pct(*keys: str, r: dict = r) -> str:
             return (
@@ -143,11 +142,11 @@ def main() -> None:
     parser.add_argument("--simulation", type=Path, default=ROOT / "data" / "limit_simulation.json")
     given = parser.parse_args()
     rows = measured(given.cases, given.seconds, given.rows)
-    put("shares", f"{len(rows)} cases of one effect, three simulators, half of them recorded as labs do.\n\n{by_strength(rows)}\n\n"
+    put("limit.md", "shares", f"{len(rows)} cases of one effect, three simulators, half of them recorded as labs do; commit {commits(rows)}.\n\n{by_strength(rows)}\n\n"
         f"Smaller of the distances to base and nearest rival, case by case:\n\n{by_effect(rows)}\n\n"
         f"At four times the noise these stay below D^2 = 6: no likelihood of the fast model tells them apart on these recordings:\n\n{never(rows)}")  # fmt: skip
     if given.simulation.exists():
-        put("simulated", simulated(given.simulation))
+        put("limit.md", "simulated", simulated(given.simulation))
 
 
 if __name__ == "__main__":

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -15,6 +16,11 @@ def commit() -> str:
     asked = ["git", "describe", "--always", "--dirty", "--exclude=*"]
     found = subprocess.run(asked, cwd=DOCS, capture_output=True, text=True, check=False)
     return found.stdout.strip() or "no known commit"
+
+
+def commits(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Return by which commits rows were measured, as far as they say so."""
+    return ", ".join(sorted({str(r["commit"]) for r in rows if "commit" in r})) or "no known commit"
 
 
 def put(page: str, name: str, text: str) -> None:

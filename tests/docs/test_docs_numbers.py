@@ -1,0 +1,99 @@
+"""Numbers on pages are those of the files that they come from, and targets are judged as they are meant."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from sstl_cli.blind.learning import examples
+from sstl_cli.blind.library import facts_of, read_library
+from sstl_cli.diagnosis.features import OUTPUT
+from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities
+from sstl_cli.diagnosis.weights import learned
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import blind_table  # noqa: E402
+import page_part  # noqa: E402
+from likelihood_targets import Measured, targets  # noqa: E402
+
+
+def told(page: str, name: str) -> str:
+    return page_part.inside(page, name)
+
+
+def test_the_distance_that_shows_is_that_of_the_weights() -> None:
+    text = (ROOT / "docs/limit.md").read_text(encoding="utf-8")
+    plain, beside = re.search(r"D\^2 = ([\d.]+) on \(([\d.]+) beside an accepted model", text).groups()
+    assert (float(plain), float(beside)) == (learned().shows_d2, learned(True).shows_d2)
+
+
+@pytest.mark.slow
+def test_how_many_effects_at_the_limit_are_called_nothing() -> None:
+    text = (ROOT / "docs/limit.md").read_text(encoding="utf-8")
+    k, n = map(int, re.search(r"gained 10 to 14 nats \(D\^2 about 24\) (\d+) of (\d+) were called `none`", text).groups())
+    libraries = [p for p in sorted((ROOT / "data").glob("library-*.parquet")) if not facts_of(p).accepted]
+    drawn = [e for p in libraries for e in examples(read_library(p)) if e.kind != "without"]
+    found = []
+    for e in drawn:
+        own = [c.gain for c in e.rows.candidates if c.ids == e.answer and c.kind == OUTPUT]
+        if len(e.answer) == 1 and e.answer not in (NONE, UNKNOWN) and own and 10.0 <= own[0] <= 14.0:
+            found.append(decided(e.rows, probabilities(e.rows, learned()), learned()).status == "none")
+    assert (sum(found), len(found)) == (k, n)
+
+
+def test_the_front_page_has_the_targets_of_the_published_set() -> None:
+    front, page = told("../README.md", "blind"), told("blind.md", "published")
+    rows = re.findall(r"^\| .* \| (?:met|\*\*missed\*\*) \|$", front, re.M)
+    assert len(rows) >= 15 and all(row in page for row in rows)
+    # what was said of it cannot be said of other numbers
+    assert "| 0-6 | " in told("limit.md", "score") and (ROOT / "docs/isolation.svg").exists()
+
+
+def share(k: int, n: int, low: float, high: float) -> dict[str, float]:
+    return {"k": k, "n": n, "share": k / n, "low": low, "high": high}
+
+
+def test_what_a_foreign_simulator_loses_is_counted_towards_the_worse() -> None:
+    rest = dict.fromkeys(blind_table.SAID)
+    own = {**rest, "isolation": share(8, 10, 0.6, 0.9), "false_alarm": share(1, 10, 0.0, 0.3), "ece": 0.1}
+    far = {**rest, "isolation": share(5, 10, 0.3, 0.7), "false_alarm": share(3, 10, 0.1, 0.5), "ece": 0.2}
+    score = {
+        "by_simulator": [{"simulator": "rig", "scores": own}, {"simulator": "bristle", "scores": far}, {"simulator": "all", "scores": own}]
+    }
+    found = {said: row for said, simulator, row in blind_table.losses(score) if simulator == "bristle"}
+    assert set(found) == {"isolation above 0.6 x noise", "false alarm"}
+    assert found["isolation above 0.6 x noise"][0] == pytest.approx(30.0) and found["false alarm"][0] == pytest.approx(20.0)
+    # Newcombe: from 0.3 - hypot(0.2, 0.2) to 0.3 + hypot(0.1, 0.2)
+    assert found["isolation above 0.6 x noise"][1:] == (pytest.approx(1.716, abs=1e-3), pytest.approx(52.36, abs=1e-2))
+    assert "**missed**, not beyond chance" in blind_table.foreign(score)
+
+
+GOOD = Measured(
+    {"rig, PB": 1.01, "rig, PP": 0.985}, 25_000, 0.001, {"pull": (1.0, 1.0)}, {"gain_error": 1.1},
+    {"viscous": (200, 12), "stribeck": (200, 10)}, {"viscous": (0.0, 3.0, 28)}, [0.96, 0.99],
+)  # fmt: skip
+
+
+def marks(m: Measured) -> list[bool]:
+    return [line.endswith("| met |") for line in targets(m)[4:]]
+
+
+def test_a_likelihood_as_it_should_be_meets_every_target() -> None:
+    assert marks(GOOD) == [True] * 8
+
+
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        (0, {"chi2": {"rig, PB": 1.03}}), (1, {"samples": 19_000}), (2, {"neighbours": -0.03}), (3, {"holds": {"pull": (5.0, 1.3)}}),
+        (4, {"ratios": {"gain_error": 11.0}}), (5, {"chance": {"viscous": (196, 29)}}), (6, {"refitted": {"viscous": (0.0, 15.0, 28)}}),
+        (7, {"kept": [0.67, 0.99]}),
+    ],
+)  # fmt: skip
+def test_each_target_of_the_likelihood_can_be_missed(place: int, change: dict[str, object]) -> None:
+    assert marks(replace(GOOD, **change)) == [i != place for i in range(8)]
