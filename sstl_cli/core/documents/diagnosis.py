@@ -46,7 +46,10 @@ class Verdict(Part):
     status: Status
     effects: list[str] = Field(description="effects of the winning model, largest first")
     confidence: float | None = Field(description="share of such verdicts that were right; null with a reason", ge=0, le=1)
-    ambiguity_group: list[str] = Field(description="set that holds the truth in 90 of 100 cases")
+    ambiguity_group: list[str] = Field(
+        description="effects that are not told apart; where the cause is a candidate and something is named, the truth is among them in 90 of 100 "
+        "cases (`confidence` counts the other cases, too)"
+    )
     why: str
     probability_none: float | None = Field(default=None, description="part of the calibrated distribution on: nothing is missing")
     probability_unknown: float | None = Field(default=None, description="part of the calibrated distribution on: none of the candidates")
