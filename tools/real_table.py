@@ -11,7 +11,7 @@ import json
 import sys
 from pathlib import Path
 
-from sstl_cli.core.documents.blind import Injected
+from sstl_cli.core.documents.blind_real import Injected
 from sstl_cli.core.files import write_json, write_text
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, read_runs, write_runs

@@ -12,9 +12,7 @@ from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
     from sstl_cli.core.documents.blind import (
-        BlindInjectDocument,
         BlindLearnDocument,
-        BlindRealDocument,
         BlindScoreDocument,
         CaseLine,
         DistanceRow,
@@ -23,6 +21,7 @@ if TYPE_CHECKING:
         SimulatorRow,
         TargetRow,
     )
+    from sstl_cli.core.documents.blind_real import BlindInjectDocument, BlindRealDocument
 
 # option -> (score, whether it is an upper bound)
 GATES = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from sstl_cli.blind.inject import Injection, half, injections, put_in
-from sstl_cli.core.documents.blind import BlindInjectDocument, Injected, InjectedScore
+from sstl_cli.core.documents.blind_real import BlindInjectDocument, Injected, InjectedScore
 from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.runs import Run

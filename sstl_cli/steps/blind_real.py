@@ -10,7 +10,7 @@ import numpy as np
 from sstl_cli.blind import accepted
 from sstl_cli.blind.retune import Pair, gap_n, play
 from sstl_cli.blind.strength import direction, find_scale
-from sstl_cli.core.documents.blind import BlindRealDocument, Trial
+from sstl_cli.core.documents.blind_real import BlindRealDocument, Trial
 from sstl_cli.core.documents.diagnosis import Verdict
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.groups import spelled_out
