@@ -280,9 +280,7 @@ def _noise(g: Given) -> dict[str, dict[str, dict[str, Estimated]]]:
     for system in sorted(noise.output):
         sensors = (("input", noise.input[system]), ("output", noise.output[system]))
         spread = noise.spread.get(system, {})
-        found[system] = {
-            side: {k: _estimated(v, spread.get(f"{side}.{k}")) for k, v in asdict(sensor).items()} for side, sensor in sensors
-        }
+        found[system] = {side: {k: _estimated(v, spread.get(f"{side}.{k}")) for k, v in asdict(sensor).items()} for side, sensor in sensors}
     return found
 
 
