@@ -105,7 +105,7 @@ def heard(made: Source, effects: Effects, h: Hypothesis = NOTHING, values: Array
 def whiteness(null: Null) -> dict[str, Any]:
     """Return sums of squares and counts by phase, over all and over its first half second, and of neighbours' products."""
     sim, w = null.sim, null.base.whiten
-    z, keep, code = w(null.base.residual), w.scale > 0, phases(sim, null.base.prediction)
+    z, keep, code = w.left(null.base.residual), w.scale > 0, phases(sim, null.base.prediction)
     early = np.zeros(len(z), bool)
     for r, s in zip(sim.problem.records, sim.slices(), strict=True):
         begin = np.concatenate(([0], np.flatnonzero(np.diff(code[s])) + 1))
@@ -151,7 +151,7 @@ def chance(null: Null, effect_id: str) -> tuple[int, float] | None:
     columns = base.whiten(
         np.concatenate((base.jacobian[:, :1], partial(sim, base.theta, h.free, values, base.prediction, strengths)), axis=1)
     )
-    a, b = normal_equations(sim, columns, base.whiten(base.residual))
+    a, b = normal_equations(sim, columns, base.whiten.left(base.residual))
     configs = len(base.theta)
     follow = np.linalg.lstsq(a[:configs, :configs], np.column_stack((b[:configs], a[:configs, configs:])), rcond=1e-10)[0]
     score = b[configs:] - a[configs:, :configs] @ follow[:, 0]
