@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -94,8 +95,11 @@ class Log:
         ransac_threshold_n: float | None = None,
         ransac_trials: int = 64,
         seed: int = 0,
+        physics: bool = True,
     ) -> pd.DataFrame:
         """Return the Theta table: slopes and biases of the propagation lines with standard errors, one row a run.
+
+        What could not be identified, and what fails the physics gate, is null with the reason in ``status``, and warned of.
 
         Parameters
         ----------
@@ -105,16 +109,58 @@ class Log:
             Pairs of points tried per direction.
         seed : int
             Seed of the sampler.
+        physics : bool
+            Set runs aside that cannot be right (docs/gate.md).
 
         Raises
         ------
         SstlError
-            If two runs carry the same run_id, or a setting does not fit.
+            If there is no run, two carry the same run_id, all fail the physics gate, or a setting does not fit.
+
+        Examples
+        --------
+        >>> theta = simulate("two-tendons", seed=1).segment()
+        >>> theta[["run_id", "gamma_p", "gamma_r"]].head(2).round(2).values.tolist()
+        [['CP-020-0-ramp_hold-act-A', 0.61, 1.63], ['CP-020-0-ramp_hold-act-B', 0.61, 1.63]]
         """
         options = SegmentOptions(cutoff_hz, prominence_n, delta_bl_n, ransac_threshold_n, ransac_trials, seed)
-        rows = [found.row() for found in segmenting.run(self.runs, options)]
+        rows = self._identified(options, physics).rows
         frame: pd.DataFrame = segmenting.theta_table(rows).to_pandas()
         return frame
+
+    def phases(
+        self,
+        *,
+        cutoff_hz: float | None = None,
+        prominence_n: float | None = None,
+        delta_bl_n: float | None = None,
+        ransac_threshold_n: float | None = None,
+        ransac_trials: int = 64,
+        seed: int = 0,
+        physics: bool = True,
+    ) -> pd.DataFrame:
+        """Return the phase PB, PP, RB or RP of every sample, as ``sstl segment --phases`` writes it; parameters as in ``segment``.
+
+        Examples
+        --------
+        >>> simulate("two-tendons", seed=1).phases()["phase"].unique().tolist()
+        ['PB', 'PP', 'RB', 'RP']
+        """
+        options = SegmentOptions(cutoff_hz, prominence_n, delta_bl_n, ransac_threshold_n, ransac_trials, seed)
+        tables: list[pa.Table] = []
+        self._identified(options, physics, lambda one: tables.append(one.phase_table()))
+        frame: pd.DataFrame = pa.concat_tables(tables).to_pandas()
+        return frame
+
+    def _identified(
+        self, options: SegmentOptions, physics: bool, each: Callable[[segmenting.Segmented], None] = lambda _: None
+    ) -> segmenting.Identified:
+        """Return what was found in every run, and warn of what was set aside; called by a method that the user calls."""
+        found = segmenting.identify(self.runs, options, physics, each, "Log")
+        if found.aside:
+            told = f"{len(found.aside)} of {len(found.rows)} runs in part or whole (null in the table, see status)"
+            warnings.warn(f"set aside: {told}", stacklevel=3)
+        return found
 
     def check(self, physics: bool = True) -> pd.DataFrame:
         """Return what is wrong with the samples (failure) or worth knowing (remark), as ``sstl check`` tells it of a file.
@@ -177,6 +223,14 @@ def read(*paths: str | PathLike[str]) -> Log:
     ------
     SstlError
         If a file is missing, no log, or two of them hold the same run.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     simulate("two-tendons", seed=1).write(Path(folder, "log.parquet"))
+    ...     read(Path(folder, "log.parquet"))
+    Log(12 runs, 48000 samples)
     """
     files = [Path(p) for p in paths]
     runs = tuple(read_logs(files))

@@ -17,10 +17,10 @@ from sstl_cli.cli.render import Screen
 if TYPE_CHECKING:
     from sstl_cli.core.documents.mapping import ThetaRow
     from sstl_cli.core.runs import Run
-    from sstl_cli.identification.gate import Remark
+    from sstl_cli.steps.segment import Identified, Segmented
 
 EPILOG = "Example: sstl segment log.parquet --out theta.parquet --phases phases.parquet"
-# a column of a log that no line of Theta depends on; the others are read for what no recorder can have given
+# a column of a log that no line of Theta depends on, only the physics gate; the others are read for what no recorder can have given
 UNUSED = ("trajectory",)
 SHOWN = 20
 
@@ -68,7 +68,7 @@ def segment(asked: Asked) -> None:
     total = sum(open_table(path, LOG).rows for path in asked.logs)
     found = _identified(screen, asked, total)
     rows = found.rows
-    aside = [Aside(run_id=r.run_id, status=r.status) for r in rows if r.status != "ok"]
+    aside = [Aside(run_id=r.run_id, status=r.status) for r in found.aside]
     _physics.show(screen, found.remarks)
     screen.say(_sentence(rows, total, len(aside), asked.out))
     _show(screen, found)
@@ -93,58 +93,38 @@ def segment(asked: Asked) -> None:
     screen.finish(document, aside=bool(aside))
 
 
-@dataclass(frozen=True)
-class Identified:
-    """The rows of the Theta table, what the physics gate says of them, and units: of both channels, and of the slopes."""
-
-    rows: list[ThetaRow]
-    remarks: tuple[Remark, ...]
-    unit_in: str
-    unit_out: str
-    unit_slope: str
-
-
 def _identified(screen: Screen, asked: Asked, total: int) -> Identified:
     """Segment every run and write the tables, both or none."""
     from sstl_cli.cli.origin import provenance
-    from sstl_cli.core.errors import SstlError
     from sstl_cli.core.parquet import TableWriter, write_table
-    from sstl_cli.core.tables import PHASES, THETA, theta_units
-    from sstl_cli.identification import SegmentOptions, gate
+    from sstl_cli.core.tables import PHASES, THETA
+    from sstl_cli.identification import SegmentOptions
     from sstl_cli.steps import segment as step
 
     options = SegmentOptions(
         asked.cutoff_hz, asked.prominence_n, asked.delta_bl_n, asked.ransac_threshold_n, asked.ransac_trials, asked.seed
     )
     made = provenance(asked.seed, asked.logs)
-    rows: list[ThetaRow] = []
-    evidence: list[gate.Evidence] = []
-    unit_in = unit_out = "N"
     writer = TableWriter(asked.phases, PHASES, made, asked.force) if asked.phases else nullcontext()
     with writer as file, screen.progress("segmenting", total) as advance:
-        for found in step.run(_runs(asked.logs), options):
-            rows.append(found.row())
-            unit_in, unit_out = found.run.unit_in, found.run.unit_out
-            if not asked.no_physics:
-                evidence.append(gate.evidence_of(found.run))
+
+        def write(one: Segmented) -> None:
             if file is not None:
-                file.write(found.phase_table())
-            advance(len(found.run))
-        if not rows:
-            raise SstlError("holds no run", where=", ".join(map(str, asked.logs)), fix="import a recording first", code="E221")
-        remarks = gate.judge(evidence)
-        rows = step.set_aside(rows, remarks)
+                file.write(one.phase_table())
+            advance(len(one.run))
+
+        found = step.identify(_runs(asked), options, not asked.no_physics, write, ", ".join(map(str, asked.logs)))
         # inside the block: should this fail, neither file appears
-        units = theta_units(unit_in, unit_out)
-        write_table(asked.out, step.theta_table(rows), THETA.in_units(units), made, asked.force, step.extra_columns(rows))
-    return Identified(rows, remarks, unit_in, unit_out, units.get("gamma_p", ""))
+        extra = step.extra_columns(found.rows)
+        write_table(asked.out, step.theta_table(found.rows), THETA.in_units(found.units), made, asked.force, extra)
+    return found
 
 
-def _runs(logs: list[Path]) -> Iterator[Run]:
+def _runs(asked: Asked) -> Iterator[Run]:
     from sstl_cli.core.runs import read_runs
 
-    for path in logs:
-        yield from read_runs(path, UNUSED)
+    for path in asked.logs:
+        yield from read_runs(path, UNUSED if asked.no_physics else ())
 
 
 def _sentence(rows: list[ThetaRow], samples: int, aside: int, out: Path) -> str:
@@ -154,7 +134,7 @@ def _sentence(rows: list[ThetaRow], samples: int, aside: int, out: Path) -> str:
 
 
 def _show(screen: Screen, found: Identified) -> None:
-    rows, slope, unit = found.rows, found.unit_slope, found.unit_out
+    rows, slope, unit = found.rows, found.units.get("gamma_p", ""), found.unit_out
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
     shown = [[r.run_id, *_rounded(r, names), _percent(r.gamma_p, r.gamma_p_se), _percent(r.gamma_r, r.gamma_r_se), r.loops] for r in rows]
     per = f" {slope}" if slope else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import pyarrow as pa
@@ -10,8 +10,8 @@ import pyarrow as pa
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, THETA, Column
-from sstl_cli.identification import PHASE_NAMES, Segmentation, SegmentOptions, segment_run
+from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, THETA, Column, theta_units
+from sstl_cli.identification import PHASE_NAMES, Segmentation, SegmentOptions, gate, segment_run
 from sstl_cli.identification.gate import Remark
 
 
@@ -50,6 +50,56 @@ class Segmented:
         return pa.Table.from_arrays(arrays, schema=PHASES.arrow())
 
 
+@dataclass(frozen=True)
+class Identified:
+    """The rows of the Theta table, what the physics gate says of the runs, and the units of input and output."""
+
+    rows: list[ThetaRow]
+    remarks: tuple[Remark, ...]
+    unit_in: str
+    unit_out: str
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the columns, where they are not those of newtons."""
+        return theta_units(self.unit_in, self.unit_out)
+
+    @property
+    def aside(self) -> list[ThetaRow]:
+        """The rows that are null in part or whole."""
+        return [r for r in self.rows if r.status != "ok"]
+
+
+def identify(
+    runs: Iterable[Run], options: SegmentOptions, physics: bool = True, each: Callable[[Segmented], None] = lambda _: None, where: str = ""
+) -> Identified:
+    """Return Theta of every run; runs that fail the physics gate are set aside, unless ``physics`` is off.
+
+    Parameters
+    ----------
+    each : callable
+        Told every run with its segmentation, as it comes: neither is kept.
+
+    Raises
+    ------
+    SstlError
+        If there is no run, two carry the same run_id, they are in different units, or all fail the gate.
+    """
+    rows: list[ThetaRow] = []
+    evidence: list[gate.Evidence] = []
+    unit_in = unit_out = "N"
+    for found in run(runs, options):
+        rows.append(found.row())
+        unit_in, unit_out = found.run.unit_in, found.run.unit_out
+        if physics:
+            evidence.append(gate.evidence_of(found.run))
+        each(found)
+    if not rows:
+        raise SstlError("holds no run", where=where, fix="import a recording first", code="E221")
+    remarks = gate.judge(evidence)
+    return Identified(_set_aside(rows, remarks), remarks, unit_in, unit_out)
+
+
 def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
     """Yield every run with its segmentation, in the order given.
 
@@ -75,7 +125,7 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
         yield Segmented(one, segment_run(one, options))
 
 
-def set_aside(rows: Sequence[ThetaRow], remarks: Sequence[Remark]) -> list[ThetaRow]:
+def _set_aside(rows: Sequence[ThetaRow], remarks: Sequence[Remark]) -> list[ThetaRow]:
     """Return the rows of the Theta table with those that fail the physics gate null and the reason in their status.
 
     Raises
@@ -91,7 +141,7 @@ def set_aside(rows: Sequence[ThetaRow], remarks: Sequence[Remark]) -> list[Theta
     why = {name: remark for name, remark in failed.items() if name in told}
     if why and all(row.run_id in failed for row in rows):
         first = next(iter(why.values()))
-        fix = f"in the mapping: {first.mend}; or --no-physics, if you know better"
+        fix = f"in the mapping: {first.mend}; or --no-physics (in Python physics=False), if you know better"
         raise SstlError(f"cannot be right: {first.sentence}", fix=fix, code="E223")
     null = {c.name: None for c in THETA.columns if c.nullable and pa.types.is_floating(c.type) and c.name != "lead_mm"}
     return [
