@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -23,8 +23,8 @@ from sstl_cli.reporting import drawing
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import read
 from sstl_cli.reporting.inputs import Inputs, view
-from sstl_cli.steps import diagnose_tendons
-from sstl_cli.steps.diagnose import DiagnoseOptions
+from sstl_cli.steps import diagnose_movements, diagnose_tendons
+from sstl_cli.steps.diagnose import DiagnoseOptions, odds
 from sstl_cli.steps.plot import run as choose
 from sstl_cli.steps.report import DEFAULT_TITLE
 from sstl_cli.steps.report import run as make_page
@@ -122,6 +122,15 @@ class Diagnosis:
         """
         return self.accepted if self._known is None else self._known()
 
+    def proposed(self) -> Scenario | None:
+        """Return the recording to make next as a scenario, as ``--next-out NAME.toml`` writes it; None where none is proposed."""
+        return diagnose_movements.proposed(self.document.next_experiment)
+
+    def proposed_tensions(self) -> pd.DataFrame | None:
+        """Return the tensions to drive in it, as ``--next-out NAME.csv`` writes them: ``system``, ``time_s``, ``tension_in_n``."""
+        text = diagnose_movements.tensions(self.document.next_experiment)
+        return None if text is None else pd.read_csv(io.StringIO(text))
+
     def __repr__(self) -> str:
         named = " + ".join(self.verdict.effects)
         return f"Diagnosis({self.verdict.status}{': ' if named else ''}{named})"
@@ -147,10 +156,15 @@ def diagnose(
     sim: str | PathLike[str] | Scenario | None = None,
     *,
     against: Log | None = None,
+    before: Log | None = None,
     effects: Iterable[str] | None = None,
     exclude: Iterable[str] = (),
     max_effects: int = 3,
+    prior: Mapping[str, float] | None = None,
     position: bool = False,
+    physics: bool = True,
+    max_tension_n: float | None = None,
+    max_rate_n_per_s: float | None = None,
     workers: int = 2,
     max_seconds: float | None = None,
 ) -> Diagnosis:
@@ -164,12 +178,20 @@ def diagnose(
         The simulator: a scenario file or name, or the model of another diagnosis (the physical base by default).
     against : Log, optional
         Another simulator's log for the same input, with the same run ids.
+    before : Log, optional
+        What was recorded before a change: the model that is fitted to it is the simulator.
     effects, exclude : iterable of str
         Ids of the candidates (the whole catalogue by default), and of those that are none.
     max_effects : int
         How many effects may be combined, 1 to 3.
+    prior : mapping of id to odds, optional
+        Odds of effects over those of the library; no confidence is given then.
     position : bool
         Diagnose the recorded position too.
+    physics : bool
+        Set runs aside that cannot be right (docs/gate.md).
+    max_tension_n, max_rate_n_per_s : float, optional
+        What a proposed recording may ask of the input, N and N/s (as recorded by default).
     workers : int
         Threads; the answer does not depend on it.
     max_seconds : float, optional
@@ -178,7 +200,7 @@ def diagnose(
     Raises
     ------
     SstlError
-        If no run can be used, or an effect or scenario is unknown.
+        If no run can be used, an effect or scenario is unknown, or odds are not positive.
 
     Examples
     --------
@@ -187,17 +209,30 @@ def diagnose(
     >>> diagnose(log, effects=["pulley_friction", "const_friction"], max_effects=1)
     Diagnosis(identified: pulley_friction)
     """
-    base = load(str(sim)) if sim is not None and not isinstance(sim, Scenario) else sim
-    chosen = tuple(effects) if effects is not None else None
-    options = DiagnoseOptions(base, chosen, tuple(exclude), max_effects, workers, position, odd_runs=True, max_seconds=max_seconds)
+    given = load(str(sim)) if sim is not None and not isinstance(sim, Scenario) else sim
+    options = DiagnoseOptions(
+        sim=given,
+        effects=None if effects is None else tuple(effects),
+        exclude=tuple(exclude),
+        max_effects=max_effects,
+        workers=workers,
+        position=position,
+        prior=odds(prior or {}, "prior"),
+        physics=physics,
+        max_tension_n=max_tension_n,
+        max_rate_n_per_s=max_rate_n_per_s,
+        odd_runs=True,
+        max_seconds=max_seconds,
+    )
     runs = list(log.runs)
     if against is not None:
         from sstl_cli.steps.against import rebase
 
         runs = rebase(runs, against.runs)
-    result = diagnose_tendons.run(runs, options)
+    result = diagnose_tendons.run(runs, options, earlier=None if before is None else before.runs)
     files = [Path(sim)] if sim is not None and not isinstance(sim, Scenario) and Path(sim).is_file() else []
-    inputs = {**log.inputs, **(against.inputs if against is not None else {}), **inputs_of(files)}
+    read = [other.inputs for other in (log, against, before) if other is not None]
+    inputs = {name: digest for known in (*read, inputs_of(files)) for name, digest in known.items()}
     # as JSON holds it: what is no number is null there
     document = DiagnosisDocument.model_validate_json(dumps(result.body.model_copy(update={"inputs": inputs}).plain()))
     return Diagnosis(log, document, result.bare(), result.model)

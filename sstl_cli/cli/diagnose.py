@@ -16,7 +16,6 @@ from sstl_cli.cli.render import Screen
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from sstl_cli.core.documents.diagnosis import NextExperiment
     from sstl_cli.core.runs import Run
     from sstl_cli.steps.diagnose import DiagnoseOptions
     from sstl_cli.steps.diagnose_tendons import Diagnosed
@@ -131,19 +130,13 @@ def _options(asked: Asked) -> DiagnoseOptions:
 
 def _diagnosed(screen: Screen, asked: Asked, runs: Sequence[Run], options: DiagnoseOptions, since: float) -> Diagnosed:
     """Return the diagnosis; with an earlier log, against the model that is fitted to it."""
-    from dataclasses import replace
-
     from sstl_cli.core.runs import read_logs
     from sstl_cli.steps import diagnose_tendons as tendons
 
     earlier = None if asked.before is None else read_logs([asked.before])
-    parts = [max(len(tendons.tendons_of(r)), 1) for r in (earlier, runs) if r is not None]
-    with screen.progress("diagnosing", sum(parts), Pace(PACE, sum(parts))) as advance:
-        if earlier is not None:
-            alone = replace(options, prior={}, odd_runs=False)
-            was = tendons.run(earlier, alone, lambda share: advance(parts[0] * share), since)
-            options = replace(options, sim=was.model())
-        return tendons.run(runs, options, lambda share: advance(parts[-1] * share), since)
+    parts = tendons.parts(runs, earlier)
+    with screen.progress("diagnosing", parts, Pace(PACE, parts)) as advance:
+        return tendons.run(runs, options, advance, since, earlier)
 
 
 def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
@@ -153,8 +146,8 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     from sstl_cli.cli.origin import environment, files_among, inputs
     from sstl_cli.core.files import write_json, write_text
     from sstl_cli.physics.scenario_file import dump
+    from sstl_cli.steps import diagnose_movements as movements
     from sstl_cli.steps.diagnose_gates import Gates
-    from sstl_cli.steps.diagnose_movements import SAID
 
     told: dict[str, object] = {"inputs": inputs([*(asked.logs or ()), *files_among(asked.against, asked.sim, asked.before, asked.prior)])}
     if taken := environment():
@@ -165,11 +158,13 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
     if asked.save_sim is not None:
         with screen.progress("saving the model"):
             accepted = result.model()
-        write_text(asked.save_sim, dump(accepted, "" if result.given.trajectories else SAID), asked.force)
-    if asked.next_out is not None and document.next_experiment:
-        write_text(asked.next_out, _movement(asked.next_out, document.next_experiment), asked.force)
+        write_text(asked.save_sim, dump(accepted, "" if result.given.trajectories else movements.SAID), asked.force)
+    proposed = movements.proposed(document.next_experiment)
+    if asked.next_out is not None and proposed is not None:
+        text = movements.tensions(document.next_experiment) if asked.next_out.suffix.lower() == ".csv" else dump(proposed)
+        write_text(asked.next_out, text or "", asked.force)
     show.diagnosis(screen, document)
-    if asked.next_out is not None and not document.next_experiment:
+    if asked.next_out is not None and proposed is None:
         screen.note(_not_proposed(asked.next_out, document.verdict.status))
     gates = Gates(asked.max_rmse, asked.max_gap_pct, asked.expect)
     missed = gates.missed(document)
@@ -179,16 +174,6 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
         write_text(asked.summary, _gates.markdown(document, missed), asked.force)
     aside = [f"run {run_id}: {reason}" for run_id, reason in (document.analysis.set_aside if document.analysis else {}).items()]
     screen.finish(document, missed=missed, aside=aside)
-
-
-def _movement(path: Path, proposed: NextExperiment) -> str:
-    """Return the proposed recording as the text of its file: the tensions to drive (.csv), else a scenario."""
-    from sstl_cli.diagnosis.following import table
-    from sstl_cli.physics.scenario import Scenario
-    from sstl_cli.physics.scenario_file import dump
-
-    movement = Scenario.model_validate(proposed.scenario)
-    return table(movement, proposed.tension_factor or 1.0) if path.suffix.lower() == ".csv" else dump(movement)
 
 
 def _not_proposed(path: Path, status: str) -> str:

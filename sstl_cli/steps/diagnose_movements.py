@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from sstl_cli.core.documents.diagnosis import NextExperiment
 from sstl_cli.diagnosis.constants import FASTEST_HZ
-from sstl_cli.diagnosis.following import recorded_n
+from sstl_cli.diagnosis.following import recorded_n, table
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario, Trajectory, load
@@ -41,6 +42,17 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
             found.append(usual.model_copy(update=how))
     step = float(np.median([r.dt_s for r in runs]))
     return scenario.model_copy(update={"trajectories": tuple(found), "sampling_hz": float(f"{min(1.0 / step, FASTEST_HZ):.4g}")})
+
+
+def proposed(experiment: NextExperiment | None) -> Scenario | None:
+    """Return a proposed recording as a scenario, None where none is proposed."""
+    return None if experiment is None or experiment.scenario is None else Scenario.model_validate(experiment.scenario)
+
+
+def tensions(experiment: NextExperiment | None) -> str | None:
+    """Return the tensions to drive in a proposed recording as CSV, in its unit: ``system,time_s,tension_in_n``; None where none is proposed."""
+    movement = proposed(experiment)
+    return None if movement is None or experiment is None else table(movement, experiment.tension_factor or 1.0)
 
 
 def _range_n(problem: Problem, system: str) -> tuple[float, float]:

@@ -57,25 +57,49 @@ def tendons_of(runs: Sequence[Run]) -> list[str]:
     return sorted({r.tendon or "" for r in runs if r.system == "act"})
 
 
+def parts(runs: Sequence[Run], earlier: Sequence[Run] | None = None) -> int:
+    """Return how many diagnoses these runs ask for, which is what ``run`` tells ``advance`` in all."""
+    return sum(max(len(tendons_of(r)), 1) for r in (earlier, runs) if r is not None)
+
+
 def run(
-    runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
+    runs: Sequence[Run],
+    options: DiagnoseOptions,
+    advance: Callable[[float], None] = lambda _: None,
+    since: float | None = None,
+    earlier: Sequence[Run] | None = None,
 ) -> Diagnosed:
     """Return the diagnosis of recorded runs, per tendon where there are several.
 
     Each tendon is judged by its own runs, those of the sensing loop, and, where they were recorded at the same time, by the
     tension of its neighbours. Top level of the document is the tendon with the largest gap.
 
+    Parameters
+    ----------
+    since : float, optional
+        When the clock of ``max_seconds`` began (``time.monotonic``; default: now).
+    earlier : sequence of Run, optional
+        What was recorded before a change: the model that is fitted to it is the simulator.
+
     Raises
     ------
     SstlError
         If no tendon can be diagnosed.
     """
+    since = time.monotonic() if since is None else since
+    if earlier is not None:
+        # the odds are those of what has changed
+        alone = replace(options, prior={}, odd_runs=False)
+        was = _run(earlier, alone, lambda share: advance(parts(earlier) * share), since)
+        options = replace(options, sim=was.model())
+    return _run(runs, options, lambda share: advance(parts(runs) * share), since)
+
+
+def _run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None], since: float) -> Diagnosed:
     names = tendons_of(runs)
     if len(names) < 2:
         return diagnose.run(runs, options, advance, since)
     shared = [r for r in runs if r.system == "sstl"]
-    # one limit on time for all tendons
-    since = time.monotonic() if since is None else since
     found: dict[str, Diagnosis] = {}
     failed: dict[str, SstlError] = {}
     for name in names:

@@ -46,11 +46,11 @@ def remembered() -> Iterator[None]:
     made: dict[tuple[bytes, str], Any] = {}
     real = diagnose_tendons.run
 
-    def run(runs: list[Run], options: DiagnoseOptions) -> Any:
+    def run(runs: list[Run], options: DiagnoseOptions, earlier: None = None) -> Any:
         samples = pd.util.hash_pandas_object(sstl.Log(tuple(runs)).frame())
         key = (samples.to_numpy().tobytes(), repr(options))
         if key not in made:
-            made[key] = real(runs, options)
+            made[key] = real(runs, options, earlier=earlier)
         return made[key]
 
     with pytest.MonkeyPatch.context() as patch:
