@@ -21,28 +21,42 @@ from sstl_cli.core.kept import fonts_beside as _fonts
 
 if TYPE_CHECKING:
     from sstl_cli.api.catalogue import effects
-    from sstl_cli.api.control import compensate
+    from sstl_cli.api.control import Biases, ControllerOptions, compensate
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
-    from sstl_cli.api.log import Log, read, simulate
-    from sstl_cli.api.mapping import Mapping, train
-    from sstl_cli.api.recordings import import_
+    from sstl_cli.api.log import Log, Scenario, read, simulate
+    from sstl_cli.api.mapping import Mapping, relate, train
+    from sstl_cli.api.planning import PlanDocument, StagesDocument, plan, stages
+    from sstl_cli.api.recordings import Guess, guess, import_
     from sstl_cli.core.errors import SstlError
 
 __version__ = "0.2.0"
 
-__all__ = ["Diagnosis", "Log", "Mapping", "SstlError", "compensate", "diagnose", "effects", "import_", "read", "simulate", "train"]
+__all__ = [
+    "Biases", "ControllerOptions", "Diagnosis", "Guess", "Log", "Mapping", "PlanDocument", "Scenario", "SstlError", "StagesDocument",
+    "compensate", "diagnose", "effects", "guess", "import_", "plan", "read", "relate", "simulate", "stages", "train",
+]  # fmt: skip
 
 _HOMES = {
+    "Biases": "sstl_cli.api.control",
+    "ControllerOptions": "sstl_cli.api.control",
     "compensate": "sstl_cli.api.control",
     "effects": "sstl_cli.api.catalogue",
+    "Guess": "sstl_cli.api.recordings",
+    "guess": "sstl_cli.api.recordings",
     "import_": "sstl_cli.api.recordings",
     "Diagnosis": "sstl_cli.api.diagnosis",
     "diagnose": "sstl_cli.api.diagnosis",
     "Log": "sstl_cli.api.log",
+    "Scenario": "sstl_cli.api.log",
     "read": "sstl_cli.api.log",
     "simulate": "sstl_cli.api.log",
     "Mapping": "sstl_cli.api.mapping",
+    "relate": "sstl_cli.api.mapping",
     "train": "sstl_cli.api.mapping",
+    "PlanDocument": "sstl_cli.api.planning",
+    "StagesDocument": "sstl_cli.api.planning",
+    "plan": "sstl_cli.api.planning",
+    "stages": "sstl_cli.api.planning",
     "SstlError": "sstl_cli.core.errors",
 }
 

@@ -2,51 +2,97 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping as Named
 from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
 
 import pandas as pd
+import pyarrow as pa
 
+from sstl_cli.api.log import Log
 from sstl_cli.api.mapping import Mapping, table_of
-from sstl_cli.control.controller import METHODS, Options
-from sstl_cli.control.references import NAMES
+from sstl_cli.control import parameters, reference_file
+from sstl_cli.control.controller import METHODS
+from sstl_cli.control.controller import Options as ControllerOptions
+from sstl_cli.control.plant import TensionLoop
+from sstl_cli.control.references import NAMES, Reference
 from sstl_cli.control.scoring import MAPE_FLOOR_N
 from sstl_cli.core.errors import SstlError, nearest
-from sstl_cli.physics.scenario import Scenario
+from sstl_cli.core.files import read_json
+from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.steps import compensate as compensating
+from sstl_cli.steps import compensate_model as modelled
 from sstl_cli.steps import compensate_setup as setup
+from sstl_cli.steps.compensate import Case
+from sstl_cli.steps.compensate_setup import Biases
+
+__all__ = ["Biases", "ControllerOptions", "compensate"]
+
+References = Sequence[str | PathLike[str]] | Named[str, pd.DataFrame]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Source:
+    """What drives the controller: configurations, why others are set aside, options that are stored, a simulator."""
+
+    cases: list[Case]
+    aside: dict[str, str]
+    options: ControllerOptions
+    model: Scenario | None = None
 
 
 def compensate(
-    theta: pd.DataFrame,
+    theta: pd.DataFrame | Scenario | str | PathLike[str],
     mapping: Mapping | None = None,
     *,
-    references: Sequence[str] = ("sinusoid",),
+    references: References = ("sinusoid",),
     methods: Sequence[str] | None = None,
-    plant: Scenario | None = None,
+    plant: pd.DataFrame | Scenario | None = None,
     cycles: int = 2,
     mape_floor_n: float = MAPE_FLOOR_N,
     seed: int = 0,
+    options: ControllerOptions | None = None,
+    biases: Biases | pd.DataFrame | None = None,
+    loop_tau_s: float | None = None,
+    recorded: Log | None = None,
+    config_id: str | None = None,
+    commands: bool = False,
 ) -> pd.DataFrame:
     """Return how well each configuration tracks references, as ``sstl compensate --scores`` writes it.
 
     Parameters
     ----------
-    theta : DataFrame
-        Theta table, as ``log.segment()`` returns it; its ``act`` rows are the plants unless another is given.
+    theta : DataFrame, Scenario or path
+        Theta table, as ``log.segment()`` returns it; its ``act`` rows are the plants unless another is given. Or a simulator, such
+        as the model of a diagnosis or its TOML file, for lines and plant; or the parameter file (JSON) of ``sstl export``.
     mapping : Mapping, optional
         Predicts the actuation slopes from the sensing loop, for the methods ``proposed`` and ``no-bias``.
-    references : sequence of str
-        Some of sinusoid, random and trapezoid.
+    references : sequence of str or path, or mapping of name to DataFrame
+        Some of sinusoid, random and trapezoid, files, or tables; files and tables have the columns ``time_s`` and ``tension_ref_n``.
     methods : sequence of str, optional
         Some of none, no-bias, proposed and DI; by default those that are possible.
-    plant : Scenario, optional
-        A simulator as the plant, such as the model of a diagnosis.
+    plant : DataFrame or Scenario, optional
+        The Theta table of the plants, or a simulator as the plant, such as the model of a diagnosis.
     cycles : int
         Cycles of the sinusoid and the trapezoid.
     mape_floor_n : float
         References below this (N) are left out of MAPE.
     seed : int
         Seed of the random reference.
+    options : ControllerOptions, optional
+        How the controller acts: period, bounds, lead, reversals; by default as a parameter file says, else Algorithm 1.
+    biases : Biases or DataFrame, optional
+        Biases that go with the slopes of a mapping, or a Theta table with them; by default those it was trained on.
+    loop_tau_s : float, optional
+        Lag of the plant's tension loop in s.
+    recorded : Log, optional
+        Its measured input drives the controller, along the references that it holds.
+    config_id : str, optional
+        The only configuration.
+    commands : bool
+        Return the command streams instead, one row a period, as ``sstl compensate --out`` writes them.
 
     Raises
     ------
@@ -60,18 +106,56 @@ def compensate(
     >>> sorted(scores["method"].unique())
     ['DI', 'none']
     """
-    for what, given, known, code in (("reference", references, NAMES, "E407"), ("method", methods or (), METHODS, "E404")):
-        for name in given:
-            if name not in known:
-                raise SstlError(f"no {what} '{name}' ({nearest(name, known)})", code=code)
-    cases, aside = compensating.cases_of(table_of(theta))
-    truth = cases
-    if mapping is not None:
-        cases, unmapped = setup.mapped_cases(cases, mapping.model, setup.Biases())
-        aside.update(unmapped)
-    plan = setup.plan(cases, aside, methods or METHODS, methods is not None, setup.plants(truth, plant), "DataFrame")
-    options = Options()
-    wanted = setup.references_of(references, {}, options.dt_s, cycles, seed)
-    done = compensating.run(plan.cases, wanted, plan.plant_of, plan.methods, options, seed, mape_floor_n)
-    frame: pd.DataFrame = compensating.score_table([row for result in done for row in compensating.score_rows(result)]).to_pandas()
+    for name in methods or ():
+        if name not in METHODS:
+            raise SstlError(f"no method '{name}' ({nearest(name, METHODS)})", code="E404")
+    source = _source(theta)
+    used = source.options if options is None else options
+    known = _biases(biases)
+    where = str(theta) if isinstance(theta, str | PathLike) else type(theta).__name__
+    cases, aside = setup.chosen(source.cases, source.aside, None if mapping is None else mapping.model, known, config_id, where)
+    truth = compensating.cases_of(table_of(plant))[0] if isinstance(plant, pd.DataFrame) else cases
+    simulated = plant if isinstance(plant, Scenario) else source.model if plant is None else None
+    loop = TensionLoop(loop_tau_s) if loop_tau_s is not None else None
+    plan = setup.plan(cases, aside, methods or METHODS, methods is not None, setup.plants(truth, simulated, loop), where)
+    if recorded is not None:
+        done = compensating.run_recorded(plan.cases, recorded.runs, plan.methods, used, mape_floor_n, plan.plant_of)
+    else:
+        names, loaded = _references(references, used.dt_s)
+        wanted = setup.references_of(names, loaded, used.dt_s, cycles, seed)
+        done = compensating.run(plan.cases, wanted, plan.plant_of, plan.methods, used, seed, mape_floor_n)
+    if commands:
+        table = pa.concat_tables([compensating.command_table(result) for result in done])
+    else:
+        table = compensating.score_table([row for result in done for row in compensating.score_rows(result)])
+    frame: pd.DataFrame = table.to_pandas()
     return frame
+
+
+def _source(theta: pd.DataFrame | Scenario | str | PathLike[str]) -> _Source:
+    """Return the lines of a Theta table, of a simulator or of a parameter file."""
+    if isinstance(theta, pd.DataFrame):
+        return _Source(*compensating.cases_of(table_of(theta)), ControllerOptions())
+    if not isinstance(theta, Scenario) and Path(theta).suffix == ".json":
+        stored = parameters.read(read_json(Path(theta), parameters.SCHEMA), str(theta))
+        return _Source(setup.stored_cases(stored.configurations), {}, stored.options)
+    model = theta if isinstance(theta, Scenario) else load(str(theta))
+    return _Source(*modelled.cases_of(model), ControllerOptions(), model)
+
+
+def _biases(given: Biases | pd.DataFrame | None) -> Biases:
+    if isinstance(given, pd.DataFrame):
+        return Biases(known=compensating.mean_biases(compensating.cases_of(table_of(given))[0]))
+    return given or Biases()
+
+
+def _references(given: References, dt_s: float) -> tuple[list[str], dict[str, Reference]]:
+    """Return the references by name, and those of them that are files or tables."""
+    if isinstance(given, Named):
+        tables = {name: reference_file.of_frame(name, frame, dt_s) for name, frame in given.items()}
+        return list(tables), tables
+    names = [str(name) for name in given]
+    for name in names:
+        if name not in NAMES and not Path(name).exists():
+            raise SstlError(f"'{name}' is neither a reference ({nearest(name, NAMES)}) nor a file", code="E407")
+    return names, {n: reference_file.read(Path(n), dt_s) for n in names if n not in NAMES}

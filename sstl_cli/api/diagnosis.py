@@ -19,6 +19,7 @@ from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
 from sstl_cli.core.files import dumps, write_text
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.physics.scenario_file import dump
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import read
@@ -54,6 +55,7 @@ class Diagnosis:
     document: DiagnosisDocument
     accepted: Scenario
     _known: Callable[[], Scenario] | None = field(default=None, repr=False)
+    _remark: str = field(default="", repr=False)
 
     @property
     def verdict(self) -> Verdict:
@@ -121,6 +123,10 @@ class Diagnosis:
         ``sstl.simulate`` and ``sstl.diagnose(log, sim=...)`` take it; ``accepted`` is the simulator alone.
         """
         return self.accepted if self._known is None else self._known()
+
+    def save_model(self, path: str | PathLike[str], force: bool = False) -> None:
+        """Write that simulator as a scenario TOML, as ``--save-sim`` does, whole or not at all."""
+        write_text(Path(path), dump(self.model(), self._remark), force)
 
     def proposed(self) -> Scenario | None:
         """Return the recording to make next as a scenario, as ``--next-out NAME.toml`` writes it; None where none is proposed."""
@@ -235,4 +241,4 @@ def diagnose(
     inputs = {name: digest for known in (*read, inputs_of(files)) for name, digest in known.items()}
     # as JSON holds it: what is no number is null there
     document = DiagnosisDocument.model_validate_json(dumps(result.body.model_copy(update={"inputs": inputs}).plain()))
-    return Diagnosis(log, document, result.bare(), result.model)
+    return Diagnosis(log, document, result.bare(), result.model, "" if result.given.trajectories else diagnose_movements.SAID)

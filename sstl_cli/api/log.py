@@ -25,6 +25,8 @@ from sstl_cli.steps import segment as segmenting
 from sstl_cli.steps import simulate as simulating
 from sstl_cli.steps.check_table import Entry
 
+__all__ = ["Log", "Scenario", "read", "simulate"]
+
 SHOWN = 20
 
 

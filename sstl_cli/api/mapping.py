@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
 
@@ -73,6 +73,11 @@ class Mapping:
         frame: pd.DataFrame = evaluating.evaluation_table(found, self.model.header.seeds).to_pandas()
         return frame
 
+    def predictions(self, theta: pd.DataFrame, everything: bool = False) -> pd.DataFrame:
+        """Return true and predicted slopes of every judged pair and variant, as ``sstl evaluate --predictions`` writes them."""
+        frame: pd.DataFrame = evaluating.predictions_table(evaluating.run(self.model, table_of(theta), everything, "DataFrame")).to_pandas()
+        return frame
+
     def save(self, path: str | PathLike[str], force: bool = False) -> None:
         """Write the mapping as safetensors, whole or not at all."""
         save_model(Path(path), self.model, force)
@@ -122,10 +127,50 @@ def train(
     ------
     SstlError
         With too few pairs, or an unknown variant or location.
+
+    Examples
+    --------
+    >>> from sstl_cli.api.log import simulate
+    >>> theta = simulate("sample-40", seed=1).segment()
+    >>> train(theta, variants="linear", seeds=2)
+    Mapping(linear of 1 variants, 2 seeds)
     """
     config = training.Config(chosen(variants, weight_inv), seeds, seed, epochs, test_share, per_seed_split, leave_out, tendons)
     found = training.run(table_of(theta), config, where="DataFrame")
     return Mapping(found.model, found.history.to_pandas())
+
+
+def relate(theta: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return how the slopes of both systems relate (Tables I and II), as ``sstl evaluate --tables`` tells it.
+
+    Parameters
+    ----------
+    theta : DataFrame
+        Theta table with ``act`` and ``sstl`` rows, as ``log.segment()`` returns it.
+
+    Returns
+    -------
+    correlation : DataFrame
+        A row a direction: Gamma_sstl against the square of Gamma_act, dimensionless.
+    slopes : DataFrame
+        A row a system and quantity: mean, standard deviation and range.
+
+    Raises
+    ------
+    SstlError
+        If no configuration has both systems.
+
+    Examples
+    --------
+    >>> from sstl_cli.api.log import simulate
+    >>> correlation, slopes = relate(simulate("sample", seed=1).segment())
+    >>> correlation["direction"].tolist(), slopes["system"].unique().tolist()
+    (['pull', 'release'], ['act', 'sstl'])
+    """
+    found = evaluating.run_tables(table_of(theta), "DataFrame").relations
+    correlation = [{"direction": name, **asdict(row)} for name, row in found.correlation.items()]
+    slopes = [{"system": system, "quantity": name, **asdict(row)} for system, rows in found.slopes.items() for name, row in rows.items()]
+    return pd.DataFrame(correlation), pd.DataFrame(slopes)
 
 
 def table_of(theta: pd.DataFrame) -> pa.Table:

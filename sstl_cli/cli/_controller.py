@@ -101,6 +101,7 @@ def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | 
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
     from sstl_cli.steps import compensate as step
+    from sstl_cli.steps import compensate_setup as setup
 
     if model is None:
         refuse("a call without --model", OF_BIASES, "give the mapping, or leave it out: identified lines have biases of their own")
@@ -111,48 +112,14 @@ def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | 
 
         cases, aside = cases_of(load(str(path)))
     elif path.suffix == ".json":
-        entries = parameters.read(read_json(path, parameters.SCHEMA), str(path)).configurations
-        # lines that came from a mapping are still driven as such, not as identified ones
-        cases = [
-            step.Case(e.config_id, mapped=e.lines(), made_for=e.method)
-            if e.method == "proposed"
-            else step.Case(e.config_id, act=e.lines(), made_for=e.method)
-            for e in entries
-        ]
+        cases = setup.stored_cases(parameters.read(read_json(path, parameters.SCHEMA), str(path)).configurations)
     else:
         cases, aside = step.cases_of(open_table(path, THETA).table())
-    return _chosen(path, cases, aside, model, biases, config_id)
-
-
-def _chosen(
-    path: Path, cases: list[Case], aside: dict[str, str], model: Path | None, biases: Biases, config_id: str | None
-) -> tuple[list[Case], dict[str, str]]:
-    """Return configurations as they were read, mapped where a model is given; the one that was asked for, or all."""
-    from sstl_cli.control import parameters
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.parquet import open_table
-    from sstl_cli.core.tables import THETA
-    from sstl_cli.steps import compensate as step
-
-    if not cases:
-        reasons = "; ".join(sorted(set(aside.values()))[:3])
-        raise SstlError(
-            "no usable configuration" + (f" ({reasons})" if reasons else ""), where=str(path), fix="see sstl check", code="E405"
-        )
-    if model is not None:
+    mapping, known = None, None
+    if model is not None and cases:
         from sstl_cli.mapping import load_model
-        from sstl_cli.steps import compensate_setup as setup
 
+        mapping = load_model(model)
         # biases are pre-calibrated: those of the training data, unless the user gives others
         known = step.mean_biases(step.cases_of(open_table(biases.bias_theta, THETA).table())[0]) if biases.bias_theta else None
-        cases, unmapped = setup.mapped_cases(cases, load_model(model), setup.Biases(biases.beta_p, biases.beta_r, known))
-        aside.update(unmapped)
-    if config_id is not None:
-        # a run that was set aside stands behind its configuration in brackets
-        aside = {name: why for name, why in aside.items() if name == config_id or name.startswith(f"{config_id} (")}
-        names = [c.config_id for c in cases]
-        if aside and config_id not in names:
-            reasons = "; ".join(sorted(set(aside.values()))[:3])
-            raise SstlError(f"configuration '{config_id}' was set aside ({reasons})", where=str(path), fix="see sstl check", code="E405")
-        cases = [cases[parameters.index_of(names, config_id)]]
-    return cases, aside
+    return setup.chosen(cases, aside, mapping, setup.Biases(biases.beta_p, biases.beta_r, known), config_id, str(path))

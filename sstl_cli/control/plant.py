@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.control import law
 from sstl_cli.control.controller import Controller, Theta, loop_gain
+from sstl_cli.core.errors import SstlError
 
 Array = NDArray[np.float64]
 #: output tension (N) of a tendon for an input tension (N) sampled at a period (s)
@@ -25,12 +26,22 @@ PRE_PULL = 500
 
 @dataclass(frozen=True)
 class TensionLoop:
-    """The loop that makes the input tension follow its command: first-order lag, slew limit, dead time."""
+    """The loop that makes the input tension follow its command: first-order lag, slew limit, dead time.
+
+    Raises
+    ------
+    SstlError
+        If the lag is no time.
+    """
 
     tau_s: float = 0.0
     slew_n_s: float = float("inf")
     delay_s: float = 0.0
     noise_n: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.tau_s >= 0.0:
+            raise SstlError(f"a lag of {self.tau_s:g} s is no time", where="tension loop", fix="give 0 or more", code="E403")
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from sstl_cli.control import references
+from sstl_cli.control.parameters import Entry, index_of
 from sstl_cli.control.plant import Plant, PlayTendon, TensionLoop
 from sstl_cli.control.references import Reference
 from sstl_cli.control.sim_plant import plant_of
@@ -59,6 +60,54 @@ def mapped_cases(cases: Sequence[Case], mapping: MappingModel, biases: Biases) -
             done[i] = case
         aside.update(missing)
     return done, aside
+
+
+def stored_cases(entries: Sequence[Entry]) -> list[Case]:
+    """Return the configurations of a parameter file; lines that came from a mapping are still driven as such, not as identified ones."""
+    return [
+        Case(e.config_id, mapped=e.lines(), made_for=e.method)
+        if e.method == "proposed"
+        else Case(e.config_id, act=e.lines(), made_for=e.method)
+        for e in entries
+    ]
+
+
+def chosen(
+    cases: list[Case], aside: dict[str, str], mapping: MappingModel | None, biases: Biases, config_id: str | None = None, where: str = ""
+) -> tuple[list[Case], dict[str, str]]:
+    """Return the configurations that are driven, mapped where a mapping is given, and why others are set aside.
+
+    Parameters
+    ----------
+    cases, aside
+        As they were read.
+    config_id : str, optional
+        The only one that is asked for.
+
+    Raises
+    ------
+    SstlError
+        If none is usable, or the one that is asked for is unknown or set aside.
+    """
+    if not cases:
+        reasons = _reasons(aside)
+        raise SstlError("no usable configuration" + (f" ({reasons})" if reasons else ""), where=where, fix="see sstl check", code="E405")
+    if mapping is not None:
+        cases, unmapped = mapped_cases(cases, mapping, biases)
+        aside = {**aside, **unmapped}
+    if config_id is not None:
+        # a run that was set aside stands behind its configuration in brackets
+        aside = {name: why for name, why in aside.items() if name == config_id or name.startswith(f"{config_id} (")}
+        names = [c.config_id for c in cases]
+        if aside and config_id not in names:
+            what = f"configuration '{config_id}' was set aside ({_reasons(aside)})"
+            raise SstlError(what, where=where, fix="see sstl check", code="E405")
+        cases = [cases[index_of(names, config_id)]]
+    return cases, aside
+
+
+def _reasons(aside: Mapping[str, str]) -> str:
+    return "; ".join(sorted(set(aside.values()))[:3])
 
 
 def plants(truth: Sequence[Case], scenario: Scenario | None = None, loop: TensionLoop | None = None) -> PlantOf:
