@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import pyarrow as pa
@@ -24,6 +25,9 @@ from sstl_cli.steps import judge as judging
 from sstl_cli.steps import segment as segmenting
 from sstl_cli.steps import simulate as simulating
 from sstl_cli.steps.check_table import Entry
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Log", "Scenario", "read", "simulate"]
 
@@ -186,6 +190,21 @@ class Log:
             found += judging.findings(judging.run(("log", r) for r in self.runs))
         columns = ["level", "run_id", "column", "what", "count", "detail", "fix"]
         return pd.DataFrame([{c: getattr(f, c) for c in columns} for f in found], columns=columns)
+
+    def plot(self, kind: str | None = None, run_id: str | None = None) -> Figure:
+        """Return a figure of the runs, or of the one named: another ``kind`` of ``sstl plot`` than the usual one.
+
+        Raises
+        ------
+        SstlError
+            If there is no such figure or run, or a log holds nothing for it.
+        """
+        from sstl_cli.reporting import drawing
+        from sstl_cli.reporting.inputs import Inputs, view
+        from sstl_cli.steps.plot import run as choose
+
+        choice = choose(Inputs(log=[view(run) for run in self.runs], files=[("log", "Log", "")]), kind, run_id)
+        return drawing.drawn(choice.module, choice.data, choice.title)
 
     def write(self, path: str | PathLike[str], force: bool = False) -> None:
         """Write the log as Parquet, whole or not at all.
