@@ -38,6 +38,17 @@ def measured_once() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def declared() -> Iterator[None]:
+    """A document that the program shows while a test runs it has no field that its schema does not name."""
+    from sstl_cli.cli.render import Screen
+    from tests import told
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Screen, "document", told.guarded(Screen.document))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def drawn_once() -> Iterator[None]:
     """Many tests ask for a page of the same recording: its pictures are drawn once. Where no test has drawing loaded, nor does this."""
     drawing = sys.modules.get("sstl_cli.reporting.drawing")

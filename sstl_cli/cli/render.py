@@ -185,7 +185,7 @@ def show_error(error: SstlError) -> None:
     from sstl_cli.core.files import dumps
 
     with contextlib.suppress(OSError):
-        print(dumps(of(error).model_dump(by_alias=True), ascii_only=not takes_all_text(), one_line=True), flush=True)
+        print(dumps(of(error).plain(), ascii_only=not takes_all_text(), one_line=True), flush=True)
 
 
 def track(screen: Screen, label: str, items: Sequence[T]) -> Iterator[T]:

@@ -15,8 +15,10 @@ import jsonschema
 import numpy as np
 import pytest
 from program import inside
+from told import checked, closed
 
 from sstl_cli.cli import app as program
+from sstl_cli.cli.render import Screen
 from sstl_cli.control import parameters
 from sstl_cli.control.controller import Options, Theta
 from sstl_cli.core import documents
@@ -73,7 +75,7 @@ CALLS = [
     (("segment", "nope.parquet", "--out", "x.parquet"), ["error"]),
     (("watch", "nope-*.csv", "--once"), ["watch", "error"]),
 ]
-# minutes, or the part of other tests
+# minutes to hours: tests/blind/test_blind_documents.py
 ELSEWHERE = {"blind.run", "blind.score", "blind.limit", "blind.library", "blind.learn", "blind.real", "blind.inject"}
 
 
@@ -105,8 +107,7 @@ def test_every_document_validates(number: int, printed) -> None:
     names = {documents.short(d["schema"]) for d in found}
     assert names and names <= set(CALLS[number][1])
     for document in found:
-        schema = documents.get(document["schema"]).json_schema()
-        jsonschema.Draft202012Validator(schema).validate(document)
+        checked(document)
 
 
 def test_the_calls_show_every_document(printed) -> None:
@@ -130,6 +131,23 @@ def test_the_committed_schemas_are_those_of_the_models() -> None:
         sys.path.pop(0)
     committed = {p.name: p.read_text(encoding="utf-8") for p in (ROOT / "docs/schemas").glob("*.json")}
     assert committed == schemas.texts(), "run python tools/schemas.py"
+
+
+def test_a_field_that_is_not_declared_fails() -> None:
+    document = {"schema": "sstl.plot/1", "out": "a.png", "kind": "loop", "description": "a loop"}
+    assert checked(document) == document
+    with pytest.raises(jsonschema.ValidationError, match="'colour' was unexpected"):
+        checked({**document, "colour": "blue"})
+    row = {"run_id": "r", "samples": 1, "of": 2, "why": "w"}
+    assert checked({**document, "data_set_aside": [row]})
+    with pytest.raises(jsonschema.ValidationError, match="'reason': ''"):
+        checked({**document, "data_set_aside": [{**row, "reason": ""}]})
+    # wherever the program shows one while a test runs it, too
+    with pytest.raises(AssertionError, match=r"sstl\.plot/1 has fields that it does not declare: \.colour"):
+        Screen(True).document({**document, "colour": "blue"})
+    # what is published lets it pass: a later version may have added it
+    published = documents.get("plot").json_schema()
+    assert jsonschema.Draft202012Validator(published).is_valid({**document, "colour": "blue"}) and closed(published) != published
 
 
 def test_a_schema_refuses_what_is_no_such_document() -> None:

@@ -304,9 +304,10 @@ def test_json_keeps_stdout_for_the_document(capsys) -> None:
     screen.table("hidden", ("a",), [(1,)])
     screen.note("told\x1b")
     with pytest.raises(typer.Exit) as end:
-        screen.finish({"a": np.float64("nan"), "b": pa.scalar(1).as_py()}, 3)
+        known = {"schema": "sstl.evaluate/1", "set_aside": 0, "set_aside_runs": []}
+        screen.finish({**known, "rmse_total": np.float64("nan"), "rows": pa.scalar(1).as_py()}, 3)
     printed = capsys.readouterr()
-    assert end.value.exit_code == 3 and json.loads(printed.out) == {"a": None, "b": 1}
+    assert end.value.exit_code == 3 and json.loads(printed.out) == {**known, "rmse_total": None, "rows": 1}
     assert printed.err == "told\\x1b\n"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -19,8 +19,21 @@ class Part(BaseModel):
         return self.model_dump(by_alias=True, exclude_unset=True)
 
 
+class DataSetAside(Part):
+    """Samples of a run that no recorder can have measured."""
+
+    run_id: str
+    samples: int = Field(description="that are not used; 0 where the run was only split")
+    of: int = Field(description="samples of the run")
+    why: str
+
+
 class Document(Part):
     """A document with a schema id in its field ``schema``."""
+
+    data_set_aside: list[DataSetAside] | None = Field(
+        default=None, description="what the reading of logs set aside, where it did; the exit code is 3 then"
+    )
 
     @classmethod
     def schema_name(cls) -> str:

@@ -152,10 +152,18 @@ class EvaluateDocument(Document):
     rows: int
     set_aside: int
     set_aside_runs: list[AsideRow]
+    out: str | None = Field(default=None, description="table of the errors of every variant and seed, if one was written")
+    predictions: str | None = Field(default=None, description="table of true and predicted slopes, if one was written")
+    default: str | None = Field(default=None, description="the variant that is used where none is asked for; the errors here are its own")
+    pairs: int | None = Field(default=None, description="configurations that were judged, one a tendon")
+    seeds: list[int] | None = None
+    per_seed_split: bool | None = Field(default=None, description="whether every seed held out configurations of its own")
+    left_out: str | None = Field(default=None, description="the location that was held out instead of a share")
     rmse_gamma_p: float | None = None
     rmse_gamma_r: float | None = None
     rmse_total: float | None = None
     outside_range_pct: float | None = None
+    outside_range: list[str] | None = Field(default=None, description="configurations outside the trained range")
     variants: list[VariantScore] = []
     comparisons: list[ComparisonPart] = []
     table_i: dict[str, CorrelationPart] | None = Field(default=None, description="by direction (pull, release)")

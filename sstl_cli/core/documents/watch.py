@@ -24,6 +24,10 @@ class LoopDocument(Document):
     beta_p: float | None
     gamma_r: float | None
     beta_r: float | None
+    gamma_p_se: float | None = None
+    beta_p_se: float | None = None
+    gamma_r_se: float | None = None
+    beta_r_se: float | None = None
     status: str
     mapped: dict[str, float] | None
     range: str | None
@@ -69,3 +73,5 @@ class WatchDocument(Document):
     breaks: int
     alarms: list[AlarmDocument]
     set_aside: dict[str, int]
+    not_armed: dict[str, int] | None = Field(default=None, description="loops so far of the streams that are still learning")
+    learn: int | None = Field(default=None, description="loops that a stream learns from")
