@@ -23,7 +23,8 @@ PAGE = ROOT / "docs" / "reference.md"
 HEAD = """# Reference: JSON documents, scenario files, configuration files
 
 Written by `python tools/reference_doc.py` from the program itself; `sstl schema NAME` prints the same as a JSON Schema.
-Fields are added, never renamed. `[]` stands for each entry of a list, `*` for any name.
+Fields are added, never renamed. `[]` stands for each entry of a list, `*` for any name. Beside its own fields every document may hold:
+
 """
 SCENARIO = """## Scenario TOML
 
@@ -55,9 +56,10 @@ exclude = "acquisition_faults,quantisation"
 def page() -> str:
     """Return the whole page."""
     from sstl_cli.core.documents import catalogue
+    from sstl_cli.core.documents.base import Document
     from sstl_cli.physics.scenario import Scenario, builtin_names
 
-    parts = [HEAD, "## JSON documents\n"]
+    parts = [HEAD + _table(Document), "## JSON documents\n"]
     for model in catalogue().values():
         doc = (model.__doc__ or "").strip().splitlines()[0]
         parts.append(f"### {model.schema_name()}\n\n{doc}\n\n{_table(model)}")
@@ -73,8 +75,14 @@ def _table(model: type[BaseModel]) -> str:
 
 
 def _fields(model: type[BaseModel], prefix: str) -> list[tuple[str, str, str]]:
+    from sstl_cli.core.documents.base import Document
+
+    # what all documents may hold is said once
+    shared = Document.model_fields if issubclass(model, Document) and model is not Document else {}
     found: list[tuple[str, str, str]] = []
     for name, field in model.model_fields.items():
+        if name in shared:
+            continue
         path = prefix + (field.alias or name)
         inner, mark = _inner(field.annotation)
         found.append((path, _kind(field.annotation), _meaning(field, inner) or _usual(path)))
