@@ -136,20 +136,26 @@ def plan_of(files: list[Recording], mapping: MappingFile, labels: dict[str, str 
             from_columns[label] = find.channel(source, label)[1].name
         elif label not in labels and label not in mapping.constants and find.has(label):
             from_columns[label] = find.channel(Source(column=label), label)[1].name
+    constants = _constants(mapping, labels, from_columns, find.where)
+    return Plan(tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units)
+
+
+def _constants(mapping: MappingFile, labels: dict[str, str | float], from_columns: Mapping[str, str], where: str) -> dict[str, str | float]:
+    """Return the labels that are the same for the whole recording, checked; what a column says goes before them."""
     constants = {**labels, **{k: fill(v, labels) for k, v in mapping.constants.items()}}
     constants = {k: v for k, v in constants.items() if k in LABELS and k not in from_columns}
     if "system" not in constants and "system" not in from_columns:
         raise SstlError(
             "nothing says whether the recording is 'act' (single pass) or 'sstl' (double pass)",
-            where=find.where,
+            where=where,
             fix='give [constants] system = "act", or --map system=act',
             code="E334",
         )
     if constants.get("system", "act") not in ("act", "sstl"):
-        raise SstlError(f"system is '{constants['system']}'", where=find.where, fix="it must be 'act' or 'sstl'", code="E334")
+        raise SstlError(f"system is '{constants['system']}'", where=where, fix="it must be 'act' or 'sstl'", code="E334")
     if "lead_mm" in constants:
-        constants["lead_mm"] = lead_of(constants["lead_mm"], find.where)
-    return Plan(tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units)
+        constants["lead_mm"] = lead_of(constants["lead_mm"], where)
+    return constants
 
 
 def fill(value: str | float, names: dict[str, str | float]) -> str | float:
