@@ -75,12 +75,13 @@ def test_segment_remarks_on_what_check_remarks_on(tmp_path: Path) -> None:
     assert len(checked) == 2 and segmented == checked
 
 
-def test_diagnose_sets_the_same_runs_aside(wrong: tuple[sstl.Log, Path]) -> None:
+@pytest.mark.parametrize(
+    ("physics", "words", "code"), [(True, (), 3), pytest.param(False, ("--no-physics",), 0, marks=pytest.mark.slow, id="no physics")]
+)
+def test_diagnose_sets_the_same_runs_aside(wrong: tuple[sstl.Log, Path], physics: bool, words: tuple[str, ...], code: int) -> None:
     log, folder = wrong
-    few = ("--effects", "zero_offset", "--max-effects", 1)
-    for physics, words, code in ((True, (), 3), (False, ("--no-physics",), 0)):
-        done = inside("diagnose", folder / "log.parquet", *few, *words, "--json")
-        found = sstl.diagnose(log, effects=["zero_offset"], max_effects=1, physics=physics).to_dict()
-        told = json.loads(done.stdout)
-        assert done.returncode == code and (BAD in told["analysis"]["set_aside"]) == physics
-        assert found["verdict"] == told["verdict"] and found["analysis"] == told["analysis"] and found["remarks"] == told["remarks"]
+    done = inside("diagnose", folder / "log.parquet", "--effects", "zero_offset", "--max-effects", 1, *words, "--json")
+    found = sstl.diagnose(log, effects=["zero_offset"], max_effects=1, physics=physics).to_dict()
+    told = json.loads(done.stdout)
+    assert done.returncode == code and (BAD in told["analysis"]["set_aside"]) == physics
+    assert found["verdict"] == told["verdict"] and found["analysis"] == told["analysis"] and found["remarks"] == told["remarks"]
