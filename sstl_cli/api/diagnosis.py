@@ -134,8 +134,10 @@ class Diagnosis:
 
     def proposed_tensions(self) -> pd.DataFrame | None:
         """Return the tensions to drive in it, as ``--next-out NAME.csv`` writes them: ``system``, ``time_s``, ``tension_in_n``."""
-        text = diagnose_movements.tensions(self.document.next_experiment)
-        return None if text is None else pd.read_csv(io.StringIO(text))
+        experiment, movement = self.document.next_experiment, self.proposed()
+        if experiment is None or movement is None:
+            return None
+        return pd.read_csv(io.StringIO(diagnose_movements.tensions(movement, experiment)))
 
     def __repr__(self) -> str:
         named = " + ".join(self.verdict.effects)

@@ -16,6 +16,7 @@ from sstl_cli.blind.targets import targets
 from sstl_cli.core.documents.blind import (
     AgainstLimit,
     BlindScoreDocument,
+    CalibrationRow,
     CaseLine,
     Confusion,
     DistanceRow,
@@ -59,11 +60,11 @@ class Set:
 def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDocument:
     """Return the score of a set, before any gate."""
     cases = sorted(cases, key=lambda c: c.case)
-    bins, ece = reliability(cases)
     shrunk = [(c.case, c.predicted_pct, c.realised_pct) for c in cases if c.predicted_pct is not None and c.realised_pct is not None]
-    measured = scores(cases)
+    stated = calibrated("all", cases)
+    measured = scores(cases, stated)
     calibration = [
-        calibrated("all", cases),
+        stated,
         calibrated("something missing", [c for c in cases if c.kind != "none"]),
         calibrated("nothing missing", of(cases, "none")),
     ]
@@ -76,8 +77,8 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
         by_strength=[*(_row(cases, s) for s in STRENGTHS), _nothing(cases)],
         by_effect=by_effect(cases),
         baselines=baselines(cases),
-        reliability=bins,
-        ece=ece,
+        reliability=reliability(cases)[0],
+        ece=stated.ece,
         group=group(cases),
         shrink=[ShrunkCase(case=c, predicted_pct=p, realised_pct=r) for c, p, r in shrunk],
         shrink_mean_difference_pct=_mean(abs(p - r) for _, p, r in shrunk),
@@ -88,7 +89,7 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
         seconds=_seconds(cases),
         verdicts=[_line(c) for c in cases],
         scores=measured,
-        targets=targets(measured, calibration[0], sides.against_limit),
+        targets=targets(measured, stated, sides.against_limit),
         by_simulator=sides.by_simulator,
         decidable=sides.decidable,
         by_d2=sides.by_d2,
@@ -102,9 +103,9 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
     )
 
 
-def scores(cases: Sequence[Judged]) -> Scores:
-    """Return every rate of a set of cases with its Wilson interval; None where no case bears on it."""
-    single, stated = of(cases, "single"), calibrated("all", cases)
+def scores(cases: Sequence[Judged], stated: CalibrationRow) -> Scores:
+    """Return every rate of a set of cases with its Wilson interval, and their calibration; None where no case bears on it."""
+    single = of(cases, "single")
     return Scores(
         false_alarm=share(c.status != "none" for c in of(cases, "none")),
         isolation=share(c.exact for c in single if c.band in STRENGTHS[1:]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence, Set
 from statistics import median
 
+from sstl_cli.blind.calibration import calibrated
 from sstl_cli.blind.judge import NAMED, Judged, of, share
 from sstl_cli.blind.score import Sides, scores
 from sstl_cli.blind.strength import STRENGTHS
@@ -86,4 +87,6 @@ def _row(name: str, cases: Sequence[Judged]) -> SimulatorRow:
     single = of(cases, "single")
     by_strength = {f"{s:g}": share(c.exact for c in single if c.band == s) for s in STRENGTHS}
     in_group = {f"{s:g}": share(c.status in NAMED and c.covered for c in single if c.band == s) for s in STRENGTHS}
-    return SimulatorRow(simulator=name, cases=len(cases), scores=scores(cases), isolation=by_strength, in_group=in_group)
+    return SimulatorRow(
+        simulator=name, cases=len(cases), scores=scores(cases, calibrated(ALL, cases)), isolation=by_strength, in_group=in_group
+    )

@@ -159,10 +159,11 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
         with screen.progress("saving the model"):
             accepted = result.model()
         write_text(asked.save_sim, dump(accepted, "" if result.given.trajectories else movements.SAID), asked.force)
-    proposed = movements.proposed(document.next_experiment)
-    if asked.next_out is not None and proposed is not None:
-        text = movements.tensions(document.next_experiment) if asked.next_out.suffix.lower() == ".csv" else dump(proposed)
-        write_text(asked.next_out, text or "", asked.force)
+    experiment = document.next_experiment
+    proposed = movements.proposed(experiment)
+    if asked.next_out is not None and experiment is not None and proposed is not None:
+        text = movements.tensions(proposed, experiment) if asked.next_out.suffix.lower() == ".csv" else dump(proposed)
+        write_text(asked.next_out, text, asked.force)
     show.diagnosis(screen, document)
     if asked.next_out is not None and proposed is None:
         screen.note(_not_proposed(asked.next_out, document.verdict.status))

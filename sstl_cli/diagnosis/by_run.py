@@ -108,9 +108,11 @@ def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
     said = _parted(sim, base, kind, own, base.residual)
     if said is None:
         return None
-    at = replace(base, prediction=base.prediction + _moved(sim, base, own, said), residual=base.residual - _moved(sim, base, own, said))
     if kind is FRICTION and said.gain - systematic(said.told) > DECIDES_NATS:
         at, said = _each_simulated(found, base, said)
+    else:
+        moved = base.jacobian[:, 0] * said.shift[sim.config] + own * said.part[sim.run]
+        at = replace(base, prediction=base.prediction + moved, residual=base.residual - moved)
     f = replace(
         at,
         hypothesis=base.hypothesis.joined(scatter(kind)),
@@ -121,11 +123,6 @@ def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
     )
     scattered = said.gain - systematic(said.told)
     return Weighed(f, on.gain + said.gain, on.evidence + scattered - strengths_charge(1, 2.0 * max(scattered, 0.0)))
-
-
-def _moved(sim: Simulator, base: Fit, own: Array, said: _Parted) -> Array:
-    """Return what theta and the runs' own move the output of a model by (N), to first order."""
-    return np.asarray(base.jacobian[:, 0] * said.shift[sim.config] + own * said.part[sim.run])
 
 
 def _parted(sim: Simulator, at: Fit, kind: Free, own: Array, residual: Array) -> _Parted | None:
@@ -153,23 +150,27 @@ def _each_simulated(found: Search, base: Fit, said: _Parted) -> tuple[Fit, _Part
 
     Gauss-Newton steps from where the linear answer leads; the likeliest of them.
     """
-    alone, best = each_alone(found.sim), None
-    place = said.told.place
-    for _ in range(EACH_ROUNDS):
-        theta = np.clip(base.theta[place] * (1.0 + said.part) + said.shift[place], THETA_LOW, THETA_HIGH)
-        at = fit(alone, base.whiten, base.hypothesis, theta, base.values, 0)
-        at = settle(alone, found.noise, replace(at, discrepancy=base.discrepancy), 0)
-        differ = 0.5 * float(np.sum((said.part / said.spread) ** 2))
-        gain = base.cost - at.cost - differ + charged(said.spread, said.told)
-        if best is None or gain > best[1].gain:
-            best = at, replace(said, gain=gain)
-        linear = at.residual + at.jacobian[:, 0] * (theta - base.theta[place])[found.sim.run]
+    alone, place = each_alone(found.sim), said.told.place
+    here = best = _simulated(found, alone, base, said)
+    for _ in range(EACH_ROUNDS - 1):
+        at = here[0]
+        linear = at.residual + at.jacobian[:, 0] * (at.theta - base.theta[place])[found.sim.run]
         again = _parted(found.sim, at, FRICTION, column(found.sim, replace(at, theta=base.theta), FRICTION), linear)
         if again is None:
             break
-        said = again
-    assert best is not None
+        here = _simulated(found, alone, base, again)
+        best = max(best, here, key=lambda x: x[1].gain)
     return best
+
+
+def _simulated(found: Search, alone: Simulator, base: Fit, said: _Parted) -> tuple[Fit, _Parted]:
+    """Return a model where each run has the friction that is said of it, and the same with what that gains as simulated."""
+    place = said.told.place
+    theta = np.clip(base.theta[place] * (1.0 + said.part) + said.shift[place], THETA_LOW, THETA_HIGH)
+    at = fit(alone, base.whiten, base.hypothesis, theta, base.values, 0)
+    at = settle(alone, found.noise, replace(at, discrepancy=base.discrepancy), 0)
+    differ = 0.5 * float(np.sum((said.part / said.spread) ** 2))
+    return at, replace(said, gain=base.cost - at.cost - differ + charged(said.spread, said.told))
 
 
 def each_alone(sim: Simulator) -> Simulator:
@@ -187,11 +188,9 @@ def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
     The likelihood is restricted (Patterson and Thompson 1971): theta is integrated out, of which runs that differ tell less than they
     seem to. With theta at its best the spread would come out too small, by the root of 1 - bends / runs.
     """
-    kept = spread**2 / (1.0 + told.own * spread**2)
-    power = told.theta - told.both**2 * kept
+    kept = _kept(spread, told)
     score = told.theta_score - told.both * told.own_score * kept
-    left = np.maximum(np.bincount(told.place, power), np.finfo(float).tiny)
-    shift = np.bincount(told.place, score) / left
+    shift = np.bincount(told.place, score) / _left(kept, told)
     moved = shift[told.place]
     apart = told.own_score - told.both * moved
     part = apart * kept
@@ -201,10 +200,19 @@ def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:
 
 def charged(spread: float, told: Told) -> float:
     """Return what a spread costs (nats, below 0) beside what it explains: that runs may differ so, and that they tell less of theta."""
-    power = told.theta - told.both**2 * spread**2 / (1.0 + told.own * spread**2)
-    tiny = np.finfo(float).tiny
-    less_told = np.log(np.maximum(np.bincount(told.place, told.theta), tiny) / np.maximum(np.bincount(told.place, power), tiny))
+    known = np.maximum(np.bincount(told.place, told.theta), np.finfo(float).tiny)
+    less_told = np.log(known / _left(_kept(spread, told), told))
     return 0.5 * float(less_told.sum() - np.log1p(told.own * spread**2).sum())
+
+
+def _kept(spread: float, told: Told) -> Array:
+    """Return the variance of each run's own part that is left where it is told, shape (runs,)."""
+    return np.asarray(spread**2 / (1.0 + told.own * spread**2))
+
+
+def _left(kept: Array, told: Told) -> Array:
+    """Return what runs tell of theta beside parts of their own, shape (configurations,)."""
+    return np.maximum(np.bincount(told.place, told.theta - told.both**2 * kept), np.finfo(float).tiny)
 
 
 def systematic(told: Told) -> float:

@@ -49,10 +49,9 @@ def proposed(experiment: NextExperiment | None) -> Scenario | None:
     return None if experiment is None or experiment.scenario is None else Scenario.model_validate(experiment.scenario)
 
 
-def tensions(experiment: NextExperiment | None) -> str | None:
-    """Return the tensions to drive in a proposed recording as CSV, in its unit: ``system,time_s,tension_in_n``; None where none is proposed."""
-    movement = proposed(experiment)
-    return None if movement is None or experiment is None else table(movement, experiment.tension_factor or 1.0)
+def tensions(movement: Scenario, experiment: NextExperiment) -> str:
+    """Return the tensions to drive in the movement that an experiment proposes as CSV, in its unit: ``system,time_s,tension_in_n``."""
+    return table(movement, experiment.tension_factor or 1.0)
 
 
 def _range_n(problem: Problem, system: str) -> tuple[float, float]:

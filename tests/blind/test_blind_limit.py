@@ -16,8 +16,10 @@ from sstl_cli.blind.schedule import Entry, Job
 from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.observer import ideal
+from sstl_cli.core.observer import ODDS, ideal
+from sstl_cli.diagnosis.constants import DECIDABLE, DECIDES_NATS
 from sstl_cli.physics.effects import get
+from sstl_cli.reporting.figures import distance as figure
 from sstl_cli.steps import blind_limit
 from sstl_cli.steps.blind_make import draw_job
 
@@ -135,3 +137,8 @@ def test_predicted_and_simulated_error_rates_agree():
     wrong = sum(limit_simulation.known_input(case, draws))
     low, high = wilson(wrong, draws)
     assert low <= norm.cdf(-0.5 * sqrt(case.d2_known)) <= high and 1.0 < case.d2_known < 40.0
+
+
+def test_the_observer_and_the_figure_ask_for_what_the_diagnosis_asks_for():
+    assert pytest.approx(DECIDES_NATS) == ODDS
+    assert figure.DECIDABLE == DECIDABLE and ideal(DECIDABLE) > 0.95 > ideal(DECIDABLE - 1.0)

@@ -14,7 +14,7 @@ from sstl_cli.reporting.scored import Scored
 
 NEEDS = ("blind",)
 RATES = {"isolation": ("named exactly", palette.BLUE, "o"), "in_group": ("in the ambiguity set", palette.ORANGE, "s")}
-# odds of 49 to 1 in 95 of 100 repetitions
+# odds of 49 to 1 in 95 of 100 repetitions, as the diagnosis has it, which lies above this layer; a test holds the two together
 DECIDABLE = 24.0
 # below this the axis is linear: distances may be 0
 LINEAR = 1.0
