@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any
 
 from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import Share
 from sstl_cli.core.groups import spelled_out
+from sstl_cli.diagnosis import verdict
+from sstl_cli.diagnosis.features import Rows
+from sstl_cli.diagnosis.weights import Weights
 
 COMMITTED, NAMED = ("identified",), ("identified", "ambiguous")
 
@@ -101,21 +104,28 @@ class Judged:
 def judge(case: str, truth: CaseTruth, result: Mapping[str, Any], realised_pct: float | None) -> Judged:
     """Return a case with its verdict, from a result file of ``blind run``."""
     document = result["diagnosis"]
-    verdict, gap = document["verdict"], document["gap"]
-    named = verdict["status"] in NAMED
+    said, gap = document["verdict"], document["gap"]
+    named = said["status"] in NAMED
     return Judged(
         case,
         truth,
-        verdict["status"],
-        tuple(verdict["effects"]),
-        spelled_out(verdict),
-        None if verdict["confidence"] is None else float(verdict["confidence"]),
+        said["status"],
+        tuple(said["effects"]),
+        spelled_out(said),
+        None if said["confidence"] is None else float(said["confidence"]),
         float(result["seconds"]),
         dict(document.get("baselines", {})),
         gap["shrink_pct"] if named else None,
         realised_pct if named else None,
         (document.get("analysis") or {}).get("samples") or 0,
     )
+
+
+def by_others(case: Judged, rows: Rows, weights: Weights) -> Judged:
+    """Return a case as other weights judge the rows that were kept of it."""
+    said = verdict.verdict(rows, weights)
+    group = tuple(dict.fromkeys(i for ids in said.group for i in ids))
+    return replace(case, status=said.status, effects=said.effects, group=group, confidence=said.confidence)
 
 
 def wilson(k: int, n: int, z: float = 1.959964) -> tuple[float, float]:

@@ -58,6 +58,8 @@ WRONG_COMMITS, FALSE_ALARMS, COVERAGE, WRONG_MEMBERS = 0.02, 0.02, 0.92, 0.05
 # kinds of the cases whose effect is no candidate: drawn so, and searched again without it
 EXCLUDED, WITHOUT = "excluded", "without"
 SCHEMA = "sstl.weights/1"
+# what is learned of terms and effects; thresholds are set once, on all simulators that were left out
+TERMS = ("candidate", "none", "unknown", "effect")
 STATUSES = (IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING)
 COMMITS = np.linspace(0.5, 0.98, 25)
 # a library of few cases does not make odds twice as sure
@@ -385,5 +387,6 @@ def to_document(w: Weights) -> dict[str, object]:
         "none": dict(w.none),
         "unknown": dict(w.unknown),
         "effect": dict(w.effect),
+        **({} if not w.without else {"without": {s: {t: dict(getattr(other, t)) for t in TERMS} for s, other in w.without.items()}}),
         **({} if w.known is None else {"known": to_document(w.known)}),
     }

@@ -39,12 +39,13 @@ LONG_SAMPLES = 50_000
 
 @dataclass(frozen=True)
 class Sides:
-    """The rates by simulator, and, where distances are known, of decidable cases and by distance."""
+    """The rates by simulator, by weights that have not seen it where rows were kept; decidable cases and by distance where that is known."""
 
     by_simulator: list[SimulatorRow]
     decidable: list[SimulatorRow] | None = None
     by_d2: list[DistanceRow] | None = None
     against_limit: AgainstLimit | None = None
+    left_out: list[SimulatorRow] | None = None
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ def document(cases: Sequence[Judged], sides: Sides, of_set: Set) -> BlindScoreDo
         scores=measured,
         targets=targets(measured, stated, sides.against_limit),
         by_simulator=sides.by_simulator,
+        left_out=sides.left_out,
         decidable=sides.decidable,
         by_d2=sides.by_d2,
         against_limit=sides.against_limit,

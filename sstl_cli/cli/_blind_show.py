@@ -77,6 +77,8 @@ def score(screen: Screen, document: BlindScoreDocument) -> None:
     """Print targets, scores by strength and effect, baselines, misses and wrong names."""
     _targets(screen, document.targets)
     sides(screen, "by simulator", document.by_simulator)
+    if document.left_out is not None:
+        sides(screen, "by simulator, judged by weights that were learned without it", document.left_out)
     if document.decidable is not None:
         sides(screen, "decidable cases only (D^2 of at least 24 to base and nearest rival)", document.decidable)
         by_d2(screen, document.by_d2 or [])

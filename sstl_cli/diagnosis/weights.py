@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -15,7 +15,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Weights:
-    """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model.
+    """Learned weights by term, thresholds, and where they come from; ``known`` are those beside an accepted model,
+    ``without`` those that a simulator's cases were left out of, with the same thresholds.
 
     ``temper`` is the power of the odds between a cause with a name, none and one without at which they are as often right as they say.
     ``shows_d2`` is the squared distance to nothing from which on an effect is hardly ever taken for nothing; ``reliability`` has for each status what was stated, and the share of such verdicts that were right.
@@ -34,6 +35,7 @@ class Weights:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     known: Weights | None = None
     temper: float = 1.0
+    without: Mapping[str, Weights] = field(default_factory=dict)
 
     @property
     def seeds(self) -> list[tuple[int, int]]:
@@ -52,7 +54,7 @@ def learned(accepted: bool = False) -> Weights:
 
 def from_document(d: Mapping[str, Any]) -> Weights:
     """Return weights from their document."""
-    return Weights(
+    found = Weights(
         d["candidate"],
         d["none"],
         d["unknown"],
@@ -67,3 +69,4 @@ def from_document(d: Mapping[str, Any]) -> Weights:
         from_document(d["known"]) if "known" in d else None,
         d.get("temper", 1.0),
     )
+    return replace(found, without={s: replace(found, **terms) for s, terms in d.get("without", {}).items()})

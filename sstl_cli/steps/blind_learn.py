@@ -38,7 +38,7 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
     advance(1)
     others = learning.left_out(taught)
     judged, all_judged = learning.judged_by(taught, others), learning.judged_by(drawn, others)
-    weights = learning.calibrated(judged, learning.learn(taught, provenance), all_judged)
+    weights = replace(learning.calibrated(judged, learning.learn(taught, provenance), all_judged), without=others)
     rows, also_rows = report(judged, all_judged, weights), None
     advance(2)
     if changes:

@@ -6,8 +6,10 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from sstl_cli.blind import kept
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.features import Rows
 from sstl_cli.physics.scenario import Scenario
 
 SCHEMA = "sstl.blind.result/1"
@@ -18,10 +20,11 @@ DRAWN = ("loops",)
 
 
 class Answer(NamedTuple):
-    """A diagnosis as its document, and the accepted simulator, None where there is none."""
+    """A diagnosis as its document, the accepted simulator and the rows that the verdict was made from, None where there are none."""
 
     document: Mapping[str, Any]
     model: Scenario | None
+    rows: Rows | None = None
 
 
 def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> Answer:
@@ -31,7 +34,7 @@ def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> An
     # who records the position wants it explained
     position = any(r.position_in_mm is not None for r in runs)
     found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1, position=position))
-    return Answer(found.document(), found.bare())
+    return Answer(found.document(), found.bare(), found.evidence.rows)
 
 
 def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose) -> dict[str, object]:
@@ -47,10 +50,10 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
     started = time.perf_counter()
     error = None
     try:
-        document, model = diagnoser(runs, sim, exclude)
+        document, model, rows = diagnoser(runs, sim, exclude)
     except SstlError as failure:
         error = failure.line()
-        document, model = failed(error), None
+        document, model, rows = Answer(failed(error), None)
     seconds = time.perf_counter() - started
     return {
         "schema": SCHEMA,
@@ -59,6 +62,7 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
         "error": error,
         "diagnosis": {k: v for k, v in document.items() if k not in DRAWN},
         "model": None if model is None else model.model_dump(mode="json", by_alias=True, exclude_none=True),
+        "rows": None if rows is None else kept.to_document(rows),
     }
 
 

@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sstl_cli.blind import accepted, sides
-from sstl_cli.blind.judge import Judged, judge
+from sstl_cli.blind import accepted, kept, sides
+from sstl_cli.blind.judge import Judged, by_others, judge
 from sstl_cli.blind.score import Set, document
 from sstl_cli.blind.seal import Planned, Truth
 from sstl_cli.core.config import parse
-from sstl_cli.core.documents.blind import BlindScoreDocument, CaseDistance
+from sstl_cli.core.documents.blind import BlindScoreDocument, CaseDistance, SimulatorRow
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
 
@@ -27,6 +28,7 @@ def run(
     of_set: Set,
     advance: Callable[[float], None] = lambda _: None,
     distances: Mapping[str, CaseDistance] | None = None,
+    weights: Weights | None = None,
 ) -> BlindScoreDocument:
     """Return the score of a set, ``sstl.blind.score/1``.
 
@@ -42,6 +44,8 @@ def run(
         Seal and seeds; cases without a result are counted here.
     distances : mapping by case name, optional
         How far the truth of each case is from base and rivals (``sstl blind limit``); then rates come twice.
+    weights : Weights, optional
+        Those of which each simulator was left out in turn; by default the ones that come with the package.
     """
     judged: list[Judged] = []
     for name in sorted(results):
@@ -51,7 +55,25 @@ def run(
         judged.append(judge(name, truth.truths[name], results[name], realised))
         advance(1)
     of_set = replace(of_set, missing_results=len(truth.truths) - len(judged), quick=truth.quick)
-    return document(judged, sides.compared(judged, distances), of_set)
+    beside = replace(sides.compared(judged, distances), left_out=_left_out(judged, results, weights or learned()))
+    return document(judged, beside, of_set)
+
+
+def _left_out(judged: Sequence[Judged], results: Mapping[str, Mapping[str, Any]], weights: Weights) -> list[SimulatorRow] | None:
+    """Return the rates of each simulator by weights that have not seen it, None where not every result keeps its rows.
+
+    A diagnosis that failed has none, and stays as it is.
+    """
+    found = []
+    for case in judged:
+        result, without = results[case.case], weights.without.get(case.truth.simulator)
+        if result["error"] is not None:
+            found.append(case)
+        elif without is None or result.get("rows") is None:
+            return None
+        else:
+            found.append(by_others(case, kept.from_document(result["rows"]), without))
+    return sides.rows(found)
 
 
 def _realised(asked: Planned, result: Mapping[str, Any], fresh: Fresh, name: str) -> float | None:

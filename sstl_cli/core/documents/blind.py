@@ -265,6 +265,9 @@ class BlindScoreDocument(Document):
     scores: Scores
     targets: list[TargetRow]
     by_simulator: list[SimulatorRow] = Field(description="every rate by simulator, all together last")
+    left_out: list[SimulatorRow] | None = Field(
+        None, description="the same, each simulator judged by weights that were learned without it; null where results keep no rows"
+    )
     decidable: list[SimulatorRow] | None = Field(description="the same on cases that the recordings could decide")
     by_d2: list[DistanceRow] | None = Field(description="rates in strata of the smaller distance, beside an ideal observer's")
     against_limit: AgainstLimit | None = Field(None, description="what the targets ask of decidable and of undecidable cases")
