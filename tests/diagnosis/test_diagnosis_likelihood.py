@@ -15,7 +15,14 @@ import likelihood_cases as lc
 WHITE_N, COLOURED_N = (0.02, 0.0, 0.2), (0.02, 0.02, 0.3)
 
 
-@pytest.fixture(scope="module", params=[("fast model", WHITE_N), ("rig", WHITE_N), ("rig", COLOURED_N)], ids=str)
+SOURCES = [
+    pytest.param(("fast model", WHITE_N), marks=pytest.mark.slow),
+    pytest.param(("rig", WHITE_N), marks=pytest.mark.slow),
+    ("rig", COLOURED_N),
+]
+
+
+@pytest.fixture(scope="module", params=SOURCES, ids=str)
 def heard(request):
     simulator, setting = request.param
     return [lc.heard(lc.source(simulator, 100.0, setting, seed, 3000), {}) for seed in (1, 2)]

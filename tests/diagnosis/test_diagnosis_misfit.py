@@ -52,6 +52,7 @@ def test_what_the_model_leaves_is_known(monday):
     assert "nothing has changed" in again["sentence"] and again["analysis"]["theta_changed"] is False
 
 
+@pytest.mark.slow
 def test_another_recording_of_the_same_rig_is_none(monday):
     again = run(odd(record({}, 2), 2), replace(OPTIONS, sim=monday[1])).document()
     assert again["verdict"]["status"] == "none"

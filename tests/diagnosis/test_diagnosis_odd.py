@@ -158,6 +158,7 @@ def test_few_runs_are_confirmed_and_the_confirmation_asks_for_no_more(runs, monk
     assert [len(a[0]) for a in calls] == [len(runs), *[len(runs) - 1] * CONFIRMED_RUNS]
 
 
+@pytest.mark.slow
 def test_of_two_runs_none_is_odd_and_nobody_looks_unless_asked(runs):
     assert diagnose.run(runs[:2], OPTIONS).document()["verdict"]["odd_runs"] is None
     assert diagnose.run(runs[:3], replace(OPTIONS, odd_runs=False)).document()["verdict"]["odd_runs"] is None
@@ -178,6 +179,7 @@ def test_a_verdict_of_several_effects_reads_as_one_line():
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_after_the_limit_singles_are_still_fitted_and_the_rest_is_said_to_be_left_out(runs):
     found = diagnose.run(shifted(runs), replace(OPTIONS, max_effects=3, max_seconds=0.0))
     document = found.document()
@@ -207,6 +209,7 @@ def test_time_that_runs_out_between_the_stages_keeps_what_is_done(runs, monkeypa
     assert any(n in notes for n in (f"left out after 60 s: triples, {x}downstream, odd runs" for x in ("", "next experiment, ")))
 
 
+@pytest.mark.slow
 def test_time_enough_leaves_nothing_out(runs):
     assert not [n for n in diagnose.run(runs[:4], replace(OPTIONS, max_seconds=600.0)).document()["notes"] if "left out" in n]
 

@@ -87,6 +87,7 @@ def test_nothing_missing_is_none_in_19_of_20_seeds():
     assert sum(none) >= 19
 
 
+@pytest.mark.slow
 def test_two_effects_are_both_named():
     pair = {"pulley_friction": {"m_p": 0.04, "m_r": 0.04}, "zero_offset": {"z_out_act_n": 0.5}}
     document = verdict(record(pair), max_effects=2, effects=("pulley_friction", "zero_offset", "zero_drift"))

@@ -48,6 +48,7 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, st
     return folder, printed
 
 
+@pytest.mark.slow
 def test_the_tutorial_names_the_effect_that_is_in_the_files(walked) -> None:
     folder, printed = walked
     truth = tomllib.loads((ROOT / "data/samples/bench.toml").read_text())["effects"]
@@ -62,6 +63,7 @@ def test_the_tutorial_names_the_effect_that_is_in_the_files(walked) -> None:
     assert printed[next(c for c in COMMANDS if "--save-sim" in c)].startswith(found["sentence"][:40])
 
 
+@pytest.mark.slow
 def test_what_the_tutorial_shows_is_what_is_printed(walked) -> None:
     folder, printed = walked
     blocks = [b.strip("\n") for b in re.findall(r"```text\n(.*?)```", TEXT, re.S)]
@@ -73,12 +75,14 @@ def test_what_the_tutorial_shows_is_what_is_printed(walked) -> None:
         assert screen in everything, screen
 
 
+@pytest.mark.slow
 def test_the_guess_is_the_mapping_but_for_the_names(walked) -> None:
     folder, _ = walked
     guess, mapping = (tomllib.loads((folder / name).read_text()) for name in ("guess.toml", "rig.toml"))
     assert guess["columns"] == mapping["columns"] and guess["format"] == mapping["format"]
 
 
+@pytest.mark.slow
 def test_pages_and_pictures_were_made(walked) -> None:
     folder, _ = walked
     assert "gain_error" in (folder / "report.html").read_text(encoding="utf-8")

@@ -37,6 +37,7 @@ def test_cross_talk_is_named_for_every_tendon():
         assert block["next_experiment"] is None
 
 
+@pytest.mark.slow
 def test_without_cross_talk_nothing_is_named():
     only = DiagnoseOptions(max_effects=1, workers=2, effects=("tendon_crosstalk",))
     found = diagnose_tendons.run(log({}, {}), only).document()
@@ -46,6 +47,7 @@ def test_without_cross_talk_nothing_is_named():
         assert abs(coefficient(block)["estimate"]) < 0.1 * C
 
 
+@pytest.mark.slow
 def test_one_tendon_alone_does_not_know_it():
     alone = without_tendons(log(COUPLED, COUPLED))
     document = diagnose_tendons.run(alone, OPTIONS).document()
