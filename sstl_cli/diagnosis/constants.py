@@ -157,6 +157,8 @@ WINDOWS_S = (3.0, 1.0, 0.4)
 LEAST_WINDOWS, SHORTEST_WINDOW = 6, SHORTEST_SMOOTHED
 # correlation times (s) that sensors have, each twice the one before
 CORRELATIONS_S = tuple((0.05 * 2.0 ** np.arange(8.0)).tolist())
+# slow noise of a tension sensor is correlated for no longer than this (s): what wanders more slowly moves the tension, or its zero
+SENSORS_S = 1.0
 # white noise of means over that of third differences, where a sensor is behind a filter
 LOUDER = np.geomspace(1.0, 4.0, 13)
 # coloured noise that is tried, over the white one of a reading

@@ -56,7 +56,8 @@ class LogRow:
     """One log: samples after the analysis, and what base and best model leave.
 
     ``strain`` is by how much the noise had to leave what was measured (see noise.strain), ``jumps`` the evidence that the output
-    rests where it should slide (see sticking.rests); None where that was not kept.
+    rests where it should slide (see sticking.rests), ``wanders`` that what is slow in it lasts longer than noise of a sensor
+    (see noise.likely); None where that was not kept.
     """
 
     samples: int
@@ -77,6 +78,7 @@ class LogRow:
     propagates: float
     strain: float | None = None
     jumps: float | None = None
+    wanders: float | None = None
 
     @property
     def rests(self) -> bool:
@@ -150,6 +152,8 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         propagates,
         strain(found.noise, found.measured),
         sticking.rests(sim.problem.records, sim.predict_fine(found.base.theta, {})),
+        # beside an accepted model all that is slow belongs to its known scatter
+        0.0 if sim.problem.scatters else sum(found.noise.wanders.values()),
     )
     return Rows(log, (*candidates, *beside), base, best, nameless.words(found), scatters=sim.problem.scatters)
 

@@ -73,7 +73,7 @@ def _alike(sensors: dict[str, Sensor], noise: Noise) -> dict[str, Sensor]:
 
 def _either(one: Noise, other: Noise, those: set[str]) -> Noise:
     """Return the one noise of those systems, and the other of the rest."""
-    parts = ("input", "output", "smoother", "spread")
+    parts = ("input", "output", "smoother", "spread", "wanders")
     return replace(other, **{p: {k: getattr(one if k in those else other, p)[k] for k in getattr(other, p)} for p in parts})
 
 

@@ -24,6 +24,7 @@ from sstl_cli.diagnosis.constants import (
     AT_MOST,
     CORRELATIONS_S,
     CURVATURE_STEP,
+    DECIDES_NATS,
     DIFFERENCE,
     ENOUGH,
     FLAT,
@@ -31,6 +32,7 @@ from sstl_cli.diagnosis.constants import (
     LEVELS,
     MEASURED,
     RICH_RIDGE,
+    SENSORS_S,
     SMOOTHER,
     TRIES,
     UNMEASURED,
@@ -49,6 +51,8 @@ from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, step_of, whitene
 Array = NDArray[np.float64]
 # place of the input's coloured noise among the numbers that are fitted
 ENTERING = 2
+# and of how long that of the output lasts
+LASTING = -2
 
 
 def measured(records: Sequence[Record], slide: Array) -> Noise:
@@ -122,6 +126,7 @@ def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: 
     into, out, smoother = dict(start.input), dict(start.output), dict(start.smoother)
     spread: dict[str, dict[str, float]] = {}
     nats: dict[str, float] = {}
+    wanders: dict[str, float] = {}
     ends = np.cumsum([len(r) for r in records])
     for system in sorted(out):
         part = some([(r, slice(e - len(r), e)) for r, e in zip(records, ends, strict=True) if r.system == system])
@@ -131,14 +136,14 @@ def likely(records: Sequence[Record], phases: Phases, residual: Array, columns: 
         stacked = np.concatenate((residual[rows, None], columns[rows]), axis=1)
         wide = start.open.get(system, MEASURED)
         near = (start.loose.get(system, WHITE), wide)
-        entering, out[system], smoother[system], spread[system], cost = _fitted(system, mine, own, stacked, into[system], out[system], near)
+        fitted = _fitted(system, mine, own, stacked, into[system], out[system], near)
+        entering, out[system], smoother[system], spread[system], nats[system], wanders[system] = fitted
         if any(r.told_n for r in mine):
             # of what the smoother was told these slides say nothing more
             spread[system] = {**spread[system], **{k: v for k, v in start.spread.get(system, {}).items() if k.startswith("input")}}
         else:
             into[system] = entering
-        nats[system] = cost
-    return Noise(into, out, smoother, spread, start.open, start.loose), nats
+    return Noise(into, out, smoother, spread, start.open, start.loose, wanders), nats
 
 
 def _step(records: Sequence[Record], phases: Phases, residual: Array, columns: Array, noise: Noise) -> Array:
@@ -158,7 +163,7 @@ def some(part: list[tuple[Record, slice]]) -> list[tuple[Record, slice]]:
 
 def _fitted(
     system: str, records: Sequence[Record], phases: Phases, stacked: Array, into: Sensor, out: Sensor, measured: tuple[float, float]
-) -> tuple[Sensor, Sensor, float, dict[str, float], float]:
+) -> tuple[Sensor, Sensor, float, dict[str, float], float, float]:
     centre, near = _prior(into, out, measured)
     laid = layout(records)
     shortest, longest = np.log(CORRELATIONS_S[0]), np.log(CORRELATIONS_S[-1])
@@ -190,15 +195,31 @@ def _fitted(
 
     first = np.concatenate((centre, np.log([out.correlation_s, into.correlation_s])))
     unit = np.array([*near, MEASURED, MEASURED])
-    options = {"eps": DIFFERENCE, "gtol": FLAT, "ftol": 0.0, "maxfun": TRIES}
-    found = minimize(lambda z: cost(first + unit * z), np.zeros(len(first)), method="L-BFGS-B", options=options)
-    at = first + unit * np.asarray(found.x)
+    at, least = _least(cost, first, unit)
     names = ("output.white_n", "output.coloured_n", "input.coloured_n", "smoother", "output.correlation_s", "input.correlation_s")
-    spread = {n: _spread(cost, at, i, float(found.fun)) for i, n in enumerate(names)}
+    spread = {n: _spread(cost, at, i, least) for i, n in enumerate(names)}
     # what is believed of the input's sensor is no part of what the output says: where the smoother was told of it nobody pays it
     believed = ((at[ENTERING] - centre[ENTERING]) / ALIKE) ** 2
     outside = float(max(shortest - at[-1], 0.0, at[-1] - longest))
-    return *sensors(at), spread, float(found.fun) - 0.5 * float(believed + (outside / MEASURED) ** 2)
+    return *sensors(at), spread, least - 0.5 * float(believed + (outside / MEASURED) ** 2), _wanders(cost, at, unit, least)
+
+
+def _least(cost: Callable[[Array], float], first: Array, unit: Array) -> tuple[Array, float]:
+    """Return where a cost is least, sought from a first guess in given units, and the cost there; what has no unit stays."""
+    options = {"eps": DIFFERENCE, "gtol": FLAT, "ftol": 0.0, "maxfun": TRIES}
+    found = minimize(lambda z: cost(first + unit * z), np.zeros(len(first)), method="L-BFGS-B", options=options)
+    return first + unit * np.asarray(found.x), float(found.fun)
+
+
+def _wanders(cost: Callable[[Array], float], at: Array, unit: Array, least: float) -> float:
+    """Return the evidence (nats) that what is slow in the output lasts longer than noise of a sensor, at most where that decides nothing."""
+    longest = np.log(SENSORS_S)
+    if at[LASTING] <= longest:
+        return 0.0
+    shorter, fixed = at.copy(), unit.copy()
+    shorter[LASTING], fixed[LASTING] = longest, 0.0
+    at_most = cost(shorter) - least
+    return at_most if at_most <= DECIDES_NATS else _least(cost, shorter, fixed)[1] - least
 
 
 def _prior(into: Sensor, out: Sensor, measured: tuple[float, float]) -> tuple[Array, Array]:

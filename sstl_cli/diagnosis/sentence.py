@@ -8,7 +8,7 @@ from sstl_cli.core.documents.diagnosis import Analysis, DiagnosisDocument, Gap, 
 from sstl_cli.core.groups import rivals
 from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.by_run import OWN
-from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES
+from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES, SENSORS_S
 from sstl_cli.physics.effects import catalogue
 
 
@@ -33,7 +33,9 @@ def sentence(document: DiagnosisDocument) -> str:
         slow = _slow(document)
         return f"The simulator already explains the log to its noise floor: nothing is missing that this data could show{slow}{sure}."
     if status == "unknown":
-        return f"The cause of the gap is not known: {verdict.why}{sure}."
+        outputs = _wandering(document, SENSORS_S)
+        seen = f"; outputs wander by {', '.join(outputs)}" if outputs else ""
+        return f"The cause of the gap is not known: {verdict.why}{seen}{sure}."
     names = " and ".join(e if _plain(e) == e else f"{_plain(e)} ({e})" for e in verdict.effects)
     if status == "ambiguous":
         others = rivals(verdict)
@@ -51,14 +53,19 @@ def _slow(document: DiagnosisDocument) -> str:
 
     A reading that wanders is noise of its sensor or a disturbance, and a record of the two together does not say which.
     """
+    slow = _wandering(document, 0.0)
+    return f", if what the outputs wander by ({', '.join(slow)}) is noise of their sensors" if slow else ""
+
+
+def _wandering(document: DiagnosisDocument, longer_s: float) -> list[str]:
+    """Return by how much and for how long outputs wander, of those that do so by more than their white noise and for longer than that."""
     noise, unit = document.analysis.noise if document.analysis else {}, document.unit or "N"
     outputs = {system: sensors["output"] for system, sensors in noise.items()}
-    slow = [
+    return [
         f"{system} {quantity(small(of['coloured_n'].estimate), unit)} for {of['correlation_s'].estimate:.2g} s"
         for system, of in outputs.items()
-        if of["coloured_n"].estimate > of["white_n"].estimate
+        if of["coloured_n"].estimate > of["white_n"].estimate and of["correlation_s"].estimate > longer_s
     ]
-    return f", if what the outputs wander by ({', '.join(slow)}) is noise of their sensors" if slow else ""
 
 
 def _uncertain(verdict: Verdict) -> bool:

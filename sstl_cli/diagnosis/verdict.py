@@ -96,6 +96,19 @@ def _barred(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
     return {**{k: v for k, v in p.items() if k not in found}, UNKNOWN: unnamed}, why
 
 
+def _wandering(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
+    """Return probabilities in which an output that wanders more slowly than any sensor's noise is something, and a sentence where it is.
+
+    That no candidate is there may still be so: then what wanders has no name.
+    """
+    nats = rows.log.wanders or 0.0
+    if nats <= DECIDES_NATS:
+        return dict(p), ""
+    unnamed = p[NONE] + p[UNKNOWN]
+    why = f"the outputs wander for longer than noise of a sensor does ({nats:.0f} nats), and no candidate explains it"
+    return {**p, NONE: 0.0, UNKNOWN: unnamed}, why if p[NONE] > HALF * unnamed else ""
+
+
 def _gap(c: CandidateRow) -> float:
     """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
     left = (1.0 - c.share) ** 2
@@ -280,6 +293,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         return Verdict(UNDECIDED, (), None, (), p, why)
     p = _causes(rows, _sizeable(rows, p))
     p, barred = _barred(rows, p)
+    p, slow = _wandering(rows, p)
+    barred = barred or slow
 
     def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
         return Verdict(status, effects, _sure(status, stated, weights, prior), group, p, why)

@@ -52,7 +52,8 @@ class Noise:
     """Noise of the two sensors of each system; ``smoother`` is the true error of the smoothed input over the stated one.
 
     ``spread`` has the standard errors of the logarithms, by system and by ``input.coloured_n`` and the like; ``open`` is by what
-    (natural logarithm) the coloured noise of a system's output may be off where it has not been estimated yet, ``loose`` the white.
+    (natural logarithm) the coloured noise of a system's output may be off where it has not been estimated yet, ``loose`` the white;
+    ``wanders`` is the evidence (nats) that its slow noise lasts longer than that of any sensor.
     """
 
     input: Mapping[str, Sensor]
@@ -61,6 +62,7 @@ class Noise:
     spread: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     open: Mapping[str, float] = field(default_factory=dict)
     loose: Mapping[str, float] = field(default_factory=dict)
+    wanders: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

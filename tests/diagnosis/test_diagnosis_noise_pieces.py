@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from sstl_cli.diagnosis import noise as of
 from sstl_cli.diagnosis import rounding, white
-from sstl_cli.diagnosis.constants import ALIKE, ENOUGH, MEASURED, SMOOTHER, UNSEEN, WHITE, WINDOWS_S
+from sstl_cli.diagnosis.constants import ALIKE, DECIDES_NATS, ENOUGH, MEASURED, SMOOTHER, UNSEEN, WHITE, WINDOWS_S
 from sstl_cli.diagnosis.holds import _pieces
 from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
@@ -193,6 +193,34 @@ def test_noise_far_from_what_was_measured_costs_and_told_inputs_keep_what_they_w
     # ten times as loud as measured: a prior of a twentieth lets it go no further than three of them
     loud, _ = likely(RECORDS, phases(gain=0.0), 10.0 * noise(11), column, start)
     assert loud.output["act"].white_n <= NOISE_N * np.exp(0.15) * 1.001
+
+
+def test_what_lasts_longer_than_noise_of_a_sensor_is_evidence_once_all_else_has_its_say():
+    """A parabola in the logarithms: lasting 4 s is likeliest, and another number goes with it."""
+    pull, near = 6.0, 2.0
+
+    def cost(p):
+        return 7.0 + 0.5 * near * (p[0] - (p[-2] - np.log(4.0))) ** 2 + 0.5 * pull * (p[-2] - np.log(4.0)) ** 2
+
+    at, unit = np.array([0.0, np.log(4.0), 0.0]), np.full(3, 0.3)
+    expected = 0.5 * pull * np.log(4.0) ** 2
+    # where the bound alone says that it decides nothing, it is the bound
+    assert of._wanders(cost, at, unit, 7.0) == pytest.approx(expected, rel=1e-3) and expected > DECIDES_NATS
+    weak = of._wanders(lambda p: 0.3 * (cost(p) - 7.0), at, unit, 0.0)
+    assert weak == pytest.approx(0.3 * (expected + 0.5 * near * np.log(4.0) ** 2), rel=1e-3) and weak <= DECIDES_NATS
+    assert of._wanders(cost, np.array([0.0, np.log(0.9), 0.0]), unit, 7.0) == 0.0
+
+
+@pytest.mark.parametrize(("lasts_s", "wanders"), [(5.0, True), (0.3, False), (None, False)])
+def test_an_output_that_wanders_for_seconds_is_told_from_noise_of_its_sensor(lasts_s, wanders):
+    residual = noise(16)
+    if lasts_s is not None:
+        rng, memory = np.random.default_rng(17), np.exp(-0.02 / lasts_s)
+        steps = 0.05 * np.sqrt(1.0 - memory**2)
+        residual = residual + np.concatenate([lfilter([1.0], [1.0, -memory], steps * rng.standard_normal(2000)) for _ in RECORDS])
+    start = replace(QUIET, output={"act": Sensor(NOISE_N, 0.05, 1.0)}, open={"act": 1.0})
+    found, _ = likely(RECORDS, phases(gain=0.0), residual, np.ones((8000, 1)), start)
+    assert (found.wanders["act"] > DECIDES_NATS) is wanders
 
 
 def test_the_spread_of_a_number_is_one_over_the_root_of_the_curvature():

@@ -124,6 +124,11 @@ def test_nothing_is_missing_only_if_what_wanders_is_noise_of_a_sensor():
 
     found = document("none", effects=()) | {"analysis": {"theta": {}, "noise": {"act": output(0.0301), "sstl": output(0.009)}}}
     assert sentence(found).endswith("could show, if what the outputs wander by (act 0.03 N for 5 s) is noise of their sensors.")
+    unknown = document("unknown", effects=()) | {"analysis": found["analysis"]}
+    assert sentence(unknown) == "The cause of the gap is not known: it moves; outputs wander by act 0.03 N for 5 s."
+    # as noise of a sensor does
+    found["analysis"]["noise"]["act"]["output"]["correlation_s"]["estimate"] = 0.9
+    assert "wander" not in sentence(unknown)
     found["analysis"]["noise"]["act"] = output(0.009)
     assert sentence(found).endswith("nothing is missing that this data could show.")
 

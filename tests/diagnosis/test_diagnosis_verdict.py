@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from sstl_cli.diagnosis.constants import DECIDES_NATS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities, tempered, verdict
@@ -46,6 +47,20 @@ def test_one_effect_explains_all_and_the_others_little():
     )
     assert found.status == "identified" and found.effects == ("pulley_friction",)
     assert found.confidence is not None and found.confidence > 0.6
+
+
+def test_an_output_that_wanders_for_longer_than_noise_does_is_something():
+    slow, short = (replace(LOG, wanders=DECIDES_NATS + d) for d in (1.0, -1.0))
+    found = said(*OTHERS, log=slow)
+    assert found.status == "unknown" and found.effects == () and found.probabilities[NONE] == 0.0
+    assert found.why == "the outputs wander for longer than noise of a sensor does (5 nats), and no candidate explains it"
+    assert said(*OTHERS, log=short) == said(*OTHERS)
+    # what has a name keeps it, and what has none its own reason
+    clear = row("pulley_friction", evidence=2000.0)
+    named = said(clear, *OTHERS, log=replace(FAILING, wanders=5.0))
+    assert named.status == "identified" and named.effects == ("pulley_friction",)
+    p = {("viscous",): 0.1, NONE: 0.1, UNKNOWN: 0.8}
+    assert "wander" not in decided(rows(*OTHERS, log=slow), p, learned()).why
 
 
 @pytest.mark.parametrize("outside", [0, 1, 2])
