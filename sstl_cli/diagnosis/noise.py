@@ -219,7 +219,8 @@ def _wanders(cost: Callable[[Array], float], at: Array, unit: Array, least: floa
     shorter, fixed = at.copy(), unit.copy()
     shorter[LASTING], fixed[LASTING] = longest, 0.0
     at_most = cost(shorter) - least
-    return at_most if at_most <= DECIDES_NATS else _least(cost, shorter, fixed)[1] - least
+    # where that is a little less it is the search that ended early
+    return max(at_most if at_most <= DECIDES_NATS else _least(cost, shorter, fixed)[1] - least, 0.0)
 
 
 def _prior(into: Sensor, out: Sensor, measured: tuple[float, float]) -> tuple[Array, Array]:
