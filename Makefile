@@ -10,7 +10,7 @@ SEED := 1
 SOURCES := $(shell find sstl_cli -type f -not -name '*.pyc' -not -path '*/__pycache__/*')
 
 .DEFAULT_GOAL := help
-.PHONY: help install test suite tests compiled rigs test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
+.PHONY: help install test suite tests compiled rigs test-slow coverage lint docs reproduce reproduce-seeds withheld blind blind-full library learn bench sbom house statistics fuzz kill mutation likelihood real effects-table gate-table samples limit-table next-table clean
 .DELETE_ON_ERROR:
 
 help: ## show this help
@@ -121,6 +121,9 @@ bench: $(STAMP) ## compare with what a user would do instead; writes benchmarks/
 
 sbom: $(STAMP) ## licences, sizes, bill of materials and pip check; writes docs/supply.md
 	$(BIN)/python tools/supply_chain.py
+
+house: $(STAMP) ## lines by layer, and what is not typed, long or ignored, then and now (CONTRIBUTING.md)
+	$(BIN)/python tools/house.py 3a4b0a8
 
 statistics: $(STAMP) ## coverage of every printed interval; writes docs/statistics.md
 	$(BIN)/python tools/statistics_table.py

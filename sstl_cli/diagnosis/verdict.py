@@ -26,7 +26,6 @@ UNKNOWN: Ids = ("?",)
 IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown", "none"
 REACH_NATS = 60.0
 
-
 CANDIDATE_TERMS = (
     "behind", *(f"log_behind_{m:g}" for m in MISFITS), "rank", "ahead", "left_share", "little", "means", "more", "weak_part", "outside", "unstable",
     "strengths", "recorder", "recorder_share", "recorder_gain", "recorder_out", "beside", "beside_gain", "beside_share", "beside_out",
@@ -97,14 +96,10 @@ def _barred(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
 
 
 def _wandering(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
-    """Return probabilities in which an output that wanders more slowly than any sensor's noise is something, and a sentence where it is.
-
-    That no candidate is there may still be so: then what wanders has no name.
-    """
-    nats = rows.log.wanders or 0.0
+    """Return probabilities in which an output that wanders more slowly than noise of any sensor is something, and a sentence on it."""
+    nats, unnamed = rows.log.wanders or 0.0, p[NONE] + p[UNKNOWN]
     if nats <= DECIDES_NATS:
         return dict(p), ""
-    unnamed = p[NONE] + p[UNKNOWN]
     why = f"the outputs wander for longer than noise of a sensor does ({nats:.0f} nats), and no candidate explains it"
     return {**p, NONE: 0.0, UNKNOWN: unnamed}, why if p[NONE] > HALF * unnamed else ""
 
@@ -294,7 +289,6 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     p = _causes(rows, _sizeable(rows, p))
     p, barred = _barred(rows, p)
     p, slow = _wandering(rows, p)
-    barred = barred or slow
 
     def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
         return Verdict(status, effects, _sure(status, stated, weights, prior), group, p, why)
@@ -309,7 +303,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     sure = sum(p[k] for k in family) if ranked else 0.0
     if first is not None and (takes <= LEAST_SHARE or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
         # what is no cause leaves its share to what has no name
-        return say(UNDECIDED, (), p[UNKNOWN] + sure, (), barred or left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN] + sure, (), barred or slow or left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
@@ -334,7 +328,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
             why = f"several effects might be there and none of them is likely, {' + '.join(top)} more than any other"
         return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
-        return say(UNDECIDED, (), p[UNKNOWN], (), barred or left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN], (), barred or slow or left(rows, top))
     group = _set(ranked, p, weights.cover)
     why = explained(rows, top) if takes >= HALF else partly(rows, top)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
