@@ -29,6 +29,7 @@ from sstl_cli.diagnosis.constants import (
     ENOUGH,
     FLAT,
     LEAST_COLOUR,
+    LEAST_GAP,
     LEVELS,
     MEASURED,
     RICH_RIDGE,
@@ -201,7 +202,10 @@ def _fitted(
     # what is believed of the input's sensor is no part of what the output says: where the smoother was told of it nobody pays it
     believed = ((at[ENTERING] - centre[ENTERING]) / ALIKE) ** 2
     outside = float(max(shortest - at[-1], 0.0, at[-1] - longest))
-    return *sensors(at), spread, least - 0.5 * float(believed + (outside / MEASURED) ** 2), _wanders(cost, at, unit, least)
+    # a model may leave a gap that is nobody's cause, and as much again: of that nobody speaks
+    speaks = at[1] - at[0] > np.log(2.0 * LEAST_GAP * averaged(records))
+    wanders = _wanders(cost, at, unit, least) if speaks else 0.0
+    return *sensors(at), spread, least - 0.5 * float(believed + (outside / MEASURED) ** 2), wanders
 
 
 def _least(cost: Callable[[Array], float], first: Array, unit: Array) -> tuple[Array, float]:

@@ -211,14 +211,15 @@ def test_what_lasts_longer_than_noise_of_a_sensor_is_evidence_once_all_else_has_
     assert of._wanders(cost, np.array([0.0, np.log(0.9), 0.0]), unit, 7.0) == 0.0
 
 
-@pytest.mark.parametrize(("lasts_s", "wanders"), [(5.0, True), (0.3, False), (None, False)])
-def test_an_output_that_wanders_for_seconds_is_told_from_noise_of_its_sensor(lasts_s, wanders):
+@pytest.mark.parametrize(("lasts_s", "size", "wanders"), [(5.0, 2.0, True), (0.3, 2.0, False), (5.0, 0.15, False), (None, 0.0, False)])
+def test_an_output_that_wanders_for_seconds_is_told_from_noise_of_its_sensor(lasts_s, size, wanders):
+    """What is little beside the noise of a reading a model may leave where nothing is missing."""
     residual = noise(16)
     if lasts_s is not None:
         rng, memory = np.random.default_rng(17), np.exp(-0.02 / lasts_s)
-        steps = 0.05 * np.sqrt(1.0 - memory**2)
+        steps = size * NOISE_N * np.sqrt(1.0 - memory**2)
         residual = residual + np.concatenate([lfilter([1.0], [1.0, -memory], steps * rng.standard_normal(2000)) for _ in RECORDS])
-    start = replace(QUIET, output={"act": Sensor(NOISE_N, 0.05, 1.0)}, open={"act": 1.0})
+    start = replace(QUIET, output={"act": Sensor(NOISE_N, max(size, 0.5) * NOISE_N, 1.0)}, open={"act": 1.0})
     found, _ = likely(RECORDS, phases(gain=0.0), residual, np.ones((8000, 1)), start)
     assert (found.wanders["act"] > DECIDES_NATS) is wanders
 
