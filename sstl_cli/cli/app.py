@@ -22,7 +22,7 @@ from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, settle_errors, tell
 from sstl_cli.core.aside import kept_apart, ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
-from sstl_cli.core.workers import last_words_said, stop_on_signals
+from sstl_cli.core.workers import is_interrupt, last_words_said, stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
@@ -181,8 +181,7 @@ def _main() -> NoReturn:
     except MemoryError:
         _end(SstlError("out of memory", fix="split the log with 'sstl import' or use a machine with more", code="E002"))
     except Exception as error:
-        if isinstance(error.__cause__, KeyboardInterrupt):
-            # it came inside compiled code, which returned all the same: Python makes a SystemError of that
+        if is_interrupt(error):
             _end(_interrupted())
         if os.environ.get("SSTL_DEBUG"):
             raise
