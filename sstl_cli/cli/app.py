@@ -158,6 +158,7 @@ def _main() -> NoReturn:
     open_streams()
     begin()
     try:
+        _require_folder()
         _register()
         try:
             code = app(standalone_mode=False, prog_name="sstl")
@@ -195,6 +196,14 @@ def _main() -> NoReturn:
             _end(SstlError("its name is no UTF-8, which Parquet files have to have", where=error.object, fix="rename it", code="E005"))
         text = f"{type(error).__name__}: {error}"[:300]
         _end(SstlError(f"internal error, {text}", fix="set SSTL_DEBUG=1 for details and report it", code="E003"))
+
+
+def _require_folder() -> None:
+    """Raise SstlError where the folder that the program was started in was removed: names of files mean nothing there."""
+    try:
+        os.getcwd()
+    except OSError:
+        raise SstlError("the working folder is gone", where=".", fix="change to one that is there", code="E007") from None
 
 
 def _interrupted() -> SstlError:
