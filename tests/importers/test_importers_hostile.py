@@ -62,7 +62,10 @@ def test_a_file_of_too_many_channels_says_so(tmp_path: Path, monkeypatch: pytest
     # the channel that is asked for would be among those left out
     monkeypatch.setattr(base, "MAX_CHANNELS", 20)
     monkeypatch.setattr(mat5, "MAX_CHANNELS", 20)
-    table = {**{f"a{i:03d}": np.arange(40.0) for i in range(30)}, **{n: np.arange(40.0) for n in ("time_s", "tension_in_n", "tension_out_n")}}
+    table = {
+        **{f"a{i:03d}": np.arange(40.0) for i in range(30)},
+        **{n: np.arange(40.0) for n in ("time_s", "tension_in_n", "tension_out_n")},
+    }
     np.savez(tmp_path / "m.npz", **table)
     scipy.io.savemat(tmp_path / "five.mat", table)
     with h5py.File(tmp_path / "datasets.h5", "w") as file:
