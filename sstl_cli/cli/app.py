@@ -22,7 +22,7 @@ from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, settle_errors, tell
 from sstl_cli.core.aside import kept_apart, ledger
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
-from sstl_cli.core.workers import last_words_said, stop_on_signals
+from sstl_cli.core.workers import is_interrupt, last_words_said, stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
 # without a file name these come from a standard stream
@@ -158,6 +158,7 @@ def _main() -> NoReturn:
     open_streams()
     begin()
     try:
+        _require_folder()
         _register()
         try:
             code = app(standalone_mode=False, prog_name="sstl")
@@ -181,8 +182,7 @@ def _main() -> NoReturn:
     except MemoryError:
         _end(SstlError("out of memory", fix="split the log with 'sstl import' or use a machine with more", code="E002"))
     except Exception as error:
-        if isinstance(error.__cause__, KeyboardInterrupt):
-            # it came inside compiled code, which returned all the same: Python makes a SystemError of that
+        if is_interrupt(error):
             _end(_interrupted())
         if os.environ.get("SSTL_DEBUG"):
             raise
@@ -196,6 +196,14 @@ def _main() -> NoReturn:
             _end(SstlError("its name is no UTF-8, which Parquet files have to have", where=error.object, fix="rename it", code="E005"))
         text = f"{type(error).__name__}: {error}"[:300]
         _end(SstlError(f"internal error, {text}", fix="set SSTL_DEBUG=1 for details and report it", code="E003"))
+
+
+def _require_folder() -> None:
+    """Raise SstlError where the folder that the program was started in was removed: names of files mean nothing there."""
+    try:
+        os.getcwd()
+    except OSError:
+        raise SstlError("the working folder is gone", where=".", fix="change to one that is there", code="E007") from None
 
 
 def _interrupted() -> SstlError:

@@ -108,10 +108,20 @@ def keep_files(command: Any) -> None:
     def kept(**values: Any) -> Any:
         from sstl_cli.core.files import call
 
+        _require_values({labels[p.name]: values.get(p.name) for p in command.params if p.name in labels and p.default != ""})
         with call({labels[name]: value for name, value in values.items() if name in labels}, outputs):
             return body(**values)
 
     command.callback = kept
+
+
+def _require_values(given: dict[str, Any]) -> None:
+    """Raise UsageError for an option with an empty text, as a script gives whose variable is not set: a gate would not be asked."""
+    from sstl_cli.core.errors import UsageError
+
+    for option, value in given.items():
+        if option.startswith("--") and "" in (value if isinstance(value, (list, tuple)) else [value]):
+            raise UsageError("is empty", where=option, fix="give a value, or leave it out", code="E008")
 
 
 def name_variables(command: Any, prefix: str) -> None:

@@ -13,7 +13,7 @@ from sstl_cli.cli import _watch_show as show
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Json, Seed
 from sstl_cli.cli.render import Screen, width_of
-from sstl_cli.core.workers import goes_on
+from sstl_cli.core.workers import end_if_asked, goes_on, is_interrupt
 
 if TYPE_CHECKING:
     from sstl_cli.cli._watch_sources import Source
@@ -82,7 +82,9 @@ def watch(asked: Asked) -> None:
     )
     try:
         session.follow(asked.once, asked.until_idle, asked.poll)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        if not is_interrupt(error):
+            raise
         # the usual end of a watch, after which it sums up
         goes_on()
         screen.note("interrupted")
@@ -112,6 +114,7 @@ class _Session:
                 quiet_since = time.monotonic()
             if once:
                 break
+            end_if_asked()
             quiet = time.monotonic() - quiet_since
             if until_idle is not None and quiet >= until_idle:
                 self._look(True)

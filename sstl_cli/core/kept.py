@@ -74,7 +74,7 @@ def fonts_beside(output: Path | None = None) -> None:
 
     if os.name != "posix" or _keeps_fonts():
         return
-    for parent in filter(None, (output and Path(output).resolve().parent, Path.cwd())):
+    for parent in filter(None, (output and Path(output).resolve().parent, _here())):
         try:
             folder = tempfile.mkdtemp(prefix=".sstl-fonts-", dir=parent)
         except OSError:
@@ -101,7 +101,7 @@ def private(name: str) -> Path | None:
 
     try:
         root = Path(tempfile.gettempdir())
-        if root == Path.cwd():
+        if root == _here():
             return None
         folder = root / f"sstl-{os.getuid()}"
         for path in (folder, folder / name):
@@ -112,6 +112,14 @@ def private(name: str) -> Path | None:
     except OSError:
         return None
     return folder / name
+
+
+def _here() -> Path | None:
+    """Return the folder that the call was made in; None where it was removed meanwhile."""
+    try:
+        return Path.cwd()
+    except OSError:
+        return None
 
 
 def _tree_writable() -> bool:
@@ -125,8 +133,12 @@ def _can_make(folder: Path) -> bool:
     """Whether a folder can be written, or made and written."""
     if not folder.is_absolute():
         return False
-    while not folder.exists():
-        folder = folder.parent
+    try:
+        while not folder.exists():
+            folder = folder.parent
+    except OSError:
+        # below a folder of somebody else, such as the home that a service was started from
+        return False
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
 
 

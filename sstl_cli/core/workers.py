@@ -26,6 +26,7 @@ PATIENCE_S = 10.0
 # how often a folder is removed that is still written into, and how far apart (s)
 REMOVALS, REMOVAL_S = 20, 0.02
 _last_words: str | None = None
+_asked = False
 
 
 def end_with(parent: int) -> None:
@@ -79,6 +80,17 @@ def last_words_said() -> None:
     _last_words = ""
 
 
+def is_interrupt(error: BaseException) -> bool:
+    """Whether this came of a request to end: inside compiled code that returned all the same, Python makes a SystemError of it."""
+    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
+
+
+def end_if_asked() -> None:
+    """Raise :class:`Interrupted` if the program was asked to end and the exception of that was lost."""
+    if _asked:
+        raise Interrupted
+
+
 def goes_on() -> None:
     """The program was asked to end, and has more to do than tidy up: it is not ended."""
     global _last_words
@@ -86,6 +98,8 @@ def goes_on() -> None:
 
 
 def _interrupt(number: int, frame: object) -> None:
+    global _asked
+    _asked = True
     # no threading.Thread: its start takes locks, which this may have been called under
     _thread.start_new_thread(_end_at_last, (PATIENCE_S,))
     raise Interrupted

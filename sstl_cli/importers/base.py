@@ -178,6 +178,14 @@ def guarded(path: Path, title: str) -> Iterator[None]:
         ) from error
 
 
+def require_few(path: Path, count: int, what: str = "channels") -> None:
+    """Refuse a file of more channels than are read: one that is left out would be missed by its name."""
+    if count > MAX_CHANNELS:
+        raise SstlError(
+            f"holds more than {MAX_CHANNELS} {what}", where=str(path), fix="copy those of the recording into a file", code="E324"
+        )
+
+
 def check_declared(path: Path, declared: int, what: str, file_bytes: int | None = None, whole: bool = False) -> None:
     """Refuse a size that a header declares but the file cannot hold.
 

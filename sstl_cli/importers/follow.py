@@ -148,6 +148,9 @@ class TextFollower:
             self._seen.add(file.read(self._layout.first_byte))
         end = self._layout.line_end
         while data := file.read(READ_BYTES):
+            if not self._seen.goes_on(file.fileno(), os.fstat(file.fileno()).st_size):
+                # written over since it was looked at, while what had been read was worked on: the next look begins it anew
+                return
             self._seen.add(data)
             self._rest += data
             at = self._rest.rfind(end)

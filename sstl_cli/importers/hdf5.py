@@ -10,7 +10,7 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
-from sstl_cli.importers.base import MAX_CHANNELS, Block, Channel, Layout, Notes, check_declared, guarded, same_length, slices, text_array
+from sstl_cli.importers.base import Block, Channel, Layout, Notes, check_declared, guarded, require_few, same_length, slices, text_array
 from sstl_cli.importers.isolate import isolated, isolated_blocks
 
 ID = "hdf5"
@@ -67,9 +67,8 @@ def list_channels(path: Path, matlab: bool) -> list[Channel]:
                 out += [Channel(f"{shown}[{i + 1}]", rows_of(dataset, matlab), unit) for i in range(width(dataset, matlab))]
             else:
                 out.append(Channel(shown, rows_of(dataset, matlab), unit, text=text))
-            if len(out) > MAX_CHANNELS:
-                break
-    return out[:MAX_CHANNELS]
+            require_few(path, len(out))
+    return out
 
 
 def read_blocks(path: Path, numbers: list[str], labels: list[str], matlab: bool) -> Iterator[Block]:
@@ -114,8 +113,7 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
             continue
         for key in sorted(group.keys()):
             count += 1
-            if count > MAX_CHANNELS:
-                return
+            require_few(path, count, "groups and datasets")
             if key.startswith("#"):
                 continue
             link = group.get(key, getlink=True)

@@ -26,6 +26,7 @@ from sstl_cli.importers.base import (
     Values,
     check_declared,
     guarded,
+    require_few,
     same_length,
     slices,
     text_array,
@@ -208,6 +209,7 @@ def _vectors(path: Path) -> Vectors:
         if kind == _MATRIX and length:
             name, value = walk.matrix(body)
             _flatten(name, value, out)
+            require_few(path, len(out))
     if at < len(data) and len(data) - at >= 8:
         raise ValueError("ends inside an element")
     if not out:
@@ -256,7 +258,7 @@ def _inflate(body: memoryview, size: int, spent: int, order: str, path: Path) ->
 
 
 def _flatten(name: str, value: Any, out: Vectors) -> None:
-    if len(out) >= MAX_CHANNELS or value is None:
+    if len(out) > MAX_CHANNELS or value is None:
         return
     if isinstance(value, str):
         out[name] = [value]
@@ -264,11 +266,11 @@ def _flatten(name: str, value: Any, out: Vectors) -> None:
         if value and all(isinstance(v, str) for v in value):
             out[name] = value
         else:
-            for i, item in enumerate(value[:MAX_CHANNELS]):
+            for i, item in enumerate(value[: MAX_CHANNELS + 1]):
                 _flatten(f"{name}{{{i + 1}}}", item, out)
     elif isinstance(value, tuple):
         count, fields = value
-        for i in range(min(count, MAX_CHANNELS)):
+        for i in range(min(count, MAX_CHANNELS + 1)):
             head = name if count == 1 else f"{name}({i + 1})"
             for field, items in fields.items():
                 _flatten(f"{head}.{field}", items[i], out)

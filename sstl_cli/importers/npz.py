@@ -15,7 +15,6 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import (
-    MAX_CHANNELS,
     ROWS_PER_BLOCK,
     Block,
     Channel,
@@ -24,6 +23,7 @@ from sstl_cli.importers.base import (
     Values,
     check_declared,
     guarded,
+    require_few,
     same_length,
     text_array,
 )
@@ -73,7 +73,8 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
                 out += [Channel(f"{a.name}[{i + 1}]", a.rows) for i in range(min(a.shape[1], 512))]
             elif a.kind.kind in "biufUS":
                 out.append(Channel(a.name, a.rows, text=a.kind.kind in "US"))
-        return out[:MAX_CHANNELS]
+        require_few(path, len(out))
+        return out
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
@@ -158,8 +159,7 @@ def _members(path: Path) -> list[Stored]:
     out: list[Stored] = []
     with zipfile.ZipFile(path) as archive:
         entries = archive.infolist()
-        if len(entries) > MAX_CHANNELS:
-            raise SstlError(f"has {len(entries)} members", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
+        require_few(path, len(entries), "members")
         check_declared(path, sum(e.file_size for e in entries), "the archive", size)
         for entry in entries:
             _check_name(entry, path)

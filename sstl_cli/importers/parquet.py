@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import require_text
-from sstl_cli.importers.base import MAX_CHANNELS, ROWS_PER_BLOCK, Block, Channel, Layout, Notes, check_declared, guarded, text_array
+from sstl_cli.importers.base import ROWS_PER_BLOCK, Block, Channel, Layout, Notes, check_declared, guarded, require_few, text_array
 
 ID = "parquet"
 TITLE = "Parquet"
@@ -32,7 +32,8 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
         _complete(path)
         file = pq.ParquetFile(path)
         out = []
-        for field in list(file.schema_arrow)[:MAX_CHANNELS]:
+        require_few(path, len(file.schema_arrow), "columns")
+        for field in file.schema_arrow:
             unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")
             if _is_time(field.type):
                 unit = "s"

@@ -14,7 +14,6 @@ import numpy as np
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import (
-    MAX_CHANNELS,
     Block,
     Channel,
     Layout,
@@ -22,6 +21,7 @@ from sstl_cli.importers.base import (
     Values,
     check_declared,
     guarded,
+    require_few,
     same_length,
     slices,
     text_array,
@@ -55,7 +55,8 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
             out.append(Channel(name, rows, unit or ("s" if own == "time" else ""), name + TIME if timed else "", text=own == "text"))
             if timed:
                 out.append(Channel(name + TIME, rows, "s"))
-        return out[:MAX_CHANNELS]
+        require_few(path, len(out))
+        return out
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:

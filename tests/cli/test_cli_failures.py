@@ -316,3 +316,19 @@ def test_a_log_is_no_simulator_of_itself(monkeypatch, capsys) -> None:
     assert run_here(monkeypatch, "diagnose", SAMPLE, "--against", SAMPLE) == 1
     err = capsys.readouterr().err
     assert "[E911]" in err and "both logs hold the same output" in err and err.count("\n") == 1
+
+
+def test_a_working_folder_that_is_gone_is_told(tmp_path, monkeypatch, capsys) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert run_here(monkeypatch, "info", str(SAMPLE)) == 1
+    assert capsys.readouterr().err == "sstl: [E007] .: the working folder is gone; change to one that is there\n"
+
+
+@pytest.mark.parametrize("option", ["--expect", "--effects", "--sim"])
+def test_an_option_with_an_empty_text_is_told(option, monkeypatch, capsys) -> None:
+    # a script whose variable is not set would pass its gate, or be told of another simulator
+    assert run_here(monkeypatch, "diagnose", str(SAMPLE), option, "") == 2
+    assert capsys.readouterr().err == f"sstl: [E008] {option}: is empty; give a value, or leave it out\n"

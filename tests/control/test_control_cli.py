@@ -127,7 +127,8 @@ def test_rows_set_aside_are_exit_3(sstl, tmp_path):
     ("args", "exit_code", "said"),
     [
         (["--methods", "DJ"], 2, "did you mean 'DI'"),
-        (["--methods", ""], 2, "E404"),
+        (["--methods", ""], 2, "E008"),
+        (["--methods", ","], 2, "E404"),
         (["--methods", "proposed"], 2, "--model"),
         (["--reference", "sinsoid"], 2, "did you mean 'sinusoid'"),
         (["--dt", "-1"], 2, "dt_s"),

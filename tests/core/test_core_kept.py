@@ -115,6 +115,29 @@ def test_a_relative_home_is_none(bare: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert not kept._can_make(Path("~/.cache/numba"))
 
 
+def test_a_folder_that_is_gone_keeps_no_program_from_starting(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = bare / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    found = kept.ensure()
+    assert found.folder == bare / f"sstl-{os.getuid()}" / "compiled"
+    monkeypatch.setattr(kept, "_keeps_fonts", lambda: False)
+    kept.fonts_beside(bare / "x.png")
+    assert os.environ["MPLCONFIGDIR"].startswith(str(bare / ".sstl-fonts-"))
+
+
+def test_a_home_that_cannot_be_looked_into_is_none(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(self: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "exists", refused)
+    assert not kept._can_make(bare / "home" / ".cache" / "numba")
+    monkeypatch.undo()
+    # nor is one whose name no file system takes
+    assert not kept._can_make(bare / ("x" * 300) / "numba")
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(ROOT_USER and not shutil.which("setpriv"), reason="root can write anywhere")
 def test_a_service_user_on_a_read_only_tree(tmp_path: Path) -> None:

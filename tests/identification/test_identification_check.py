@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from identification_loops import ACT, record, trapezoid
 
+from sstl_cli.core.runs import Run
+from sstl_cli.identification.gate import evidence_of
 from sstl_cli.steps import check
 from sstl_cli.steps.info import RunSummary, draw_loop
 from sstl_cli.steps.info import run as summarise
@@ -139,3 +143,23 @@ def test_stamps_too_coarse_for_the_rows_ask_for_the_rate_and_rows_that_are_there
     assert "rate_hz" in findings(time=coarse)["time repeats", "time_s"].fix
     twice = [np.repeat(v[: N // 2], 2)[:N] for v in (RUN.time_s, RUN.tension_in_n, RUN.tension_out_n)]
     assert 'repeated = "last"' in findings(time=twice[0], x=twice[1], y=twice[2])["time repeats", "time_s"].fix
+
+
+def test_a_run_of_two_samples_costs_next_to_nothing():
+    # a log may hold a million of them: what is counted is Python's own work, which is the same on every machine
+    t, x = np.array([0.0, 0.01]), np.array([5.0, 6.0])
+    piece = check.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": 0.6 * x})
+    calls = {"check": 0, "gate": 0}
+    for name, work in (("check", lambda: check.run(piece)), ("gate", lambda: evidence_of(Run("r", "act", t, x, 0.6 * x)))):
+        # what is imported or made once is not counted
+        work()
+
+        def count(frame, event, argument, name=name):
+            calls[name] += event == "call"
+
+        sys.setprofile(count)
+        try:
+            work()
+        finally:
+            sys.setprofile(None)
+    assert calls["check"] < 60 and calls["gate"] < 60

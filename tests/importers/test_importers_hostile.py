@@ -8,12 +8,17 @@ import zipfile
 import zlib
 from pathlib import Path
 
+import h5py
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
+import scipy.io
 from seeds import mcap, signals
 from spent import spent_s
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.importers import base, mat5
 from sstl_cli.importers.mapping import Mapping
 from sstl_cli.steps.import_ import run
 
@@ -51,6 +56,27 @@ def test_npz_header_lies(shape: str, tmp_path: Path) -> None:
     data = npy_header(shape) + bytes(800)
     path = archive(tmp_path / "b.npz", {f"{n}.npy": data for n in ("time_s", "tension_in_n", "tension_out_n")})
     assert "declares" in refused(path) or "E310" in refused(path)
+
+
+def test_a_file_of_too_many_channels_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # the channel that is asked for would be among those left out
+    monkeypatch.setattr(base, "MAX_CHANNELS", 20)
+    monkeypatch.setattr(mat5, "MAX_CHANNELS", 20)
+    table = {
+        **{f"a{i:03d}": np.arange(40.0) for i in range(30)},
+        **{n: np.arange(40.0) for n in ("time_s", "tension_in_n", "tension_out_n")},
+    }
+    np.savez(tmp_path / "m.npz", **table)
+    scipy.io.savemat(tmp_path / "five.mat", table)
+    with h5py.File(tmp_path / "datasets.h5", "w") as file:
+        for name, values in table.items():
+            file[name] = values
+    with h5py.File(tmp_path / "groups.h5", "w") as file:
+        for name, values in table.items():
+            file[f"{name}/of"] = values
+    pq.write_table(pa.table(table), tmp_path / "p.parquet")
+    for path in tmp_path.iterdir():
+        assert "[E324]" in (told := refused(path)) and "holds more than 20" in told and str(path) in told
 
 
 def test_npz_pickle_is_never_loaded(tmp_path: Path) -> None:

@@ -17,6 +17,8 @@ import pytest
 from program import inside
 from watch_logs import HEAD, lines, loops, write
 
+from sstl_cli.cli.watch import _Session
+from sstl_cli.core import workers
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
 from sstl_cli.core.tables import THETA
@@ -206,6 +208,29 @@ def test_ctrl_c_is_the_usual_end(tmp_path):
     assert process.returncode == 0
     assert first.split()[:3] == ["1", "act", "A"] and re.search(r"not armed: act A [1-3] of 20 loops", rest)
     assert "interrupted" in notes and "Traceback" not in notes
+
+
+def test_ctrl_c_with_another_face_or_lost_is_the_usual_end_too(tmp_path, monkeypatch):
+    path = write(tmp_path / "log.csv", lines([loops(2, {}, 1)]))
+    look = _Session._look
+
+    def compiled(session, last):
+        look(session, last)
+        # what Python makes of an exception in code that returned all the same
+        raise SystemError("returned a result with an exception set") from workers.Interrupted()
+
+    monkeypatch.setattr(_Session, "_look", compiled)
+    done = sstl(path, "--poll", "0.05")
+    assert "interrupted" in done.stderr and "not armed: act A" in done.stdout
+
+    def lost(session, last):
+        # where nothing can be raised, as while an object is taken down, the handler leaves no more than this
+        monkeypatch.setattr(workers, "_asked", True)
+        return look(session, last)
+
+    monkeypatch.setattr(_Session, "_look", lost)
+    done = sstl(path, "--poll", "0.05")
+    assert "interrupted" in done.stderr and "not armed: act A" in done.stdout
 
 
 def test_wrong_use_is_told(tmp_path):

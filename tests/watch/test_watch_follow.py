@@ -52,6 +52,21 @@ def test_a_file_cut_short_or_replaced_is_begun_anew(tmp_path):
     assert times(follower.look()) == [112.0, *(200.0 + k for k in range(9))]
 
 
+@pytest.mark.parametrize("begin", [100, 0])
+def test_a_file_written_over_while_what_was_read_is_worked_on_is_begun_anew(tmp_path, begin):
+    path = tmp_path / "log.csv"
+    path.write_text(HEAD + "".join(row(k) for k in range(20)))
+    follower = TextFollower(path, Mapping())
+    look = follower.look()
+    assert times([next(look)]) == list(range(20))
+    # in its place, or cut short and gone on, and longer than it was when it is read again
+    after = [*range(begin, begin + 10), *range(200, 220)]
+    path.write_text(HEAD + "".join(row(k) for k in after))
+    assert times(look) == []
+    assert times(follower.look()) == after
+    assert follower.set_aside == {} and len(follower.notes) == 1
+
+
 @pytest.mark.parametrize("renamed", [True, False])
 def test_a_file_that_is_written_once_more_for_every_line_counts_each_once(tmp_path, renamed):
     path, rows = tmp_path / "log.csv", [row(k, "1." + "5" * 400) for k in range(300)]

@@ -49,9 +49,11 @@ def remarks(runs: Iterable[Run]) -> tuple[Remark, ...]:
 def judge(log: Sequence[Evidence]) -> tuple[Remark, ...]:
     """Return the remarks on evidence that was collected run by run."""
     found: list[Remark] = []
-    told: set[str] = set()
+    left = list(log)
     for rule in catalogue():
-        new = list(rule.look([e for e in log if e.run_id not in told]))
+        new = list(rule.look(left))
         found += new
-        told.update(name for r in new if r.failed for name in r.run_ids)
+        told = {name for r in new if r.failed for name in r.run_ids}
+        if told:
+            left = [e for e in left if e.run_id not in told]
     return tuple(sorted(found, key=lambda r: not r.failed))

@@ -53,7 +53,7 @@ def evidence_of(run: Run) -> Evidence:
         dt_s=median(step) if len(step) else math.nan,
         dt_first_s=_usual(step[:tenth]),
         dt_last_s=_usual(step[-tenth:]),
-        dt_error_s=float(np.std(step)) / math.sqrt(tenth) if len(step) else math.nan,
+        dt_error_s=_deviation(step) / math.sqrt(tenth),
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
@@ -62,8 +62,10 @@ def evidence_of(run: Run) -> Evidence:
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
+    if len(run) < MIN_SAMPLES:
+        return unknown
     if not _sound(run):
-        a, b = (_range(v) if len(v) >= MIN_SAMPLES and not unsound(v).any() else NO_RANGE for v in (run.tension_in_n, run.tension_out_n))
+        a, b = (_range(v) if not unsound(v).any() else NO_RANGE for v in (run.tension_in_n, run.tension_out_n))
         return replace(unknown, ranges=(a, b))
     return _of_readings(_of_movement(unknown, run), run)
 
@@ -71,11 +73,20 @@ def evidence_of(run: Run) -> Evidence:
 def _usual(step: Array) -> float:
     """Return the mean of the middle half: lost samples do not count, a clock of whole milliseconds does."""
     n = len(step)
+    if n == 1:
+        return float(step[0])
     return float(np.mean(np.sort(step)[n // 4 : n - n // 4])) if n else math.nan
 
 
+def _deviation(step: Array) -> float:
+    """Return the standard deviation, NaN without a step or with one that is no number."""
+    if len(step) == 1:
+        return float(step[0] - step[0])
+    return float(np.std(step)) if len(step) else math.nan
+
+
 def _sound(run: Run) -> bool:
-    if len(run) < MIN_SAMPLES or not np.all(run.time_s[1:] > run.time_s[:-1]):
+    if not np.all(run.time_s[1:] > run.time_s[:-1]):
         return False
     channels = (run.time_s, run.tension_in_n, run.tension_out_n)
     return all(not bool(unsound(v).any()) and float(np.ptp(v)) > 0.0 for v in channels)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import unsound
+from sstl_cli.core.sound import unsound, within
 from sstl_cli.identification.filtering import fast_part, median, noise_sd, quantile
 from sstl_cli.identification.gate.rounding import ramps, rounding_of
 
@@ -117,8 +117,8 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     (0.02, True)
     """
     time, v = time_s[:MOST_SAMPLES], np.asarray(values[:MOST_SAMPLES], np.float64)
-    finite = ~unsound(v)
-    if not finite.all():
+    if not within(v):
+        finite = ~unsound(v)
         v = v.copy()
         v[~finite] = np.interp(np.flatnonzero(~finite), np.flatnonzero(finite), v[finite]) if finite.any() else 0.0
     n = len(v)

@@ -280,6 +280,8 @@ def _below(e: Evidence, i: int) -> bool:
 
 
 def _apart(e: Evidence, i: int) -> bool:
+    if not e.tendon_like or e.causes.enough:
+        return False
     at = zeros(e)[i]
     # lines that were seen only far from where they meet say little of it
     if e.ranges[0].low - zeros(e)[0] > REACH * e.ranges[0].span:
@@ -288,4 +290,4 @@ def _apart(e: Evidence, i: int) -> bool:
     held = _zero(e, i)
     if not e.causes.holds(held.rms_n) or not SIZE * abs(at) < math.copysign(held.size, held.size * at) < abs(at) / SIZE:
         return False
-    return e.tendon_like and not e.causes.enough and abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE_APART * e.ranges[i].span)
+    return abs(at) > max(ABOVE_N if at > 0.0 else UNDER_N, SHARE_APART * e.ranges[i].span)
