@@ -1,12 +1,14 @@
-"""What the simulators that stand in for hardware are given, checked alike: names, ranges and noise, but no law."""
+"""What the simulators that stand in for hardware are given, found and checked alike: names, ranges and noise, but no law."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
+import pkgutil
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
-from typing import NamedTuple, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 Values = dict[str, dict[str, float]]
 # ends of ranges that are made by arithmetic may be a rounding off
@@ -14,12 +16,14 @@ ROUNDING = 1e-9
 
 
 class Bounds(NamedTuple):
-    """Neutral value, range and unit of one effect parameter."""
+    """Neutral value of one effect parameter, and the range in which a simulator's law for it holds.
+
+    Its unit stands with the effect, in the catalogue, and is part of its name.
+    """
 
     neutral: float
     low: float
     high: float
-    unit: str
 
 
 class Built(TypedDict):
@@ -64,6 +68,12 @@ class NoiseSpec:
 QUIET = NoiseSpec(white_n=0.0)
 
 
+def discovered(package: str, folders: Iterable[str]) -> dict[str, Any]:
+    """Return ``EFFECT`` of every module of a package: one file, one effect, by its name, in the order in which they act."""
+    found = {m.name: importlib.import_module(f"{package}.{m.name}").EFFECT for m in pkgutil.iter_modules(folders)}
+    return dict(sorted(found.items(), key=lambda named: (named[1].order, named[0])))
+
+
 def resolved(simulator: str, known: Mapping[str, Mapping[str, Bounds]], effects: Mapping[str, Mapping[str, float]]) -> Values:
     """Return every parameter of every effect that a simulator knows, neutral where `effects` is silent.
 
@@ -74,7 +84,7 @@ def resolved(simulator: str, known: Mapping[str, Mapping[str, Bounds]], effects:
 
     Examples
     --------
-    >>> resolved("rig", {"slack": {"gap_mm": Bounds(0.0, 0.0, 5.0, "mm")}}, {})
+    >>> resolved("rig", {"slack": {"gap_mm": Bounds(0.0, 0.0, 5.0)}}, {})
     {'slack': {'gap_mm': 0.0}}
     """
     full = {effect: {name: b.neutral for name, b in table.items()} for effect, table in known.items()}
@@ -82,10 +92,10 @@ def resolved(simulator: str, known: Mapping[str, Mapping[str, Bounds]], effects:
         _named(simulator, "effect", effect, known)
         for name, value in given.items():
             _named(simulator, f"parameter of {effect}", name, known[effect])
-            _, low, high, unit = known[effect][name]
+            _, low, high = known[effect][name]
             number = float(value)
             if not isfinite(number) or not low - ROUNDING <= number <= high + ROUNDING:
-                raise ValueError(f"{simulator}: {effect}.{name} = {value} {unit} is outside {low:g}..{high:g} {unit}")
+                raise ValueError(f"{simulator}: {effect}.{name} = {value} is outside {low:g}..{high:g}")
             full[effect][name] = number
     return full
 

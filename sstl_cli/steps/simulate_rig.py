@@ -13,13 +13,12 @@ from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.given import Built
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
-from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
-from sstl_cli.physics.rig.catalogue import EFFECTS as RIG_EFFECTS
+from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, parameters, simulate_rig
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantResult, VariantRun, VariantSpec, simulate_variant
 from sstl_cli.physics.variant.catalogue import EFFECTS as VARIANT_EFFECTS
 
-KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": RIG_EFFECTS, "bristle": BRISTLE_EFFECTS, "variant": VARIANT_EFFECTS}
+KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": parameters(), "bristle": BRISTLE_EFFECTS, "variant": VARIANT_EFFECTS}
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:

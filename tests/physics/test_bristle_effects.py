@@ -45,15 +45,13 @@ def rms(x):
     return float(np.sqrt(np.mean(np.square(x))))
 
 
-def test_names_units_and_neutral_values_are_those_of_the_catalogue():
+def test_names_and_neutral_values_are_those_of_the_catalogue():
     known = catalogue()
     for effect, table in EFFECTS.items():
         declared = {p.name: p for p in known[effect].parameters}
         for name, bounds in table.items():
             assert bounds.neutral == declared[name].neutral, name
             assert bounds.low <= bounds.neutral <= bounds.high, name
-            unit = declared[name].unit.replace("^", "")
-            assert bounds.unit == ("-" if unit == "1" else unit), name
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))
@@ -319,7 +317,7 @@ def test_unknown_names_and_bad_values_are_refused():
         resolve_effects({"stribek": {}})
     with pytest.raises(ValueError, match="parameter of stribeck 'v_s'"):
         resolve_effects({"stribeck": {"v_s": 1.0}})
-    with pytest.raises(ValueError, match=r"pulley_friction.f0_n = 3.0 N is outside 0..2 N"):
+    with pytest.raises(ValueError, match=r"pulley_friction.f0_n = 3.0 is outside 0..2$"):
         resolve_effects({"pulley_friction": {"f0_n": 3.0}})
     with pytest.raises(ValueError, match="outside"):
         resolve_effects({"viscous": {"c_l_n_s_per_mm": float("nan")}})

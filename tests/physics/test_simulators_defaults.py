@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from sstl_cli.physics.bristle.catalogue import resolve_effects as bristle
+from sstl_cli.physics import bristle, rig, variant
 from sstl_cli.physics.effects import catalogue
-from sstl_cli.physics.rig.catalogue import resolve_effects as rig
-from sstl_cli.physics.variant.catalogue import resolve_effects as variant
 from sstl_cli.steps.simulate_rig import KNOWN, stated
 
-RESOLVED = {"rig": rig, "bristle": bristle, "variant": variant}
+RESOLVED = {"rig": rig.resolve_effects, "bristle": bristle.resolve_effects, "variant": variant.resolve_effects}
 
 
 @pytest.mark.parametrize("simulator", RESOLVED)
