@@ -7,18 +7,18 @@ from collections.abc import Container, Mapping
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.physics import bristle, rig
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
-from sstl_cli.physics.bristle.catalogue import EFFECTS as BRISTLE_EFFECTS
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.given import Built
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
-from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, parameters, simulate_rig
+from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantResult, VariantRun, VariantSpec, simulate_variant
 from sstl_cli.physics.variant.catalogue import EFFECTS as VARIANT_EFFECTS
 
-KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": parameters(), "bristle": BRISTLE_EFFECTS, "variant": VARIANT_EFFECTS}
+KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": rig.parameters(), "bristle": bristle.parameters(), "variant": VARIANT_EFFECTS}
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
