@@ -7,7 +7,7 @@ from collections.abc import Container, Mapping
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.physics import bristle, rig
+from sstl_cli.physics import bristle, rig, variant
 from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
@@ -16,9 +16,12 @@ from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
 from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantResult, VariantRun, VariantSpec, simulate_variant
-from sstl_cli.physics.variant.catalogue import EFFECTS as VARIANT_EFFECTS
 
-KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": rig.parameters(), "bristle": bristle.parameters(), "variant": VARIANT_EFFECTS}
+KNOWN: Mapping[str, Mapping[str, Container[str]]] = {
+    "rig": rig.parameters(),
+    "bristle": bristle.parameters(),
+    "variant": variant.parameters(),
+}
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
