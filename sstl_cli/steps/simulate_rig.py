@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
@@ -17,10 +17,11 @@ from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.variant import VariantResult, VariantRun, VariantSpec, simulate_variant
 
-KNOWN: Mapping[str, Mapping[str, Container[str]]] = {
-    "rig": rig.parameters(),
-    "bristle": bristle.parameters(),
-    "variant": variant.parameters(),
+# the parameters of the effects that a simulator has code for
+KNOWN: Mapping[str, Callable[[], Mapping[str, Container[str]]]] = {
+    "rig": rig.parameters,
+    "bristle": bristle.parameters,
+    "variant": variant.parameters,
 }
 
 
@@ -39,7 +40,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     beside = neighbour_tension(scenario, p, seed)
     built, heard = _built(scenario), NoiseSpec(**scenario.noise.model_dump())
     given = (p.system, c.theta * scenario.rig.mechanics().friction(p.system), c.location, time, "tension", command, beside)
-    values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]) for effect_id, v in effects.items()}
+    values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]()) for effect_id, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
     result: RigResult | BristleResult | VariantResult
     try:
