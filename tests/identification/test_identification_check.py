@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from identification_loops import ACT, record, trapezoid
 
-from sstl_cli.steps import check
+from sstl_cli.identification import samples
 from sstl_cli.steps.info import RunSummary, draw_loop
 from sstl_cli.steps.info import run as summarise
 
@@ -20,7 +20,7 @@ def findings(time=None, x=None, y=None, **kwargs):
         "tension_in_n": RUN.tension_in_n if x is None else x,
         "tension_out_n": RUN.tension_out_n if y is None else y,
     }
-    return {(f.what, f.column): f for f in check.run(check.Piece("r", columns, **kwargs))}
+    return {(f.what, f.column): f for f in samples.findings(samples.Piece("r", columns, **kwargs))}
 
 
 def test_a_clean_run_has_no_findings():
@@ -44,9 +44,9 @@ def test_holds_without_noise_are_not_saturation(kind):
 def test_quantisation_names_the_step():
     found = findings(x=np.round(RUN.tension_in_n / 0.25) * 0.25)
     assert "0.25 N" in found["quantised", "tension_in_n"].detail
-    assert found["quantised", "tension_in_n"].level == check.REMARK
+    assert found["quantised", "tension_in_n"].level == samples.REMARK
     coarse = findings(x=np.round(RUN.tension_in_n / 5.0) * 5.0)
-    assert coarse["quantised", "tension_in_n"].level == check.FAILURE
+    assert coarse["quantised", "tension_in_n"].level == samples.FAILURE
 
 
 def test_the_step_of_a_converter_is_the_smallest_gap_of_its_levels_not_the_usual_one():
@@ -59,11 +59,11 @@ def test_the_step_of_a_converter_is_the_smallest_gap_of_its_levels_not_the_usual
 @pytest.mark.parametrize("levels", [2, 3])
 def test_few_levels_are_coarse(levels):
     step = float(np.ptp(RUN.tension_in_n)) / (levels - 1)
-    assert findings(x=np.round(RUN.tension_in_n / step) * step)["quantised", "tension_in_n"].level == check.FAILURE
+    assert findings(x=np.round(RUN.tension_in_n / step) * step)["quantised", "tension_in_n"].level == samples.FAILURE
 
 
 def test_flat_frozen_spikes():
-    assert findings(y=np.full(N, 2.0))["flat channel", "tension_out_n"].level == check.FAILURE
+    assert findings(y=np.full(N, 2.0))["flat channel", "tension_out_n"].level == samples.FAILURE
     frozen = RUN.tension_out_n.copy()
     frozen[500:540] = frozen[500]
     assert findings(y=frozen)["frozen stretches", "tension_out_n"].count == 39
@@ -84,7 +84,7 @@ def test_time_faults_are_counted():
     assert found["time repeats", "time_s"].count == 1
     assert found["time runs backwards", "time_s"].count == 1
     assert found["gaps", "time_s"].count == 1
-    assert found["missing samples", "time_s"].level == check.REMARK
+    assert found["missing samples", "time_s"].level == samples.REMARK
     jittery = RUN.time_s + np.random.default_rng(0).uniform(-0.002, 0.002, N)
     assert ("sampling jitter", "time_s") in findings(time=jittery)
 
