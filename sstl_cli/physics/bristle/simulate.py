@@ -29,8 +29,8 @@ from sstl_cli.physics.bristle.march import (
     march,
 )
 from sstl_cli.physics.bristle.sensors import record
-from sstl_cli.physics.bristle.spec import BristleResult, BristleRun, BristleSpec, bend_weights
-from sstl_cli.physics.given import NoiseSpec, Values
+from sstl_cli.physics.bristle.spec import BristleRun, BristleSpec, bend_weights
+from sstl_cli.physics.given import NoiseSpec, Recorded, Values
 
 DRIVE_CODES = {"tension": TENSION, "position": POSITION, "loop": LOOP}
 # From rest to the first command in so many steps of so many seconds: slow enough for every rate effect.
@@ -101,7 +101,7 @@ def simulate_bristle(
     noise: NoiseSpec | None = None,
     seed: int = 0,
     keep_nodes: bool = False,
-) -> BristleResult:
+) -> Recorded:
     """Record one run on the bristle simulator.
 
     It starts at rest at the pretension, is brought slowly to the first command and then follows it. Without effects and
@@ -119,7 +119,7 @@ def simulate_bristle(
 
     Returns
     -------
-    BristleResult, arrays of shape (n,).
+    Recorded, arrays of shape (n,).
 
     Raises
     ------
@@ -143,23 +143,9 @@ def simulate_bristle(
     march(bench, run.time_s, command, swell, DRIVE_CODES[run.drive], out)
 
     truth = (out.t_in, out.t_out, out.x_in)
-    seen = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
-    return _result(seen, out, probe, keep_nodes)
-
-
-def _result(
-    seen: tuple[FloatArray, FloatArray, FloatArray, FloatArray], out: Recording, probe: FloatArray, keep_nodes: bool
-) -> BristleResult:
-    """Return what sensors saw (time, tensions, position), beside the truth and what the solver did."""
-    stamps, seen_in, seen_out, seen_x = seen
-    return BristleResult(
-        time_s=stamps,
-        tension_in_n=seen_in,
-        tension_out_n=seen_out,
-        position_in_mm=seen_x,
-        true_tension_in_n=out.t_in,
-        true_tension_out_n=out.t_out,
-        true_position_in_mm=out.x_in,
+    return Recorded(
+        *record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed),
+        *truth,
         unconverged=int(probe[UNCONVERGED]),
         substepped=int(probe[SUBSTEPPED]),
         iterations=int(probe[ITERATIONS]),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.physics.given import NoiseSpec, Values
+from sstl_cli.physics.given import NoiseSpec, Recorded, Values
 from sstl_cli.physics.rig.chain import Chain, Load, TensionLaw
 from sstl_cli.physics.rig.drive import DRIVE_CODES, POSITION, TENSION, Motor
 from sstl_cli.physics.rig.effect import FloatArray, Parts
@@ -27,7 +27,7 @@ from sstl_cli.physics.rig.march import (
     march,
 )
 from sstl_cli.physics.rig.sensors import record
-from sstl_cli.physics.rig.spec import RigResult, RigRun, RigSpec, bend_weights
+from sstl_cli.physics.rig.spec import RigRun, RigSpec, bend_weights
 
 # Steps in which the rig is brought from rest to the first command; one a second, slow enough for every rate effect.
 LEAD_IN_STEPS = 40
@@ -123,7 +123,7 @@ def simulate_rig(
     noise: NoiseSpec | None = None,
     seed: int = 0,
     keep_nodes: bool = False,
-) -> RigResult:
+) -> Recorded:
     """Record one run on the elastic-chain rig.
 
     The rig starts at rest at the pretension, is brought slowly to the first command and then follows it. Without
@@ -141,7 +141,7 @@ def simulate_rig(
 
     Returns
     -------
-    RigResult, arrays of shape (n,).
+    Recorded, arrays of shape (n,).
 
     Raises
     ------
@@ -161,21 +161,9 @@ def simulate_rig(
     bench = Bench(rig.chain, rig.load, rig.tension_law, rig.contact, rig.contact_law, motor, np.zeros(3), rig.setting, probe)
     march(bench, Course(run.time_s, rig.command, rig.swell, DRIVE_CODES[run.drive], lead_in, lead_drive), out)
     truth = (out.t_in, out.t_out, out.x_in)
-    seen = record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed)
-    return _result(seen, out, probe, keep_nodes)
-
-
-def _result(seen: tuple[FloatArray, FloatArray, FloatArray, FloatArray], out: Recording, probe: FloatArray, keep_nodes: bool) -> RigResult:
-    """Return what sensors saw (time, tensions, position), beside the truth and what the solver did."""
-    stamps, seen_in, seen_out, seen_x = seen
-    return RigResult(
-        time_s=stamps,
-        tension_in_n=seen_in,
-        tension_out_n=seen_out,
-        position_in_mm=seen_x,
-        true_tension_in_n=out.t_in,
-        true_tension_out_n=out.t_out,
-        true_position_in_mm=out.x_in,
+    return Recorded(
+        *record(run.time_s, truth, values, run.system, noise or NoiseSpec(), seed),
+        *truth,
         unconverged=int(probe[UNCONVERGED]),
         substepped=int(probe[SUBSTEPPED]),
         iterations=int(probe[ITERATIONS]),

@@ -130,20 +130,14 @@ def simulate_variant(
     """
     truth = march_variant(spec, run, effects, seed, keep_nodes)
     arrays = (truth.tension_in_n, truth.tension_out_n, truth.position_in_mm)
-    stamps, t_in, t_out, x = read_variant(spec, run, arrays, effects, noise, seed)
     return VariantResult(
-        time_s=stamps,
-        tension_in_n=t_in,
-        tension_out_n=t_out,
-        position_in_mm=x,
-        true_tension_in_n=arrays[0],
-        true_tension_out_n=arrays[1],
-        true_position_in_mm=arrays[2],
+        *read_variant(spec, run, arrays, effects, noise, seed),
+        *arrays,
         unconverged=truth.unconverged,
         substepped=truth.substepped,
         iterations=truth.iterations,
         dissipated_j=truth.dissipated_j,
         min_step_dissipation_j=truth.min_step_dissipation_j,
-        laws={e: laws.id for e, laws in laws_of(spec, seed).items() if e in (effects or {})},
         node_tension=truth.node_tension,
+        laws={e: laws.id for e, laws in laws_of(spec, seed).items() if e in (effects or {})},
     )
