@@ -21,7 +21,7 @@ from sstl_cli.physics.effect import Effect, Mechanics, Parameter
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import Active, drive_of, observed_output, true_input
-from sstl_cli.physics.variant import EFFECTS, LAWS, QUIET, VariantRun, VariantSpec, simulate_variant
+from sstl_cli.physics.variant import QUIET, VariantRun, VariantSpec, known_laws, parameters, simulate_variant
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -168,7 +168,7 @@ def rows(effect_id: str, clean: Sequence[Record]) -> list[list[object]]:
     """Return the cells of an effect's rows, one row a law."""
     effect = get(effect_id)
     found: list[list[object]] = []
-    for law in LAWS[effect_id]:
+    for law in known_laws()[effect_id]:
         runs = record(effect_id, law.id)
         left: float | None
         unit = "mm" if effect.channel == "position" else "N"
@@ -198,7 +198,7 @@ def main() -> None:
     parser.add_argument("--effect", nargs="*", default=[])
     asked = parser.parse_args().effect
     clean = record(None)
-    text = table(HEAD, [row for e in asked or catalogue() if e in EFFECTS for row in rows(e, clean)])
+    text = table(HEAD, [row for e in asked or catalogue() if e in parameters() for row in rows(e, clean)])
     if asked:
         print(text)
     else:

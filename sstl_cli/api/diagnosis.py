@@ -234,7 +234,7 @@ def diagnose(
     )
     runs = list(log.runs)
     if against is not None:
-        from sstl_cli.steps.against import rebase
+        from sstl_cli.physics.rebased import rebase
 
         runs = rebase(runs, against.runs)
     result = diagnose_tendons.run(runs, options, earlier=None if before is None else before.runs)

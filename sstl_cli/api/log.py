@@ -18,13 +18,12 @@ from sstl_cli.core.provenance import Provenance, inputs_of
 from sstl_cli.core.runs import SIGNALS, Run, read_logs, run_table, runs_of, write_runs
 from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
-from sstl_cli.identification import SegmentOptions
+from sstl_cli.identification import SegmentOptions, samples
 from sstl_cli.physics.scenario import Scenario, load
-from sstl_cli.steps import check as checking
 from sstl_cli.steps import judge as judging
 from sstl_cli.steps import segment as segmenting
 from sstl_cli.steps import simulate as simulating
-from sstl_cli.steps.check_table import Entry
+from sstl_cli.steps.check import Entry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -184,8 +183,8 @@ class Log:
         True
         """
         optional = tuple(c.name for c in LOG.columns if c.nullable)
-        pieces = [checking.Piece(r.run_id, {n: x for n in SIGNALS if (x := getattr(r, n)) is not None}) for r in self.runs]
-        found = [Entry(f, p.run_id).of("log") for p in pieces for f in checking.run(p, optional)]
+        pieces = [samples.Piece(r.run_id, {n: x for n in SIGNALS if (x := getattr(r, n)) is not None}) for r in self.runs]
+        found = [Entry(f, p.run_id).of("log") for p in pieces for f in samples.findings(p, optional)]
         if physics:
             found += judging.findings(judging.run(("log", r) for r in self.runs))
         columns = ["level", "run_id", "column", "what", "count", "detail", "fix"]

@@ -74,12 +74,6 @@ class Hardware:
         run = variant.VariantRun(system, theta, None, time_s, "tension", truth[0])
         return variant.read_variant(self._variant(), run, truth, values, noise, seed)
 
-    @property
-    def bounds(self) -> Mapping[str, Mapping[str, Any]]:
-        """Neutral value and range of every parameter of every effect."""
-        tables: dict[str, Mapping[str, Mapping[str, Any]]] = {"rig": rig.EFFECTS, "bristle": bristle.EFFECTS, "variant": variant.EFFECTS}
-        return tables[self.name]
-
     def _shared(self) -> Built:
         s = self.spec
         return Built(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sstl_cli.core.rng import log_uniform
-from sstl_cli.physics.rig import EFFECTS
+from sstl_cli.physics import rig
 
 Rng = np.random.Generator
 STRENGTHS = (0.4, 1.2, 4.0)
@@ -29,7 +29,7 @@ class Direction:
         """Return the parameter values at a scale from 0 to 1."""
         values = dict(self.shapes)
         for name, end in self.full.items():
-            start = self.shapes.get(f"{name}:from", EFFECTS[self.id][name].neutral)
+            start = self.shapes.get(f"{name}:from", rig.parameters()[self.id][name].neutral)
             values[name] = float(start + scale * (end - start))
         return {k: v for k, v in values.items() if ":" not in k}
 
@@ -55,8 +55,8 @@ def direction(effect_id: str, rng: Rng, top_in_n: float, top_out_n: float) -> Di
     draw = _DRAWS.get(effect_id)
     if draw is not None:
         return Direction(effect_id, *draw(rng))
-    name = next(iter(EFFECTS[effect_id]))
-    return Direction(effect_id, {name: EFFECTS[effect_id][name].high})
+    name, bounds = next(iter(rig.parameters()[effect_id].items()))
+    return Direction(effect_id, {name: bounds.high})
 
 
 def find_scale(gap: Callable[[float], float], target: float, start: float = 0.2) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.documents.logs import FileInfo
-    from sstl_cli.steps.check import Finding
+    from sstl_cli.identification.samples import Finding
 
 LONGEST = 256
 
@@ -28,7 +28,7 @@ def is_answers(path: Path) -> bool:
 def findings(path: Path) -> Iterator[Finding]:
     """Yield what is wrong with the answers: lines that are none, commands that are no numbers, input that was lost."""
     from sstl_cli.control.controller import PHASES
-    from sstl_cli.steps.check import FAILURE, REMARK, Finding
+    from sstl_cli.identification.samples import FAILURE, REMARK, Finding
 
     counts: Counter[str] = Counter()
     first: dict[str, int] = {}

@@ -12,7 +12,7 @@ from sstl_cli.cli.render import cell
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
     from sstl_cli.core.documents.logs import FileInfo
-    from sstl_cli.steps.check import Finding
+    from sstl_cli.identification.samples import Finding
 
 MAX_BYTES = 512 << 20
 SHOWN = 20
@@ -46,7 +46,7 @@ def findings(path: Path, kind: str) -> Iterator[Finding]:
     """Yield what is wrong with a file of a kind that ``other_kind`` knows."""
     from sstl_cli.cli import _answers
     from sstl_cli.core.errors import SstlError
-    from sstl_cli.steps.check import FAILURE, Finding
+    from sstl_cli.identification.samples import FAILURE, Finding
 
     look = {"json": _of_json, "safetensors": _of_model, "toml": _of_toml, "answers": _answers.findings}
     try:
@@ -69,9 +69,9 @@ def _of_model(path: Path) -> Iterator[Finding]:
 
 def _of_toml(path: Path) -> Iterator[Finding]:
     from sstl_cli.core.config import read_toml
+    from sstl_cli.identification.samples import FAILURE, REMARK, Finding
     from sstl_cli.importers.mapping import read_mapping, still_open
     from sstl_cli.physics.scenario import load
-    from sstl_cli.steps.check import FAILURE, REMARK, Finding
 
     document = read_toml(path)
     if "schema" in document:
@@ -116,7 +116,7 @@ def _against_model(document: Any, number: int) -> Iterator[Finding]:
     from sstl_cli.control.parameters import SCHEMA as CONTROLLER
     from sstl_cli.core.documents import catalogue, short
     from sstl_cli.core.errors import nearest
-    from sstl_cli.steps.check import FAILURE, REMARK, Finding
+    from sstl_cli.identification.samples import FAILURE, REMARK, Finding
 
     place = f"document {number}"
     schema = _schema_of(document)
@@ -169,7 +169,7 @@ def _of_controller(document: Mapping[str, object]) -> Iterator[Finding]:
     """Yield why the controller cannot be driven by what is in its parameter file."""
     from sstl_cli.control import parameters
     from sstl_cli.core.errors import SstlError
-    from sstl_cli.steps.check import FAILURE, Finding
+    from sstl_cli.identification.samples import FAILURE, Finding
 
     try:
         content = parameters.read(document, "")

@@ -12,7 +12,7 @@ from sstl_cli.cli.options import Config, Json, NoPhysics
 from sstl_cli.cli.render import Screen, many
 
 if TYPE_CHECKING:
-    from sstl_cli.steps.check_table import Entry
+    from sstl_cli.steps.check import Entry
 
 EPILOG = "Example: sstl check log.parquet theta.parquet"
 SHOWN = 40
@@ -85,9 +85,9 @@ def _entries(path: Path, screen: Screen) -> Iterator[Entry]:
     from sstl_cli.core.kinds import kind_of
     from sstl_cli.core.parquet import open_table, schema_id_of
     from sstl_cli.core.tables import LOG, SCHEMAS, Schema
+    from sstl_cli.identification.samples import FAILURE, REMARK, Finding
     from sstl_cli.importers.text_table import TextTable
-    from sstl_cli.steps import check_table as step
-    from sstl_cli.steps.check import FAILURE, REMARK, Finding
+    from sstl_cli.steps import check as step
 
     if other := other_kind(path):
         yield from map(step.Entry, of_others(path, other))

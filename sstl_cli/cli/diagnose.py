@@ -100,7 +100,7 @@ def diagnose(asked: Asked) -> None:
         _stages(screen, asked, asked.logs)
     runs = read_logs(asked.logs)
     if asked.against is not None:
-        from sstl_cli.steps.against import rebase
+        from sstl_cli.physics.rebased import rebase
 
         runs = rebase(runs, read_logs([asked.against]))
     _end(screen, asked, _diagnosed(screen, asked, runs, options, since))

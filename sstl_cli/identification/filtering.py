@@ -41,11 +41,16 @@ def noise_sd(signal: Array) -> float:
         return 0.0
     every = max(1, n // NOISE_TRIPLES)
     second = np.abs(signal[:n:every] - 2.0 * signal[1 : n + 1 : every] + signal[2::every])
-    middle = median(second) / 0.6745
-    if middle == 0.0:
+    found = white_of(second, 2)
+    if found == 0.0:
         # coarse quantisation: more than half of the differences vanish
-        middle = 1.2533 * float(np.mean(np.sort(second)[: max(1, int(0.95 * len(second)))]))
-    return middle / math.sqrt(6.0)
+        found = 1.2533 * float(np.mean(np.sort(second)[: max(1, int(0.95 * len(second)))])) / math.sqrt(6.0)
+    return found
+
+
+def white_of(differences: Array, order: int) -> float:
+    """Return the standard deviation of the white noise that leaves such differences of an order (shape (n,)), by their median."""
+    return median(np.abs(differences)) / 0.6745 / math.sqrt(math.comb(2 * order, order))
 
 
 def sampling(time_s: Array) -> float:

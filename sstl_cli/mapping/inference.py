@@ -15,6 +15,8 @@ from sstl_cli.mapping.header import Header
 Array = NDArray[np.float64]
 Weights = dict[str, NDArray[Any]]
 SCALING = ("x_mean", "x_scale", "y_mean", "y_scale")
+# where an input lies in the trained range
+INSIDE, EDGE, OUTSIDE = "inside", "edge", "outside"
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,14 @@ class MappingModel:
         # the comparison is false for NaN, which is outside too
         away = distance(x, np.array(self.header.centre), np.array(self.header.precision))
         return ~(inside & (away <= self.header.reach))
+
+    def place(self, gamma_sstl: Array, se: Array) -> str:
+        """Return where one input lies, shape (1, 2): at the edge where two standard errors may bring it back inside."""
+        if not self.outside_range(gamma_sstl)[0]:
+            return INSIDE
+        # two standard errors nearer to the middle of the training data
+        nearer = gamma_sstl + np.clip(np.array([self.header.centre]) - gamma_sstl, -2.0 * se, 2.0 * se)
+        return OUTSIDE if self.outside_range(nearer)[0] else EDGE
 
     # the controller's host asks by this name
     outside = outside_range

@@ -1,12 +1,19 @@
-"""What the simulators that stand in for hardware are given, checked alike: names, ranges and noise, but no law."""
+"""What the simulators that stand in for hardware are given and give back, checked alike: names, ranges, noise, runs and records, but no law."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
+import pkgutil
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
-from typing import NamedTuple, TypedDict
+from typing import Any, ClassVar, NamedTuple, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 Values = dict[str, dict[str, float]]
 # ends of ranges that are made by arithmetic may be a rounding off
@@ -14,12 +21,14 @@ ROUNDING = 1e-9
 
 
 class Bounds(NamedTuple):
-    """Neutral value, range and unit of one effect parameter."""
+    """Neutral value of one effect parameter, and the range in which a simulator's law for it holds.
+
+    Its unit stands with the effect, in the catalogue, and is part of its name.
+    """
 
     neutral: float
     low: float
     high: float
-    unit: str
 
 
 class Built(TypedDict):
@@ -64,6 +73,88 @@ class NoiseSpec:
 QUIET = NoiseSpec(white_n=0.0)
 
 
+@dataclass(frozen=True)
+class GivenRun:
+    """One run to record: configuration, time base and command.
+
+    Parameters
+    ----------
+    system : "act" (one pass) or "sstl" (there and back around a distal pulley).
+    theta : mu * Phi of one pass, dimensionless, 0..3.
+    location : "NP", "CP", "ND" or None (taken as CP).
+    time_s : shape (n,), strictly increasing, s.
+    drive : "tension" (command is T_in in N, imposed exactly), "position" (command is motor travel in mm from the
+        pretensioned rest) or "loop" (command is T_cmd in N, tracked by the PID and the motor).
+    command : shape (n,).
+    neighbour_n : shape (n,), N, summed tension of the other tendons in the tube, or None.
+
+    Raises
+    ------
+    ValueError
+        A field is unknown, misshapen, not finite or out of range.
+    """
+
+    simulator: ClassVar[str]
+    drives: ClassVar[tuple[str, ...]] = ("tension", "position", "loop")
+    signals: ClassVar[tuple[str, ...]] = ("time_s", "command", "neighbour_n")
+
+    system: str
+    theta: float
+    location: str | None
+    time_s: FloatArray
+    drive: str
+    command: FloatArray
+    neighbour_n: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for name, known in (("system", ("act", "sstl")), ("drive", self.drives)):
+            self._require(getattr(self, name) in known, name, repr(getattr(self, name)), f"one of {', '.join(known)}")
+        self._require(isfinite(self.theta) and 0.0 <= self.theta <= 3.0, "theta", self.theta, "in 0..3")
+        for name in self.signals:
+            if getattr(self, name) is None:
+                continue
+            signal = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
+            object.__setattr__(self, name, signal)
+            shape = f"shape {signal.shape}"
+            self._require(signal.ndim == 1 and signal.size >= 2, name, shape, "of two samples or more")
+            self._require(signal.shape == self.time_s.shape, name, shape, f"of shape {self.time_s.shape}, as time_s")
+            self._require(np.all(np.isfinite(signal)), name, "[...]", "finite")
+        self._require(np.all(np.diff(self.time_s) > 0.0), "time_s", "[...]", "strictly increasing, s")
+
+    def _require(self, holds: object, name: str, value: object, rule: str) -> None:
+        require(self.simulator, holds, name, value, rule)
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Record of one run: arrays of shape (n,) after sensors and noise, the truth beside them, and the health of the solution.
+
+    `position_in_mm` is the motor travel from the pretensioned rest. `unconverged` counts samples that were given up on,
+    `substepped` those that were divided. Energies (J) are the work against friction and drag; `min_step_dissipation_j` is the
+    smallest of one step. `node_tension` has shape (n, springs), N, drive end first, when asked for.
+    """
+
+    time_s: FloatArray
+    tension_in_n: FloatArray
+    tension_out_n: FloatArray
+    position_in_mm: FloatArray
+    true_tension_in_n: FloatArray
+    true_tension_out_n: FloatArray
+    true_position_in_mm: FloatArray
+    unconverged: int
+    substepped: int
+    iterations: int
+    dissipated_j: float
+    min_step_dissipation_j: float
+    node_tension: FloatArray | None = None
+
+
+def discovered(package: str, folders: Iterable[str]) -> dict[str, Any]:
+    """Return ``EFFECT`` of every module of a package: one file, one effect, by its name, in the order in which they act."""
+    found = {m.name: importlib.import_module(f"{package}.{m.name}").EFFECT for m in pkgutil.iter_modules(folders)}
+    return dict(sorted(found.items(), key=lambda named: (named[1].order, named[0])))
+
+
 def resolved(simulator: str, known: Mapping[str, Mapping[str, Bounds]], effects: Mapping[str, Mapping[str, float]]) -> Values:
     """Return every parameter of every effect that a simulator knows, neutral where `effects` is silent.
 
@@ -74,7 +165,7 @@ def resolved(simulator: str, known: Mapping[str, Mapping[str, Bounds]], effects:
 
     Examples
     --------
-    >>> resolved("rig", {"slack": {"gap_mm": Bounds(0.0, 0.0, 5.0, "mm")}}, {})
+    >>> resolved("rig", {"slack": {"gap_mm": Bounds(0.0, 0.0, 5.0)}}, {})
     {'slack': {'gap_mm': 0.0}}
     """
     full = {effect: {name: b.neutral for name, b in table.items()} for effect, table in known.items()}
@@ -82,10 +173,10 @@ def resolved(simulator: str, known: Mapping[str, Mapping[str, Bounds]], effects:
         _named(simulator, "effect", effect, known)
         for name, value in given.items():
             _named(simulator, f"parameter of {effect}", name, known[effect])
-            _, low, high, unit = known[effect][name]
+            _, low, high = known[effect][name]
             number = float(value)
             if not isfinite(number) or not low - ROUNDING <= number <= high + ROUNDING:
-                raise ValueError(f"{simulator}: {effect}.{name} = {value} {unit} is outside {low:g}..{high:g} {unit}")
+                raise ValueError(f"{simulator}: {effect}.{name} = {value} is outside {low:g}..{high:g}")
             full[effect][name] = number
     return full
 

@@ -1,388 +1,255 @@
-"""Look for what is wrong with the samples of one run, and list all of it."""
+"""Look for what is wrong with a table: its columns and units, then block by block its samples, run by run."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import partial
-from typing import Final, Literal
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import pyarrow as pa
+import pyarrow.compute as pc
 
-from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, OPTIONAL, SLOPES, SMALLEST, TENSIONS, too_fast, too_small, unsound, within
-from sstl_cli.core.stretches import stretches
-from sstl_cli.identification import filtering
-from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
-from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
-from sstl_cli.identification.gate.stamps import mend_backward, mend_repeated
+from sstl_cli.core.documents import logs
+from sstl_cli.core.errors import SstlError, nearest
+from sstl_cli.core.parquet import ROWS_PER_BLOCK
+from sstl_cli.core.tables import LOG, THETA, Schema
+from sstl_cli.core.units import is_force
+from sstl_cli.identification import samples
+from sstl_cli.identification.samples import FAILURE, REMARK, Finding, Piece
 
-Array = NDArray[np.float64]
-Level = Literal["failure", "remark"]
-FAILURE: Final = "failure"
-REMARK: Final = "remark"
-MIN_SAMPLES = 16
-LEAD = "lead_mm"
-STUCK_SAMPLES = 8
-# spreads of the second differences off both neighbours
-SPIKE_SPREADS = 6.0
-# share of both by which two gaps of levels may differ and be one
-EVEN = 0.02
-# steps of a converter by which rounding alone makes a sample leave both neighbours
-ROUNDED = 1.5
-# part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
-MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
-# readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
-PILED = 4
-# levels by which a channel that is cut off would have gone on, as it came and went
-CUT = 2.0
-# noise over the step of a converter from which on a hold does not repeat a level
-COARSE = 0.7
-# second differences, as part of the span, that rounding to single precision makes of a record without noise
-ROUNDING = 1e-6
-# jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
-STEADY, BESIDE, FAR = 0.05, 8, 64
+LABELS = ("config_id", "system", "location", "trajectory")
+# findings of one kind that are listed one by one
+LISTED = 50
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing that is wrong (failure) or worth knowing (remark)."""
+class Entry:
+    """A finding, and the run it was made in."""
 
-    level: Level
-    what: str
-    column: str
-    count: int
-    detail: str
-    fix: str
+    finding: Finding
+    run_id: str | None = None
 
-
-@dataclass(frozen=True)
-class Piece:
-    """Samples of one run as they stand in the file: nulls are NaN, and counted."""
-
-    run_id: str | None
-    columns: dict[str, Array]
-    labels: dict[str, list[object]] = field(default_factory=dict)
-    nulls: dict[str, int] = field(default_factory=dict)
+    def of(self, file: str) -> logs.Finding:
+        """Return the entry as a part of the document of ``check``."""
+        return logs.Finding(file=file, run_id=self.run_id, **asdict(self.finding))
 
 
-def run(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
-    """Return every finding on one run of a log; ``optional`` columns may be null.
+def unreadable(error: SstlError) -> Entry:
+    """Return what is said of a file that cannot be read."""
+    return Entry(Finding(FAILURE, "unreadable", "", 1, error.what, error.fix))
 
-    Time is in s and tensions are in N; each array has the shape (n,).
+
+def run(reader: Any, schema: Schema, advance: Callable[[float], None]) -> Iterator[Entry]:
+    """Yield what is wrong with a table.
+
+    Parameters
+    ----------
+    reader : table reader
+        The table, none of whose columns has been asked for: each that is missing is a finding of its own.
+    schema : Schema
+        What it should hold.
+    advance : callable
+        Told the number of rows that were looked at.
     """
-    found = _labels(piece)
-    n = len(next(iter(piece.columns.values()), ()))
-    if n < MIN_SAMPLES:
-        found.append(Finding(FAILURE, "too few samples", "", n, f"{n} samples", "record longer or drop the run"))
-    for name, values in piece.columns.items():
-        if name == LEAD:
-            found += _lead(values)
+    arrow = reader.file.schema_arrow
+    yield from map(Entry, _schema_findings(arrow, schema))
+    if reader.rows == 0:
+        yield Entry(Finding(FAILURE, "no rows", "", 0, "the table is empty", "record or import again"))
+        return
+    numeric = [c.name for c in schema.columns if _is_number(arrow, c.name)]
+    try:
+        if schema is LOG:
+            yield from _few(_of_log(reader, numeric, advance))
+        else:
+            yield from _of_table(reader, numeric, [n for n in schema.required if n in numeric])
+    except SstlError as error:
+        yield unreadable(error)
+
+
+def _of_log(reader: Any, numeric: list[str], advance: Callable[[float], None]) -> Iterator[Entry]:
+    """Yield the findings on every run, its rows brought together first where they lie apart."""
+    optional = tuple(n for n in numeric if n not in LOG.required)
+    stretches = _stretches(reader)
+    apart = {run_id: n for run_id, n in stretches.items() if n > 1}
+    blocks = _blocks(reader)
+    if apart:
+        runs = f"run {next(iter(apart))!r} comes" if len(apart) == 1 else f"{len(apart)} of {len(stretches)} runs come"
+        detail = f"{runs} in {sum(apart.values())} pieces" + ("; is the log sorted by time?" if len(apart) > 1 else "")
+        finding = Finding(FAILURE, "runs in pieces", "run_id", len(apart), detail, "sort by run_id, then by time_s")
+        yield Entry(finding, next(iter(apart)) if len(apart) == 1 else None)
+        blocks = iter([_by_run(blocks)])
+    for piece in _pieces(blocks, numeric):
+        yield from (Entry(f, piece.run_id) for f in samples.findings(piece, optional))
+        advance(len(next(iter(piece.columns.values()), ())))
+
+
+def _few(entries: Iterator[Entry]) -> Iterator[Entry]:
+    """Yield the first entries of every kind, then one that counts the others of it."""
+    kinds: dict[tuple[samples.Level, str, str, str], list[int]] = {}
+    for entry in entries:
+        f = entry.finding
+        seen = kinds.setdefault((f.level, f.what, f.column, f.fix), [0, 0])
+        seen[0] += 1
+        if seen[0] <= LISTED:
+            yield entry
+        else:
+            seen[1] += f.count
+    for (level, what, column, fix), (n, count) in kinds.items():
+        if n > LISTED:
+            yield Entry(Finding(level, what, column, count, f"in {n - LISTED} more runs", fix))
+
+
+def _stretches(reader: Any) -> dict[str | None, int]:
+    """Return in how many stretches of rows each run comes, in order of appearance."""
+    found: dict[str | None, int] = {}
+    last: Any = ()
+    for block in _blocks(reader, ["run_id"]) if "run_id" in reader.file.schema_arrow.names else ():
+        ids = block.column("run_id").cast(pa.string()).combine_chunks()
+        ids = ids.combine_chunks() if isinstance(ids, pa.ChunkedArray) else ids
+        for run_id in pc.run_end_encode(ids).values.to_pylist():
+            if run_id != last:
+                found[run_id] = found.get(run_id, 0) + 1
+            last = run_id
+    return found
+
+
+def _by_run(blocks: Iterator[Any]) -> Any:
+    """Return all blocks as one table whose runs are contiguous, in order of appearance, their rows in file order."""
+    table = pa.concat_tables(list(blocks), promote_options="permissive")
+    codes = table.column("run_id").cast(pa.string()).combine_chunks().dictionary_encode()
+    codes = codes.combine_chunks() if isinstance(codes, pa.ChunkedArray) else codes
+    return table.take(pa.array(np.argsort(codes.indices.fill_null(-1).to_numpy(zero_copy_only=False), kind="stable")))
+
+
+def _is_text(kind: Any) -> bool:
+    return any(test(kind) for test in (pa.types.is_string, pa.types.is_large_string, pa.types.is_dictionary, pa.types.is_null))
+
+
+def _is_number(arrow: Any, name: str) -> bool:
+    return name in arrow.names and (pa.types.is_floating(arrow.field(name).type) or pa.types.is_integer(arrow.field(name).type))
+
+
+def _schema_findings(arrow: Any, schema: Any) -> Iterator[Finding]:
+    """Yield missing columns, columns of a wrong type, and units that are absent or not ours."""
+    spare = [n for n in arrow.names if n not in schema.names]
+    for column in schema.columns:
+        if column.name not in arrow.names:
+            if not column.nullable:
+                hint = nearest(column.name, spare) if spare else "rename it or import with a mapping"
+                yield Finding(FAILURE, "missing column", column.name, 1, "not in the file", hint)
             continue
-        found += _values(name, values, piece.nulls.get(name, 0), name in optional)
-    if "time_s" in piece.columns:
-        found += _time(piece.columns)
-    usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
-    usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
-    reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
-    for name, values in usable.items():
-        other = next((v for o, v in usable.items() if o != name), None)
-        found += _signal(name, values, reach, None if other is None else dropouts_of(values, other))
-    if any(f.what == "digits lost" for f in found):
-        # a channel that turns within one decade shows it less
-        found = [f for f in found if f.what not in ("spikes", "saturation")]
-    if len(usable) == 2:
-        found = _ordered(found, *usable.values())
-        found += _frozen(*usable.values())
-    return found
+        field = arrow.field(column.name)
+        number = any(test(field.type) for test in (pa.types.is_floating, pa.types.is_integer, pa.types.is_null))
+        fits = _is_text(field.type) if column.type == pa.string() else number
+        if pa.types.is_null(field.type) and not column.nullable:
+            yield Finding(FAILURE, "empty values", column.name, 1, "all of them: the column holds nothing", "record or import again")
+        if not fits:
+            yield Finding(FAILURE, "wrong type", column.name, 1, f"{field.type}, not {column.type}", f"write it as {column.type}")
+        unit = (field.metadata or {}).get(b"unit")
+        if unit is None and column.unit:
+            yield Finding(REMARK, "no unit stated", column.name, 1, f"taken as {column.unit}", "none needed if that is right")
+        elif unit is not None and unit.decode(errors="replace") != column.unit:
+            stated = unit.decode(errors="replace")
+            if column.name in ("tension_in_n", "tension_out_n") and not is_force(stated):
+                detail = f"in {stated}, declared in the mapping: slopes and biases are in this unit too"
+                yield Finding(REMARK, "not a tension", column.name, 1, detail, "none needed")
+                continue
+            detail = f"{stated!r}, not {column.unit!r}"
+            yield Finding(FAILURE, "wrong unit", column.name, 1, detail, "convert it with sstl import")
 
 
-def table(columns: dict[str, Array], nulls: dict[str, int], required: list[str]) -> list[Finding]:
-    """Return findings on the numbers of any other table (Theta, commands, scores)."""
-    found = []
-    for name, values in columns.items():
-        found += _values(name, values, nulls.get(name, 0), name not in required)
-        if name.endswith("_se"):
-            bad = int(np.count_nonzero(values < 0))
-            if bad:
-                found.append(Finding(FAILURE, "negative standard error", name, bad, f"{bad} rows", "identify Theta again"))
-        if name in SLOPES and (bad := int(np.count_nonzero(values < SMALLEST))):
-            detail = f"{float(np.nanmin(values)):.3g} in one of {bad} rows: a loop rises"
-            found.append(Finding(FAILURE, "no slope", name, bad, detail, "identify Theta again"))
-    return found
+def _blocks(reader: Any, columns: list[str] | None = None) -> Iterator[Any]:
+    try:
+        for batch in reader.file.iter_batches(ROWS_PER_BLOCK, columns=columns):
+            for column in batch.columns:
+                if _is_text(column.type):
+                    # Arrow hands out bytes that are no UTF-8 as they are; Python would stop at them much later
+                    column.validate(full=True)
+            yield pa.Table.from_batches([batch])
+    except (pa.ArrowException, OSError) as error:
+        raise SstlError(f"damaged ({str(error)[:100]})", where=str(reader.path), fix="make the file again", code="E230") from None
 
 
-def _labels(piece: Piece) -> list[Finding]:
-    found = []
-    if piece.run_id is None:
-        found.append(Finding(FAILURE, "run_id is null", "run_id", 1, "samples without a run", "give every sample a run_id"))
-    for name, values in piece.labels.items():
-        if len(values) > 1:
-            shown = ", ".join(map(repr, values[:4]))
-            found.append(Finding(FAILURE, "label changes within the run", name, len(values), shown, "split the run"))
-    wrong = [v for v in piece.labels.get("system", []) if v not in ("act", "sstl")]
-    if wrong:
-        found.append(Finding(FAILURE, "unknown system", "system", len(wrong), f"{wrong[0]!r}", "use 'act' or 'sstl'"))
-    return found
+def _of_table(reader: Any, numeric: list[str], required: list[str]) -> Iterator[Entry]:
+    ids: dict[str, int] = {}
+    for block in _blocks(reader):
+        nulls = {n: block.column(n).null_count for n in block.column_names}
+        columns = {n: _numbers(block.column(n)) for n in numeric}
+        yield from map(Entry, samples.table_findings(columns, nulls, required))
+        if "status" in block.column_names and reader.metadata.get("schema") == THETA.id:
+            for run_id, status in zip(block.column("run_id").to_pylist(), block.column("status").to_pylist(), strict=True):
+                ids[str(run_id)] = ids.get(str(run_id), 0) + 1
+                if status != "ok":
+                    yield Entry(Finding(REMARK, "set aside", "status", 1, str(status), "none needed"), run_id)
+    for run_id, count in ids.items():
+        if count > 1:
+            yield Entry(Finding(FAILURE, "run comes twice", "run_id", count, f"{count} rows", "keep one row a run"), run_id)
 
 
-def _lead(values: Array) -> list[Finding]:
-    """Return what is wrong with the lead of the screw, which is a label in numbers: NaN says "not given"."""
-    given = values[~np.isnan(values)]
-    found = _values(LEAD, given, 0, optional=True) if len(given) else []
-    if not found and len(given) and (low := float(given.min())) != (high := float(given.max())):
-        detail = f"{low:.6g} to {high:.6g} mm; the first value, {given[0]:.6g} mm, stands for the run"
-        found.append(Finding(REMARK, "label changes within the run", LEAD, len(given), detail, "split the run, if the bend changed"))
-    return found
+def _numbers(column: Any) -> Any:
+    return column.cast(pa.float64()).to_numpy(zero_copy_only=False) if not pa.types.is_null(column.type) else column.to_numpy()
 
 
-def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Finding]:
-    found = []
-    if nulls and not optional:
-        fix = "drop or repair these samples"
-        found.append(Finding(FAILURE, "empty values", name, nulls, f"{nulls} of {len(values)}", fix))
-    elif 0 < nulls < len(values) and name in OPTIONAL:
-        found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
-    if not nulls and within(values):
-        return found + _tiny(name, values, len(values))
-    nan = int(np.count_nonzero(np.isnan(values))) - nulls
-    if nan > 0:
-        found.append(Finding(FAILURE, "not a number", name, nan, f"{nan} of {len(values)}", "drop or repair these samples"))
-    infinite = int(np.count_nonzero(np.isinf(values)))
-    if infinite:
-        found.append(Finding(FAILURE, "infinite values", name, infinite, f"{infinite} of {len(values)}", "repair the export"))
-    absurd = int(np.count_nonzero(np.isfinite(values) & unsound(values)))
-    if absurd:
-        detail = f"{absurd} of {len(values)} over {LARGEST:.0e}, beyond any sensor or clock"
-        found.append(Finding(FAILURE, "absurd values", name, absurd, detail, "repair the export, or check the unit"))
-    return found + _tiny(name, values[~unsound(values)], len(values))
+def _pieces(blocks: Iterator[Any], numeric: list[str]) -> Iterator[Piece]:
+    """Yield contiguous stretches of one run_id; memory is bounded by the longest."""
+    pending: list[Piece] = []
+    for block in blocks:
+        for piece in _stretches_of(block, numeric):
+            if pending and pending[0].run_id != piece.run_id:
+                yield _joined(pending)
+                pending = []
+            pending.append(piece)
+    if pending:
+        yield _joined(pending)
 
 
-def _tiny(name: str, sound: Array, count: int) -> list[Finding]:
-    """Return what is said of a tension that never leaves rounding, from its sound values."""
-    said = too_small(name, sound) if name in TENSIONS else ""
-    return [Finding(FAILURE, "absurd values", name, count, said, "check the unit")] if said else []
-
-
-def _time(columns: dict[str, Array]) -> list[Finding]:
-    time = columns["time_s"]
-    if not within(time):
-        time = time[~unsound(time)]
-    if len(time) < 2:
-        return []
-    step = np.diff(time)
-    least, most = float(step.min()), float(step.max())
-    if FASTEST_S <= least == most:
-        # nothing is wrong with an even clock: of many short runs most of the time was spent on it
-        return []
-    found = []
-    if said := too_fast(time):
-        found.append(Finding(FAILURE, "absurd sampling rate", "time_s", len(time), said, "check the unit"))
-    for what, bad, mend in (
-        ("time runs backwards", step < 0, partial(mend_backward, step, MIN_SAMPLES)),
-        ("time repeats", step == 0, partial(mend_repeated, step, columns)),
-    ):
-        count = int(np.count_nonzero(bad))
-        if count:
-            first = int(np.argmax(bad)) + 1
-            found.append(Finding(FAILURE, what, "time_s", count, f"first at sample {first}, {time[first]:.6g} s", mend()))
-    forward = step[step > 0]
-    if not len(forward):
-        return found
-    period = float(np.median(forward))
-    gaps = int(np.count_nonzero(step > GAP_PERIODS * period))
-    if gaps:
-        detail = f"longest {step.max():.4g} s at a period of {period:.4g} s"
-        found.append(Finding(FAILURE, "gaps", "time_s", gaps, detail, "split the run at its gaps"))
-    count, short = _missed(time, step, period)
-    if short:
-        found.append(Finding(REMARK, "missing samples", "time_s", count, f"{short} short gaps", "none needed"))
-    near = step[(step > 0) & (step < 1.5 * period)]
-    jitter = 100.0 * float(np.std(near)) / period
-    if jitter > 5.0:
-        detail = f"{jitter:.0f} % of the period of {period:.4g} s"
-        found.append(Finding(REMARK, "sampling jitter", "time_s", len(near), detail, "none needed"))
-    return found
-
-
-def _missed(time: Array, step: Array, period: float) -> tuple[int, int]:
-    """Return the rows that are missing in short gaps, and the gaps.
-
-    A row that is missing puts all stamps behind it late for good; a stamp that jitters is late by itself.
-    """
-    at = np.flatnonzero((step > 1.5 * period) & (step <= GAP_PERIODS * period))
-    # between steady stamps a long step is a gap
-    jitter = float(np.median(np.abs(step - period)))
-    if float(np.mean(step < 0.0)) > MANY:
-        # between rows out of order there are no gaps
-        return 0, 0
-    if not len(at) or jitter < STEADY * period or float(step.min()) <= 0.0:
-        return int(np.sum(np.round(step[at] / period) - 1)), len(at)
-    # over many stamps jitter is little, and a few rows that are missing move no median
-    clock = float(np.median(time[FAR:] - time[:-FAR])) / FAR if len(time) > 2 * FAR else period
-    off = time - clock * np.arange(len(time))
-    late = [float(np.median(off[k + 1 : k + 1 + BESIDE]) - np.median(off[max(0, k + 1 - BESIDE) : k + 1])) for k in at]
-    rows = [r for r in (round(v / period) for v in late) if r > 0]
-    return sum(rows), len(rows)
-
-
-def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None) -> list[Finding]:
-    span = float(np.ptp(values))
-    n = len(values)
-    if span == 0.0:
-        return [Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")]
-    found = []
-    step = np.diff(values)
-    inside = (values[1:] != values.max()) & (values[1:] != values.min())
-    # how often a value repeats by itself; what is clipped must not make the rest look noise-free
-    still = float(np.count_nonzero((step == 0.0) & inside)) / max(1, int(np.count_nonzero(inside)))
-    levels, grain = _grain(values)
-    # far below the noise it is the last digit of a file that tells them apart
-    if grain > 0.0 and filtering.noise_sd(values) < LEVELS * grain:
-        # a channel that hardly moves shows few levels of any converter: the further one of the two tells how fine it is
-        coarse = levels < LEVELS and reach < LEVELS * grain
-        found.append(
-            Finding(
-                FAILURE if coarse else REMARK,
-                "quantised",
-                name,
-                levels,
-                f"{levels} levels, {grain:.3g} N apart",
-                "record with more resolution" if coarse else "none needed",
-            )
+def _stretches_of(block: Any, numeric: list[str]) -> Iterator[Piece]:
+    """Yield the stretches of one run_id in one block; its columns are decoded once, not stretch by stretch."""
+    n, named = block.num_rows, "run_id" in block.column_names
+    signals = {s: _numbers(block.column(s)) for s in numeric}
+    empty = {s: np.cumsum(np.concatenate(([0], block.column(s).is_null().to_numpy()))) for s in signals if block.column(s).null_count}
+    # of a column of another type the schema's findings have told
+    texts = [s for s in LABELS if s in block.column_names and _is_text(block.column(s).type)]
+    labels = {s: _coded(block.column(s)) for s in texts}
+    ids, runs = _coded(block.column("run_id")) if named else ([None], np.zeros(n, np.int64))
+    edges = [0, *(np.flatnonzero(np.diff(runs)) + 1).tolist(), n]
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        if a == b:
+            continue
+        run_id = ids[runs[a]]
+        yield Piece(
+            None if run_id is None else str(run_id),
+            {s: v[a:b] for s, v in signals.items()},
+            {s: _different(own, codes[a:b]) for s, (own, codes) in labels.items()},
+            {s: int(empty[s][b] - empty[s][a]) if s in empty else 0 for s in signals},
         )
-    second = np.abs(np.diff(values, 2))[inside[1:]]
-    # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
-    if still < 0.05 and len(second) and float(np.median(second)) > ROUNDING * span:
-        found += _saturated(name, values, grain or quantisation(values))
-        longest, count = _stretches((step == 0.0) & inside)
-        if longest >= STUCK_SAMPLES:
-            detail = f"longest {longest + 1} samples"
-            found.append(Finding(FAILURE, "frozen stretches", name, count, detail, "cut these stretches out"))
-    spikes = int(np.count_nonzero(_spikes(values)))
-    if spikes and (share := digits_lost(values)) > 0.0:
-        detail = f"{100 * share:.0f} % of the samples are a tenth or a hundredth of their neighbours"
-        found.append(Finding(FAILURE, "digits lost", name, spikes, detail, 'import with decimal = ","'))
-    elif spikes:
-        many = spikes > MANY * n
-        fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
-        said = "single samples off both neighbours"
-        if lost is not None:
-            # the rule ``filled`` tells them as well
-            said, fix = f"{said}, {lost.samples} samples at {lost.level_n:.4g} N: readings that were missing", MEND
-        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, said, fix))
-    return found
 
 
-def _saturated(name: str, values: Array, grain: float) -> list[Finding]:
-    """Return an extreme that a channel repeats and that it would have gone beyond."""
-    found = []
-    for label, extreme, sign in (("maximum", values.max(), 1.0), ("minimum", values.min(), -1.0)):
-        longest, count = _stretches(values == extreme)
-        # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
-        before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
-        piled = longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before
-        if piled and _cut_off(sign * values, sign * extreme) > CUT * grain:
-            detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
-            found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
-    # between coarse levels a movement that holds at both of its ends rests at both; a sensor is at its limit at one (else: rule ``limit``)
-    return [] if len(found) > 1 and filtering.noise_sd(values) <= COARSE * grain else found
+def _coded(column: Any) -> tuple[list[Any], Any]:
+    """Return the texts of a column, None last, and for each row the place of its own."""
+    values = column.cast(pa.string()).combine_chunks()
+    coded = values.dictionary_encode()
+    coded = coded.combine_chunks() if isinstance(coded, pa.ChunkedArray) else coded
+    texts = coded.dictionary.to_pylist()
+    return [*texts, None], coded.indices.fill_null(len(texts)).to_numpy(zero_copy_only=False)
 
 
-def _cut_off(values: Array, top: float) -> float:
-    """Return how far beyond its largest value (N) a channel would have turned, by the slopes at which it comes there and goes.
-
-    A turn that repeats a level is as high as those slopes make it. What rests there as the record begins or ends was seen to do one of both.
-    """
-    beyond = 0.0
-    for a, b in stretches(values == top):
-        if b - a >= 3 and a >= 3 and b + 2 < len(values):
-            slopes = max(values[a - 1] - values[a - 3], 0.0) + max(values[b] - values[b + 2], 0.0)
-            # half of the mean slope at either end, over half of the time between
-            beyond = max(beyond, 0.0625 * slopes * (b - a + 1) - (top - max(values[a - 1], values[b])))
-    return float(beyond)
+def _different(texts: list[Any], codes: Any) -> list[Any]:
+    """Return the texts of a stretch, each once, in order of appearance."""
+    if not bool((codes != codes[0]).any()):
+        return [texts[codes[0]]]
+    return [texts[k] for k in dict.fromkeys(codes.tolist())]
 
 
-def _grain(values: Array) -> tuple[int, float]:
-    """Return how many levels a channel takes and how far they are apart (N), 0 where they are no grid."""
-    levels = np.unique(values)
-    if not 1 < len(levels) < len(values) / 4:
-        return len(levels), 0.0
-    if len(levels) > 3:
-        return len(levels), quantisation(values)
-    # two levels, or three with one gap between them, are a converter's as well
-    gaps = np.diff(levels)
-    return len(levels), float(gaps.mean()) if float(np.ptp(gaps)) < EVEN * float(gaps.sum()) else 0.0
-
-
-def _frozen(first: Array, second: Array) -> list[Finding]:
-    """Both tensions unchanged together: a recorder that stopped, not a hold.
-
-    Sensors with noise do not repeat their readings, so what repeats outside of the stretches is what says so.
-    """
-    same = (np.diff(first) == 0.0) & (np.diff(second) == 0.0)
-    longest, count = _stretches(same)
-    moves = ~_within(same, STUCK_SAMPLES)
-    repeats = max(float(np.mean(np.diff(v)[moves] == 0.0)) if moves.any() else 1.0 for v in (first, second))
-    if repeats > 0.05 or longest < 3:
-        return []
-    said = f"both tensions, longest {longest + 1} samples"
-    if longest < STUCK_SAMPLES:
-        return [Finding(REMARK, "frozen stretches", "", count, said, "none needed")]
-    # a record without noise holds both; one in which either channel is told already needs no second finding
-    told = min(float(np.mean(np.diff(v) == 0.0)) for v in (first, second)) < 0.05
-    if told or not all(noisy(v[np.append(True, moves)]) for v in (first, second)):
-        return []
-    return [Finding(FAILURE, "frozen stretches", "", count, said, "cut these stretches out")]
-
-
-def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
-    """Return which flags belong to a stretch of at least so many."""
-    out = np.zeros(len(flags), np.bool_)
-    for a, b in stretches(flags):
-        out[a:b] = b - a >= least
-    return out
-
-
-def _spikes(values: Array) -> NDArray[np.bool_]:
-    """Return the single samples that ``segment`` would bridge at a threshold that noise alone does not reach, and such ends.
-
-    A spike returns: a sample to which the line through those on one side leads, or beyond it, is a corner or the last before a step.
-    """
-    found = np.zeros(len(values), np.bool_)
-    second = np.abs(np.diff(values, 2))
-    # a sensor that stands still says nothing of its noise
-    lively = ~_within(second == 0.0, STUCK_SAMPLES)
-    # where noise crosses the edge between two levels a reading steps to and fro
-    threshold = max(SPIKE_SPREADS * filtering.spread(second[lively] if lively.any() else second), ROUNDED * _grain(values)[1])
-    # without noise half of the differences vanish and give no measure
-    if threshold == 0.0:
-        return found
-    found = np.asarray(filtering.despiked(np.ascontiguousarray(values), threshold) != values, np.bool_)
-    v = values[2:-2]
-    left, right = 2.0 * values[1:-3] - values[:-4], 2.0 * values[3:-1] - values[4:]
-    up = v > values[1:-3]
-    corner = np.where(up, v < np.maximum(left, right) + threshold, v > np.minimum(left, right) - threshold)
-    found[2:-2] &= ~corner
-    found[0], found[-1] = filtering.ends_off(values, threshold)
-    return found
-
-
-def _ordered(found: list[Finding], first: Array, second: Array) -> list[Finding]:
-    """Return the findings with spikes told as rows out of order, where they are samples of another place in both channels."""
-    a, b = _spikes(first), _spikes(second)
-    both = a & b
-    fewer, more = sorted((int(np.count_nonzero(a)), int(np.count_nonzero(b))))
-    count = int(np.count_nonzero(both))
-    # interference goes beyond what is measured, or meets one channel; a row of another place is a sound sample of both
-    inside = all(v[~both].min() <= v[both].min() and v[both].max() <= v[~both].max() for v in (first, second)) if count else False
-    if more <= MANY * len(a) or fewer < LEAST_SPIKES or count < 0.5 * fewer or not inside:
-        return found
-    detail = f"{count} rows stand off both neighbours in both channels at once, with values that fit elsewhere"
-    said = Finding(FAILURE, "rows out of order", "", count, detail, "sort the rows by their clock or number (as numbers, not as text)")
-    return [*(f for f in found if f.what != "spikes"), said]
-
-
-def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the longest stretch of true values and how many are true."""
-    lengths = [b - a for a, b in stretches(flags)]
-    return max(lengths, default=0), sum(lengths)
+def _joined(parts: list[Piece]) -> Piece:
+    """Return one run from its stretches, which blocks cut."""
+    head = parts[0]
+    if len(parts) == 1:
+        return head
+    return Piece(
+        head.run_id,
+        {s: np.concatenate([p.columns[s] for p in parts]) for s in head.columns},
+        {s: list(dict.fromkeys(text for p in parts for text in p.labels[s])) for s in head.labels},
+        {s: sum(p.nulls[s] for p in parts) for s in head.nulls},
+    )

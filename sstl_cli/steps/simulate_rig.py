@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.physics.bristle import BristleResult, BristleRun, BristleSpec, simulate_bristle
-from sstl_cli.physics.bristle.catalogue import EFFECTS as BRISTLE_EFFECTS
+from sstl_cli.physics import bristle, rig, variant
+from sstl_cli.physics.bristle import BristleRun, BristleSpec, simulate_bristle
 from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.given import Built
+from sstl_cli.physics.given import Built, Recorded
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension
-from sstl_cli.physics.rig import NoiseSpec, RigResult, RigRun, RigSpec, simulate_rig
-from sstl_cli.physics.rig.catalogue import EFFECTS as RIG_EFFECTS
+from sstl_cli.physics.rig import NoiseSpec, RigRun, RigSpec, simulate_rig
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.physics.variant import VariantResult, VariantRun, VariantSpec, simulate_variant
-from sstl_cli.physics.variant.catalogue import EFFECTS as VARIANT_EFFECTS
+from sstl_cli.physics.variant import VariantRun, VariantSpec, simulate_variant
 
-KNOWN: Mapping[str, Mapping[str, Container[str]]] = {"rig": RIG_EFFECTS, "bristle": BRISTLE_EFFECTS, "variant": VARIANT_EFFECTS}
+# the parameters of the effects that a simulator has code for
+KNOWN: Mapping[str, Callable[[], Mapping[str, Container[str]]]] = {
+    "rig": rig.parameters,
+    "bristle": bristle.parameters,
+    "variant": variant.parameters,
+}
 
 
 def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int) -> Run:
@@ -37,9 +40,9 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
     beside = neighbour_tension(scenario, p, seed)
     built, heard = _built(scenario), NoiseSpec(**scenario.noise.model_dump())
     given = (p.system, c.theta * scenario.rig.mechanics().friction(p.system), c.location, time, "tension", command, beside)
-    values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]) for effect_id, v in effects.items()}
+    values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]()) for effect_id, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
-    result: RigResult | BristleResult | VariantResult
+    result: Recorded
     try:
         if scenario.simulator == "bristle":
             result = simulate_bristle(BristleSpec(**built), BristleRun(*given), values, heard, own)

@@ -18,9 +18,9 @@ from sstl_cli.core.tables import PARAMETERS
 from sstl_cli.identification import Segmentation, SegmentOptions, segment_run
 from sstl_cli.identification.change import Change, Chart
 from sstl_cli.identification.intake import Intake, Pieces
-from sstl_cli.mapping.inference import MappingModel
+from sstl_cli.mapping.inference import OUTSIDE, MappingModel
+from sstl_cli.physics.claims import Reference, gap_n, lines_of, of_simulator
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps.watch_model import Reference, gap_n, lines_of, of_simulator
 
 Array = NDArray[np.float64]
 COMPONENTS = ("ln gamma_p", "ln gamma_r", "pull level", "release level", "ln gap")
@@ -30,7 +30,6 @@ SIDES = (0, 0, 0, 0, 1)
 LEAST_SPREAD = np.array([1e-3, 1e-3, 2e-3, 2e-3, 1e-2])
 # loops of each stream that go into a diagnosis, before the change and since
 KEPT = 8
-INSIDE, EDGE, OUTSIDE = "inside", "edge", "outside"
 
 
 @dataclass(frozen=True)
@@ -198,20 +197,15 @@ class Watcher:
             return None, None
         x = np.array([[gp, gr]])
         se = np.array([[found.theta_se["gamma_p"] or 0.0, found.theta_se["gamma_r"] or 0.0]])
-        where = INSIDE
-        if self.model.outside_range(x)[0]:
-            # two standard errors nearer to the middle of the training data
-            nearer = x + np.clip(np.array([self.model.header.centre]) - x, -2.0 * se, 2.0 * se)
-            where = OUTSIDE if self.model.outside_range(nearer)[0] else EDGE
         names = self.model.header.tendons
         predicted = self.model.predict(x, names[0] if names else None)[0]
-        return (float(predicted[0]), float(predicted[1])), where
+        return (float(predicted[0]), float(predicted[1])), self.model.place(x, se)
 
     def _gap(self, stream: _Stream, run: Run, found: Segmentation) -> tuple[float | None, str]:
         """Return the RMSE (N) of the output against what is claimed of it, and by whom."""
         if self.sim is not None:
             if stream.reference is None:
-                stream.reference = of_simulator(self.sim, run, found)
+                stream.reference = of_simulator(self.sim, run, found.theta["gamma_p"], found.theta["gamma_r"])
             return gap_n(stream.reference, run), "simulator"
         if run.system == "act" and self.model is not None:
             slopes, known = self._sstl.get(run.config_id), self.model.header.tendons

@@ -12,7 +12,7 @@ from sstl_cli.blind.retune import Pair, gap_n, retune
 from sstl_cli.blind.schedule import Entry, schedule
 from sstl_cli.blind.strength import band, direction, find_scale
 from sstl_cli.physics.effects import catalogue, get
-from sstl_cli.physics.rig import EFFECTS
+from sstl_cli.physics.rig import parameters
 
 
 def backlash(u, theta, passes):
@@ -59,7 +59,7 @@ def test_directions_stay_inside_the_rig(effect_id):
         way = direction(effect_id, np.random.default_rng(seed), 30.0, 20.0)
         for scale in (1e-4, 0.3, 1.0):
             for name, value in way.at(scale).items():
-                bounds = EFFECTS[effect_id][name]
+                bounds = parameters()[effect_id][name]
                 assert bounds.low <= value <= bounds.high
         assert get(effect_id).active({**get(effect_id).neutral(), **way.at(0.5)})
 

@@ -20,7 +20,7 @@ from sstl_cli.core.parquet import TableWriter, open_table, schema_id_of, write_t
 from sstl_cli.core.provenance import Provenance, inputs_of, sha256
 from sstl_cli.core.runs import Run, read_logs, write_runs
 from sstl_cli.core.tables import COMMAND, EVALUATION, LOG, PHASES, SCHEMAS, SCORE, THETA, Column
-from sstl_cli.steps import check_table
+from sstl_cli.steps import check
 
 MADE = Provenance("sstl test", 1)
 
@@ -254,7 +254,7 @@ def test_bytes_that_are_no_text_are_a_finding_of_check(tmp_path: Path) -> None:
         table = whole.set_column(whole.column_names.index(column), column, bad)
         pq.write_table(table.replace_schema_metadata({"sstl": json.dumps({"schema": schema.id, "schema_version": 1})}), tmp_path / "t")
         reader = open_table(tmp_path / "t", replace(schema, columns=()))
-        found = [e.finding for e in check_table.run(reader, schema, lambda _: None)]
+        found = [e.finding for e in check.run(reader, schema, lambda _: None)]
         assert [f.what for f in found if "UTF8" in f.detail] == ["unreadable"], found
 
 
@@ -265,7 +265,7 @@ def test_a_required_column_that_holds_nothing_is_a_finding_of_check(column: str,
     write_runs(tmp_path / "good", [Run("a", "act", steps, 5.0 - 4.0 * np.cos(steps), 3.0 - 2.0 * np.cos(steps))], MADE)
     table = pq.read_table(tmp_path / "good")
     pq.write_table(table.set_column(table.column_names.index(column), column, pa.nulls(300)), tmp_path / "t")
-    found = list(check_table.run(open_table(tmp_path / "t", replace(LOG, columns=())), LOG, lambda _: None))
+    found = list(check.run(open_table(tmp_path / "t", replace(LOG, columns=())), LOG, lambda _: None))
     assert ("empty values", column) in {(e.finding.what, e.finding.column) for e in found if e.finding.level == "failure"}
     with pytest.raises(SstlError, match="E136"):
         read_logs([tmp_path / "t"])

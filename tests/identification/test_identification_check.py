@@ -9,8 +9,8 @@ import pytest
 from identification_loops import ACT, record, trapezoid
 
 from sstl_cli.core.runs import Run
+from sstl_cli.identification import samples
 from sstl_cli.identification.gate import evidence_of
-from sstl_cli.steps import check
 from sstl_cli.steps.info import RunSummary, draw_loop
 from sstl_cli.steps.info import run as summarise
 
@@ -24,7 +24,7 @@ def findings(time=None, x=None, y=None, **kwargs):
         "tension_in_n": RUN.tension_in_n if x is None else x,
         "tension_out_n": RUN.tension_out_n if y is None else y,
     }
-    return {(f.what, f.column): f for f in check.run(check.Piece("r", columns, **kwargs))}
+    return {(f.what, f.column): f for f in samples.findings(samples.Piece("r", columns, **kwargs))}
 
 
 def test_a_clean_run_has_no_findings():
@@ -48,9 +48,9 @@ def test_holds_without_noise_are_not_saturation(kind):
 def test_quantisation_names_the_step():
     found = findings(x=np.round(RUN.tension_in_n / 0.25) * 0.25)
     assert "0.25 N" in found["quantised", "tension_in_n"].detail
-    assert found["quantised", "tension_in_n"].level == check.REMARK
+    assert found["quantised", "tension_in_n"].level == samples.REMARK
     coarse = findings(x=np.round(RUN.tension_in_n / 5.0) * 5.0)
-    assert coarse["quantised", "tension_in_n"].level == check.FAILURE
+    assert coarse["quantised", "tension_in_n"].level == samples.FAILURE
 
 
 def test_the_step_of_a_converter_is_the_smallest_gap_of_its_levels_not_the_usual_one():
@@ -63,11 +63,11 @@ def test_the_step_of_a_converter_is_the_smallest_gap_of_its_levels_not_the_usual
 @pytest.mark.parametrize("levels", [2, 3])
 def test_few_levels_are_coarse(levels):
     step = float(np.ptp(RUN.tension_in_n)) / (levels - 1)
-    assert findings(x=np.round(RUN.tension_in_n / step) * step)["quantised", "tension_in_n"].level == check.FAILURE
+    assert findings(x=np.round(RUN.tension_in_n / step) * step)["quantised", "tension_in_n"].level == samples.FAILURE
 
 
 def test_flat_frozen_spikes():
-    assert findings(y=np.full(N, 2.0))["flat channel", "tension_out_n"].level == check.FAILURE
+    assert findings(y=np.full(N, 2.0))["flat channel", "tension_out_n"].level == samples.FAILURE
     frozen = RUN.tension_out_n.copy()
     frozen[500:540] = frozen[500]
     assert findings(y=frozen)["frozen stretches", "tension_out_n"].count == 39
@@ -88,7 +88,7 @@ def test_time_faults_are_counted():
     assert found["time repeats", "time_s"].count == 1
     assert found["time runs backwards", "time_s"].count == 1
     assert found["gaps", "time_s"].count == 1
-    assert found["missing samples", "time_s"].level == check.REMARK
+    assert found["missing samples", "time_s"].level == samples.REMARK
     jittery = RUN.time_s + np.random.default_rng(0).uniform(-0.002, 0.002, N)
     assert ("sampling jitter", "time_s") in findings(time=jittery)
 
@@ -148,9 +148,9 @@ def test_stamps_too_coarse_for_the_rows_ask_for_the_rate_and_rows_that_are_there
 def test_a_run_of_two_samples_costs_next_to_nothing():
     # a log may hold a million of them: what is counted is Python's own work, which is the same on every machine
     t, x = np.array([0.0, 0.01]), np.array([5.0, 6.0])
-    piece = check.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": 0.6 * x})
+    piece = samples.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": 0.6 * x})
     calls = {"check": 0, "gate": 0}
-    for name, work in (("check", lambda: check.run(piece)), ("gate", lambda: evidence_of(Run("r", "act", t, x, 0.6 * x)))):
+    for name, work in (("check", lambda: samples.run(piece)), ("gate", lambda: evidence_of(Run("r", "act", t, x, 0.6 * x)))):
         # what is imported or made once is not counted
         work()
 

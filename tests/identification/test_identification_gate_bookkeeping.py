@@ -10,8 +10,7 @@ from identification_loops import play
 from identification_slips import lines
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
-from sstl_cli.steps import check
+from sstl_cli.identification import gate, samples
 
 
 def waves(seed, top, seconds=40.0, rate=100.0):
@@ -33,7 +32,10 @@ def without_comma(v, digits):
 
 def findings(r):
     return [
-        f.what for f in check.run(check.Piece("r", {"time_s": r.time_s, "tension_in_n": r.tension_in_n, "tension_out_n": r.tension_out_n}))
+        f.what
+        for f in samples.findings(
+            samples.Piece("r", {"time_s": r.time_s, "tension_in_n": r.tension_in_n, "tension_out_n": r.tension_out_n})
+        )
     ]
 
 

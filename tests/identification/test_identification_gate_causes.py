@@ -10,8 +10,7 @@ from identification_loops import play, trapezoid
 from identification_slips import BENDS, bend, changed, lines, overflowing, rig
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
-from sstl_cli.steps import check
+from sstl_cli.identification import gate, samples
 
 
 def rules(runs: list[Run]) -> set[str]:
@@ -157,7 +156,7 @@ def test_an_overflow_names_its_channel_and_a_dropout_is_none():
 
 
 def found(t, x, y):
-    return {f.what for f in check.run(check.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": y}))}
+    return {f.what for f in samples.findings(samples.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": y}))}
 
 
 def test_stamps_that_jitter_miss_no_samples():

@@ -10,8 +10,7 @@ from identification_loops import play
 from identification_slips import changed, humming, lines, rig
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
-from sstl_cli.steps import check
+from sstl_cli.identification import gate, samples
 
 
 def rules(runs: list[Run]) -> set[str]:
@@ -103,7 +102,7 @@ def test_a_turn_that_repeats_a_level_of_a_fine_converter_is_not_cut_off(rate):
     noise = np.random.default_rng(0).standard_normal(len(t))
 
     def said(values, step=0.02):
-        return {f.what for f in check.run(check.Piece("r", {"time_s": t, "tension_in_n": np.round(values / step) * step}))}
+        return {f.what for f in samples.findings(samples.Piece("r", {"time_s": t, "tension_in_n": np.round(values / step) * step}))}
 
     assert "saturation" not in said(clean + 0.002 * noise)
     assert "saturation" in said(np.minimum(clean + 0.03 * noise, 18.0)) and "saturation" not in said(clean + 0.03 * noise)

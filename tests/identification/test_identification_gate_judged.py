@@ -9,8 +9,7 @@ import pytest
 from identification_loops import multisine, play, trapezoid
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
-from sstl_cli.steps import check
+from sstl_cli.identification import gate, samples
 
 
 def lines(theta):
@@ -98,15 +97,15 @@ def test_the_noise_tells_which_channel_of_one_run_has_changed(channel, said):
 
 
 def found(x, y):
-    piece = check.Piece("a", {"time_s": np.arange(len(x)) / 100.0, "tension_in_n": x, "tension_out_n": y})
-    return {(f.what, f.level) for f in check.run(piece)}
+    piece = samples.Piece("a", {"time_s": np.arange(len(x)) / 100.0, "tension_in_n": x, "tension_out_n": y})
+    return {(f.what, f.level) for f in samples.findings(piece)}
 
 
 def test_rows_sorted_as_text_are_rows_out_of_order():
     run = loop(kind="multisine")
     order = sorted(range(len(run)), key=str)
     said = found(run.tension_in_n[order], run.tension_out_n[order])
-    assert ("rows out of order", check.FAILURE) in said and "spikes" not in {what for what, _ in said}
+    assert ("rows out of order", samples.FAILURE) in said and "spikes" not in {what for what, _ in said}
 
 
 def test_a_sharp_corner_is_no_spike_and_a_spike_is_one():
@@ -114,14 +113,14 @@ def test_a_sharp_corner_is_no_spike_and_a_spike_is_one():
     x = 5.0 + np.abs((np.arange(3000) + 0.3) % 101 - 50.0) * 0.5 + 0.005 * rng.standard_normal(3000)
     assert "spikes" not in {what for what, _ in found(x, 0.7 * x + 0.005 * rng.standard_normal(3000))}
     x[1500] += 3.0
-    assert ("spikes", check.REMARK) in found(x, 0.7 * x + 0.005 * rng.standard_normal(3000))
+    assert ("spikes", samples.REMARK) in found(x, 0.7 * x + 0.005 * rng.standard_normal(3000))
 
 
 def test_a_channel_that_hardly_moves_is_not_coarse():
     x = 5.0 + np.arange(3000) * 0.01
     y = np.round(3.0 + 0.3 * np.sin(np.arange(3000) / 300.0), 1)
-    assert ("quantised", check.REMARK) in found(x, y)
-    assert ("quantised", check.FAILURE) in found(np.round(5.0 + 0.3 * np.sin(np.arange(3000) / 200.0), 1), y)
+    assert ("quantised", samples.REMARK) in found(x, y)
+    assert ("quantised", samples.FAILURE) in found(np.round(5.0 + 0.3 * np.sin(np.arange(3000) / 200.0), 1), y)
 
 
 def test_readings_of_an_error_code_are_told_alike_by_both_checks():
@@ -130,7 +129,7 @@ def test_readings_of_an_error_code_are_told_alike_by_both_checks():
     y = np.where(lost, -999.0, run.tension_out_n)
     (spikes,) = [
         f
-        for f in check.run(check.Piece("a", {"time_s": run.time_s, "tension_in_n": run.tension_in_n, "tension_out_n": y}))
+        for f in samples.findings(samples.Piece("a", {"time_s": run.time_s, "tension_in_n": run.tension_in_n, "tension_out_n": y}))
         if f.what == "spikes"
     ]
     (filled,) = [r for r in gate.remarks([replace(run, tension_out_n=y)]) if r.rule == "filled"]
@@ -157,7 +156,7 @@ def test_the_last_digit_of_a_file_far_below_the_noise_is_no_converter():
     x = np.repeat(np.round(5.0 + 0.02 * np.sin(np.arange(800) / 40.0) + noise, 5), 5)
     y = 4.0 + np.sin(np.arange(4000) / 200.0)
     assert "quantised" not in {what for what, _ in found(x, y)}
-    assert ("quantised", check.REMARK) in found(np.round(x, 2), y)
+    assert ("quantised", samples.REMARK) in found(np.round(x, 2), y)
 
 
 @pytest.mark.parametrize("wrap", [0.8, 1.0, 1.3])

@@ -10,11 +10,10 @@ from identification_loops import play, trapezoid
 from test_identification_gate_judged import loop
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
+from sstl_cli.identification import gate, samples
 from sstl_cli.identification.gate.measuring import evidence_of
 from sstl_cli.identification.gate.rules import limit
 from sstl_cli.identification.gate.seam import seam_of
-from sstl_cli.steps import check
 
 
 def bent(theta, sd=0.02, seed=0, run_id="a", system="sstl", x=None, t=None):
@@ -85,7 +84,7 @@ def test_systems_with_recorders_of_their_own_may_differ_in_rate():
 
 
 def said(t, x, y):
-    return {(f.what, f.column): f for f in check.run(check.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": y}))}
+    return {(f.what, f.column): f for f in samples.findings(samples.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": y}))}
 
 
 def test_a_reading_that_steps_to_and_fro_between_two_levels_is_no_spike():
@@ -147,6 +146,6 @@ def test_a_converter_that_repeats_its_largest_reading_at_a_turn_is_not_saturated
     cut = np.minimum(v, 13.0)
 
     def said(channel):
-        return [f.what for f in check._signal("tension_in_n", channel, 12.0) if f.what == "saturation"]
+        return [f.what for f in samples._signal("tension_in_n", channel, 12.0) if f.what == "saturation"]
 
-    assert check._stretches(v == v.max())[0] >= 3 and said(v) == [] and said(cut) == ["saturation"]
+    assert samples._stretches(v == v.max())[0] >= 3 and said(v) == [] and said(cut) == ["saturation"]

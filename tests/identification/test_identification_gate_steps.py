@@ -10,8 +10,7 @@ from identification_loops import play
 from identification_slips import lines
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import filtering, gate
-from sstl_cli.steps import check
+from sstl_cli.identification import filtering, gate, samples
 
 
 def moved(kind, seed, top, rate=100.0, seconds=40.0, wrap=0.4, noise=5e-4):
@@ -29,8 +28,8 @@ def moved(kind, seed, top, rate=100.0, seconds=40.0, wrap=0.4, noise=5e-4):
 
 
 def spikes(v):
-    piece = check.Piece("r", {"time_s": np.arange(len(v)) / 100.0, "tension_in_n": v, "tension_out_n": v[::-1].copy()})
-    return sum(f.count for f in check.run(piece) if f.what == "spikes" and f.column == "tension_in_n")
+    piece = samples.Piece("r", {"time_s": np.arange(len(v)) / 100.0, "tension_in_n": v, "tension_out_n": v[::-1].copy()})
+    return sum(f.count for f in samples.findings(piece) if f.what == "spikes" and f.column == "tension_in_n")
 
 
 @pytest.mark.parametrize("kind", ["triangle", "waves"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.identification.gate.sensors import quantisation
-from sstl_cli.physics.variant.recorder import deadband
+from sstl_cli.physics.variant.effects.quantisation import deadband
 
 N = 4000
 RNG = np.random.default_rng(11)

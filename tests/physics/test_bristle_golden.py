@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sstl_cli.physics.bristle import EFFECTS, BristleRun, BristleSpec, NoiseSpec, simulate_bristle
+from sstl_cli.physics.bristle import BristleRun, BristleSpec, NoiseSpec, parameters, simulate_bristle
 
 GOLDEN = Path(__file__).with_suffix(".csv")
 TIME = np.arange(350) * 0.04
@@ -26,7 +26,7 @@ def strong(effect: str) -> dict[str, dict[str, float]]:
         return {}
     if effect == "saturation":
         return {effect: {"t_max_in_n": 20.0, "t_max_out_n": 9.0}}
-    return {effect: {name: 0.25 * b.neutral + 0.75 * b.high for name, b in EFFECTS[effect].items()}}
+    return {effect: {name: 0.25 * b.neutral + 0.75 * b.high for name, b in parameters()[effect].items()}}
 
 
 def numbers(effect: str, system: str) -> list[float]:
@@ -45,7 +45,7 @@ KNOWN = read()
 
 
 def test_every_effect_has_its_numbers() -> None:
-    assert {effect for effect, _ in KNOWN} == {"none", *EFFECTS}
+    assert {effect for effect, _ in KNOWN} == {"none", *parameters()}
 
 
 @pytest.mark.parametrize("case", sorted(KNOWN), ids="-".join)
@@ -56,5 +56,5 @@ def test_the_same_numbers_as_published(case: tuple[str, str]) -> None:
 
 
 if __name__ == "__main__":
-    rows = [(e, s, *(f"{v:.8g}" for v in numbers(e, s))) for e in ("none", *sorted(EFFECTS)) for s in ("act", "sstl")]
+    rows = [(e, s, *(f"{v:.8g}" for v in numbers(e, s))) for e in ("none", *sorted(parameters())) for s in ("act", "sstl")]
     GOLDEN.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
+import textwrap
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from program import inside
 
+from sstl_cli.blind.strength import direction
 from sstl_cli.core.errors import SstlError
 from sstl_cli.physics import effects as package
 from sstl_cli.physics.effect import STAGES, Law, Mechanics, Sampling
 from sstl_cli.physics.effects import catalogue, get, parse
+from sstl_cli.physics.rig import QUIET, RigRun, RigSpec, simulate_rig
+from sstl_cli.physics.rig import effects as hardware
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import drive_of, observed_output, true_input
 
@@ -164,28 +170,43 @@ def test_a_dropped_in_effect_is_found(tmp_path, monkeypatch):
         catalogue.cache_clear()
 
 
-def test_a_dropped_in_effect_along_the_line_is_simulated_listed_and_named(tmp_path, monkeypatch):
-    """What CONTRIBUTING says of adding an effect, for one of the transition stage: this one file, and nothing else."""
-    (tmp_path / "sticky_line.py").write_text(
-        "from sstl_cli.physics.effect import TRANSITION, Effect, Parameter\n"
-        "def _transition(transition, v, _drive):\n"
-        "    transition.breakaway_mm += 0.5 * v['distance_mm']\n"
-        "EFFECT = Effect(id='sticky_line', title='Sticky line', stage=TRANSITION, equation='dF = F / z du', source='test',\n"
-        "    parameters=(Parameter('distance_mm', 'mm', 0.0, 0.0, 3.0, 'twice the break-away distance'),),\n"
-        "    excitation='minor loops', transition=_transition)\n"
-    )
-    monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
-    catalogue.cache_clear()
+def files_of_contributing(folder: Path) -> dict[str, str]:
+    """Write the files that CONTRIBUTING shows for an effect as far as their packages, and return the folder of each package."""
+    text = Path(__file__).parents[2].joinpath("CONTRIBUTING.md").read_text(encoding="utf-8")
+    section = text.split("## Add an effect")[1].split("\n## ")[0]
+    found = {}
+    for block in re.findall(r"```python\n(.*?)```", section, re.DOTALL):
+        body = textwrap.dedent(block)
+        name, place = body.splitlines()[0].removeprefix("# ").split(" in ")
+        folder.joinpath(place).mkdir(parents=True)
+        folder.joinpath(place, name).write_text(body, encoding="utf-8")
+        found[".".join(Path(place).parts)] = str(folder / place)
+    return found
+
+
+def test_an_effect_added_as_contributing_says_is_simulated_recorded_and_named(tmp_path, monkeypatch):
+    """These two files and nothing else: one for the catalogue, along the line, and one for the rig."""
+    added = {"sstl_cli.physics.effects": package, "sstl_cli.physics.rig.effects": hardware}
+    folders = files_of_contributing(tmp_path)
+    assert set(folders) == set(added)
+    for name, where in added.items():
+        monkeypatch.setattr(where, "__path__", [*where.__path__, folders[name]])
+        where.catalogue.cache_clear()
     try:
         base = response("presliding", {})
         assert np.array_equal(response("sticky_line", {}), base)
         half = response("presliding", {"breakaway_mm": 0.5, "spread": 0.0})
         assert np.array_equal(response("sticky_line", {"distance_mm": 1.0}), half) and not np.array_equal(half, base)
+        assert rig_response("sticky_line", {}) == rig_response("presliding", {})
+        assert rig_response("sticky_line", {"distance_mm": 1.0}) == rig_response("presliding", {"breakaway_mm": 0.5, "spread": 0.0})
+        assert direction("sticky_line", np.random.default_rng(1), 30.0, 20.0).at(0.5) == {"distance_mm": 1.5}
         done = inside("effects", "list", "--json")
         assert "sticky_line" in done.stdout
         log = tmp_path / "log.parquet"
-        done = inside("simulate", "--scenario", "sample", "--effect", "sticky_line:distance_mm=1.5", "--seed", 1, "--out", log)
-        assert done.returncode == 0, done.stderr
+        for simulator in ("rig", "transmission"):
+            made = ("--scenario", "sample", "--simulator", simulator, "--effect", "sticky_line:distance_mm=1.5")
+            done = inside("simulate", *made, "--seed", 1, "--out", log, "--force")
+            assert done.returncode == 0, done.stderr
         few = ("--effects", "sticky_line,viscous", "--max-effects", 1)
         done = inside("diagnose", log, *few, "--out", tmp_path / "d.json")
         found = json.loads((tmp_path / "d.json").read_text())["candidates"][0]
@@ -194,7 +215,14 @@ def test_a_dropped_in_effect_along_the_line_is_simulated_listed_and_named(tmp_pa
         assert "sticky line" in (tmp_path / "page.html").read_text()
     finally:
         monkeypatch.undo()
-        catalogue.cache_clear()
+        for where in added.values():
+            where.catalogue.cache_clear()
+
+
+def rig_response(effect_id, values):
+    """What the elastic rig records with one effect."""
+    run = RigRun("act", THETA, "CP", T[:1200], "tension", PATH[:1200])
+    return simulate_rig(RigSpec(nodes=10), run, {effect_id: values}, QUIET).tension_out_n.tolist()
 
 
 def test_a_common_mount_shows_the_sum_of_both_tensions() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.effects import catalogue
-from sstl_cli.physics.rig import EFFECTS, NoiseSpec, RigRun, RigSpec, simulate_rig
+from sstl_cli.physics.rig import NoiseSpec, RigRun, RigSpec, parameters, simulate_rig
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import drive_of, observed_output, true_input
 
@@ -46,9 +46,8 @@ def strong(effect_id: str) -> dict[str, dict[str, float]]:
         return {}
     if effect_id == "saturation":
         return {effect_id: {"t_max_in_n": 20.0, "t_max_out_n": 9.0}}
-    parameters = catalogue()[effect_id].parameters
     # laws that only the fast model has stay off: the numbers are for both
-    shared = [p for p in parameters if p.name in EFFECTS[effect_id]]
+    shared = [p for p in catalogue()[effect_id].parameters if p.name in parameters()[effect_id]]
     return {effect_id: {p.name: (p.low if p.shape else p.neutral) * 0.25 + p.high * 0.75 for p in shared}}
 
 
@@ -92,7 +91,7 @@ def fast(effect: str, system: str, kind: str) -> list[float]:
 
 
 def cases() -> list[tuple[str, str, str, str]]:
-    names = [*sorted(EFFECTS), *TOGETHER]
+    names = [*sorted(parameters()), *TOGETHER]
     systems = ("act", "sstl")
     found = [("rig", e, s, "loop") for e in names for s in systems]
     found += [("rig", e, s, k) for e in ("none", "memory", "transition", "end") for s in systems for k in ("tension", "position")]

@@ -12,12 +12,16 @@ from scipy.signal import lsim
 from sstl_cli.physics.effect import Drive, Mechanics
 from sstl_cli.physics.filters import delayed, first_order, low_pass, play, second_low_pass
 from sstl_cli.physics.noise import NoiseModel, sensor_noise
-from sstl_cli.physics.rig import EFFECTS, NoiseSpec, RigRun, RigSpec, resolve_effects
+from sstl_cli.physics.rig import NoiseSpec, RigRun, RigSpec, parameters, resolve_effects
 from sstl_cli.physics.rig.chain import Load, TensionLaw, friction_limit, load_tension
-from sstl_cli.physics.rig.drive import Motor, loop_commit, loop_line, shape_command
-from sstl_cli.physics.rig.sensors import coloured, digitise, sensor_play
-from sstl_cli.physics.rig.sensors import first_order as rig_first_order
-from sstl_cli.physics.rig.simulate import build_chain, build_contact, build_load, build_setting, build_swell
+from sstl_cli.physics.rig.drive import Motor, loop_commit, loop_line
+from sstl_cli.physics.rig.effect import Parts
+from sstl_cli.physics.rig.effects.channel_lowpass import first_order as rig_first_order
+from sstl_cli.physics.rig.effects.quantisation import rounded
+from sstl_cli.physics.rig.effects.sensor_nonlinearity import sensor_play
+from sstl_cli.physics.rig.effects.tension_loop_lag import shape_command
+from sstl_cli.physics.rig.sensors import coloured
+from sstl_cli.physics.rig.simulate import build
 from sstl_cli.physics.rig.spec import bend_weights
 from sstl_cli.physics.scenario import Lines, Trajectory
 from sstl_cli.physics.trajectories import position_driven, probe, times
@@ -33,12 +37,10 @@ def test_the_rig_has_the_ranges_of_the_catalogue() -> None:
     golden = {
         tuple(k.split(".")): v.split(",") for k, v in (line.split(",", 1) for line in GOLDEN.read_text(encoding="utf-8").splitlines())
     }
-    for (effect, name), (neutral, low, high, unit, _) in golden.items():
-        b = EFFECTS[effect][name]
+    for (effect, name), (neutral, low, high, *_) in golden.items():
+        b = parameters()[effect][name]
         assert (b.neutral, b.low, b.high) == (float(neutral), float(low), float(high)), (effect, name)
-        # the rig writes no dimension as a dash
-        assert b.unit in (unit, "-" if unit == "1" else unit.replace("^", ""))
-    sheath = EFFECTS["sheath_compliance"]["c_t_per_n"]
+    sheath = parameters()["sheath_compliance"]["c_t_per_n"]
     assert (sheath.neutral, sheath.low, sheath.high) == (0.0, 0.0, 0.01)
     assert resolve_effects({"slack": {"gap_mm": 5.0}})["slack"]["gap_mm"] == 5.0
     assert resolve_effects({})["gain_error"] == {"g_act": 1.0, "g_sstl": 1.0}
@@ -99,6 +101,10 @@ def test_what_can_be_run(field: str, bad: object) -> None:
             NoiseSpec(correlation_s=wrong)
 
 
+def built(spec: RigSpec, given: RigRun, effects: dict[str, dict[str, float]]) -> Parts:
+    return build(spec, given, resolve_effects(effects))
+
+
 def test_bend_weights() -> None:
     spec = RigSpec(nodes=10, bend_arc_fraction=0.3, bend_centres={"NP": 0.1, "CP": 0.5, "ND": 0.8, "end": 0.95})
     # 0.65 to 0.95 of the pass: half a node, two nodes, half a node
@@ -112,20 +118,22 @@ def test_bend_weights() -> None:
 
 def test_chain_and_contacts_as_built() -> None:
     spec = RigSpec(nodes=4, length_mm=1000.0, ea_n=5000.0, pretension_n=2.0)
-    values = resolve_effects({"viscous": {"c_l_n_s_per_mm": 0.04}, "presliding": {"breakaway_mm": 0.2, "spread": 0.5}, "const_friction": {"w_l_n": 0.4},
-                              "pulley_friction": {"m_p": 0.1, "m_r": 0.2, "f0_n": 1.0}, "load_spring": {"play_mm": 1.0}})  # fmt: skip
-    load_spring = build_load(spec, values)
-    assert (load_spring.k1, load_spring.y0, load_spring.half_play, load_spring.play_width) == (8.0, 0.25, 0.5, 2e-3)
-    chain = build_chain(spec, "act", values, load_spring)
+    effects = {"viscous": {"c_l_n_s_per_mm": 0.04}, "presliding": {"breakaway_mm": 0.2, "spread": 0.5}, "const_friction": {"w_l_n": 0.4},
+               "pulley_friction": {"m_p": 0.1, "m_r": 0.2, "f0_n": 1.0}, "load_spring": {"play_mm": 1.0}}  # fmt: skip
+    one = built(spec, run(), effects)
+    assert (one.load.k1, one.load.y0, one.load.half_play, one.load.play_width) == (8.0, 0.25, 0.5, 2e-3)
+    chain = one.chain
     assert chain.compliance == pytest.approx(np.array([125, 250, 250, 250, 125]) / 5000.0)
     assert chain.u.tolist() == [0, 0, 0, 0, 0.25] and chain.drag == pytest.approx([0.01] * 4) and chain.tension == pytest.approx([2.0] * 5)
     golden = (math.sqrt(5) - 1) / 2
     assert chain.breakaway == pytest.approx([1e-4 + 0.2 * (1 + 0.5 * (2 * ((k + 0.5) * golden % 1.0) - 1)) for k in range(4)])
-    both = build_chain(spec, "sstl", values, load_spring)
+    loop = built(spec, run(system="sstl"), effects)
+    both, contact = loop.chain, loop.contact
     assert both.compliance == pytest.approx(np.array([125, 250, 250, 250, 125, 125, 250, 250, 250, 125]) / 5000.0)
     assert both.breakaway[4] == 1e-4 and both.drag[4] == 0.0 and both.drag[5] == pytest.approx(0.01)
-    contact = build_contact(spec, run(system="sstl"), values, both)
-    assert contact.weight_n == pytest.approx([0.1] * 4 + [0.0] + [0.1] * 4) and contact.fixed.tolist() == [0] * 4 + [1] + [0] * 4
+    assert contact.weight_n == pytest.approx([0.1] * 4 + [0.0] + [0.1] * 4) and contact.fixed[4] == 1
+    # straight nodes never change either
+    assert contact.fixed.tolist() == [1, 0, 0, 1, 1, 1, 0, 0, 1]
     # across the pulley T exp(-m) - f0 comes out of T: with the limit slope * mean + bias
     for t_in, m, sign, slope, bias in (
         (10.0, 0.1, -1, both.slope_pull[4], both.bias_pull[4]),
@@ -136,9 +144,9 @@ def test_chain_and_contacts_as_built() -> None:
 
 
 def test_a_stiffening_load_rests_at_the_pretension() -> None:
-    stiff = build_load(RigSpec(), resolve_effects({"load_spring": {"k3_per_mm2": 0.1}}))
+    stiff = built(RigSpec(), run(), {"load_spring": {"k3_per_mm2": 0.1}}).load
     assert load_tension(stiff, stiff.y0)[0] == pytest.approx(5.0, abs=1e-9) and stiff.k3 == 0.1
-    load_spring = Load(8.0, 0.1, 0.0, 0.0, 1.0)
+    load_spring = Load(8.0, 0.0, k3=0.1)
     assert load_tension(load_spring, 2.0) == pytest.approx((8 * 2.8, 8 * 2.2))
     assert load_tension(load_spring, -2.0) == pytest.approx((-1.6e-5, 8e-6)) and load_tension(load_spring, 0.0) == (0.0, 8.0)
 
@@ -158,24 +166,22 @@ def test_friction_limits() -> None:
 
 
 def test_settings_follow_the_effects() -> None:
-    from sstl_cli.physics.rig.simulate import build_contact_law
-
-    def flags(effects: dict[str, dict[str, float]], bent: bool = False) -> tuple[bool, bool, bool]:
-        values = resolve_effects(effects)
-        s = build_setting(RigSpec(), values, build_contact_law(RigSpec(), values), bent)
+    def flags(effects: dict[str, dict[str, float]], **more: object) -> tuple[bool, bool, bool]:
+        s = built(RigSpec(), run(**more), effects).setting
         return s.varying, s.remembering, s.breakable
 
-    assert flags({}) == (False, False, False) and flags({}, True) == (True, False, False)
+    assert flags({}) == (False, False, False)
+    assert flags({"tendon_crosstalk": {"c_bend_per_n": 0.01}}, neighbour_n=TIME) == (True, False, False)
     assert flags({"friction_drift": {"d_mu": 0.1}}) == (True, False, False)
     assert flags({"stribeck": {"ratio": 1.1}}) == (True, True, False)
     assert flags({"stick_slip": {"ratio": 1.1}}) == flags({"dwell_aging": {"b": 0.01}}) == (True, True, True)
 
 
 def test_neighbours_never_bend_a_tube_straight() -> None:
-    values = resolve_effects({"tendon_crosstalk": {"c_bend_per_n": -0.01}})
+    bent = {"tendon_crosstalk": {"c_bend_per_n": -0.01}}
     beside = np.linspace(0.0, 110.0, 11)
-    assert build_swell(run(neighbour_n=beside), values) == pytest.approx(np.maximum(1 - 0.01 * beside, 0.05))
-    assert build_swell(run(), values).size == 0 and build_swell(run(neighbour_n=beside), resolve_effects({})).size == 0
+    assert built(RigSpec(), run(neighbour_n=beside), bent).swell == pytest.approx(np.maximum(1 - 0.01 * beside, 0.05))
+    assert built(RigSpec(), run(), bent).swell.size == 0 and built(RigSpec(), run(neighbour_n=beside), {}).swell.size == 0
 
 
 def test_motor_and_command() -> None:
@@ -213,8 +219,8 @@ def test_filters_of_both_simulators() -> None:
     assert delayed(np.array([1.0, 2.0, 4.0]), 1.0).tolist() == [1.0, 1.0, 2.0]
     path = np.array([5.0, 6.0, 9.0, 8.0, 4.0, 5.5])
     assert play(path, 1.0).tolist() == sensor_play(path, 1.0).tolist() == [5.0, 5.0, 8.0, 8.0, 5.0, 5.0]
-    assert digitise(np.array([0.6, 3.3, 9.0]), 7.0, 0.5).tolist() == [0.5, 3.5, 7.0]
-    assert digitise(np.array([0.6, 9.0]), 7.0, 0.0).tolist() == [0.6, 7.0]
+    assert rounded(np.array([0.6, 3.3, 7.0]), 0.5).tolist() == [0.5, 3.5, 7.0]
+    assert rounded(np.array([0.6, 7.0]), 0.0).tolist() == [0.6, 7.0]
 
 
 @pytest.mark.parametrize("share", [1e-4, 0.1, 0.25, 0.26, 0.5])

@@ -178,7 +178,7 @@ def test_rig_is_independent_of_the_fast_model():
     folder = Path(rig.__file__).parent
     # how a rig is described and how noisy its sensors are, which is no law
     allowed = ("numpy", "numba", "scipy", "sstl_cli.core", "sstl_cli.physics.rig", "sstl_cli.physics.given")
-    for path in folder.glob("*.py"):
+    for path in folder.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []

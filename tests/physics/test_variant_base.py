@@ -9,13 +9,13 @@ import pytest
 
 from sstl_cli.physics.effects import catalogue
 from sstl_cli.physics.variant import (
-    EFFECTS,
-    LAWS,
     QUIET,
     NoiseSpec,
     VariantRun,
     VariantSpec,
+    known_laws,
     march_variant,
+    parameters,
     resolve_effects,
     simulate_variant,
 )
@@ -78,16 +78,16 @@ def test_energy_of_closed_loops_goes_into_friction() -> None:
 
 def test_every_effect_of_the_catalogue_has_another_law() -> None:
     known = {e: {p.name for p in effect.parameters} for e, effect in catalogue().items()}
-    assert set(LAWS) == set(EFFECTS) == set(known)
+    assert set(known_laws()) == set(parameters()) == set(known)
     # the fast model may have further laws of its own
-    assert all(set(table) <= known[e] for e, table in EFFECTS.items())
-    assert all(len({law.id for law in laws}) == len(laws) >= 1 for laws in LAWS.values())
+    assert all(set(table) <= known[e] for e, table in parameters().items())
+    assert all(len({law.id for law in laws}) == len(laws) >= 1 for laws in known_laws().values())
 
 
 def test_neutral_values_change_nothing() -> None:
     given = run("sstl")
     plain = simulate_variant(VariantSpec(law_seed=1), given, {}, NoiseSpec(), 3)
-    neutral = {e: {k: b.neutral for k, b in table.items()} for e, table in EFFECTS.items()}
+    neutral = {e: {k: b.neutral for k, b in table.items()} for e, table in parameters().items()}
     same = simulate_variant(VariantSpec(law_seed=1), given, neutral, NoiseSpec(), 3)
     for name in ("time_s", "tension_in_n", "tension_out_n", "position_in_mm"):
         assert np.array_equal(getattr(plain, name), getattr(same, name)), name

@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from variant_cases import EVERY_LAW, STRENGTHS, movement, recorded
 
-from sstl_cli.physics.variant import EFFECTS, VariantRun, VariantSpec, VariantTruth, laws_of, march_variant
-from sstl_cli.physics.variant.build import build_laws, creep_spectrum
-from sstl_cli.physics.variant.catalogue import resolve_effects
+from sstl_cli.physics.variant import VariantRun, VariantSpec, VariantTruth, laws_of, march_variant, parameters, resolve_effects
+from sstl_cli.physics.variant.build import build
 from sstl_cli.physics.variant.contact import grip
+from sstl_cli.physics.variant.effects.viscoelastic_creep import creep_spectrum
 
 THETA = 0.6
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")
@@ -78,7 +78,7 @@ def test_every_law_shows_and_vanishes_at_neutral(effect: str, law: str) -> None:
 @pytest.mark.parametrize("end", [pytest.param("low", marks=pytest.mark.slow), "high"])
 @pytest.mark.parametrize(("effect", "law"), EVERY_LAW)
 def test_both_ends_of_twice_the_range_are_solved(effect: str, law: str, end: str) -> None:
-    values = {k: getattr(b, end) for k, b in EFFECTS[effect].items()}
+    values = {k: getattr(b, end) for k, b in parameters()[effect].items()}
     if effect == "saturation":
         values = {k: 5.0 for k in values}
     for system in ("act", "sstl"):
@@ -184,7 +184,8 @@ def test_drag_of_a_stiff_tendon(law: str) -> None:
 @pytest.mark.parametrize("law", ["dahl", "bouc_wen"])
 def test_presliding_force_is_that_of_the_differential_equation(law: str) -> None:
     """The closed form of a step against the law integrated in tiny steps, through reversals, limits 2 and 3 N."""
-    rate = build_laws(resolve_effects({"presliding": {"breakaway_mm": 0.1}}), laws_of(VariantSpec(laws={"presliding": law})), 8.0, 0).rate
+    spec = VariantSpec(laws={"presliding": law})
+    rate = build(spec, movement("act"), resolve_effects({"presliding": {"breakaway_mm": 0.1}}), laws_of(spec), 0).rate
     z, pull, release, force = 0.05, 2.0, 3.0, 0.0
     for move in (0.08, -0.03, 0.02, -0.2, 0.15, 0.01):
         found, slope = grip(rate, force, pull, release, z, move)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sstl_cli.physics.variant import EFFECTS, LAWS, QUIET, VariantResult, VariantRun, VariantSpec, simulate_variant
+from sstl_cli.physics.variant import QUIET, VariantResult, VariantRun, VariantSpec, known_laws, parameters, simulate_variant
 
 STRENGTHS: dict[str, dict[str, float]] = {
     "acquisition_faults": {"spike_pct": 1.0, "frozen_pct": 1.0, "dropout_pct": 0.5, "jitter_pct": 1.0},
@@ -35,7 +35,7 @@ STRENGTHS: dict[str, dict[str, float]] = {
     "zero_drift": {"r_in_act_n": 0.3, "r_out_act_n": -0.4, "r_in_sstl_n": 0.2, "r_out_sstl_n": 0.3},
     "zero_offset": {"z_in_act_n": 0.3, "z_out_act_n": -0.4, "z_in_sstl_n": -0.3, "z_out_sstl_n": 0.2},
 }
-EVERY_LAW = [(effect, law.id) for effect, laws in LAWS.items() for law in laws]
+EVERY_LAW = [(effect, law.id) for effect, laws in known_laws().items() for law in laws]
 HZ = 100.0
 
 
@@ -51,7 +51,7 @@ def recorded(system: str, effect: str | None, law: str | None = None, scale: flo
     """Return the movement recorded without noise, with one effect by one law; ``scale`` stretches it from neutral."""
     effects = {}
     if effect is not None:
-        neutral = {k: b.neutral for k, b in EFFECTS[effect].items()}
+        neutral = {k: b.neutral for k, b in parameters()[effect].items()}
         effects = {effect: {k: neutral[k] + scale * (v - neutral[k]) for k, v in STRENGTHS[effect].items()}}
     spec = VariantSpec(laws={} if law is None or effect is None else {effect: law}, law_seed=1)
     return simulate_variant(spec, movement(system), effects, QUIET, 3)

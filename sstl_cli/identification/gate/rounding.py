@@ -11,6 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification import filtering
+
 Array = NDArray[np.float64]
 # orders of differences: those of white noise are alike, of a movement of 1 Hz sampled at 100 Hz a third from one to the next
 ORDERS = range(2, 9)
@@ -46,7 +48,7 @@ def left_of_movement(values: Array) -> float:
         difference = np.diff(difference)
         if len(difference) < 2:
             break
-        found = min(found, float(np.median(np.abs(difference))) / 0.6745 / math.sqrt(math.comb(2 * order, order)))
+        found = min(found, filtering.white_of(difference, order))
     return found
 
 

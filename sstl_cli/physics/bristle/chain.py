@@ -47,10 +47,10 @@ class Load(NamedTuple):
     """Load spring T = k1 sinh(q y) / q, y0 at rest, behind a joint with play that a small slip takes up."""
 
     k1: float
-    q: float
     y0: float
-    half_play: float
-    play_slip: float
+    q: float = 0.0
+    half_play: float = 0.0
+    play_slip: float = 1.0
 
 
 @njit(cache=True)

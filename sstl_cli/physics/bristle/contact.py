@@ -40,20 +40,20 @@ class Contact(NamedTuple):
 
 
 class ContactLaw(NamedTuple):
-    """Parameters of the contact laws; the names are those of the effects."""
+    """Parameters of the contact laws; but for the first two, which a simulator has, what an effect sets, by default to nothing."""
 
-    alpha: float
-    c_t: float
-    drift: float
-    drift_s: float
-    stribeck_ratio: float
-    stribeck_speed: float
-    stick_ratio: float
-    stick_s: float  # rest after which half of the static excess is back
-    dwell_b: float
-    dwell_t0: float
     renewal_mm: float
     film_mm: float
+    alpha: float = 0.0
+    c_t: float = 0.0
+    drift: float = 0.0
+    drift_s: float = 1.0
+    stribeck_ratio: float = 1.0
+    stribeck_speed: float = 1.0
+    stick_ratio: float = 1.0
+    stick_s: float = 1.0  # rest after which half of the static excess is back
+    dwell_b: float = 0.0
+    dwell_t0: float = 1.0
 
 
 # Bristles bend without yielding up to this share of the friction level.

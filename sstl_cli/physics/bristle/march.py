@@ -37,15 +37,15 @@ class Setting(NamedTuple):
     """Everything else a step needs: units mm, N, s."""
 
     pretension: float
-    sheath_compliance: float
-    gap: float
-    creep_fraction: float
-    creep_s: tuple[float, float]
-    changing: bool  # levels change from step to step
-    remembering: bool  # and depend on the age of the contacts
     finest_s: float
     tolerance: float
     limit: int
+    sheath_compliance: float = 0.0
+    gap: float = 0.0
+    creep_fraction: float = 0.0
+    creep_s: tuple[float, float] = (1.0, 1.0)
+    changing: bool = False  # levels change from step to step
+    remembering: bool = False  # and depend on the age of the contacts
 
 
 class Bench(NamedTuple):

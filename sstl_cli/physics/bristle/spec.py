@@ -1,4 +1,4 @@
-"""What is built (BristleSpec), what is run (BristleRun), the noise (NoiseSpec) and the record (BristleResult)."""
+"""What is built (BristleSpec) and what is run (BristleRun)."""
 
 from __future__ import annotations
 
@@ -6,14 +6,9 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sstl_cli.physics.given import require
+from sstl_cli.physics.given import FloatArray, GivenRun, require
 
-FloatArray = NDArray[np.float64]
-
-SYSTEMS = ("act", "sstl")
-DRIVES = ("tension", "position", "loop")
 POSITIVE = (
     "length_mm", "ea_n", "load_k1_n_per_mm", "line_density_g_per_m", "bristle_mm", "renewal_mm", "film_mm",
     "healing_mm", "finest_step_s", "tolerance_n",
@@ -79,73 +74,10 @@ class BristleSpec:
             _check(0.0 <= centre <= 1.0, f"bend_centres[{place!r}]", centre, "in 0..1 of the pass")
 
 
-@dataclass(frozen=True)
-class BristleRun:
-    """One run to record: configuration, time base and command.
+class BristleRun(GivenRun):
+    """One run to record, driven by tension, position or loop."""
 
-    Parameters
-    ----------
-    system : "act" (one pass) or "sstl" (there and back around a distal pulley).
-    theta : mu * Phi of one pass, dimensionless, 0..3.
-    location : "NP", "CP", "ND" or None (taken as CP).
-    time_s : shape (n,), strictly increasing, s.
-    drive : "tension" (command is T_in in N, imposed exactly), "position" (command is motor travel in mm from the
-        pretensioned rest) or "loop" (command is T_cmd in N, tracked by the PID and the motor).
-    command : shape (n,).
-    neighbour_n : shape (n,), N, summed tension of the other tendons in the tube, or None.
-
-    Raises
-    ------
-    ValueError
-        A field is unknown, misshapen, not finite or out of range.
-    """
-
-    system: str
-    theta: float
-    location: str | None
-    time_s: FloatArray
-    drive: str
-    command: FloatArray
-    neighbour_n: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        _check(self.system in SYSTEMS, "system", repr(self.system), f"one of {', '.join(SYSTEMS)}")
-        _check(self.drive in DRIVES, "drive", repr(self.drive), f"one of {', '.join(DRIVES)}")
-        _check(np.isfinite(self.theta) and 0.0 <= self.theta <= 3.0, "theta", self.theta, "in 0..3")
-        signals = {"time_s": self.time_s, "command": self.command, "neighbour_n": self.neighbour_n}
-        for name, signal in signals.items():
-            if signal is None:
-                continue
-            given = np.asarray(signal, dtype=np.float64)
-            _check(given.ndim == 1 and given.size >= 2, name, f"shape {given.shape}", "of two samples or more")
-            _check(given.shape == np.shape(self.time_s), name, f"shape {given.shape}", "of the shape of time_s")
-            _check(np.all(np.isfinite(given)), name, "[...]", "finite")
-            object.__setattr__(self, name, given)
-        _check(np.all(np.diff(self.time_s) > 0.0), "time_s", "[...]", "strictly increasing, s")
-
-
-@dataclass(frozen=True)
-class BristleResult:
-    """Record of one run: arrays of shape (n,) after sensors and noise, the truth beside them, and solver health.
-
-    `position_in_mm` is the motor travel from the pretensioned rest. `unconverged` counts samples the solver gave up
-    on, `substepped` those it had to divide. Energies are in J; `min_step_dissipation_j` is the smallest of one step.
-    `node_tension` has shape (n, springs), N, drive end first, when asked for.
-    """
-
-    time_s: FloatArray
-    tension_in_n: FloatArray
-    tension_out_n: FloatArray
-    position_in_mm: FloatArray
-    true_tension_in_n: FloatArray
-    true_tension_out_n: FloatArray
-    true_position_in_mm: FloatArray
-    unconverged: int
-    substepped: int
-    iterations: int
-    dissipated_j: float
-    min_step_dissipation_j: float
-    node_tension: FloatArray | None = None
+    simulator = "bristle"
 
 
 def bend_weights(spec: BristleSpec, system: str, location: str | None) -> FloatArray:

@@ -4,8 +4,19 @@ No law here is shared with the fast model that `diagnose` fits, so that a model 
 """
 
 from sstl_cli.physics.given import QUIET, Bounds, NoiseSpec
-from sstl_cli.physics.rig.catalogue import EFFECTS, resolve_effects
+from sstl_cli.physics.rig.effects import parameters, resolve_effects
 from sstl_cli.physics.rig.simulate import simulate_rig
-from sstl_cli.physics.rig.spec import RigResult, RigRun, RigSpec, bend_weights
+from sstl_cli.physics.rig.spec import RigRun, RigSpec, bend_weights
 
-__all__ = ["EFFECTS", "QUIET", "Bounds", "NoiseSpec", "RigResult", "RigRun", "RigSpec", "bend_weights", "resolve_effects", "simulate_rig"]
+__all__ = [
+    "QUIET",
+    "Bounds",
+    "NoiseSpec",
+    "RigResult",
+    "RigRun",
+    "RigSpec",
+    "bend_weights",
+    "parameters",
+    "resolve_effects",
+    "simulate_rig",
+]

@@ -57,17 +57,17 @@ class Load(NamedTuple):
     """Load spring T = k1 (y + k3 y^3), stretched by y0 at rest, behind a joint with play."""
 
     k1: float
-    k3: float
     y0: float
-    half_play: float
-    play_width: float
+    k3: float = 0.0
+    half_play: float = 0.0
+    play_width: float = 1.0
 
 
 class TensionLaw(NamedTuple):
     """How mu depends on the local tension: (T / 10 N)^-alpha * (1 + c_t T)."""
 
-    alpha: float
-    c_t: float
+    alpha: float = 0.0
+    c_t: float = 0.0
 
 
 REFERENCE_TENSION_N = 10.0

@@ -28,23 +28,6 @@ class Motor(NamedTuple):
 
 
 @njit(cache=True)
-def shape_command(time: FloatArray, command: FloatArray, tau: float, inverse_slew: float) -> FloatArray:
-    """Command after the lag and the slew limit of a sluggish tension loop; the command itself at neutral values."""
-    shaped = command.copy()
-    if tau == 0.0 and inverse_slew == 0.0:
-        return shaped
-    for n in range(1, command.size):
-        dt = time[n] - time[n - 1]
-        share = 1.0 if tau == 0.0 else 1.0 - exp(-dt / tau)
-        step = share * (command[n] - shaped[n - 1])
-        if inverse_slew > 0.0:
-            reach = dt / inverse_slew
-            step = min(max(step, -reach), reach)
-        shaped[n] = shaped[n - 1] + step
-    return shaped
-
-
-@njit(cache=True)
 def loop_line(motor: Motor, state: FloatArray, command: float, dt: float) -> tuple[float, float]:
     """Motor position at the end of the step as x = a - g T_in: the PID and the motor lag, taken implicitly.
 

@@ -29,20 +29,20 @@ class Contact(NamedTuple):
 
 
 class ContactLaw(NamedTuple):
-    """Parameters of the contact laws; the names are those of the effects."""
+    """Parameters of the contact laws; but for the first three, which a rig has, what an effect sets, by default to nothing."""
 
-    asymmetry: float
-    drift: float
-    drift_path_n: float
-    stribeck_ratio: float
-    stribeck_speed: float
-    stick_ratio: float
-    stick_speed: float
-    dwell_b: float
-    dwell_t0: float
     memory_s: float
     weakening_mm: float
     healing_mm: float
+    asymmetry: float = 0.0
+    drift: float = 0.0
+    drift_path_n: float = 1.0
+    stribeck_ratio: float = 1.0
+    stribeck_speed: float = 1.0
+    stick_ratio: float = 1.0
+    stick_speed: float = 1.0
+    dwell_b: float = 0.0
+    dwell_t0: float = 1.0
 
 
 @njit(cache=True)

@@ -27,16 +27,16 @@ class Setting(NamedTuple):
     """Everything else a step needs: units mm, N, s."""
 
     pretension: float
-    sheath_compliance: float
-    gap: float
-    creep_fraction: float
-    creep_tau: float
-    varying: bool  # limits change from step to step
-    remembering: bool  # limits depend on sliding speed or on the age of the contacts
-    breakable: bool  # static friction above kinetic
     tolerance: float
     max_iterations: int
     max_substeps: int
+    sheath_compliance: float = 0.0
+    gap: float = 0.0
+    creep_fraction: float = 0.0
+    creep_tau: float = 1.0
+    varying: bool = False  # limits change from step to step
+    remembering: bool = False  # limits depend on sliding speed or on the age of the contacts
+    breakable: bool = False  # static friction above kinetic
 
 
 class Bench(NamedTuple):

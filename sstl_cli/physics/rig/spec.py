@@ -1,4 +1,4 @@
-"""What is built (RigSpec), what is run (RigRun), how noisy the sensors are (NoiseSpec), the record (RigResult)."""
+"""What is built (RigSpec) and what is run (RigRun)."""
 
 from __future__ import annotations
 
@@ -6,15 +6,8 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sstl_cli.physics.given import require
-
-FloatArray = NDArray[np.float64]
-
-SYSTEMS = ("act", "sstl")
-DRIVES = ("tension", "position", "loop")
-
+from sstl_cli.physics.given import FloatArray, GivenRun, require
 
 _require = partial(require, "rig")
 
@@ -73,77 +66,10 @@ class RigSpec:
             _require(0.0 <= centre <= 1.0, f"bend_centres[{key!r}]", centre, "in 0..1 of the pass")
 
 
-@dataclass(frozen=True)
-class RigRun:
-    """One run to record: configuration, time base and command.
+class RigRun(GivenRun):
+    """One run to record, driven by tension, position or loop."""
 
-    Parameters
-    ----------
-    system : "act" (one pass) or "sstl" (there and back around a distal pulley).
-    theta : mu * Phi of one pass, dimensionless, 0..3.
-    location : "NP", "CP", "ND" or None (taken as CP).
-    time_s : shape (n,), strictly increasing, s.
-    drive : "tension" (command is T_in in N, imposed exactly), "position" (command is motor travel in mm from the
-        pretensioned rest) or "loop" (command is T_cmd in N, tracked by the PID and the motor).
-    command : shape (n,).
-    neighbour_n : shape (n,), N, summed tension of the other tendons in the tube, or None.
-
-    Raises
-    ------
-    ValueError
-        A field is unknown, misshapen, not finite or out of range.
-    """
-
-    system: str
-    theta: float
-    location: str | None
-    time_s: FloatArray
-    drive: str
-    command: FloatArray
-    neighbour_n: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        _require(self.system in SYSTEMS, "system", repr(self.system), f"one of {', '.join(SYSTEMS)}")
-        _require(self.drive in DRIVES, "drive", repr(self.drive), f"one of {', '.join(DRIVES)}")
-        _require(np.isfinite(self.theta) and 0.0 <= self.theta <= 3.0, "theta", self.theta, "in 0..3")
-        time = np.asarray(self.time_s, dtype=np.float64)
-        command = np.asarray(self.command, dtype=np.float64)
-        _require(time.ndim == 1 and time.size >= 2, "time_s", f"shape {time.shape}", "of two samples or more")
-        _require(command.shape == time.shape, "command", f"shape {command.shape}", f"of shape {time.shape}, as time_s")
-        ordered = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
-        _require(ordered, "time_s", "[...]", "finite and strictly increasing, s")
-        _require(bool(np.all(np.isfinite(command))), "command", "[...]", "finite")
-        if self.neighbour_n is not None:
-            beside = np.asarray(self.neighbour_n, dtype=np.float64)
-            fits = beside.shape == time.shape and bool(np.all(np.isfinite(beside)))
-            _require(fits, "neighbour_n", f"shape {beside.shape}", f"finite and of shape {time.shape}, as time_s")
-            object.__setattr__(self, "neighbour_n", beside)
-        object.__setattr__(self, "time_s", time)
-        object.__setattr__(self, "command", command)
-
-
-@dataclass(frozen=True)
-class RigResult:
-    """Record of one run: arrays of shape (n,) after sensors and noise, the truth beside them, and solver health.
-
-    `position_in_mm` is the motor travel from the pretensioned rest. `unconverged` counts samples the solver gave up
-    on, `substepped` those it had to divide. Energies are in J; `min_step_dissipation_j` is the smallest of one step.
-    `node_tension` has shape (n, springs), N, drive end first, when asked for.
-    """
-
-    time_s: FloatArray
-    tension_in_n: FloatArray
-    tension_out_n: FloatArray
-    position_in_mm: FloatArray
-    true_tension_in_n: FloatArray
-    true_tension_out_n: FloatArray
-    true_position_in_mm: FloatArray
-    unconverged: int
-    substepped: int
-    iterations: int
-    dissipated_j: float
-    min_step_dissipation_j: float
-    node_tension: FloatArray | None = None
+    simulator = "rig"
 
 
 def bend_weights(spec: RigSpec, system: str, location: str | None) -> FloatArray:

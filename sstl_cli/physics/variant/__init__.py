@@ -1,18 +1,16 @@
 """Rig of law variants: every effect by another published law than the catalogue's, in twice its range.
 
-Its own equations (tensions marched along the tube, see `cascade`), its own laws (`laws`) and sensors. No law here is
+Its own equations (tensions marched along the tube, see `cascade`), its own laws (`effects`) and sensors. No law here is
 shared with the fast model that `diagnose` fits, nor with the other simulators.
 """
 
 from sstl_cli.physics.given import QUIET, Bounds, NoiseSpec
-from sstl_cli.physics.variant.catalogue import EFFECTS, resolve_effects
-from sstl_cli.physics.variant.laws import LAWS, Chosen, Law, choose
+from sstl_cli.physics.variant.effects import known_laws, parameters, resolve_effects
+from sstl_cli.physics.variant.laws import Chosen, Law
 from sstl_cli.physics.variant.simulate import VariantTruth, laws_of, march_variant, read_variant, simulate_variant
 from sstl_cli.physics.variant.spec import VariantResult, VariantRun, VariantSpec
 
 __all__ = [
-    "EFFECTS",
-    "LAWS",
     "QUIET",
     "Bounds",
     "Chosen",
@@ -22,9 +20,10 @@ __all__ = [
     "VariantRun",
     "VariantSpec",
     "VariantTruth",
-    "choose",
+    "known_laws",
     "laws_of",
     "march_variant",
+    "parameters",
     "read_variant",
     "resolve_effects",
     "simulate_variant",

@@ -21,68 +21,71 @@ CLOCK, WARMTH, BESIDE, FACTOR = range(4)
 
 
 class Rub(NamedTuple):
-    """Laws that follow the local tension: load, sheath, direction, pulley. Codes as in `laws.LAWS`."""
+    """Laws that follow the local tension: load, sheath, direction, pulley; without effects none does.
 
-    pulley_pull: float
-    pulley_release: float
-    pulley_n: float
-    pulley_code: int
-    pulley_power: float
-    load: float
-    load_code: int
-    load_shape: float
-    sheath: float
-    sheath_code: int
-    sheath_shape: float
-    lean: float
-    lean_code: int
-    lean_shape: float
+    A code is the place of the law among those of its effect.
+    """
+
+    pulley_pull: float = 0.0
+    pulley_release: float = 0.0
+    pulley_n: float = 0.0
+    pulley_code: int = 0
+    pulley_power: float = 1.0
+    load: float = 0.0
+    load_code: int = 0
+    load_shape: float = 1.0
+    sheath: float = 0.0
+    sheath_code: int = 0
+    sheath_shape: float = 1.0
+    lean: float = 0.0
+    lean_code: int = 0
+    lean_shape: float = 1.0
 
 
 class Rate(NamedTuple):
     """Laws that follow speed, displacement, rest and use."""
 
-    drift: float
-    drift_code: int
-    drift_path: float
-    drift_shape: float
-    beside: float
-    beside_code: int
-    speed: float
-    speed_mm_s: float
-    speed_code: int
-    speed_shape: float
-    drag: float
-    drag_code: int
-    drag_shape: float
-    soft: float
-    soft_code: int
-    heal: float
-    heal_s: float
-    heal_code: int
-    heal_shape: float
-    dwell: float
-    dwell_s: float
-    dwell_code: int
-    dwell_shape: float
     memory_s: float
     weakening_mm: float
+    drift: float = 0.0
+    drift_code: int = 0
+    drift_path: float = 1.0
+    drift_shape: float = 1.0
+    beside: float = 0.0
+    beside_code: int = 0
+    speed: float = 0.0
+    speed_mm_s: float = 1.0
+    speed_code: int = 0
+    speed_shape: float = 1.0
+    drag: float = 0.0
+    drag_code: int = 0
+    drag_shape: float = 1.0
+    soft: float = 0.0
+    soft_code: int = 0
+    heal: float = 0.0
+    heal_s: float = 1.0
+    heal_code: int = 0
+    heal_shape: float = 1.0
+    dwell: float = 0.0
+    dwell_s: float = 1.0
+    dwell_code: int = 0
+    dwell_shape: float = 1.0
 
 
 class Spring(NamedTuple):
     """Laws of tendon and load."""
 
-    plain: bool
-    creep: float
     load_k1: float
-    fung: float
-    joint_share: float
-    joint_n: float
-    play: float
-    play_n: float
-    rope: float
-    rope_code: int
-    rope_shape: float
+    plain: bool = False
+    creep: float = 0.0
+    fung: float = 0.0
+    joint_share: float = 0.0
+    joint_n: float = 1.5
+    play: float = 0.0
+    play_n: float = 1.0
+    rope: float = 0.0
+    rope_code: int = 0
+    rope_shape: float = 1.0
 
 
 class Laws(NamedTuple):

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sstl_cli.physics.given import NoiseSpec
-from sstl_cli.physics.variant.build import build_laws, build_line, empty_trial
+from sstl_cli.physics.variant.build import build, empty_trial
 from sstl_cli.physics.variant.cascade import Course, Recording, march
-from sstl_cli.physics.variant.catalogue import resolve_effects
-from sstl_cli.physics.variant.ends import extra_travel, follow
-from sstl_cli.physics.variant.laws import Chosen, choose
-from sstl_cli.physics.variant.line import ITERATIONS, LEAST, SUBSTEPPED, UNCONVERGED, WORK, Array
+from sstl_cli.physics.variant.effects import choose, resolve_effects
+from sstl_cli.physics.variant.laws import Chosen
+from sstl_cli.physics.variant.line import ITERATIONS, LEAST, SUBSTEPPED, UNCONVERGED, WORK, Array, Laws
 from sstl_cli.physics.variant.recorder import read
 from sstl_cli.physics.variant.spec import VariantResult, VariantRun, VariantSpec
 
@@ -53,11 +52,8 @@ def march_variant(
         An effect, a parameter, a law or the location is unknown, or a value is out of range.
     """
     v, laws = resolve_effects(effects or {}), laws_of(spec, seed)
-    law = build_laws(v, laws, spec.load_k1_n_per_mm, seed if spec.law_seed is None else spec.law_seed)
-    line = build_line(spec, run, v, laws)
-    loop = v["tension_loop_lag"]
-    t_in = follow(run.time_s, run.command, loop["tau_s"], loop["inverse_slew_s_per_n"], laws["tension_loop_lag"])
-    t_in = np.maximum(t_in, 0.0)
+    made = build(spec, run, v, laws, seed if spec.law_seed is None else spec.law_seed)
+    law, line, t_in = Laws(made.rub, made.rate, made.spring), made.line, made.command
     size = t_in.size
     course = Course(
         run.time_s,
@@ -70,8 +66,8 @@ def march_variant(
     limits = (spec.tolerance_n, spec.max_iterations, spec.max_substeps)
     out = Recording(np.empty(size), np.empty(size), np.empty((size if keep_nodes else 0, line.tension.size)))
     march(line, law, empty_trial(line), course, coupled, limits, out)
-    k_sh, gap = v["sheath_compliance"]["k_sh_mm_per_n"], v["slack"]["gap_mm"]
-    beside = extra_travel(np.append(t_in, spec.pretension_n), k_sh, laws["sheath_compliance"], gap, laws["slack"])
+    levels = np.append(t_in, spec.pretension_n)
+    beside = sum((travel(levels) for travel in made.travels), np.zeros(size + 1))
     tally = line.tally
     return VariantTruth(
         tension_in_n=t_in,
@@ -102,7 +98,7 @@ def read_variant(
         As `march_variant`.
     """
     v, laws = resolve_effects(effects or {}), laws_of(spec, seed)
-    return read(run.time_s, truth, v, laws, run.system, run.theta, noise or NoiseSpec(), seed)
+    return read(run, truth, v, laws, noise or NoiseSpec(), seed)
 
 
 def simulate_variant(
@@ -122,7 +118,7 @@ def simulate_variant(
     ----------
     spec : geometry, mechanics, laws and solver; runs of one rig share `law_seed` or `laws`.
     run : configuration and command, n samples.
-    effects : effect id to {parameter: value}, see `catalogue.EFFECTS`; what is missing is neutral.
+    effects : effect id to {parameter: value}, see `effects`; what is missing is neutral.
     noise : sensor noise; by default 0.02 N white.
     seed : seed of noise and faults, and of the laws where `spec.law_seed` is None.
     keep_nodes : also return the tension of every segment.
@@ -134,20 +130,14 @@ def simulate_variant(
     """
     truth = march_variant(spec, run, effects, seed, keep_nodes)
     arrays = (truth.tension_in_n, truth.tension_out_n, truth.position_in_mm)
-    stamps, t_in, t_out, x = read_variant(spec, run, arrays, effects, noise, seed)
     return VariantResult(
-        time_s=stamps,
-        tension_in_n=t_in,
-        tension_out_n=t_out,
-        position_in_mm=x,
-        true_tension_in_n=arrays[0],
-        true_tension_out_n=arrays[1],
-        true_position_in_mm=arrays[2],
+        *read_variant(spec, run, arrays, effects, noise, seed),
+        *arrays,
         unconverged=truth.unconverged,
         substepped=truth.substepped,
         iterations=truth.iterations,
         dissipated_j=truth.dissipated_j,
         min_step_dissipation_j=truth.min_step_dissipation_j,
-        laws={e: laws.id for e, laws in laws_of(spec, seed).items() if e in (effects or {})},
         node_tension=truth.node_tension,
+        laws={e: laws.id for e, laws in laws_of(spec, seed).items() if e in (effects or {})},
     )

@@ -1,4 +1,4 @@
-"""What is built (VariantSpec), what is run (VariantRun), how noisy the sensors are, and the record.
+"""What is built (VariantSpec), what is run (VariantRun), and the record.
 
 Field names are those of the rig, so that a caller needs no special case.
 """
@@ -11,11 +11,9 @@ from functools import partial
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sstl_cli.physics.given import require
+from sstl_cli.physics.given import FloatArray, GivenRun, Recorded, require
 
-Array = NDArray[np.float64]
 PLACES = MappingProxyType({"NP": 0.2, "CP": 0.5, "ND": 0.8})
 
 
@@ -63,68 +61,22 @@ class VariantSpec:
 
 
 @dataclass(frozen=True)
-class VariantRun:
-    """One run: "act" or "sstl", theta of one pass (rad), location or None (CP), instants (s), command (N), each (n,).
+class VariantRun(GivenRun):
+    """One run to record, driven by tension; `friction` is a factor (n,) on that of the bend (a disturbance), or None."""
 
-    `drive` is "tension": the command is the input tension. `neighbour_n` is the summed tension (N) of other tendons;
-    `friction` a factor on the friction of the bend (a disturbance), both (n,) or None.
+    simulator = "variant"
+    drives = ("tension",)
+    signals = (*GivenRun.signals, "friction")
 
-    Raises
-    ------
-    ValueError
-        A field is unknown, misshapen, not finite or out of range.
-    """
-
-    system: str
-    theta: float
-    location: str | None
-    time_s: Array
-    drive: str
-    command: Array
-    neighbour_n: Array | None = None
-    friction: Array | None = None
+    friction: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        check(self.system in ("act", "sstl"), "system", repr(self.system), "'act' or 'sstl'")
-        check(self.drive == "tension", "drive", repr(self.drive), "'tension'")
-        check(bool(np.isfinite(self.theta)) and 0.0 <= self.theta <= 3.0, "theta", self.theta, "in 0..3")
-        time = np.ascontiguousarray(self.time_s, dtype=np.float64)
-        check(time.ndim == 1 and time.size >= 2, "time_s", f"shape {time.shape}", "of two samples or more")
-        ordered = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
-        check(ordered, "time_s", "[...]", "finite and strictly increasing, s")
-        object.__setattr__(self, "time_s", time)
-        for name in ("command", "neighbour_n", "friction"):
-            given = getattr(self, name)
-            if given is None:
-                continue
-            values = np.ascontiguousarray(given, dtype=np.float64)
-            fits = values.shape == time.shape and bool(np.all(np.isfinite(values)))
-            check(fits, name, f"shape {values.shape}", f"finite and of shape {time.shape}, as time_s")
-            check(name != "friction" or bool(np.all(values > 0.0)), name, "[...]", "> 0")
-            object.__setattr__(self, name, values)
+        super().__post_init__()
+        check(self.friction is None or np.all(self.friction > 0.0), "friction", "[...]", "> 0")
 
 
 @dataclass(frozen=True)
-class VariantResult:
-    """Record of one run, arrays of shape (n,): readings, the truth beside them, and the health of the solution.
+class VariantResult(Recorded):
+    """Record of one run; `laws` tells the law of every effect in force. Work against presliding includes what is stored elastically."""
 
-    `position_in_mm` counts from the pretensioned rest. `unconverged` counts samples that were given up on,
-    `substepped` those that were divided. Energies (J) are the work against friction and drag; that of presliding
-    includes what is stored elastically. `node_tension` is (n, stations + 1), N, drive end first, when asked for.
-    `laws` tells the law of every effect in force.
-    """
-
-    time_s: Array
-    tension_in_n: Array
-    tension_out_n: Array
-    position_in_mm: Array
-    true_tension_in_n: Array
-    true_tension_out_n: Array
-    true_position_in_mm: Array
-    unconverged: int
-    substepped: int
-    iterations: int
-    dissipated_j: float
-    min_step_dissipation_j: float
-    laws: Mapping[str, str]
-    node_tension: Array | None = None
+    laws: Mapping[str, str] = field(default_factory=dict)

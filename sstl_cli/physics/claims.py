@@ -1,4 +1,4 @@
-"""What a loop is compared with: propagation lines, or a simulator whose theta is taken from the first loop."""
+"""What is claimed of the output of a loop, and how far off it is: propagation lines, or a simulator at a theta."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import Segmentation
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.physics.transmission import activate, play_operator, predict
 from sstl_cli.physics.transmission.model import drive_of, observed_output
@@ -34,14 +33,13 @@ def lines_of(gamma_p: float, beta_p: float, gamma_r: float, beta_r: float) -> Re
     return reference
 
 
-def of_simulator(sim: Scenario, run: Run, found: Segmentation) -> Reference:
-    """Return the simulator at the configuration's theta, or where it names none, at that of the slopes found."""
+def of_simulator(sim: Scenario, run: Run, gamma_p: float | None, gamma_r: float | None) -> Reference:
+    """Return the simulator at the configuration's theta, or where it names none, at that of the slopes that were found."""
     known = {c.id: c.theta for c in sim.configurations if c.theta is not None}
     theta = known.get(run.config_id or "")
     active, mechanics = activate(sim.effects), sim.rig.mechanics()
-    gp, gr = found.theta["gamma_p"], found.theta["gamma_r"]
-    if theta is None and gp is not None and gr is not None:
-        theta = max(math.log(gr / gp) / (2.0 * run.passes * mechanics.friction(run.system)), 0.0)
+    if theta is None and gamma_p is not None and gamma_r is not None:
+        theta = max(math.log(gamma_r / gamma_p) / (2.0 * run.passes * mechanics.friction(run.system)), 0.0)
     angle = sim.theta_of(run.config_id) if theta is None else theta
 
     def reference(tension: Array, dt_s: float, first: float) -> Array:
