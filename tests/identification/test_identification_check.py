@@ -150,7 +150,7 @@ def test_a_run_of_two_samples_costs_next_to_nothing():
     t, x = np.array([0.0, 0.01]), np.array([5.0, 6.0])
     piece = samples.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": 0.6 * x})
     calls = {"check": 0, "gate": 0}
-    for name, work in (("check", lambda: samples.run(piece)), ("gate", lambda: evidence_of(Run("r", "act", t, x, 0.6 * x)))):
+    for name, work in (("check", lambda: samples.findings(piece)), ("gate", lambda: evidence_of(Run("r", "act", t, x, 0.6 * x)))):
         # what is imported or made once is not counted
         work()
 
