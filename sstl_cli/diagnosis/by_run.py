@@ -8,6 +8,7 @@ against those of the other is no scatter, and speaks for none.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -108,8 +109,10 @@ def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
     said = _parted(sim, base, kind, own, base.residual)
     if said is None:
         return None
-    if kind is FRICTION and said.gain - systematic(said.told) > DECIDES_NATS:
+    common = systematic(said.told)
+    if kind is FRICTION and said.gain - common > DECIDES_NATS:
         at, said = _each_simulated(found, base, said)
+        common = _in_common(found, base)
     else:
         moved = base.jacobian[:, 0] * said.shift[sim.config] + own * said.part[sim.run]
         at = replace(base, prediction=base.prediction + moved, residual=base.residual - moved)
@@ -121,8 +124,19 @@ def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
         cost=base.cost - said.gain,
         jacobian=np.column_stack((at.jacobian, column(sim, replace(at, theta=base.theta), kind) * (said.part / said.spread)[sim.run])),
     )
-    scattered = said.gain - systematic(said.told)
+    scattered = by_chance(sim, said.gain, common)
     return Weighed(f, on.gain + said.gain, on.evidence + scattered - strengths_charge(1, 2.0 * max(scattered, 0.0)))
+
+
+def by_chance(sim: Simulator, gain: float, common: float) -> float:
+    """Return what is left of a gain (nats) without what runs of a system in a bend have in common beyond what chance gives them.
+
+    Chance gives each contrast between systems as much as each one within (the F ratio of Fisher 1925).
+    """
+    records = sim.problem.records
+    within = contrasts(sim)
+    between = len(records) - within - len({r.config for r in records})
+    return gain - max(common - max(gain - common, 0.0) * between / max(within, 1), 0.0)
 
 
 def _parted(sim: Simulator, at: Fit, kind: Free, own: Array, residual: Array) -> _Parted | None:
@@ -173,13 +187,30 @@ def _simulated(found: Search, alone: Simulator, base: Fit, said: _Parted) -> tup
     return at, replace(said, gain=base.cost - at.cost - differ + charged(said.spread, said.told))
 
 
+def _in_common(found: Search, base: Fit) -> float:
+    """Return what one friction for all runs of each system in each configuration gains (nats), simulated as well.
+
+    The linear answer (see systematic) may be more than what the runs' own, simulated, gain in all.
+    """
+    records = found.sim.problem.records
+    groups = sorted({(r.config, r.system) for r in records})
+    shared = _divided(found.sim, [groups.index((r.config, r.system)) for r in records])
+    at = fit(shared, base.whiten, base.hypothesis, base.theta[[config for config, _ in groups]], base.values, EACH_ROUNDS)
+    return max(base.cost - settle(shared, found.noise, replace(at, discrepancy=base.discrepancy), 0).cost, 0.0)
+
+
 def each_alone(sim: Simulator) -> Simulator:
     """Return a simulator in which every run has a theta of its own."""
-    records = sim.problem.records
-    alone = replace(
-        sim.problem, records=tuple(replace(r, config=i) for i, r in enumerate(records)), configs=tuple(r.raw.run_id for r in records)
-    )
-    return replace(sim, problem=alone, accepted=None if sim.accepted is None else sim.accepted[[r.config for r in records]])
+    return _divided(sim, range(len(sim.problem.records)))
+
+
+def _divided(sim: Simulator, places: Sequence[int]) -> Simulator:
+    """Return a simulator whose runs are in other configurations, one of each run."""
+    records = tuple(replace(r, config=place) for r, place in zip(sim.problem.records, places, strict=True))
+    first = [list(places).index(i) for i in range(max(places) + 1)]
+    names = tuple(records[i].raw.run_id for i in first)
+    accepted = None if sim.accepted is None else sim.accepted[[sim.problem.records[i].config for i in first]]
+    return replace(sim, problem=replace(sim.problem, records=records, configs=names), accepted=accepted)
 
 
 def gain_of(spread: float, told: Told) -> tuple[float, Array, Array]:

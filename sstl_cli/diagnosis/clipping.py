@@ -86,7 +86,7 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
     # a reading at the limit is hardly ever further below it; what the line gives as well costs nothing to leave out
     there = tuple(_resting(v, level, noise, HALF * CLIPPED_SIGMA) for v in values)
     lines = {i: _line(p, t) for i, (p, t) in enumerate(zip(pairs, there, strict=True)) if t.any()}
-    silent = {i for i, line in lines.items() if not _pulls(line, there[i], noise)}
+    silent = {i for i, line in lines.items() if not _both_ways(line, there[i], noise)}
     short = {i: pairs[i].short(line) for i, line in lines.items() if i not in silent}
     if not short:
         return Limit(level, there, 0.0, noise)
@@ -116,10 +116,15 @@ def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float, heard: Sequenc
         there = tuple(t | (p.value >= cut) for p, t in zip(pairs, found.there, strict=True))
 
 
-def _pulls(line: Array, there: Mask, noise: float) -> bool:
-    """Whether a line is pulled elsewhere as well: of a run that only comes down from its highest nobody knows how far the pull had gone."""
+def _both_ways(line: Array, there: Mask, noise: float) -> bool:
+    """Whether a line is pulled and released elsewhere as well, so that a run tells both of its lines.
+
+    Of one that only comes down from its highest nobody knows how far the pull had gone; of one that ends there, where the release begins.
+    """
     elsewhere = ~(there[1:] | there[:-1])
-    return float(np.sum(np.maximum(np.diff(line)[elsewhere], 0.0))) > CLIPPED_SIGMA * noise
+    way = np.concatenate(([0.0], np.cumsum(np.where(elsewhere, np.diff(line), 0.0))))
+    up, down = np.max(way - np.minimum.accumulate(way)), np.max(np.maximum.accumulate(way) - way)
+    return bool(min(up, down) > CLIPPED_SIGMA * noise)
 
 
 def _piled(values: Array, noise: float) -> float:

@@ -53,7 +53,7 @@ def run(
     runs = list(runs)
     first = None
     if model is None:
-        first, model, _ = diagnoser(runs, Scenario(), ())
+        first, model = diagnoser(runs, Scenario(), ())[:2]
         advance(1)
         if model is None:
             raise SstlError("the diagnosis gave no model", fix="give one with --model", code="E957")
@@ -98,13 +98,13 @@ def _plantable(wanted: Sequence[str]) -> list[str]:
 
 def _null(model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser) -> Trial:
     """Diagnose recordings that the accepted model itself made: nothing is missing."""
-    return _row("accepted", None, diagnoser(accepted.remade(model, model, runs, seed), model, ()).document)
+    return _row("accepted", None, diagnoser(accepted.remade(model, model, runs, seed), model, ())[0])
 
 
 def _trial(origin: str, effect_id: str, full: Scenario, model: Scenario, runs: Sequence[Run], seed: int, diagnoser: Diagnoser) -> Trial:
     made = accepted.remade(full, model, runs, seed)
     without = full.model_copy(update={"effects": {k: v for k, v in full.effects.items() if k != effect_id}})
-    return _row(origin, effect_id, diagnoser(made, without, ()).document).model_copy(update={"values": dict(full.effects[effect_id])})
+    return _row(origin, effect_id, diagnoser(made, without, ())[0]).model_copy(update={"values": dict(full.effects[effect_id])})
 
 
 def _row(origin: str, effect_id: str | None, document: Mapping[str, Any]) -> Trial:

@@ -50,7 +50,7 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
     started = time.perf_counter()
     error = None
     try:
-        document, model, rows = diagnoser(runs, sim, exclude)
+        document, model, rows = Answer(*diagnoser(runs, sim, exclude))
     except SstlError as failure:
         error = failure.line()
         document, model, rows = Answer(failed(error), None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -123,6 +124,22 @@ def test_what_one_system_has_in_all_its_runs_of_a_bend_is_no_scatter():
     # as many runs that differ by as much, but not as their systems do
     mixed, _ = told(0.5 * np.tile([1.0, -1.0], 6))
     assert by_run.systematic(mixed) < 0.2 * by_run.gain_of(0.5, mixed)[0]
+
+
+@pytest.mark.parametrize(
+    ("gain", "common", "left"),
+    [
+        # 6 contrasts within and 3 between systems: of 60 within chance gives 30 between
+        (100.0, 40.0, 90.0),
+        (100.0, 20.0, 100.0),
+        (100.0, 100.0, 0.0),
+        (100.0, 130.0, -30.0),
+    ],
+)
+def test_what_systems_have_in_common_counts_as_far_as_chance_gives_it(gain, common, left):
+    runs = [SimpleNamespace(config=c, system=s) for c in range(3) for s in ("act", "sstl") for _ in range(2)]
+    sim = SimpleNamespace(problem=SimpleNamespace(records=runs))
+    assert by_run.by_chance(sim, gain, common) == pytest.approx(left)
 
 
 def test_what_runs_have_of_their_own_is_found_to_size_and_taken_off():

@@ -208,6 +208,16 @@ def test_a_level_that_a_reading_is_far_beyond_is_no_limit():
     assert found.nats() == 0.0 and not any(t.any() for t in found.there)
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.03])
+@pytest.mark.parametrize("is_out", [True, False])
+def test_a_run_that_ends_in_a_rest_at_its_highest_tells_no_limit(noise, is_out):
+    """It is never released, so that its line of the release is anybody's guess; nor does a look back within the backlash tell it."""
+    x = np.interp(T, [0.0, 1.0, 2.5, 14.0, 16.0, 20.0, 23.0, 30.0], [1.3, 1.4, 19.2, 19.2, 10.1, 10.1, 20.8, 20.8])
+    for seed in range(4):
+        pair = Pair(read(x, 2 * seed, noise), read(play(x), 2 * seed + 1, noise), noise, is_out)
+        assert limit_of([pair]).nats() < DOUBT_NATS
+
+
 def test_a_run_that_only_comes_down_from_its_highest_tells_no_limit():
     """Nobody knows how far its pull had gone: what a line fitted to the way down makes of it is no evidence."""
     # down by steps, each of which is taken back within the backlash

@@ -95,6 +95,8 @@ def test_drag_at_the_end_takes_the_speed_of_the_load(system, n):
     c, k = 0.5, BENT.load_n_per_mm
     drag = n * c * RATE / k
     assert shift({"viscous": {"c_end_n_s_per_mm": c}}, system) == pytest.approx((0, 0, -drag * GP[n], drag * GR[n]), abs=3e-3)
+    # a seal there is met once, whatever the passes
+    assert shift({"viscous": {"c_seal_n_s_per_mm": n * c}}, system) == pytest.approx((0, 0, -drag * GP[n], drag * GR[n]), abs=3e-3)
 
 
 @pytest.mark.parametrize(("system", "n"), [("act", 1), ("sstl", 2)])

@@ -6,7 +6,7 @@ from sstl_cli.physics.effect import TRANSITION, Drive, Effect, Parameter, Transi
 def _transition(transition: Transition, v: Values, drive: Drive) -> None:
     transition.drag_n_s_mm += v["c_l_n_s_per_mm"]
     transition.drag_bend_n_s_mm += v["c_bend_n_s_per_mm"]
-    transition.drag_end_n_s_mm += v["c_end_n_s_per_mm"] * drive.passes
+    transition.drag_end_n_s_mm += v["c_end_n_s_per_mm"] * drive.passes + v["c_seal_n_s_per_mm"]
     transition.drag_power = v["power"]
 
 
@@ -31,9 +31,11 @@ EFFECT = Effect(
             limits=(0.2, 1.0),
         ),
         Parameter("c_end_n_s_per_mm", "N s/mm", 0.0, 0.0, 0.05, "drag per pass met at the end where the output is read, by speed"),
+        # of a seal, a guide or the joint itself: once, whatever the passes
+        Parameter("c_seal_n_s_per_mm", "N s/mm", 0.0, 0.0, 0.05, "drag of the end where the output is read, by speed"),
     ),
     excitation="Two speeds or holds after fast ramps.",
     look_alikes=("channel_delay", "channel_lowpass", "const_friction"),
-    variants=(("c_l_n_s_per_mm",), ("c_l_n_s_per_mm", "power"), ("c_bend_n_s_per_mm",), ("c_end_n_s_per_mm",)),
+    variants=(("c_l_n_s_per_mm",), ("c_l_n_s_per_mm", "power"), ("c_bend_n_s_per_mm",), ("c_end_n_s_per_mm",), ("c_seal_n_s_per_mm",)),
     transition=_transition,
 )
