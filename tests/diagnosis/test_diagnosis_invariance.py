@@ -49,6 +49,7 @@ def plain():
     return said(runs())
 
 
+@pytest.mark.slow
 @given(
     order=st.permutations(range(8)),
     names=st.permutations(range(8)),

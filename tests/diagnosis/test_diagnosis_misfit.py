@@ -41,6 +41,7 @@ def monday(tmp_path_factory):
     return found, load(str(path))
 
 
+@pytest.mark.slow
 def test_what_the_model_leaves_is_known(monday):
     found, model = monday
     assert found.document()["verdict"]["status"] == "unknown"

@@ -95,6 +95,7 @@ def test_two_effects_are_both_named():
     assert set(document["verdict"]["effects"]) == set(pair)
 
 
+@pytest.mark.slow
 def test_an_excluded_effect_leads_to_unknown():
     strong = {k: 2.0 * v for k, v in STRENGTH["presliding"].items()}
     found = verdict(record({"presliding": strong}), effects=(*FEW, "presliding"), exclude=("presliding",))
