@@ -88,8 +88,6 @@ def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
         ["z_in_act_n", "z_out_act_n"],
         ["preload_in_act_n"],
         ["preload_out_act_n"],
-        ["preload_in_act_n", "straight_in_act_n"],
-        ["preload_out_act_n", "straight_out_act_n"],
     ]
     assert [[f.parameter.name for f in h.free] for h in of.starting("friction_drift", ("act",))] == [
         ["d_mu", "path_n"],

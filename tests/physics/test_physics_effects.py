@@ -298,8 +298,6 @@ def test_a_preload_grows_with_the_bend_and_a_curve_may_be_of_one_sensor_alone():
     for theta in (0.0, THETA, 1.5 * THETA):
         assert observed_output("act", DT, tension, tension, still, theta) == pytest.approx(tension + 0.4 * theta / THETA)
         assert observed_output("sstl", DT, tension, tension, still, theta) == pytest.approx(tension)
-        from_some = activate({"zero_offset": {"preload_out_act_n": 0.4, "straight_out_act_n": -0.3}})
-        assert observed_output("act", DT, tension, tension, from_some, theta) == pytest.approx(tension + 0.4 * theta / THETA - 0.3)
     curved = activate({"sensor_nonlinearity": {"a_out_act": 0.02, "chord": 0.6}})
     # back on the line at 0.6 of 50 N
     seen = observed_output("act", DT, tension, tension, curved)
