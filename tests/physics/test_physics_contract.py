@@ -29,9 +29,7 @@ OWN = {
     "viscoelastic_creep": {"spread"},
     "viscous": {"c_bend_n_s_per_mm", "c_end_n_s_per_mm", "c_seal_n_s_per_mm", "power"},
     "zero_drift": {"warming", "session_s"} | {f"s_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
-    "zero_offset": {
-        f"{kind}_{side}_{system}_n" for kind in ("preload", "straight") for side in ("in", "out") for system in ("act", "sstl")
-    },
+    "zero_offset": {f"preload_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
 }
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")
 # pulled and released with a hold, a corner and a minor loop; two tendons that do not move alike
