@@ -3,7 +3,7 @@
 A mixed model (Harville 1977): a normal part of each run beside theta of its configuration. Linear in both, its likelihood has a
 closed form for each spread. A pulley, or a gain of one system, shows in the same differences between runs of a bend, by
 fewer numbers: without this rival it would be sure of whatever friction does. What all runs of one system in a bend have in common
-against those of the other is no scatter, and speaks for none.
+against those of the other speaks for scatter as far as chance gives it, and no further (see by_chance).
 """
 
 from __future__ import annotations
