@@ -15,7 +15,8 @@ from sstl_cli.diagnosis.fit import Fit, fit, normal_equations, settle
 from sstl_cli.diagnosis.found import Search, each
 from sstl_cli.diagnosis.hypotheses import Hypothesis, apart
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.starts import grid
+from sstl_cli.diagnosis.starts import grid, screen
+from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -23,12 +24,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class _Job:
-    """A combination worth fitting: the fit to start from (None: the base), what joins it, and its start."""
+    """A combination worth fitting: the fit to start from (None: the base), what joins it, and the values that it starts with."""
 
     promise: float
     leader: Weighed | None
     joining: tuple[Weighed, ...]
-    steps: tuple[Array, ...]
+    starts: tuple[Array, ...]
 
 
 def combine(found: Search, size: int, workers: int) -> int:
@@ -42,16 +43,18 @@ def combine(found: Search, size: int, workers: int) -> int:
             jobs[key] = job
 
     for leader in shorter[: LEADERS if size == 2 else 1]:
-        for partner, gain, step in _partners(sim, leader, [v[0] for k, v in found.singles.items() if k not in leader.ids], workers):
-            added = gain - strengths_charge(len(partner.fit.hypothesis.strengths), 2.0 * gain)
+        others = [w for effect_id, laws in found.singles.items() if effect_id not in leader.ids for w in laws]
+        for partner, added, step in _partners(sim, leader, others, workers):
             if added > ADDS:
-                offer(tuple(sorted((*leader.ids, *partner.ids))), _Job(leader.evidence + added, leader, (partner,), (step,)))
+                offer(
+                    tuple(sorted((*leader.ids, *partner.ids))),
+                    _Job(leader.evidence + added, leader, (partner,), (_begin(partner.fit, step),)),
+                )
     if size == 2 and shorter:
-        for two, gain, steps in _pairs(sim, base, [v[0] for v in found.singles.values()]):
-            k = sum(len(w.fit.hypothesis.strengths) for w in two)
-            promise = gain - strengths_charge(k, 2.0 * gain)
+        for two, promise, steps in _pairs(sim, base, [w for laws in found.singles.values() for w in laws]):
             if promise > shorter[0].evidence + ADDS:
-                offer(tuple(sorted((*two[0].ids, *two[1].ids))), _Job(promise, None, two, steps))
+                starts = tuple(_begin(w.fit, step) for w, step in zip(two, steps, strict=True))
+                offer(tuple(sorted((*two[0].ids, *two[1].ids))), _Job(promise, None, two, starts))
 
     chosen = sorted(jobs.values(), key=lambda j: -j.promise)[: PAIRS if size == 2 else PARTNERS]
     for w in each(lambda job: _joined(found, job), chosen, workers):
@@ -75,7 +78,9 @@ def _swap(found: Search, workers: int) -> None:
         others = _like(found, leader, part)
         kept = _without(found, leader, part) if others else leader
         told = sorted(_partners(found.sim, kept, others, workers), key=lambda p: -p[1])
-        jobs += [_Job(leader.evidence, kept, (partner,), (step,)) for partner, _, step in told[:SWAPS]]
+        jobs += [_Job(leader.evidence, kept, (partner,), (_begin(partner.fit, step),)) for partner, _, step in told[:SWAPS]]
+        told = sorted(_shaped(found.sim, kept, others, workers), key=lambda p: -p[1])
+        jobs += [_Job(leader.evidence, kept, (partner,), (start,)) for partner, _, start in told[:SWAPS]]
     for w in each(lambda job: _joined(found, job), jobs, workers):
         key = tuple(sorted(w.ids))
         if key not in found.combined or w.evidence > found.combined[key].evidence:
@@ -99,6 +104,9 @@ def _like(found: Search, leader: Weighed, part: str) -> list[Weighed]:
     """Return the hypotheses that may stand in the place of a part of a pair, and have not been fitted there."""
     (rest,) = (i for i in leader.ids if i != part)
     alike = [i for i in found.singles if i == part or i in get(part).look_alikes or part in get(i).look_alikes or not apart((i, part))]
+    if get(part).stage == INSTRUMENT:
+        # what one fault of a sensor does, another one may
+        alike += [i for i in found.singles if get(i).stage == INSTRUMENT and i not in alike]
     fitted = {frozenset(w.fit.free) for w in found.combined.values()}
     kept = frozenset(x for x in leader.fit.free if x.effect.id != part)
     return [w for i in alike if i != rest and apart((rest, i)) for w in found.singles[i] if kept | set(w.fit.free) not in fitted]
@@ -116,8 +124,8 @@ def _joined(found: Search, job: _Job) -> Weighed:
     """Return the fit of a combination."""
     sim, start = found.sim, found.base if job.leader is None else job.leader.fit
     h, values = start.hypothesis, start.values
-    for partner, step in zip(job.joining, job.steps, strict=True):
-        known = dict(zip(partner.fit.free, _begin(partner.fit, step), strict=True))
+    for partner, begin in zip(job.joining, job.starts, strict=True):
+        known = dict(zip(partner.fit.free, begin, strict=True))
         more = h.joined(partner.fit.hypothesis)
         values = np.concatenate((values, [known[f] for f in more.free[len(h.free) :]]))
         h = more
@@ -133,21 +141,23 @@ def _joined(found: Search, job: _Job) -> Weighed:
 
 
 def _pairs(sim: Simulator, base: Fit, models: Sequence[Weighed]) -> list[tuple[tuple[Weighed, Weighed], float, tuple[Array, Array]]]:
-    """Return the linearised gain (nats) over the base of every two models that share no effect, with their steps."""
+    """Return the linearised evidence (nats) over the base of every two models that share no effect, with their steps."""
     gram, score, slices = _projected(sim, base, [w.fit.jacobian[:, 1:] for w in models])
     found = []
     for i, j in itertools.combinations(range(len(models)), 2):
+        if models[i].ids == models[j].ids:
+            continue
         at = np.concatenate((np.arange(slices[i].start, slices[i].stop), np.arange(slices[j].start, slices[j].stop)))
         inner = gram[np.ix_(at, at)]
         step = np.linalg.lstsq(inner + 1e-6 * np.diag(np.diag(inner) + 1e-12), score[at], rcond=1e-10)[0]
         cut = slices[i].stop - slices[i].start
-        gain = max(0.5 * float(score[at] @ step), 0.0)
-        found.append(((models[i], models[j]), gain, (step[:cut], step[cut:])))
+        promise = _promise(0.5 * float(score[at] @ step), models[i], models[j])
+        found.append(((models[i], models[j]), promise, (step[:cut], step[cut:])))
     return found
 
 
 def _partners(sim: Simulator, leader: Weighed, others: Sequence[Weighed], workers: int = 1) -> list[tuple[Weighed, float, Array]]:
-    """Return for each other model its linearised gain (nats) beside a leader, and the step of its parameters.
+    """Return for each other model its linearised evidence (nats) beside a leader, and the step of its parameters.
 
     Beside its slopes alone stands what all of it does beside the leader: a late sensor shows it later, and what acts along the
     line is not linear.
@@ -164,8 +174,24 @@ def _partners(sim: Simulator, leader: Weighed, others: Sequence[Weighed], worker
         inner = gram[s, s] + 1e-6 * np.diag(np.diag(gram[s, s]) + 1e-12)
         step = np.asarray(np.linalg.lstsq(inner, score[s], rcond=1e-10)[0], np.float64)
         whole = w.fit.values - np.array([x.parameter.neutral for x in w.fit.free])
-        found.append((w, max(0.5 * float(score[s] @ step), 0.0), step[:-1] + step[-1] * whole))
+        found.append((w, _promise(0.5 * float(score[s] @ step), w), step[:-1] + step[-1] * whole))
     return found
+
+
+def _shaped(sim: Simulator, leader: Weighed, others: Sequence[Weighed], workers: int = 1) -> list[tuple[Weighed, float, Array]]:
+    """Return for the models of a sensor that have shapes their linearised evidence (nats) beside a leader, and the start that promises it.
+
+    What a time constant or a knee took up alone, the leader may explain.
+    """
+    shaped = [w for w in others if any(x.parameter.shape for x in w.fit.free) and all(x.effect.stage == INSTRUMENT for x in w.fit.free)]
+    screened = each(lambda w: screen(sim, leader.fit, w.fit.hypothesis), shaped, workers)
+    return [(w, _promise(gain, w), start) for w, (gain, start) in zip(shaped, screened, strict=True)]
+
+
+def _promise(gain: float, *joining: Weighed) -> float:
+    """Return what a linearised gain (nats) of models is worth less the charge of their strengths."""
+    k = sum(len(w.fit.hypothesis.strengths) for w in joining)
+    return max(gain, 0.0) - strengths_charge(k, 2.0 * max(gain, 0.0))
 
 
 def _projected(sim: Simulator, f: Fit, answers: Sequence[Array]) -> tuple[Array, Array, list[slice]]:

@@ -14,7 +14,7 @@ from sstl_cli.diagnosis.free import Free, as_effects
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, laws, variants
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise
-from sstl_cli.physics.effect import TRANSITION
+from sstl_cli.physics.effect import INSTRUMENT, TRANSITION
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -22,7 +22,9 @@ Array = NDArray[np.float64]
 
 def starting(effect_id: str, systems: Sequence[str]) -> list[Hypothesis]:
     """Return the hypotheses that are fitted from the start; subsets of a full one are derived from its fit."""
-    found = variants(effect_id, systems) if get(effect_id).variants else [full(effect_id, systems), *laws(effect_id, systems)]
+    effect = get(effect_id)
+    usual = [full(effect_id, systems)] if effect.fitted else []
+    found = variants(effect_id, systems) if effect.variants else [*usual, *laws(effect_id, systems)]
     return [h for h in found if h.strengths]
 
 
@@ -65,10 +67,14 @@ def widths(sim: Simulator, noise: Noise, f: Fit) -> list[Array]:
 
 
 def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
-    """Return the linearised gain (nats) of adding a hypothesis to a fit, and the start that gives it."""
+    """Return the linearised gain (nats) of adding a hypothesis to a fit, and the start that gives it.
+
+    What a sensor does goes with its strengths: they begin where the step leads, since beside one that is hardly there a shape is anything.
+    """
     joined = around.hypothesis.joined(h)
     free = joined.free[len(around.free) :]
     starts = grid(free)
+    linear = [f.effect.stage == INSTRUMENT and f.effect.late_s is None and not f.parameter.shape for f in free]
     whiten, known_columns = around.whiten, around.whiten(around.jacobian)
     zero = around.cost - 0.5 * whiten.log_det
     best = (-np.inf, np.zeros(len(free)))
@@ -84,7 +90,7 @@ def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
         step = _inside(np.asarray(step, np.float64), values, joined.free, len(around.theta))
         gain = zero - (0.5 * float(r @ r) - float(b @ step) + 0.5 * float(step @ a @ step))
         if gain > best[0]:
-            best = (gain, start)
+            best = (gain, np.where(linear, (values + step[len(around.theta) :])[len(around.free) :], start))
     return best
 
 
