@@ -108,7 +108,7 @@ def scan(signal: Array, time: Array | None = None, recorded: Mask | None = None)
         missed = fourths(signal, time)
         rest = min(noise, white_of_fourths(missed[missed > 0.0])) if missed.any() else noise
     beside = max(rest, 0.5 * step, 1e-6)
-    spike = _spikes(signal, beside, frozen | clipped) | (pulses(signal, beside) & ~frozen & ~clipped)
+    spike = _spikes(signal, beside, frozen | clipped) | ((pulses(signal, beside) | _dropped(signal, beside)) & ~frozen & ~clipped)
     return Faults(spike, frozen, clipped, level, step, noise)
 
 
@@ -273,6 +273,24 @@ def _frozen(signal: Array, noise: float, step: float) -> Mask:
         if b - a + 1 >= need:
             frozen[a:b] = True
     return frozen
+
+
+def _dropped(signal: Array, noise: float) -> Mask:
+    """Flag samples that repeat one reading off those on either side, all to one side: a channel that dropped out and came back.
+
+    A sensor that is held between its readings repeats all of them, and its turning points stand off as well.
+    """
+    dropped, repeats = np.zeros(len(signal), bool), np.concatenate(([False], np.diff(signal) == 0.0))
+    for second, end in stretches(repeats):
+        first = second - 1
+        if end - first <= SPIKE_RUN or first < 2 or end + 2 > len(signal):
+            continue
+        others = (repeats.sum() - (end - second)) / len(signal)
+        before, after = signal[second] - signal[first - 1], signal[second] - signal[end]
+        moved = max(abs(signal[first - 1] - signal[first - 2]), abs(signal[end + 1] - signal[end]), abs(before - after))
+        off = min(abs(before), abs(after)) > SPIKE_SIGMA * noise + SPIKE_TRAVEL * moved
+        dropped[first:end] = off and before * after > 0.0 and others ** (end - second) < FROZEN_CHANCE
+    return dropped
 
 
 def limited(signal: Array) -> Mask:

@@ -221,3 +221,19 @@ def test_short_and_noiseless_signals_have_no_faults():
     assert not short.bad.any() and len(short.spike) == 14 and (short.clip_level_n, short.step_n, short.noise_n) == (np.inf, 0.0, 0.0)
     flat = scan(np.minimum(np.linspace(0.0, 10.0, 300), 9.0))
     assert not (flat.bad | flat.clipped).any() and flat.step_n == 0.0 and flat.clip_level_n == np.inf
+
+
+def test_a_channel_that_drops_out_for_three_readings_and_comes_back_says_nothing_there():
+    t = np.arange(900) / 100.0
+    line = 8.0 + 3.0 * np.sin(t) + 0.02 * np.random.default_rng(4).standard_normal(900)
+    gone = line.copy()
+    gone[300:303] = 0.0
+    gone[500:506] = 0.0
+    found = scan(np.round(gone, 3))
+    assert np.flatnonzero(found.bad).tolist() == [300, 301, 302, *range(500, 506)]
+    # what stays there has moved, what is on its way repeats nothing off it
+    gone[600:] -= 4.0
+    assert recorder._dropped(np.round(gone, 3), 0.02).sum() == 9
+    # a sensor that is held between its readings repeats all of them, also where it turns
+    held = np.repeat(np.where(np.arange(300) % 40 == 20, 12.0, line[::3]), 3)
+    assert not recorder._dropped(held, 0.02).any()
