@@ -3,7 +3,7 @@
 A mixed model (Harville 1977): a normal part of each run beside theta of its configuration. Linear in both, its likelihood has a
 closed form for each spread. A pulley, or a gain of one system, shows in the same differences between runs of a bend, by
 fewer numbers: without this rival it would be sure of whatever friction does. What all runs of one system in a bend have in common
-against those of the other speaks for scatter as far as chance gives it, and no further (see by_chance).
+against those of the other speaks for scatter as far as chance may give it, and no further (see by_chance).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
-from scipy.special import gammaincinv, ndtr
+from scipy.special import fdtri, gammaincinv, ndtr
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, EACH_ROUNDS, FEWEST_CONTRASTS, LEADERS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge
@@ -131,12 +131,14 @@ def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
 def by_chance(sim: Simulator, gain: float, common: float) -> float:
     """Return what is left of a gain (nats) without what runs of a system in a bend have in common beyond what chance gives them.
 
-    Chance gives each contrast between systems as much as each one within (the F ratio of Fisher 1925).
+    Chance gives a contrast between systems as much as one within on average, and at 49 to 1 no more than so many times that (the F
+    ratio of Fisher 1925): few contrasts say little of how large the others may be.
     """
     records = sim.problem.records
     within = contrasts(sim)
     between = len(records) - within - len({r.config for r in records})
-    return gain - max(common - max(gain - common, 0.0) * between / max(within, 1), 0.0)
+    most = float(fdtri(between, within, -np.expm1(-DECIDES_NATS))) if between > 0 and within > 0 else 0.0
+    return gain - max(common - max(gain - common, 0.0) * most * between / max(within, 1), 0.0)
 
 
 def _parted(sim: Simulator, at: Fit, kind: Free, own: Array, residual: Array) -> _Parted | None:

@@ -10,6 +10,7 @@ import pytest
 from made_fits import NOISE_N, THETA, made, named, noise, simulator
 from rig_logs import scenario
 from scipy.stats import chi2, multivariate_normal
+from scipy.stats import f as f_ratio
 
 from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.evidence import Weighed
@@ -126,12 +127,15 @@ def test_what_one_system_has_in_all_its_runs_of_a_bend_is_no_scatter():
     assert by_run.systematic(mixed) < 0.2 * by_run.gain_of(0.5, mixed)[0]
 
 
+F = float(f_ratio.ppf(48.0 / 49.0, 3, 6))
+
+
 @pytest.mark.parametrize(
     ("gain", "common", "left"),
     [
-        # 6 contrasts within and 3 between systems: of 60 within chance gives 30 between
-        (100.0, 40.0, 90.0),
-        (100.0, 20.0, 100.0),
+        # 6 contrasts within and 3 between systems: of 10 within chance gives 5 between, and 7.2 times that once in 49
+        (100.0, 90.0, 100.0 - (90.0 - 5.0 * F)),
+        (100.0, 70.0, 100.0),
         (100.0, 100.0, 0.0),
         (100.0, 130.0, -30.0),
     ],
