@@ -182,8 +182,11 @@ def _weighed(found: Search, begun: Sequence[Fit], least: float) -> tuple[Weighed
     alive = [base.cost - f.cost > least for f in begun]
     done = [_settled(found, f, judged=True) if a else f for f, a in zip(begun, alive, strict=True)]
     weighed = [weigh(sim, f, base) for f in done]
-    whole, followed = max(zip(done, alive, strict=True), key=lambda d: len(d[0].hypothesis.strengths))
-    if followed and not get(whole.ids[0]).variants and len(whole.hypothesis.strengths) > 1:
+    effect = get(begun[0].ids[0])
+    beside = {n for law in effect.laws for n in law}
+    usual = [d for d in zip(done, alive, strict=True) if not any(x.parameter.name in beside for x in d[0].free)]
+    whole, followed = max(usual, key=lambda d: len(d[0].hypothesis.strengths), default=(begun[0], False))
+    if followed and not effect.variants and len(whole.hypothesis.strengths) > 1:
         for h, values, theta in _subsets(sim, whole):
             start = fit(sim, whole.whiten, h, theta, values, 0)
             weighed.append(weigh(sim, _settled(found, start), base))

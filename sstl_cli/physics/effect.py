@@ -28,7 +28,7 @@ FORCE_UNITS = ("N", "N s/mm", "1/N", "mm/N", "1/kN", "s/N")
 class Parameter:
     """One parameter of an effect.
 
-    ``neutral`` switches it off; a ``shape`` parameter matters only while the others are not neutral. ``low`` and ``high``
+    ``neutral`` switches it off, wherever it lies; a ``shape`` parameter matters only while the others are not neutral. ``low`` and ``high``
     are where to look first; ``least`` and ``most`` are where its meaning ends, by default ten times as far (shapes: three).
     """
 
@@ -281,7 +281,7 @@ class Effect:
             # rigs of other sizes have other forces: of those only the side on which they have a meaning is fixed
             sized = p.unit in FORCE_UNITS and math.isfinite(value) and (p.least != p.neutral or value >= p.least)
             low, high = (p.low, p.high) if usual else (p.least, p.most)
-            if (usual or not sized) and not low <= value <= high:
+            if (usual or not sized) and value != p.neutral and not low <= value <= high:
                 near = low if value < low else high
                 raise SstlError(
                     f"{self.id}: {name} = {value:g} {p.unit} is outside {low:g}..{high:g} {p.unit}",

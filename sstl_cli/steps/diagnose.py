@@ -233,7 +233,7 @@ def gather(
     problem = misfit.applied(prepared, scenario.misfits, unit_n)
     # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
     ids = [i for i in candidates(options) if own is None or output is not None or i != "gain_error"]
-    fitted = [i for i in ids if get(i).fitted and get(i).channel in _shown(problem)]
+    fitted = [i for i in ids if (get(i).fitted or get(i).laws) and get(i).channel in _shown(problem)]
     if any(r.slip is not None for r in problem.records):
         # which element slips next is known only where a tension drives the line
         fitted = [i for i in fitted if get(i).stage != TRANSITION]
@@ -252,7 +252,8 @@ def gather(
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
     faulty = _faults(found, scenario)
-    recorder = [e for e in faulty if e.id in ids]
+    found = _once(found, faulty)
+    recorder = [e for e in faulty if e.id in ids and e.id not in found.singles]
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
         beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
@@ -283,9 +284,17 @@ def _faults(found: Search, scenario: Scenario, lacking: int | None = None) -> li
     return [e for e in seen if e.id not in scenario.effects]
 
 
+def _once(found: Search, recorder: Sequence[faults.RecorderEffect]) -> Search:
+    """Return a search without models of what the recorder shows in its readings already, unless one of them leads."""
+    ranked = found.ranked()
+    told = {e.id for e in recorder} - set(ranked[0].ids if ranked else ())
+    singles = {k: v for k, v in found.singles.items() if k not in told}
+    return replace(found, singles=singles, combined={k: v for k, v in found.combined.items() if not told & set(k)})
+
+
 def _beside(found: Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
     """Return the candidates that are not fitted to the output."""
-    return [e.row() for e in recorder] + [g.row() for g in gaps if g.effect not in found.singles]
+    return [e.row() for e in recorder if e.id not in found.singles] + [g.row() for g in gaps if g.effect not in found.singles]
 
 
 def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:

@@ -31,14 +31,19 @@ def test_every_variant_is_part_of_the_full_effect_and_stands_once(effect):
 def test_one_sensor_two_sensors_or_all():
     found = by_usual_law("zero_offset", BOTH)
     assert [len(h.free) for h in found] == [1] * 4 + [2] * 6 + [4]
-    # or a preload, of one sensor or of both alike
-    assert [len(h.free) for h in laws("zero_offset", BOTH)] == [1] * 4 + [2] * 2
-    assert [len(h.strengths) for h in variants("zero_offset", BOTH)] == [1] * 8 + [2] * 8 + [4]
+    # or a preload, of one sensor, from nothing or not, or of both alike
+    assert [len(h.free) for h in laws("zero_offset", BOTH)] == [1] * 4 + [2] * 6
+    assert [len(h.strengths) for h in variants("zero_offset", BOTH)] == [1] * 8 + [2] * 12 + [4]
 
 
 def test_only_sensors_of_recorded_systems_can_be_off():
     assert {n for h in by_usual_law("zero_offset", ("act",)) for n in names(h)} == {"z_in_act_n", "z_out_act_n"}
-    assert [names(h) for h in laws("zero_offset", ("act",))] == [["preload_in_act_n"], ["preload_out_act_n"]]
+    assert [names(h) for h in laws("zero_offset", ("act",))] == [
+        ["preload_in_act_n"],
+        ["preload_out_act_n"],
+        ["preload_in_act_n", "straight_in_act_n"],
+        ["preload_out_act_n", "straight_out_act_n"],
+    ]
     assert variants("gain_error", ("sstl",))[0].free[0].parameter.name == "g_sstl"
 
 

@@ -53,7 +53,8 @@ def test_screening_gains_what_the_linear_model_gains():
     column = z.whiten(sim.predict(THETA, {"zero_offset": {"z_in_act_n": 0.0, "z_out_act_n": 0.01}}) - z.prediction)
     nothing = np.zeros((len(SIM.y), 0))
     assert gain == pytest.approx(gained(np.column_stack((thetas(z), column)), nothing, z.whiten(z.residual)), rel=1e-3)
-    assert start.tolist() == [0.0]
+    # what a sensor adds begins where the step leads, and what lies in the line beside nothing
+    assert start == pytest.approx([0.03], abs=0.005) and screen(sim, z, FRICTION)[1] == pytest.approx(grid(FRICTION.free)[0])
     # of several parameters at once
     drift = full("zero_drift", ("act",))
     both = screen(sim, z, drift)[0]
@@ -88,6 +89,8 @@ def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
         ["z_in_act_n", "z_out_act_n"],
         ["preload_in_act_n"],
         ["preload_out_act_n"],
+        ["preload_in_act_n", "straight_in_act_n"],
+        ["preload_out_act_n", "straight_out_act_n"],
     ]
     assert [[f.parameter.name for f in h.free] for h in of.starting("friction_drift", ("act",))] == [
         ["d_mu", "path_n"],

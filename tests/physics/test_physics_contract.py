@@ -20,16 +20,17 @@ OWN = {
     "const_friction": {"w_bend_n", "w_end_n", "w_in_n"},
     "crosstalk": {"m_out", "m_in"} | {f"c_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")},
     "friction_drift": {"d_mu_time", "time_s", "d_mu_heat_s_per_n2", "cooling_s"},
-    "load_dependent_friction": {"step", "step_n", "fall", "fall_n"},
+    "load_dependent_friction": {"step", "step_n", "fall", "fall_n", "rise", "rise_n"},
     "presliding": {"bristle_mm", "dahl_mm", "tail"},
     "sensor_nonlinearity": {f"a_{side}_{system}" for side in ("in", "out") for system in ("act", "sstl")}
     | {"chord", "h_act_n", "h_sstl_n", "k_act", "k_sstl", "width_n", "b_out", "b_in", "knee_n"},
+    "saturation": {"soft_out", "knee_n", "width_n"},
     "stick_slip": {"mean_ratio"},
     "stribeck": {"mean_ratio"},
     "viscoelastic_creep": {"spread"},
     "viscous": {"c_bend_n_s_per_mm", "c_end_n_s_per_mm", "c_seal_n_s_per_mm", "power"},
     "zero_drift": {"warming", "session_s"} | {f"s_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
-    "zero_offset": {f"preload_{side}_{system}_n" for side in ("in", "out") for system in ("act", "sstl")},
+    "zero_offset": {f"{law}_{side}_{system}_n" for law in ("preload", "straight") for side in ("in", "out") for system in ("act", "sstl")},
 }
 CHANNELS = ("tension_in_n", "tension_out_n", "position_in_mm")
 # pulled and released with a hold, a corner and a minor loop; two tendons that do not move alike

@@ -52,7 +52,8 @@ def test_declaration_is_complete(effect_id):
     assert any((e.law, e.transition, e.output, e.input, e.position, e.loop))
     for p in e.parameters:
         assert p.unit and p.meaning and p.low <= p.neutral <= p.high and p.low < p.high
-        assert p.least <= p.low and p.high <= p.most
+        # a strength may be there or not, and nothing in between
+        assert (p.least <= p.low or p.least > p.neutral) and p.high <= p.most
     assert not e.active(e.neutral())
 
 
@@ -78,7 +79,7 @@ def test_every_parameter_changes_something(effect_id):
     path = np.maximum(PATH - 5.0, 0.0)
     strong = {p.name: p.neutral + 0.95 * ((p.high if p.high > p.neutral else p.low) - p.neutral) for p in e.parameters}
     if effect_id == "saturation":
-        strong = {"t_max_in_n": 20.0, "t_max_out_n": 8.0}
+        strong = {"t_max_in_n": 20.0, "t_max_out_n": 6.3, "soft_out": 0.9, "knee_n": 6.0, "width_n": 0.3}
     for p in e.parameters:
         other = dict(strong)
         other[p.name] = p.neutral if not p.shape else (p.low if strong[p.name] != p.low else p.high)
@@ -292,12 +293,26 @@ def test_a_sensor_may_be_soft_beyond_a_knee():
     assert sensor.input_inverse(sensor.input(PATH, PATH, run, values), PATH, run, values) == pytest.approx(PATH)
 
 
+def test_a_reading_may_come_to_its_limit_softly():
+    sensor, run = get("saturation"), Sampling("act", DT, len(PATH))
+    soft = {"soft_out": 1.0, "knee_n": 8.0, "width_n": 0.2}
+    seen = sensor.output(PATH, PATH, run, sensor.complete(soft))
+    assert seen == pytest.approx(PATH - 0.2 * np.log1p(np.exp((PATH - 8.0) / 0.2)), abs=1e-9)
+    assert seen.max() == pytest.approx(8.0, abs=1e-6) and seen[np.isclose(PATH, 8.0, atol=0.02)] == pytest.approx(
+        8.0 - 0.2 * np.log(2.0), abs=0.02
+    )
+    # a tension far beyond its knee is only a number
+    assert np.isfinite(sensor.output(np.array([1e9]), PATH, run, sensor.complete({**soft, "width_n": 0.05}))).all()
+
+
 def test_a_preload_grows_with_the_bend_and_a_curve_may_be_of_one_sensor_alone():
     tension = np.linspace(0.0, 30.0, 61)
     still = activate({"zero_offset": {"preload_out_act_n": 0.4}})
     for theta in (0.0, THETA, 1.5 * THETA):
         assert observed_output("act", DT, tension, tension, still, theta) == pytest.approx(tension + 0.4 * theta / THETA)
         assert observed_output("sstl", DT, tension, tension, still, theta) == pytest.approx(tension)
+        from_some = activate({"zero_offset": {"preload_out_act_n": 0.4, "straight_out_act_n": -0.3}})
+        assert observed_output("act", DT, tension, tension, from_some, theta) == pytest.approx(tension + 0.4 * theta / THETA - 0.3)
     curved = activate({"sensor_nonlinearity": {"a_out_act": 0.02, "chord": 0.6}})
     # back on the line at 0.6 of 50 N
     seen = observed_output("act", DT, tension, tension, curved)

@@ -30,6 +30,13 @@ def _law(law: Law, v: Values) -> None:
             return np.asarray(1.0 + fall * np.exp(-np.maximum(tension, 0.0) / fall_n))
 
         law.factors.append(falling)
+    rise, rise_n = v["rise"], v["rise_n"]
+    if rise != 0.0:
+
+        def rising(tension: Array) -> Array:
+            return np.asarray(1.0 - rise * np.exp(-np.maximum(tension, 0.0) / rise_n))
+
+        law.factors.append(rising)
 
 
 EFFECT = Effect(
@@ -37,7 +44,7 @@ EFFECT = Effect(
     title="Friction coefficient that depends on the load",
     stage=FRICTION_LAW,
     equation="mu = mu0 (T / 10 N)^(-alpha); or, where the tendon changes sides, mu = mu0 (1 + s tanh((T_s - T) / (0.15 T_s))); "
-    "or mu = mu0 (1 + f exp(-T / T_f))",
+    "or mu = mu0 (1 + f exp(-T / T_f)), mu0 (1 - r exp(-T / T_r))",
     source="Hertzian contact of polymers, catalogue entry [L]; slope products of Table II [C]",
     parameters=(
         Parameter("alpha", "1", 0.0, -0.1, 0.33, "load exponent; 1/3 is an elastic Hertz contact"),
@@ -48,9 +55,12 @@ EFFECT = Effect(
             "fall", "1", 0.0, 0.0, 1.0, "friction of an unloaded tendon beyond that of a loaded one, as a part of it", limits=(0.0, 5.0)
         ),
         Parameter("fall_n", "N", 8.0, 2.0, 40.0, "tension by which most of that is gone", shape=True),
+        # and coils that close; a tube that yields on and on does not
+        Parameter("rise", "1", 0.0, 0.0, 0.3, "friction that an unloaded tendon lacks, as a part of a loaded one's", limits=(0.0, 0.9)),
+        Parameter("rise_n", "N", 6.0, 2.0, 15.0, "tension by which most of that has come", shape=True, limits=(0.5, 20.0)),
     ),
     excitation="A wide span of tension, or two amplitudes.",
-    variants=(("alpha",), ("step", "step_n"), ("fall", "fall_n")),
+    variants=(("alpha",), ("step", "step_n"), ("fall", "fall_n"), ("rise", "rise_n")),
     look_alikes=("sheath_compliance", "gain_error", "asymmetric_friction"),
     law=_law,
 )
