@@ -181,20 +181,19 @@ def notes_beside(g: Given, only: Sequence[ChannelGap]) -> list[str]:
     if own.unit == "N":
         return [f"the error is that of channel {own.channel}; where it lies is told of the output"]
     before, after = quantity(small(own.rmse_base), own.unit), quantity(small(own.rmse_with), own.unit)
-    fall = f"that of channel {own.channel} falls by {_fall_pct(own):.1f} %, from {before} to {after}"
-    return [f"the error above is that of the output, which the effect does not change; {fall}"]
+    return [
+        f"the error of channel {own.channel} falls from {before} to {after}; errors in newtons are of the output, which the effect does not change"
+    ]
 
 
 def gap_beside(g: Given, gap: Gap, only: Sequence[ChannelGap]) -> Gap:
     """Return the gap in numbers: of the channel beside the output where the verdict is about what only that shows.
 
-    One that is no tension has its own numbers in ``beside``: in the fields of a gap all are of the same samples and in one unit.
+    One that is no tension falls by its own percentage; errors of it are no newtons and stand in ``beside``.
     """
     own = _told_beside(g, only)
     if own is None:
         return gap
-    if own.unit != "N":
-        return gap.model_copy(update={"explained_of_reducible_pct": None})
     changed: dict[str, object] = {
         "samples": f"channel {own.channel} ({own.unit})",
         "held_out": False,
@@ -204,9 +203,12 @@ def gap_beside(g: Given, gap: Gap, only: Sequence[ChannelGap]) -> Gap:
         "explained_of_reducible_pct": None,
         "noise_floor_low_n": None,
         "noise_floor_high_n": None,
-        "rmse_base_n": own.rmse_base,
-        "rmse_retuned_n": own.rmse_base,
-        "rmse_with_effect_n": own.rmse_with,
-        "noise_floor_n": own.noise,
     }
+    if own.unit == "N":
+        changed |= {
+            "rmse_base_n": own.rmse_base,
+            "rmse_retuned_n": own.rmse_base,
+            "rmse_with_effect_n": own.rmse_with,
+            "noise_floor_n": own.noise,
+        }
     return gap.model_copy(update=changed)

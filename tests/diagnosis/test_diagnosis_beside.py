@@ -8,6 +8,7 @@ import pytest
 
 from sstl_cli.core.documents.diagnosis import Gap
 from sstl_cli.diagnosis.channels import ChannelGap
+from sstl_cli.diagnosis.sentence import _fall
 from sstl_cli.steps.diagnose_rows import gap_beside, notes_beside
 
 OF_OUTPUT = {
@@ -30,10 +31,11 @@ def test_a_tension_beside_has_the_gap_to_itself():
     assert notes == ["the error is that of channel tension_in; where it lies is told of the output"]
 
 
-def test_the_fall_of_a_position_does_not_stand_beside_errors_of_the_output():
-    """0.02 N -> 0.02 N "falls by 97.5 %"."""
+def test_the_fall_of_a_position_is_said_to_be_its_own():
+    """Beside "0.02 N -> 0.02 N" stood "falls by 97.5 %", of what nobody said."""
     gap, notes = told("position_in", "mm", "tendon_elasticity")
-    assert gap.plain() == Gap.model_validate(OF_OUTPUT | {"explained_of_reducible_pct": None}).plain()
+    assert gap.shrink_pct == pytest.approx(97.5) and gap.samples == "channel position_in (mm)" and gap.rmse_with_effect_n == 0.022
     assert notes == [
-        "the error above is that of the output, which the effect does not change; that of channel position_in falls by 97.5 %, from 0.4 mm to 0.01 mm"
+        "the error of channel position_in falls from 0.4 mm to 0.01 mm; errors in newtons are of the output, which the effect does not change"
     ]
+    assert _fall(gap) == "  error of channel position_in (mm) falls by 97.5 %"
