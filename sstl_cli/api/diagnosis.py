@@ -80,16 +80,16 @@ class Diagnosis:
 
     @property
     def candidates(self) -> pd.DataFrame:
-        """One row a candidate, most probable first; its parameters stand in ``parameters``."""
-        columns = ["id", "probability", "rmse_held_out_n", "shrink_pct", "identifiability", "sensor", "d2"]
+        """One row a candidate, most probable first, with the samples that its errors are of; its parameters stand in ``parameters``."""
+        columns = ["id", "probability", "rmse_held_out_n", "shrink_pct", "identifiability", "sensor", "d2", "samples"]
         return pd.DataFrame([c.model_dump() for c in self.document.candidates], columns=columns)
 
     @property
     def parameters(self) -> pd.DataFrame:
-        """One row a parameter of a candidate: estimate, 95 % interval, unit."""
-        columns = ["candidate", "name", "unit", "estimate", "ci95_low", "ci95_high", "at_bound"]
+        """One row a parameter of a candidate: estimate, 95 % interval or why there is none, unit."""
+        columns = ["candidate", "name", "unit", "estimate", "ci95_low", "ci95_high", "at_bound", "why"]
         rows = [
-            (c.id, p.name, p.unit, p.estimate, *(p.ci95 or (None, None)), p.at_bound)
+            (c.id, p.name, p.unit, p.estimate, *(p.ci95 or (None, None)), p.at_bound, p.why)
             for c in self.document.candidates
             for p in c.parameters
         ]

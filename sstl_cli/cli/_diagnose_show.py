@@ -37,6 +37,19 @@ def diagnosis(screen: Screen, document: DiagnosisDocument) -> None:
     tables(screen, document)
 
 
+def aside(document: DiagnosisDocument, own_odds: bool = False) -> list[str]:
+    """Return what was set aside: runs, and all that could not be judged, as where nothing propagates.
+
+    Under a user's ``own_odds`` no verdict has a confidence; without them only what could not be judged has none.
+    """
+    runs = document.analysis.set_aside if document.analysis else {}
+    verdicts = [(f"tendon {b.tendon or '(no name)'}", b.verdict) for b in document.tendons or ()] or [("all runs", document.verdict)]
+    unjudged = [(whose, v.why) for whose, v in verdicts if v.status == "unknown" and v.confidence is None and not own_odds]
+    # of a tendon that could not be diagnosed every run says so
+    said = [f"{whose}: {why}" for whose, why in unjudged if why not in runs.values()]
+    return [*(f"run {run_id}: {reason}" for run_id, reason in runs.items()), *said]
+
+
 def tables(screen: Screen, document: DiagnosisDocument) -> None:
     """Print the candidates (none where nothing is missing) and the recording that would tell the first two apart."""
     unit = document.unit or "N"

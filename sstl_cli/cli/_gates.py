@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from sstl_cli.core.errors import printable
-from sstl_cli.core.groups import of_samples
+from sstl_cli.core.groups import error_of, of_samples
 
 if TYPE_CHECKING:
     from sstl_cli.core.documents.diagnosis import DiagnosisDocument, TendonBlock
@@ -58,7 +58,8 @@ def _details(part: DiagnosisDocument | TendonBlock, unit: str) -> list[str]:
             ("with the effect", gap.rmse_with_effect_n),
             ("noise floor", gap.noise_floor_n),
         )
-        out += _table(["", f"RMSE / {unit}"], [(name, _number(value)) for name, value in steps])
+        what = error_of(gap.samples)
+        out += _table(["", f"RMSE{' of ' if what else ''}{what} / {unit}"], [(name, _number(value)) for name, value in steps])
     places = sorted(part.where or (), key=lambda r: -r.share_pct)[:5]
     rows = [(r.system, r.phase, r.config_id or "", _number(r.share_pct)) for r in places]
     out += _table(["system", "phase", "configuration", "share of the gap / %"], rows)

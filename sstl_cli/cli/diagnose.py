@@ -173,8 +173,7 @@ def _end(screen: Screen, asked: Asked, result: Diagnosed) -> NoReturn:
         write_text(asked.junit, _gates.junit(gates.asked(), missed, document.sentence or ""), asked.force)
     if asked.summary is not None:
         write_text(asked.summary, _gates.markdown(document, missed), asked.force)
-    aside = [f"run {run_id}: {reason}" for run_id, reason in (document.analysis.set_aside if document.analysis else {}).items()]
-    screen.finish(document, missed=missed, aside=aside)
+    screen.finish(document, missed=missed, aside=show.aside(document, bool(asked.prior)))
 
 
 def _not_proposed(path: Path, status: str) -> str:

@@ -128,7 +128,7 @@ def _show(screen: Screen, header: Header, found: Evaluation, everything: bool) -
     ]
     default = found.score(header.default)
     screen.say(
-        f"{header.default}, the default, errs by {default.mean[2]:.3g} in the slopes (RMSE on {len(found.pairs)} pairs, "
+        f"{header.default}, the default, errs by {default.told[2]:.3g} in the slopes (RMSE on {len(found.pairs)} pairs, "
         f"{'trained ones among them' if everything else 'all held out'})."
     )
     screen.table(

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sstl_cli.core.documents.diagnosis import Verdict
 
+# what samples errors are of
+ANALYSED, RECORDED = "analysed", "all as recorded"
+
 
 def spelled_out(verdict: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the effects of an ambiguity group, classes replaced by their members.
@@ -38,6 +41,19 @@ def of_samples(candidates: Iterable[Any]) -> list[tuple[str, list[str]]]:
         if c.samples:
             found.setdefault(c.samples, []).append(c.id)
     return list(found.items()) if len(found) > 1 else []
+
+
+def error_of(samples: str | None) -> str:
+    """Return what an error is one of, by the samples that it is of; of the analysed ones nothing need be said.
+
+    Examples
+    --------
+    >>> error_of("all as recorded"), error_of("channel tension_in (N)"), error_of("analysed"), error_of(None)
+    ('all readings as recorded', 'channel tension_in (N)', '', '')
+    """
+    if not samples or samples == ANALYSED:
+        return ""
+    return "all readings as recorded" if samples == RECORDED else samples
 
 
 def rivals(verdict: Verdict) -> list[str]:

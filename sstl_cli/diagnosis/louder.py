@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import HELD, LEVELS, MIN_READINGS, WHITE
+from sstl_cli.diagnosis.constants import FINEST, HELD, LEVELS, MIN_READINGS, WHITE
 from sstl_cli.diagnosis.holds import likelier
 from sstl_cli.diagnosis.latent import block_mean
 from sstl_cli.diagnosis.readings import known
@@ -63,7 +63,10 @@ def _seen(r: Record, fitted: Array, slide: Array, least_n: float) -> tuple[float
         return 0.0, float("inf")
     # noise of one step, of which a sample of the analysis is a mean
     white = max(white_of_thirds(third) * float(np.sqrt(np.median(r.readings))), least_n)
-    return float(np.log(max(white, np.finfo(float).tiny))), float(np.hypot(WHITE, THIRDS_ERROR / np.sqrt(len(third))))
+    if white <= FINEST * float(np.ptp(r.u)):
+        # arithmetic has left its rounding, or nothing: one of these over the other has no bound
+        return 0.0, float("inf")
+    return float(np.log(white)), float(np.hypot(WHITE, THIRDS_ERROR / np.sqrt(len(third))))
 
 
 def _shrunk(values: Array, errors: Array) -> Array:

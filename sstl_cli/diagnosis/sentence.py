@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sstl_cli.core.documents.diagnosis import Analysis, DiagnosisDocument, Gap, OddRun, Place, Verdict
-from sstl_cli.core.groups import rivals
+from sstl_cli.core.groups import error_of, rivals
 from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES, SENSORS_S
@@ -151,11 +151,16 @@ def _fall(gap: Gap) -> str:
     """Return by how much the error falls, of what it is, and how much of what can be explained that is."""
     why = "what a run has of its own is fitted to it" if gap.held_out_kind == OWN else "no other excitation to hold out"
     held = "held-out error falls" if gap.held_out else f"error falls ({why})"
-    interval = gap.shrink_ci95_pct
-    between = "" if interval is None else f" [{interval[0]:.1f}, {interval[1]:.1f}]"
-    share = gap.explained_of_reducible_pct
+    if what := error_of(gap.samples):
+        held = f"error of {what} falls"
+    (low, high), fall, share = gap.shrink_ci95_pct or (None, None), gap.shrink_pct or 0.0, gap.explained_of_reducible_pct
+    if round(fall, 1) < 0.0:
+        # as of jumps that nobody can foretell: nothing is explained of what is larger than before
+        held, fall, share = held.replace("falls", "rises"), -fall, None
+        low, high = (None, None) if low is None or high is None else (-high, -low)
+    between = "" if low is None or high is None else f" [{low:.1f}, {high:.1f}]"
     of = "" if share is None else f"; {share:.1f} % of the error above the noise floor"
-    return f"  {held} by {gap.shrink_pct:.1f} %{between}{of}"
+    return f"  {held} by {fall:.1f} %{between}{of}"
 
 
 def _places(where: Sequence[Place]) -> str:

@@ -27,10 +27,11 @@ class Interval:
     high: float
 
 
-def shrinkage(sim: Simulator, base: Array, other: Array, fine_n: float = 0.0) -> Interval:
+def shrinkage(sim: Simulator, base: Array, other: Array, fine_n: float = 0.0) -> Interval | None:
     """Return by how many percent the held-out RMSE falls, with a 95 % interval for a fresh recording of that length.
 
     It is a paired bootstrap over runs and their blocks: what is fresh differs from run to run more than from block to block.
+    None where there is but one block: all draws of it are alike, which says nothing of how sure the number is.
 
     Parameters
     ----------
@@ -43,6 +44,8 @@ def shrinkage(sim: Simulator, base: Array, other: Array, fine_n: float = 0.0) ->
     index = blocks(sim)
     a, b = np.bincount(index, w * base**2), np.bincount(index, w * other**2)
     n = np.bincount(index, w)
+    if np.count_nonzero(n) < 2:
+        return None
     draws = _draws(sim.run[np.unique(index, return_index=True)[1]])
     extra = fine_n**2
 

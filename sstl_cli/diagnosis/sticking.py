@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from sstl_cli.diagnosis.constants import FEWEST_WINDOWS, MIXTURE_ROUNDS, MIXTURE_WIDTHS, WINDOW_TRAVEL
+from sstl_cli.diagnosis.constants import FEWEST_WINDOWS, MIXTURE_ROUNDS, MIXTURE_WIDTHS, STILL_N, WINDOW_TRAVEL
 from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.white import least_white
 
@@ -45,9 +45,12 @@ def rests(records: Sequence[Record], predicted: Sequence[Array]) -> float:
 
 
 def _noise_n(r: Record) -> float:
-    """Return what an output may be off by at rest (N): a converter's step is no movement, nor is the error of a model on a grid."""
+    """Return what an output may be off by at rest (N): a converter's step is no movement, nor is the error of a model on a grid.
+
+    One that never changes has neither noise nor a step.
+    """
     faults = r.faults_out
-    return max(float(np.hypot(faults.noise_n / np.sqrt(r.thin), faults.step_n)), least_white(r, "tension_out_n"))
+    return max(float(np.hypot(faults.noise_n / np.sqrt(r.thin), faults.step_n)), least_white(r, "tension_out_n"), STILL_N)
 
 
 def _spike(ratio: Array, error: Array) -> float:

@@ -141,11 +141,12 @@ def _score(path: Path, inputs: Inputs) -> None:
 
 
 def _evaluation(path: Path, inputs: Inputs) -> None:
-    inputs.evaluation.extend(Evaluated(**{c.name: row[c.name] for c in EVALUATION.columns}) for row in _read(path, EVALUATION))
+    rows = ({c.name: row[c.name] for c in EVALUATION.columns} for row in _read(path, EVALUATION))
+    inputs.evaluation.extend(Evaluated(**row, file=str(path)) for row in rows)
 
 
 def _history(path: Path, inputs: Inputs) -> None:
-    inputs.history.extend(epochs(_read(path)))
+    inputs.history.extend(epochs(_read(path), str(path)))
 
 
 def _predictions(path: Path, inputs: Inputs) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from sstl_cli.reporting.documents import number
 
@@ -18,6 +19,7 @@ class Epoch:
     epoch: int
     train_loss: float
     val_loss: float
+    file: str = ""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,10 @@ class Evaluated:
     rmse_gamma_r: float
     rmse_total: float
     outside_range_pct: float
+    file: str = ""
+
+
+Row = TypeVar("Row", Epoch, Evaluated)
 
 
 @dataclass(frozen=True)
@@ -42,21 +48,45 @@ class Predicted:
     predicted: float
 
 
-def epochs(rows: Iterable[Mapping[str, object]]) -> Iterator[Epoch]:
+def apart(rows: Sequence[Row]) -> list[Row]:
+    """Return rows whose variants are named by their file where there are several: another model is no other seed.
+
+    Examples
+    --------
+    >>> [row.variant for row in apart([Epoch("a", 0, 1.0, 1.0, "x.parquet"), Epoch("a", 0, 2.0, 2.0, "y.parquet")])]
+    ['a (x.parquet)', 'a (y.parquet)']
+    >>> [row.variant for row in apart([Epoch("a", 0, 1.0, 1.0, "x.parquet"), Epoch("a", 1, 2.0, 2.0, "x.parquet")])]
+    ['a', 'a']
+    """
+    if len({row.file for row in rows}) < 2:
+        return list(rows)
+    return [replace(row, variant=f"{row.variant} ({row.file})") for row in rows]
+
+
+def epochs(rows: Iterable[Mapping[str, object]], file: str = "") -> Iterator[Epoch]:
     """Yield the rows of a training history that have an epoch."""
     for row in rows:
         at = number(row.get("epoch"))
         if at >= 0:
-            yield Epoch(str(row.get("variant", "–")), int(at), number(row.get("train_loss")), number(row.get("val_loss")))
+            yield Epoch(str(row.get("variant", "–")), int(at), number(row.get("train_loss")), number(row.get("val_loss")), file)
 
 
 def predictions(rows: Sequence[Mapping[str, object]]) -> Iterator[Predicted]:
-    """Yield every quantity of which a row has both the true and the predicted value."""
+    """Yield every quantity of which a row has both the true and the predicted value; of several variants each by itself.
+
+    Their errors taken together are those of no mapping.
+    """
+    several = len({row.get("variant") for row in rows}) > 1
     for quantity, (truth, guess) in columns(list(rows[0]) if rows else []).items():
         for row in rows:
             x, y = number(row.get(truth)), number(row.get(guess))
             if x == x and y == y:
-                yield Predicted(quantity, str(row.get("location") or row.get("variant") or "all"), x, y)
+                yield Predicted(
+                    f"{quantity} {row.get('variant')}" if several else quantity,
+                    str(row.get("location") or row.get("variant") or "all"),
+                    x,
+                    y,
+                )
 
 
 def columns(names: Sequence[str]) -> dict[str, tuple[str, str]]:

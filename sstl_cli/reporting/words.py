@@ -8,6 +8,7 @@ from functools import cache
 from importlib.resources import files
 
 from sstl_cli.core.errors import printable
+from sstl_cli.core.groups import error_of
 from sstl_cli.reporting.diagnosed import Diagnosed, Gap, Parameter, Place
 from sstl_cli.reporting.documents import NAN, read
 from sstl_cli.reporting.inputs import EffectNote
@@ -94,8 +95,8 @@ def how_far(document: Diagnosed) -> str:
     if document.verdict.status in ("none", "unknown"):
         steps = steps[:2]
     walk = " → ".join(f"{value:.2g} {unit} {text}" for value, text in steps if value == value)
-    floor = gap.noise_floor_n
-    found = [f"Error {walk}" if walk else "", f"noise alone is {floor:.2g} {unit}" if floor == floor else ""]
+    floor, what = gap.noise_floor_n, printable(error_of(gap.samples))
+    found = [f"Error{' of ' if what else ''}{what} {walk}" if walk else "", f"noise alone is {floor:.2g} {unit}" if floor == floor else ""]
     return "; ".join(f for f in found if f) + "." if any(found) else ""
 
 
@@ -106,9 +107,14 @@ def shrinkage(document: Diagnosed) -> str:
         return ""
     low, high = gap.shrink_ci95_pct or (NAN, NAN)
     held = "on recordings kept out of the fit" if gap.held_out else "on the recordings it was fitted to"
+    fall, share, than = gap.shrink_pct, gap.explained_of_reducible_pct, "less"
+    if round(fall, 1) < 0.0:
+        # nothing is explained of an error that is larger than before
+        fall, share, than, low, high = -fall, NAN, "more", -high, -low
     span = f" (95 %: {low:.1f} to {high:.1f})" if low == low else ""
-    reason = why_null(gap.shrink_ci95_pct, gap.shrink_ci95_pct_why, gap)
-    return f"{gap.shrink_pct:.1f} % less{span}, {held}." + (f" No interval: {reason}." if reason else "")
+    of = f"; {share:.1f} % of the error above the noise floor" if share == share else ""
+    reason = why_null(gap.shrink_ci95_pct, gap.shrink_why or gap.shrink_ci95_pct_why, gap)
+    return f"{fall:.1f} % {than}{span}, {held}{of}." + (f" No interval: {reason}." if reason else "")
 
 
 def how_sure(document: Diagnosed, blind: Sequence[Scored]) -> str:

@@ -22,6 +22,7 @@ from sstl_cli.core.documents.diagnosis import (
     Simple,
     Verdict,
 )
+from sstl_cli.core.groups import ANALYSED, RECORDED
 from sstl_cli.core.numbers import quantity
 from sstl_cli.diagnosis import by_run, following, heldout, limit, misfit, scaling, sentence, shrink, where
 from sstl_cli.diagnosis.constants import DECIDABLE
@@ -37,7 +38,7 @@ from sstl_cli.physics.effects import get
 from sstl_cli.steps import diagnose_drawn as drawn
 from sstl_cli.steps import diagnose_rows as rows
 from sstl_cli.steps.diagnose_given import Errors, Given, name
-from sstl_cli.steps.diagnose_numbers import ANALYSED, RECORDED, before, below_floor, floor_interval, recorded_shares
+from sstl_cli.steps.diagnose_numbers import before, below_floor, floor_interval, recorded_shares
 
 Array = NDArray[np.float64]
 # tests of the residual that are told where the cause is not known
@@ -189,7 +190,7 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
     explained = 100.0 * (base - with_effect) / reducible if reducible > 1e-3 * base else None
     why = None
     if interval is None:
-        why = "no effect of the output was added" if fault is None else "a fault of the recorder has no scatter from run to run"
+        why = _no_interval(named, fault)
     return Gap(
         rmse_base_n=given,
         rmse_retuned_n=base,
@@ -208,6 +209,13 @@ def _gap(g: Given, errors: Errors, code: NDArray[np.int64]) -> Gap:
         held_out_kind=g.search.held_out.folds.kind if g.accepted.hypothesis.foretold else by_run.OWN,
         worse_regions=shrink.worse_regions(sim, errors.base, errors.accepted, code) if named else [],
     )
+
+
+def _no_interval(named: bool, fault: RecorderEffect | None) -> str:
+    """Return why there is no interval of by how much the error falls."""
+    if fault is not None:
+        return "a fault of the recorder has no scatter from run to run"
+    return "the record is too short to have parts that differ" if named else "no effect of the output was added"
 
 
 def _fault(g: Given) -> RecorderEffect | None:
@@ -288,6 +296,8 @@ def _estimated(value: float, spread: float | None) -> Estimated:
     """Return a number of a sensor with its interval; what was not fitted is what differences of its readings say."""
     if spread is None:
         return Estimated(estimate=value, ci95=None, why="as differences of readings show it: it is not fitted with the rest")
+    if not 0.0 < spread < np.inf:
+        return Estimated(estimate=value, ci95=None, why="the readings show no noise")
     return Estimated(estimate=value, ci95=_log_interval(value, spread))
 
 

@@ -20,7 +20,6 @@ from sstl_cli.steps.diagnose_given import Given
 
 Array = NDArray[np.float64]
 Codes = NDArray[np.int64]
-ANALYSED, RECORDED = "analysed", "all as recorded"
 # two-sided 95 % of a normal distribution
 SIDES = 1.96
 
@@ -96,9 +95,10 @@ def floor_interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float
     """
     middle = floor(noise)
     moved = [np.log(floor(raised) / middle) for raised in _raised(noise) if middle > 0.0]
-    if not moved:
-        return None, None
     spread = float(np.sqrt(np.sum(np.square(moved))))
+    # none known, or one of readings without any noise
+    if not 0.0 < spread < np.inf:
+        return None, None
     return float(middle * np.exp(-SIDES * spread)), float(middle * np.exp(SIDES * spread))
 
 

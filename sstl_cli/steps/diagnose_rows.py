@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sstl_cli.core.documents.diagnosis import Beside, Candidate, Gap, Parameter
+from sstl_cli.core.groups import ANALYSED, RECORDED
+from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis import limit, scaling, shrink
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.evidence import Weighed
@@ -15,7 +17,6 @@ from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.physics.effect import INSTRUMENT
 from sstl_cli.physics.effects import get
 from sstl_cli.steps.diagnose_given import Errors, Given, name
-from sstl_cli.steps.diagnose_numbers import ANALYSED, RECORDED
 
 # rivals whose distance from the winner is worked out
 RIVALS = 5
@@ -175,11 +176,21 @@ def _told_beside(g: Given, only: Sequence[ChannelGap]) -> ChannelGap | None:
 def notes_beside(g: Given, only: Sequence[ChannelGap]) -> list[str]:
     """Return what to know of a verdict on what only a channel beside the output shows."""
     own = _told_beside(g, only)
-    return [] if own is None else [f"the error is that of channel {own.channel}; where it lies is told of the output"]
+    if own is None:
+        return []
+    if own.unit == "N":
+        return [f"the error is that of channel {own.channel}; where it lies is told of the output"]
+    before, after = quantity(small(own.rmse_base), own.unit), quantity(small(own.rmse_with), own.unit)
+    return [
+        f"the error of channel {own.channel} falls from {before} to {after}; errors in newtons are of the output, which the effect does not change"
+    ]
 
 
 def gap_beside(g: Given, gap: Gap, only: Sequence[ChannelGap]) -> Gap:
-    """Return the gap in numbers: of the channel beside the output where the verdict is about what only that shows."""
+    """Return the gap in numbers: of the channel beside the output where the verdict is about what only that shows.
+
+    One that is no tension falls by its own percentage; errors of it are no newtons and stand in ``beside``.
+    """
     own = _told_beside(g, only)
     if own is None:
         return gap

@@ -162,7 +162,7 @@ def lines(document: DiagnosisDocument) -> list[str]:
 
 
 def _reducible(found: DiagnosisDocument) -> float:
-    return (found.gap.rmse_retuned_n or 0.0) - (found.gap.noise_floor_n or 0.0)
+    return (found.gap.rmse_retuned_n or 0.0) - found.gap.unavoidable_n
 
 
 def _block(name: str, found: DiagnosisDocument) -> TendonBlock:

@@ -194,6 +194,9 @@ def test_a_diagnosis_shows_its_parts(found: sstl.Diagnosis) -> None:
     assert found.where["share_pct"].sum() == pytest.approx(100)
     assert found.candidates["id"].tolist() == [c["id"] for c in document["candidates"]]
     first = found.parameters.iloc[0]
+    # numbers of other samples do not compare, and an interval that is missing has a reason
+    assert set(found.candidates["samples"]) == {"analysed"}
+    assert (found.parameters["why"].isna() == found.parameters["ci95_low"].notna()).all()
     assert [first["ci95_low"], first["ci95_high"]] == document["candidates"][0]["parameters"][0]["ci95"]
     assert found.model().effects["pulley_friction"]["m_p"] == pytest.approx(first["estimate"])
     document["verdict"]["status"] = "none"

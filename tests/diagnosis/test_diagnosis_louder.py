@@ -53,6 +53,15 @@ def test_a_run_that_does_not_hold_is_as_loud_as_the_rest(resting):
     assert found[0].louder == found[0].slower == 1.0
 
 
+def test_what_arithmetic_leaves_of_records_without_noise_tells_nothing(resting):
+    """One of two outputs that never change was louder than the other by a factor of 1e295."""
+    still = [replace(r, raw=replace(r.raw, tension_out_n=np.full(len(r.raw), 5.0))) for r in resting]
+    quiet = [
+        replace(r, y=np.zeros(len(r)) if i else 1e-13 * r.y, faults_out=replace(r.faults_out, step_n=0.0)) for i, r in enumerate(still)
+    ]
+    assert [r.louder for r in _asked(quiet)] == [1.0] * len(quiet)
+
+
 def test_what_differs_by_no_more_than_its_error_does_not_differ():
     values = np.array([0.05, -0.03, 0.01, -0.02])
     assert _shrunk(values, np.full(4, 0.05)).tolist() == [0.0] * 4 and _shrunk(values[:1], np.array([0.05])).tolist() == [0.0]

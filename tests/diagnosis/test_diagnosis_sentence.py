@@ -154,6 +154,22 @@ def test_what_is_not_known_is_left_out():
     ]
 
 
+@pytest.mark.parametrize(
+    ("samples", "of"), [("all as recorded", "all readings as recorded"), ("channel tension_in (N)", "channel tension_in (N)")]
+)
+def test_an_error_of_other_samples_says_of_which(samples, of):
+    """Nothing else to hold out was given as the reason, where other excitation was there."""
+    found = document()
+    found["gap"] = {**GAP, "held_out": False, "samples": samples, "shrink_ci95_pct": None}
+    assert lines(found)[1] == f"  error of {of} falls by 50.0 %; 75.0 % of the error above the noise floor"
+
+
+def test_an_error_that_rises_is_not_said_to_fall():
+    found = document()
+    found["gap"] = {**GAP, "shrink_pct": -20.6, "shrink_ci95_pct": [-103.2, 45.5], "explained_of_reducible_pct": -53.3}
+    assert lines(found)[1] == "  held-out error rises by 20.6 % [-45.5, 103.2]"
+
+
 def test_lines_where_nothing_was_found_say_what_would_have_shown_the_smallest_gap_first():
     shown = [{"effect": f"e{i}", "parameter": "k", "size": 0.25, "unit": "N", "gap_n": float(6 - i)} for i in range(5)]
     said = lines({**document("none", effects=(), would_have_shown=shown), "unit": "V"})

@@ -28,6 +28,15 @@ def test_noise_above_the_analysis_rate_is_in_both_errors():
     assert found.estimate == pytest.approx(100.0 * (1.0 - np.sqrt(2.0 / 5.0)))
 
 
+def test_a_record_of_one_block_has_no_interval():
+    made_sim = sim((U[:40], {}))
+    assert shrinkage(made_sim, np.full(40, 2.0), np.full(40, 1.0)) is None
+    # what is masked is no part of it
+    longer = sim((U, {}))
+    longer.weight[40:] = 0.0
+    assert shrinkage(longer, np.full(200, 2.0), np.linspace(0.5, 1.5, 200)) is None
+
+
 def test_samples_without_weight_do_not_count():
     made_sim = sim((U, {}), (U, {}))
     made_sim.weight[200:] = 0.0

@@ -90,3 +90,9 @@ def test_the_likeliest_mixture_has_the_shares_of_its_parts():
     # three of four samples can be of the first kind alone: 3 ln(3/4) + ln(1/4)
     apart = np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     assert _mixture(apart) == pytest.approx(3.0 * np.log(0.75) + np.log(0.25))
+
+
+def test_an_output_that_never_changes_does_not_rest_between_movements(one):
+    """Without noise, and without a step, there was nothing to divide by."""
+    still = replace(one, raw=replace(one.raw, tension_out_n=np.full(len(one.raw), 5.0)))
+    assert _nats(still, np.full(len(STROKES), 5.0), noise_n=0.0) == 0.0

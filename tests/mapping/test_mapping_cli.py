@@ -80,7 +80,15 @@ def test_history_covers_every_network_and_seed(folder):
 def test_the_gate_ends_with_code_4(folder):
     call = ("evaluate", folder / "m.safetensors", "--theta", folder / "theta.parquet", "--max-rmse")
     assert "E513" in sstl(*call, "1e-5", code=4).stderr
-    sstl(*call, "0.5")
+
+
+def test_what_is_said_of_the_default_is_what_the_gate_judges(folder, tmp_path):
+    """The mean of the seeds' errors was said, and that of their mean prediction judged."""
+    model = tmp_path / "n.safetensors"
+    sstl("train", folder / "theta.parquet", "-o", model, "--variants", "skip", "--seeds", 3, "--epochs", 5)
+    call = ("evaluate", model, "--theta", folder / "theta.parquet")
+    total = json.loads(sstl(*call, "--json").stdout)["rmse_total"]
+    assert f"errs by {total:.3g} in the slopes" in sstl(*call).stdout
 
 
 def test_new_configurations_outside_the_range_are_told(folder, tmp_path):

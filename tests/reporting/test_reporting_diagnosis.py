@@ -8,12 +8,14 @@ from functools import cache
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
 import reporting_inputs as made
 
 from sstl_cli.diagnosis import constants
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import read
+from sstl_cli.reporting.figures import candidates, waterfall
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.load import load
 from sstl_cli.reporting.scored import Scored
@@ -88,7 +90,13 @@ def test_the_first_screen_says_where_which_how_far_and_how_sure():
     # the sstl rows weigh 56 of 62
     assert where(document).startswith("90 % in the sensing loop, 10 % in the actuation tendon. Most of it while releasing")
     assert how_far(document) == "Error 0.61 N as given → 0.44 N re-tuned → 0.041 N with the effect; noise alone is 0.028 N."
-    assert shrinkage(document) == "90.7 % less (95 %: 89.9 to 91.4), on recordings kept out of the fit."
+    assert (
+        shrinkage(document)
+        == "90.7 % less (95 %: 89.9 to 91.4), on recordings kept out of the fit; 96.8 % of the error above the noise floor."
+    )
+    worse = {**made.diagnosis()["gap"], "shrink_pct": -20.6, "shrink_ci95_pct": [-103.2, 45.5]}
+    rises = read(Diagnosed, {**made.diagnosis(), "gap": worse})
+    assert shrinkage(rises) == "20.6 % more (95 %: -45.5 to 103.2), on recordings kept out of the fit."
     assert how_sure(document, []) == "94 %: of 100 such verdicts about 94 are right."
     assert "Friction in the sensing loop&#39;s pulley" in first or "Friction in the sensing loop's pulley" in first
 
@@ -138,15 +146,33 @@ def test_tables_spell_small_numbers_units_and_names():
     assert "load_mm_per_n" in html and "load_<wbr>" not in html
 
 
-def test_nulls_are_shown_with_their_reason():
+@pytest.mark.parametrize("field", ["shrink_why", "shrink_ci95_pct_why", "why"])
+def test_nulls_are_shown_with_their_reason(field):
+    """Documents of this version have ``shrink_why``."""
     document = made.diagnosis()
     document["verdict"] |= {"confidence": None, "confidence_why": "under a prior of your own"}
-    document["gap"] |= {"shrink_ci95_pct": None, "why": "one block only"}
+    document["gap"] |= {"shrink_ci95_pct": None, field: "one block only"}
     document["candidates"][0]["parameters"][0] |= {"ci95": None, "why": "at its bound"}
     text = words_of(shown(document))
     assert "Not stated: under a prior of your own." in text
-    assert "90.7 % less, on recordings kept out of the fit. No interval: one block only." in text
+    assert "90.7 % less, on recordings kept out of the fit; 96.8 % of the error above the noise floor. No interval: one block only." in text
     assert "at its bound" in text
+
+
+def test_errors_of_a_fault_of_the_recorder_say_what_they_are_of():
+    document = made.diagnosis(("acquisition_faults",))
+    document["gap"] |= {"held_out": False, "samples": "all as recorded", "shrink_ci95_pct": None}
+    # what others leave of the sound readings stands on no axis beside them
+    document["candidates"] = [{**c, "samples": "analysed"} for c in document["candidates"]]
+    document["candidates"].append({"id": "acquisition_faults", "samples": "all as recorded", "rmse_held_out_n": 0.5, "probability": 0.95})
+    html = shown(document)
+    assert "Error of all readings as recorded 0.61 N as given" in words_of(html) and "errors are of samples" in words_of(html)
+    ranking = candidates.data(read(Diagnosed, document))
+    assert np.isnan([ranking.floor_n, ranking.retuned_n, ranking.candidates[0].rmse_n]).all() and ranking.candidates[1].rmse_n > 0.0
+    assert (waterfall.data(read(Diagnosed, document)).axis, waterfall.data(read(Diagnosed, made.diagnosis())).axis) == (
+        "RMSE",
+        "held-out RMSE",
+    )
 
 
 def test_what_newer_documents_add_is_shown():

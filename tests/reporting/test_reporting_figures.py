@@ -123,6 +123,10 @@ def check_predicted(f):
     found = f.data(PREDICTIONS).quantities["gamma_p"]
     assert found.groups["CP"] == f.Points([0.6], [0.56])
     assert found.n == 2 and found.rmse == pytest.approx(math.sqrt((0.03**2 + 0.04**2) / 2))
+    # errors of two variants taken together are those of no mapping
+    two = [{"variant": v, "location": "CP", "gamma_p_true": 0.5, "gamma_p_pred": p} for v, p in (("linear", 0.6), ("skip", 0.5))]
+    errors = {k: (q.n, q.rmse) for k, q in f.data(list(predictions(two))).quantities.items()}
+    assert errors == {"gamma_p linear": (1, pytest.approx(0.1)), "gamma_p skip": (1, 0.0)}
     other = columns(["true_gamma_r", "pred_gamma_r", "gamma_p", "gamma_p_hat", "x_pred"])
     assert other == {"gamma_p": ("gamma_p", "gamma_p_hat"), "gamma_r": ("true_gamma_r", "pred_gamma_r")}
     return f.data(PREDICTIONS)
@@ -145,6 +149,9 @@ def check_variants(f):
     # one seed says nothing of a spread
     alone = f.data(rows[:1])
     assert alone.variants["a"]["rmse_total"].sd is None and "±" not in f.alt(alone)
+    # nor is another model of the same variant
+    two = f.default(Inputs(evaluation=[replace(row, file=name) for row, name in zip(rows, ("x", "y"), strict=True)]), None)
+    assert {k: v["rmse_total"].values for k, v in two.variants.items()} == {"a (x)": [0.02], "a (y)": [0.04]}
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import ConfigDict, Field
@@ -90,6 +91,11 @@ class Gap(Part):
         default=None, description="what was held out in turn: trajectory, configuration, run, part of the only run, or nothing"
     )
     worse_regions: list[str] | None = Field(default=None, description="systems and phases whose held-out error grew")
+
+    @property
+    def unavoidable_n(self) -> float:
+        """What a perfect model would leave: the noise, and what an accepted simulator is known to leave of such a record."""
+        return math.hypot(self.noise_floor_n or 0.0, self.known_misfit_n or 0.0)
 
 
 class Place(Part):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sstl_cli.core.groups import ANALYSED
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import NAN
@@ -30,7 +31,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Ranking:
-    """The candidates, most probable first, beside the error of the re-tuned base and the noise, in ``unit``."""
+    """The candidates, most probable first, beside the error of the re-tuned base and the noise, in ``unit``; all of the same samples."""
 
     candidates: list[Ranked]
     floor_n: float
@@ -46,14 +47,16 @@ def data(document: Diagnosed) -> Ranking:
             c.id,
             c.probability,
             c.probability_ci95 or (NAN, NAN),
-            c.rmse_held_out_n,
+            c.rmse_held_out_n if c.samples in ("", ANALYSED) else NAN,
             bool(set(c.id.replace("+", " ").replace(",", " ").split()) & named),
         )
         for c in document.candidates
     ]
     found.sort(key=lambda c: (-c.probability if c.probability == c.probability else 1.0, c.id))
     gap = document.gap
-    return Ranking(found[:MOST], gap.noise_floor_n, gap.rmse_retuned_n, unit_of(document))
+    # errors of other samples stand in the tables, with their name: on one axis they would be compared
+    base, floor = (gap.rmse_retuned_n, gap.noise_floor_n) if gap.of_the_output else (NAN, NAN)
+    return Ranking(found[:MOST], floor, base, unit_of(document))
 
 
 def default(inputs: Inputs, run: str | None) -> Ranking | None:

@@ -11,7 +11,7 @@ from sstl_cli.reporting import palette
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.reduce import keep
-from sstl_cli.reporting.rows import Epoch
+from sstl_cli.reporting.rows import Epoch, apart
 
 NEEDS = ("history",)
 LOSSES = {"train_loss": "-", "val_loss": "--"}
@@ -55,7 +55,7 @@ def data(rows: list[Epoch]) -> Histories:
 
 def default(inputs: Inputs, run: str | None) -> Histories | None:
     """Return the data of the history tables."""
-    found = data(inputs.history) if run is None else None
+    found = data(apart(inputs.history)) if run is None else None
     return found if found is not None and found.variants else None
 
 

@@ -11,7 +11,7 @@ from sstl_cli.reporting import palette
 from sstl_cli.reporting.documents import number
 from sstl_cli.reporting.drawing import label
 from sstl_cli.reporting.inputs import Inputs
-from sstl_cli.reporting.rows import Evaluated
+from sstl_cli.reporting.rows import Evaluated, apart
 
 NEEDS = ("evaluation",)
 MEASURES = {
@@ -58,7 +58,7 @@ def _spread(values: list[float]) -> Spread:
 
 def default(inputs: Inputs, run: str | None) -> Spreads | None:
     """Return the data of the evaluation table."""
-    return data(inputs.evaluation) if inputs.evaluation and run is None else None
+    return data(apart(inputs.evaluation)) if inputs.evaluation and run is None else None
 
 
 def figure(data: Spreads) -> tuple[tuple[float, float], tuple[int, int]]:

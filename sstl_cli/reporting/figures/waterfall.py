@@ -25,10 +25,11 @@ class Step:
 
 @dataclass(frozen=True)
 class Steps:
-    """Every step that the document has, in ``unit``."""
+    """Every step that the document has, in ``unit``, and what the errors are called."""
 
     steps: list[Step]
     unit: str
+    axis: str
 
 
 def data(document: Diagnosed) -> Steps:
@@ -43,7 +44,7 @@ def data(document: Diagnosed) -> Steps:
     ):
         if value == value:
             steps.append(Step(name, value, value - steps[-1].rmse_n if steps else None, colour))
-    return Steps(steps, unit_of(document))
+    return Steps(steps, unit_of(document), "held-out RMSE" if gap.held_out else "RMSE")
 
 
 def default(inputs: Inputs, run: str | None) -> Steps | None:
@@ -78,7 +79,7 @@ def draw(axes: Any, data: Steps) -> None:
                 )
     axes.set_ylim(0, 1.14 * top)
     axes.set_xticks(range(len(steps)), [s.name for s in steps])
-    axes.set_ylabel(f"held-out RMSE / {data.unit}")
+    axes.set_ylabel(f"{data.axis} / {data.unit}")
     axes.grid(False, axis="x")
 
 

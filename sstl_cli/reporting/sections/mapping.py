@@ -6,6 +6,7 @@ from sstl_cli.core.tables import EVALUATION
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.figures import predicted, residuals, training, variants
 from sstl_cli.reporting.inputs import Inputs
+from sstl_cli.reporting.rows import apart
 from sstl_cli.reporting.sections.summary import flat
 from sstl_cli.reporting.table import table
 
@@ -30,7 +31,7 @@ def context(inputs: Inputs) -> dict[str, object]:
             table(
                 "Evaluation",
                 [(c.name, c.unit) for c in EVALUATION.columns],
-                ([getattr(row, c.name) for c in EVALUATION.columns] for row in inputs.evaluation),
+                ([getattr(row, c.name) for c in EVALUATION.columns] for row in apart(inputs.evaluation)),
             )
         )
     for name, document in inputs.evaluate:
