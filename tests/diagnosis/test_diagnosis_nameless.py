@@ -41,6 +41,7 @@ def test_friction_of_the_loop_alone_has_no_name_and_is_told_in_words(factor):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_a_pulley_keeps_its_name():
     runs = recorded(1.0, {"pulley_friction": {"m_p": 0.05, "m_r": 0.05}})
     said, alone = (run(x, OPTIONS).document() for x in (runs, [r for r in runs if r.config_id == "a"]))
