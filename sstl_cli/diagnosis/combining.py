@@ -60,31 +60,34 @@ def combine(found: Search, size: int, workers: int) -> int:
     for w in each(lambda job: _joined(found, job), chosen, workers):
         found.combined[tuple(sorted(w.ids))] = w
     if size == 2:
-        _swap(found, workers)
+        # what stands in for one part may let another one stand in for the other
+        if _swap(found, workers):
+            _swap(found, workers)
         _parted(found, workers)
     return len(chosen)
 
 
-def _swap(found: Search, workers: int) -> None:
-    """Fit the neighbours of the most evident pair: a part by what looks like it, or by another hypothesis of its own.
+def _swap(found: Search, workers: int) -> bool:
+    """Fit the neighbours of the most evident pair, and return whether one is likelier: a part by what looks like it, or by another hypothesis of its own.
 
     To first order, from parts that have each explained as much as they can alone, what looks alike is told apart poorly.
     """
     leader = found.ranked()[0]
     if len(leader.ids) != 2 or leader.evidence <= max(found.best((i,)).evidence for i in leader.ids) + JOINS_NATS:
-        return
+        return False
     jobs = []
     for part in leader.ids:
         others = _like(found, leader, part)
         kept = _without(found, leader, part) if others else leader
         told = sorted(_partners(found.sim, kept, others, workers), key=lambda p: -p[1])
-        jobs += [_Job(leader.evidence, kept, (partner,), (_begin(partner.fit, step),)) for partner, _, step in told[:SWAPS]]
+        jobs += [_Job(leader.evidence, kept, (partner,), (_like_part(leader, kept, partner),)) for partner, _, _ in told[:SWAPS]]
         told = sorted(_shaped(found.sim, kept, others, workers), key=lambda p: -p[1])
         jobs += [_Job(leader.evidence, kept, (partner,), (start,)) for partner, _, start in told[:SWAPS]]
     for w in each(lambda job: _joined(found, job), jobs, workers):
         key = tuple(sorted(w.ids))
         if key not in found.combined or w.evidence > found.combined[key].evidence:
             found.combined[key] = w
+    return found.ranked()[0] is not leader
 
 
 def _parted(found: Search, workers: int) -> None:
@@ -98,6 +101,13 @@ def _parted(found: Search, workers: int) -> None:
     for (part, _), w in zip(jobs, each(alone, jobs, workers), strict=True):
         if w.evidence > found.singles[part][0].evidence:
             found.singles[part] = (w, *found.singles[part])
+
+
+def _like_part(leader: Weighed, kept: Weighed, other: Weighed) -> Array:
+    """Return the start of what stands in the place of a part: with strengths that do most nearly what the part does, all else as it is."""
+    does = leader.fit.whiten(leader.fit.prediction - kept.fit.prediction)
+    step = np.linalg.lstsq(leader.fit.whiten(other.fit.jacobian[:, 1:]), does, rcond=1e-6)[0]
+    return _begin(other.fit, np.asarray(step, np.float64))
 
 
 def _like(found: Search, leader: Weighed, part: str) -> list[Weighed]:

@@ -44,6 +44,8 @@ class _Left:
 def suspects(said: Verdict, whole: Rows, run_ids: Sequence[str], rows: Sequence[Rows], decide: Callable[[Rows], Verdict]) -> list[Suspect]:
     """Return the runs without which the verdict differs by their rows, those that move the most probability first.
 
+    Of those that move as much the one comes first without which there is least to explain.
+
     Of an unknown cause also those that hold most of what is left: to first order the noise stays as large as they made it.
 
     Parameters
@@ -58,8 +60,8 @@ def suspects(said: Verdict, whole: Rows, run_ids: Sequence[str], rows: Sequence[
         then = decide(less)
         held = 1.0 - _worst(less, whole) / max(_worst(whole, whole), 1e-9) if said.status == UNDECIDED else 0.0
         if differs(said, then) or held > HALF:
-            odd.append(Suspect(run_id, max(_moved(said, then), held)))
-    return sorted(odd, key=lambda s: (-s.moved, s.run_id))
+            odd.append((Suspect(run_id, max(_moved(said, then), held)), less.log.base_chi2))
+    return [s for s, _ in sorted(odd, key=lambda s: (-s[0].moved, s[1], s[0].run_id))]
 
 
 def _worst(rows: Rows, whole: Rows) -> float:

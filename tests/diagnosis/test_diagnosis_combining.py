@@ -99,7 +99,7 @@ def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monk
 
     monkeypatch.setattr(of, "_partners", partners)
     monkeypatch.setattr(of, "_pairs", lambda *_: [])
-    monkeypatch.setattr(of, "_swap", lambda *_: None)
+    monkeypatch.setattr(of, "_swap", lambda *_: False)
     assert of.combine(found, 2, 1) == 0
     # the last of six has no evidence, and four lead
     assert [ids for ids, _ in led] == [(i,) for i in ids[:LEADERS]] and led[0][1] == [*ids[1:4], "viscous", *ids[4:]]
@@ -113,7 +113,7 @@ def test_a_partner_joins_where_it_adds_more_than_it_costs(monkeypatch, gain, fit
     leader, partner = Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)
     found = searched(made(), leader, partner)
     monkeypatch.setattr(of, "_partners", lambda sim, leader, others, _workers: [(w, gain, np.array([0.1])) for w in others])
-    monkeypatch.setattr(of, "_swap", lambda *_: None)
+    monkeypatch.setattr(of, "_swap", lambda *_: False)
     # two as evident together as the leader alone promise nothing
     monkeypatch.setattr(of, "_pairs", lambda *_: [((leader, partner), 6.0, (np.zeros(1), np.zeros(1)))])
     assert of.combine(found, 2, 1) == fitted and set(found.combined) == ({("const_friction", "gain_error")} if fitted else set())
@@ -148,7 +148,7 @@ def test_the_leading_pair_is_looked_beside():
     wrong = fit(sim, base.whiten, LATE.joined(ZERO), late.fit.theta, np.append(late.fit.values, (0.0, 0.1)))
     found = searched(base, late, friction, zero, combined=[Weighed(wrong, base.cost - wrong.cost, base.cost - wrong.cost - 20.0)], sim=sim)
     assert found.ranked()[0].ids == ("channel_delay", "zero_offset")
-    of._swap(found, 1)
+    assert of._swap(found, 1)
     best = found.ranked()[0]
     assert set(best.ids) == {"channel_delay", "const_friction"}
     assert dict(zip((f.parameter.name for f in best.fit.free), best.fit.values, strict=True)) == pytest.approx(
@@ -190,8 +190,7 @@ BEND_LENGTH = ("c_bend_n_s_per_mm", "c_l_n_s_per_mm")
 
 def test_without_a_leading_pair_nothing_is_looked_beside():
     found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0))
-    of._swap(found, 1)
-    assert found.combined == {}
+    assert not of._swap(found, 1) and found.combined == {}
 
 
 def test_a_pair_is_no_less_likely_than_the_leader_that_it_contains():
