@@ -50,6 +50,7 @@ def plain():
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 @given(
     order=st.permutations(range(8)),
     names=st.permutations(range(8)),

@@ -54,6 +54,7 @@ def test_what_the_model_leaves_is_known(monday):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_another_recording_of_the_same_rig_is_none(monday):
     again = run(odd(record({}, 2), 2), replace(OPTIONS, sim=monday[1])).document()
     assert again["verdict"]["status"] == "none"

@@ -180,6 +180,7 @@ def test_a_verdict_of_several_effects_reads_as_one_line():
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_after_the_limit_singles_are_still_fitted_and_the_rest_is_said_to_be_left_out(runs):
     found = diagnose.run(shifted(runs), replace(OPTIONS, max_effects=3, max_seconds=0.0))
     document = found.document()

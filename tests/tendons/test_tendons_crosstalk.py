@@ -26,6 +26,7 @@ def coefficient(block):
     return row["parameters"][0]
 
 
+@pytest.mark.slow
 def test_cross_talk_is_named_for_every_tendon():
     found = diagnose_tendons.run(log(COUPLED, COUPLED), OPTIONS).document()
     for block in found["tendons"]:
