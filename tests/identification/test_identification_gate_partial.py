@@ -12,7 +12,7 @@ from test_identification_gate_judged import loop
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate, samples
 from sstl_cli.identification.gate.measuring import evidence_of
-from sstl_cli.identification.gate.rules import limit
+from sstl_cli.identification.gate.rules import limit, reversed_time
 from sstl_cli.identification.gate.seam import seam_of
 
 
@@ -55,6 +55,16 @@ def test_rows_in_reverse_order_are_told():
     back = replace(run, tension_in_n=run.tension_in_n[::-1].copy(), tension_out_n=run.tension_out_n[::-1].copy())
     (said,) = gate.remarks([back])
     assert said.rule == "reversed_time" and said.failed
+    # what moves one way alone has no loop
+    assert reversed_time._reversed(evidence_of(back)) and not reversed_time._reversed(replace(evidence_of(back), loops=0))
+    up = evidence_of(
+        bent(
+            0.6,
+            x=np.repeat(np.linspace(4.0, 16.0, 9), 300) + np.tile(np.minimum(np.arange(300) / 60.0, 1.0) * 1.5, 9),
+            t=np.arange(2700) / 100.0,
+        )
+    )
+    assert up.loops == 0
     # exchanged channels let the loop run the wrong way as well, and are told as what they are
     (other,) = gate.remarks([replace(run, tension_in_n=run.tension_out_n, tension_out_n=run.tension_in_n)])
     assert other.rule == "swapped"

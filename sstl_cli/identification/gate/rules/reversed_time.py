@@ -27,7 +27,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _reversed(e: Evidence) -> bool:
     c, p = e.causes, e.play
-    if not e.tendon_like or p is None or not c.holds(c.reversed.rms_n, LESS):
+    # what moves one way alone has no loop that could run the wrong way
+    if e.loops == 0 or not e.tendon_like or p is None or not c.holds(c.reversed.rms_n, LESS):
         return False
     rest = min(c.left(v) for v in (p.rms_n, p.delayed_rms_n, *(s.rms_n for s in c.slips)))
     return c.left(c.reversed.rms_n) < LESS * rest and c.reversed.rms_n < LITTLE * e.ranges[1].span
