@@ -89,10 +89,11 @@ class Fit:
         return 0.5 * float(z @ z) + 0.5 * self.whiten.log_det
 
     def at_bound(self, i: int) -> bool:
-        """Whether free parameter ``i`` lies on or outside the range in which it is usually found."""
+        """Whether free parameter ``i`` lies on or outside the range in which it is usually found; a strength that is all there is does not."""
         p, v = self.free[i].parameter, self.values[i]
         edge = EDGE * self.free[i].width
-        return (v <= p.low + edge and p.low != p.neutral) or (v >= p.high - edge and p.high != p.neutral)
+        whole = not p.shape and p.high == p.most
+        return (v <= p.low + edge and p.low != p.neutral) or (v >= p.high - edge and p.high != p.neutral and not whole)
 
 
 def jacobian(sim: Simulator, theta: Array, free: Sequence[Free], values: Array, base: Array) -> Array:

@@ -11,7 +11,7 @@ from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 from sstl_cli.diagnosis.constants import EDGE, PARAMETER_STEP, SHARES, START_FACTORS, THETA_HIGH, THETA_LOW, THETA_STEP
 from sstl_cli.diagnosis.fit import Bounds, _bounded_step, first_theta, fit, jacobian, partial, settle
 from sstl_cli.diagnosis.free import as_effects
-from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.hypotheses import full, laws, variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 SIM = simulator()
@@ -69,6 +69,9 @@ def test_neutral_is_no_bound():
     assert not made(0.0, FRICTION, (0.0,)).at_bound(0) and made(0.0, FRICTION, (0.5,)).at_bound(0)
     down = full("saturation", ("act",))
     assert not made(0.0, down, (1000.0, 1000.0)).at_bound(1)
+    # more than all of it cannot be there
+    soft = made(0.0, laws("saturation", ("act",))[0], (1.0, 9.0, 2.0))
+    assert not soft.at_bound(0) and not soft.at_bound(1) and soft.at_bound(2)
 
 
 def test_a_step_is_that_of_the_free_ones_where_others_are_held_on_their_bounds():

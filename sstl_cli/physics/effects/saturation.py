@@ -30,7 +30,13 @@ EFFECT = Effect(
         Parameter("t_max_out_n", "N", 1000.0, 1.0, 1000.0, "full scale of the output channel"),
         # what keeps more of its slope than a fifth beyond a knee is a curved sensor
         Parameter(
-            "soft_out", "1", 0.0, 0.0, 1.0, "part of the tension beyond a knee that the output channels lack", limits=(LEAST_LOST, 1.0)
+            "soft_out",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            "part of the tension beyond a knee that the output channels lack: nothing, or 0.8 to 1",
+            limits=(LEAST_LOST, 1.0),
         ),
         Parameter("knee_n", "N", 10.0, 2.0, 15.0, "where that begins", shape=True),
         Parameter("width_n", "N", 0.3, 0.05, 2.0, "within what tension it begins", shape=True),
