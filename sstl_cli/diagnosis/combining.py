@@ -106,7 +106,7 @@ def _parted(found: Search, workers: int) -> None:
 def _like_part(leader: Weighed, kept: Weighed, other: Weighed) -> Array:
     """Return the start of what stands in the place of a part: with strengths that do most nearly what the part does, all else as it is."""
     does = leader.fit.whiten(leader.fit.prediction - kept.fit.prediction)
-    step = np.linalg.lstsq(leader.fit.whiten(other.fit.jacobian[:, 1:]), does, rcond=1e-6)[0]
+    step = np.linalg.lstsq(leader.fit.whiten(other.fit.jacobian[:, 1:]), does, rcond=None)[0]
     return _begin(other.fit, np.asarray(step, np.float64))
 
 

@@ -79,6 +79,7 @@ def test_one_worker_killed_and_nothing_lost(tmp_path: Path) -> None:
         assert document(again)["skipped"] == FILES - 1 and document(again)["failed"] == 1
 
 
+@pytest.mark.slow
 def test_ctrl_c_a_deadly_file_and_a_lost_cluster_end_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from sstl_cli.cli import _batch_cluster as far
     from sstl_cli.cli import _batch_pool as pool

@@ -20,6 +20,8 @@ from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import blind_inject, blind_learn, blind_library, blind_limit, blind_real
 
+# makes a set, a library and injections
+pytestmark = pytest.mark.slow
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
 
 

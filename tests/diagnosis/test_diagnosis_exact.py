@@ -7,7 +7,9 @@ import pytest
 import sstl_cli as sstl
 
 
-@pytest.mark.parametrize(("effects", "named"), [({}, ()), ({"gain_error": {"g_act": 1.03}}, ("gain_error",))])
+@pytest.mark.parametrize(
+    ("effects", "named"), [({}, ()), pytest.param({"gain_error": {"g_act": 1.03}}, ("gain_error",), marks=pytest.mark.slow)]
+)
 def test_recordings_without_noise(effects, named):
     log = sstl.simulate("sample", simulator="transmission", noise_n=0.0, seed=3, effects=effects)
     candidates = ("gain_error", "zero_offset", "viscous", "friction_drift")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+import pytest
 from fuzz_seeds import theta_rows
 from program import inside
 from trust_program import write_csv
@@ -43,6 +44,7 @@ def commands(workers: int) -> list[list[str]]:
     return [line.split() for line in lines]
 
 
+@pytest.mark.slow
 def test_same_bytes_for_any_hash_seed_folder_and_number_of_workers(tmp_path: Path) -> None:
     for name in ("here", "apart"):
         folder = tmp_path / name
