@@ -31,6 +31,12 @@ class _Job:
     joining: tuple[Weighed, ...]
     starts: tuple[Array, ...]
 
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The effects that it has, in order of name."""
+        ids = [i for w in self.joining for i in w.ids]
+        return tuple(sorted(ids if self.leader is None else (*self.leader.ids, *ids)))
+
 
 def combine(found: Search, size: int, workers: int) -> int:
     """Fit the combinations of ``size`` effects that promise most; return how many were fitted."""
@@ -38,23 +44,20 @@ def combine(found: Search, size: int, workers: int) -> int:
     shorter = [w for w in found.ranked() if len(w.ids) == size - 1 and w.evidence > 0.0]
     jobs: dict[tuple[str, ...], _Job] = {}
 
-    def offer(key: tuple[str, ...], job: _Job) -> None:
-        if apart(key) and (key not in jobs or jobs[key].promise < job.promise):
-            jobs[key] = job
+    def offer(job: _Job) -> None:
+        if apart(job.ids) and (job.ids not in jobs or jobs[job.ids].promise < job.promise):
+            jobs[job.ids] = job
 
     for leader in shorter[: LEADERS if size == 2 else 1]:
         others = [w for effect_id, laws in found.singles.items() if effect_id not in leader.ids for w in laws]
         for partner, added, step in _partners(sim, leader, others, workers):
             if added > ADDS:
-                offer(
-                    tuple(sorted((*leader.ids, *partner.ids))),
-                    _Job(leader.evidence + added, leader, (partner,), (_begin(partner.fit, step),)),
-                )
+                offer(_Job(leader.evidence + added, leader, (partner,), (_begin(partner.fit, step),)))
     if size == 2 and shorter:
         for two, promise, steps in _pairs(sim, base, [w for laws in found.singles.values() for w in laws]):
             if promise > shorter[0].evidence + ADDS:
                 starts = tuple(_begin(w.fit, step) for w, step in zip(two, steps, strict=True))
-                offer(tuple(sorted((*two[0].ids, *two[1].ids))), _Job(promise, None, two, starts))
+                offer(_Job(promise, None, two, starts))
 
     chosen = sorted(jobs.values(), key=lambda j: -j.promise)[: PAIRS if size == 2 else PARTNERS]
     for w in each(lambda job: _joined(found, job), chosen, workers):

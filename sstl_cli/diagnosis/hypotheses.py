@@ -41,9 +41,14 @@ def at_known_load(h: Hypothesis) -> Hypothesis:
     return Hypothesis(h.ids, tuple(f for f in h.free if f.effect is not LINE))
 
 
+def of_other_laws(effect_id: str) -> set[str]:
+    """Return the names of the parameters that laws beside the usual one have."""
+    return {n for law in get(effect_id).laws for n in law}
+
+
 def full(effect_id: str, systems: Sequence[str]) -> Hypothesis:
     """Return an effect with everything free that the recorded systems can show, but for laws beside the usual one."""
-    beside = {n for law in get(effect_id).laws for n in law}
+    beside = of_other_laws(effect_id)
     return Hypothesis((effect_id,), tuple(f for f in free_parameters((effect_id,), systems) if f.parameter.name not in beside))
 
 

@@ -28,7 +28,7 @@ from sstl_cli.diagnosis.constants import (
 from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
-from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_law
+from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_law, of_other_laws
 from sstl_cli.diagnosis.louder import unalike
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
@@ -182,11 +182,11 @@ def _weighed(found: Search, begun: Sequence[Fit], least: float) -> tuple[Weighed
     alive = [base.cost - f.cost > least for f in begun]
     done = [_settled(found, f, judged=True) if a else f for f, a in zip(begun, alive, strict=True)]
     weighed = [weigh(sim, f, base) for f in done]
-    effect = get(begun[0].ids[0])
-    beside = {n for law in effect.laws for n in law}
+    effect_id = begun[0].ids[0]
+    beside = of_other_laws(effect_id)
     usual = [d for d in zip(done, alive, strict=True) if not any(x.parameter.name in beside for x in d[0].free)]
     whole, followed = max(usual, key=lambda d: len(d[0].hypothesis.strengths), default=(begun[0], False))
-    if followed and not effect.variants and len(whole.hypothesis.strengths) > 1:
+    if followed and not get(effect_id).variants and len(whole.hypothesis.strengths) > 1:
         for h, values, theta in _subsets(sim, whole):
             start = fit(sim, whole.whiten, h, theta, values, 0)
             weighed.append(weigh(sim, _settled(found, start), base))

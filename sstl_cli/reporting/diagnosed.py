@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from sstl_cli.core.groups import ANALYSED
 from sstl_cli.reporting.documents import NAN, PART, ROWS, Flag, Interval, Matrix, Number, Numbers, Shown, Text, Texts
 
 
@@ -43,11 +42,6 @@ class Gap(Shown):
     explained_of_reducible_pct: Number = NAN
     samples: Text = ""
     held_out: Flag = False
-
-    @property
-    def of_the_output(self) -> bool:
-        """Whether the errors are of the samples by which candidates of the output are compared, as those of older documents are."""
-        return self.samples in ("", ANALYSED)
 
 
 class Place(Shown):

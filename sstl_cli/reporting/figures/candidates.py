@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from sstl_cli.core.groups import ANALYSED
+from sstl_cli.core.groups import error_of
 from sstl_cli.reporting import palette
 from sstl_cli.reporting.diagnosed import Diagnosed
 from sstl_cli.reporting.documents import NAN
@@ -47,7 +47,7 @@ def data(document: Diagnosed) -> Ranking:
             c.id,
             c.probability,
             c.probability_ci95 or (NAN, NAN),
-            c.rmse_held_out_n if c.samples in ("", ANALYSED) else NAN,
+            NAN if error_of(c.samples) else c.rmse_held_out_n,
             bool(set(c.id.replace("+", " ").replace(",", " ").split()) & named),
         )
         for c in document.candidates
@@ -55,7 +55,7 @@ def data(document: Diagnosed) -> Ranking:
     found.sort(key=lambda c: (-c.probability if c.probability == c.probability else 1.0, c.id))
     gap = document.gap
     # errors of other samples stand in the tables, with their name: on one axis they would be compared
-    base, floor = (gap.rmse_retuned_n, gap.noise_floor_n) if gap.of_the_output else (NAN, NAN)
+    base, floor = (NAN, NAN) if error_of(gap.samples) else (gap.rmse_retuned_n, gap.noise_floor_n)
     return Ranking(found[:MOST], floor, base, unit_of(document))
 
 
