@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import SIGNALS, Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, EVEN, FIRST_PLACED, HALF, PLACED, STEADY
+from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, EVEN, FEW, FIRST_PLACED, HALF, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 
@@ -250,11 +250,15 @@ def hiding(gap: Mask, u: Array, step_n: Array, noise_n: float) -> list[tuple[int
     u, step_n : ndarray, shape (n,)
         Input (N), bridged, and its change per sample.
     """
-    found = []
-    for a, b in stretches(gap):
+    found, gaps = [], list(stretches(gap))
+    ends, starts = [0, *(b for _, b in gaps)], [*(a for a, _ in gaps[1:]), len(u)]
+    for (a, b), first, last in zip(gaps, ends, starts, strict=False):
         before, after = max(a - 1, 0), min(b, len(u) - 1)
-        moved, usual = u[after] - u[before], 0.5 * (step_n[before] + step_n[after]) * (after - before)
-        same = step_n[before] * step_n[after] > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AT_MOST * noise_n
+        # what bridges a gap bends the input beside it: the mean of a few samples is its own
+        came = float(np.mean(step_n[min(max(a - FEW, first), before) : before + 1]))
+        goes = float(np.mean(step_n[after : max(min(b + FEW, last), after + 1)]))
+        moved, usual = u[after] - u[before], 0.5 * (came + goes) * (after - before)
+        same = came * goes > 0.0 and abs(moved - usual) <= AS_BEFORE * abs(moved) + AT_MOST * noise_n
         if not same:
             found.append((a, b))
     return found

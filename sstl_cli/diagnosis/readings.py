@@ -75,9 +75,6 @@ def renewed(run: Run, finite: Mask) -> Run:
     for sensor in sensors_of(run):
         values = getattr(run, sensor.column)
         fresh = finite & np.concatenate(([True], np.diff(values) != 0.0))
-        if sensor.held:
-            # what is read first, and behind a gap, may be a copy of what was not recorded
-            fresh &= np.concatenate(([False], finite[:-1] & (np.rint(np.diff(run.time_s) / sensor.period_s) <= 1.0)))
         period = sensor.refresh_s / sensor.period_s
         top = values >= np.max(values[finite])
         limit = _standing(top, 2.0 * FEW * period) if sensor.held else limited(np.where(finite, values, np.min(values[finite])))
@@ -85,8 +82,10 @@ def renewed(run: Run, finite: Mask) -> Run:
         rest = fresh[finite & ~limit]
         flickers = _flickers(sensor, values[fresh & ~limit])
         if rest.size and not flickers and _copies(sensor, 1.0 - float(np.mean(rest))) and fresh.sum() >= MIN_READINGS:
+            # what is read first, and behind a gap, may be a copy of what was not recorded
+            fresh &= limit | np.concatenate(([False], finite[:-1] & (np.rint(np.diff(run.time_s) / sensor.period_s) <= 1.0)))
             if sensor.held:
-                fresh |= finite & _alike(fresh, period)
+                fresh |= finite & _alike(fresh, run.time_s / sensor.period_s, period)
             channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
             marks[f"known_{sensor.column}"] = fresh.astype(float)
     return replace(run, extra={**run.extra, **marks}, **channels)
@@ -100,7 +99,7 @@ def _standing(top: Mask, longest: float) -> Mask:
     return found
 
 
-def _alike(fresh: Mask, period: float) -> Mask:
+def _alike(fresh: Mask, time: Array, period: float) -> Mask:
     """Return the readings that happen to be equal to the one before: where a renewal was due and nothing changed.
 
     Left out, they would leave only readings that differ, and more noise than there is. Longer rests are no chance.
@@ -109,18 +108,22 @@ def _alike(fresh: Mask, period: float) -> Mask:
     ----------
     fresh : ndarray of bool, shape (n,)
         Samples that differ from the one before.
+    time : ndarray, shape (n,)
+        Instants, a sample apart where nothing is missing.
     period : float
         Samples between two renewals.
     """
     at = np.flatnonzero(fresh)
-    due = np.maximum(np.rint(np.diff(at) / period), 1.0).astype(int)
+    due = np.maximum(np.rint(np.diff(time[at]) / period), 1.0).astype(int)
     number = np.concatenate(([0], np.cumsum(due)))
     # a renewal shows at the first sample after it, half a sample late in the mean of the readings around
-    clock = uniform_filter1d(at - period * number, 2 * MIN_READINGS + 1) - HALF
+    clock = uniform_filter1d(time[at] - period * number, 2 * MIN_READINGS + 1) - HALF
     found = np.zeros(len(fresh), bool)
     for k in np.flatnonzero((due > 1) & (due <= MOST_ALIKE)):
-        places = np.ceil(clock[k] + period * (number[k] + np.arange(1, due[k]))).astype(int)
-        found[np.clip(places, at[k] + 1, at[k + 1] - 1)] = True
+        instants = clock[k] + period * (number[k] + np.arange(1, due[k]))
+        places = np.clip(np.searchsorted(time, instants), at[k] + 1, at[k + 1] - 1)
+        # what was renewed where nothing was recorded nobody saw
+        found[places[np.abs(time[places] - instants) <= 1.0]] = True
     return found
 
 

@@ -96,7 +96,7 @@ def test_a_slow_sensor_on_a_clock_of_its_own_shows_its_noise_and_not_the_motion_
 def test_renewals_that_change_nothing_are_readings_and_a_stuck_sensor_is_none():
     fresh = np.zeros(60, bool)
     fresh[[0, 4, 8, 16, 20, 59]] = True
-    assert np.flatnonzero(_alike(fresh, 4.0)).tolist() == [12]
+    assert np.flatnonzero(_alike(fresh, np.arange(60.0), 4.0)).tolist() == [12]
 
 
 @pytest.mark.parametrize("period", [1.5, 2.4, 7.3])
@@ -109,7 +109,15 @@ def test_a_renewal_that_changes_nothing_comes_at_its_own_sample(period):
     for k in range(20, len(at) - 20, 3):
         shown = fresh.copy()
         shown[at[k]] = False
-        assert np.flatnonzero(_alike(shown, period)).tolist() == [at[k]]
+        assert np.flatnonzero(_alike(shown, np.arange(401.0), period)).tolist() == [at[k]]
+
+
+def test_a_renewal_where_nothing_was_recorded_is_no_reading_that_happens_to_be_equal():
+    """A stale reading before a gap stood for what was renewed inside it: 20 stated errors on a steep ramp."""
+    time = np.delete(np.arange(60.0), slice(18, 31))
+    fresh = np.isin(time, [0.0, 8.0, 16.0, 40.0, 48.0, 56.0])
+    # one due at 24 and one at 32, of which the second was recorded
+    assert time[_alike(fresh, time, 8.0)].tolist() == [32.0]
 
 
 def test_a_corner_between_two_samples_is_where_the_lines_meet_and_a_smooth_turn_is_none():

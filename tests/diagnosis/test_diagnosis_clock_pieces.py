@@ -134,6 +134,10 @@ def test_a_gap_behind_which_the_input_comes_back_hides_a_turn():
     u, gap = np.arange(8.0), np.array([1, 0, 0, 1, 1, 0, 0, 0], bool)
     step = np.where(np.arange(8) < 4, 1.0, -1.0)
     assert hiding(gap, u, step, 0.0) == [(3, 5)]
+    # a bridge that has bent the last sample before the gap hides nothing
+    bent = np.array([-1.0] * 9 + [0.9] + [1.0] * 12)
+    away, out = np.concatenate((9.0 - np.arange(10), np.arange(12.0))), (np.arange(22) >= 10) & (np.arange(22) < 12)
+    assert hiding(out, away, bent, 0.0) == [(10, 12)]
     # at its ends a record goes on by itself
     assert hiding(gap, u, np.ones(8), 0.0) == hiding(np.arange(8) > 5, u, np.ones(8), 0.0) == []
     assert hiding(np.array([0, 0, 0, 1, 1, 0, 0, 0], bool), np.zeros(8), np.zeros(8), 0.1) == [(3, 5)]
