@@ -285,9 +285,9 @@ def _faults(found: Search, scenario: Scenario, lacking: int | None = None) -> li
 
 
 def _once(found: Search, recorder: Sequence[faults.RecorderEffect]) -> Search:
-    """Return a search without models of what the recorder shows in its readings already, unless one of them leads."""
-    ranked = found.ranked()
-    told = {e.id for e in recorder} - set(ranked[0].ids if ranked else ())
+    """Return a search without models of what the recorder shows in its readings already, unless one leads and gains more."""
+    lead = next(iter(found.ranked()), None)
+    told = {e.id for e in recorder if lead is None or e.id not in lead.ids or e.nats > lead.gain}
     singles = {k: v for k, v in found.singles.items() if k not in told}
     return replace(found, singles=singles, combined={k: v for k, v in found.combined.items() if not told & set(k)})
 
