@@ -82,7 +82,8 @@ def _row(g: Given, errors: Errors, w: Weighed, lead: Weighed | None) -> Candidat
                 effect=x.effect.id,
                 unit=x.parameter.unit,
                 estimate=float(v),
-                ci95=None if ci is None else (ci.low, ci.high),
+                # a strength that cannot be negative is not there at the least
+                ci95=None if ci is None else (max(ci.low, x.parameter.least), min(ci.high, x.parameter.most)),
                 why="the data do not hold it" if ci is None else None,
                 at_bound=f.at_bound(i),
                 identifiability=labels[i],

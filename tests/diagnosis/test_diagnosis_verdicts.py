@@ -10,7 +10,8 @@ from rig_logs import FULL, RAMPS, STRENGTH, record, scenario, theta_jump
 
 from sstl_cli.core.config import parse
 from sstl_cli.core.groups import spelled_out
-from sstl_cli.physics.effects import catalogue
+from sstl_cli.diagnosis.hypotheses import FAMILIES
+from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import simulate
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
@@ -44,9 +45,13 @@ def test_the_effect_or_its_group_is_named(effect):
 @pytest.mark.slow
 @pytest.mark.parametrize("effect", sorted(STRENGTH))
 def test_every_effect_or_its_group_is_named(effect):
-    document = of_all({effect: STRENGTH[effect]}, configs=3)
-    assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
-    assert effect in spelled_out(document["verdict"])
+    verdict = of_all({effect: STRENGTH[effect]}, configs=3)["verdict"]
+    if effect in FAMILIES["stick-slip"] and verdict["status"] == "unknown":
+        # jumps too small to be seen to rest are scatter like any other, and it says whose
+        assert any(f"best candidate, {member}, lets the output scatter" in verdict["why"] for member in FAMILIES["stick-slip"])
+        return
+    assert verdict["status"] in ("identified", "ambiguous"), verdict
+    assert effect in spelled_out(verdict)
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +71,14 @@ def test_none_says_what_would_have_shown(nothing):
     # ten times the noise of one sample is no small offset; a thousandth of it cannot be told
     assert 2e-5 < shown["zero_offset"]["size"] < 0.2
     assert all(0.0 < s["gap_n"] < 0.02 for s in shown.values())
+
+
+def test_no_interval_reaches_beyond_what_its_parameter_can_be(nothing):
+    told = [p for c in nothing["candidates"] for p in c["parameters"] if p["ci95"] is not None]
+    assert told
+    for p in told:
+        can_be = get(p["effect"]).parameter(p["name"])
+        assert can_be.least <= p["ci95"][0] <= p["estimate"] <= p["ci95"][1] <= can_be.most, p
 
 
 def test_retuning_is_never_credited(nothing):
