@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -102,7 +103,12 @@ def keep_files(command: Any) -> None:
     if body is None or getattr(command, "commands", None):
         return
     labels = {p.name: p.opts[0] if p.opts[0].startswith("-") else (p.metavar or p.name).upper() for p in command.params}
-    outputs = {labels[p.name] for p in command.params if set(p.opts) & OUTPUTS}
+    written = [p for p in command.params if set(p.opts) & OUTPUTS]
+    outputs = {labels[p.name] for p in written}
+    for p in written:
+        # the folder of a reproduction, and what names a folder for C source
+        if p.metavar not in ("DIR", "PATH"):
+            _name_a_file(p, labels[p.name])
 
     @functools.wraps(body)
     def kept(**values: Any) -> Any:
@@ -113,6 +119,20 @@ def keep_files(command: Any) -> None:
             return body(**values)
 
     command.callback = kept
+
+
+def _name_a_file(parameter: Any, option: str) -> None:
+    """Let an output take no folder's name: a path would lose the slash at its end, and be a file."""
+    processed = parameter.process_value
+
+    def process_value(context: Any, value: Any) -> Any:
+        from sstl_cli.core.errors import UsageError
+
+        if isinstance(value, str) and value.endswith(("/", os.sep)):
+            raise UsageError("is a folder", where=f"{option} {value}", fix="give a file name", code="E101")
+        return processed(context, value)
+
+    parameter.process_value = process_value
 
 
 def _require_values(given: dict[str, Any]) -> None:

@@ -332,3 +332,9 @@ def test_an_option_with_an_empty_text_is_told(option, monkeypatch, capsys) -> No
     # a script whose variable is not set would pass its gate, or be told of another simulator
     assert run_here(monkeypatch, "diagnose", str(SAMPLE), option, "") == 2
     assert capsys.readouterr().err == f"sstl: [E008] {option}: is empty; give a value, or leave it out\n"
+
+
+def test_an_output_with_a_slash_at_its_end_is_a_folder(tmp_path, monkeypatch, capsys) -> None:
+    assert run_here(monkeypatch, "segment", str(SAMPLE), "--out", f"{tmp_path}/new/") == 2
+    assert capsys.readouterr().err == f"sstl: [E101] --out {tmp_path}/new/: is a folder; give a file name\n"
+    assert not (tmp_path / "new").exists()
