@@ -258,6 +258,11 @@ class Effect:
     loop: Callable[[Array, float, Values], Array] | None = None
     late_s: Callable[[str, Values], float] | None = None
 
+    @property
+    def sought(self) -> bool:
+        """Whether any of its laws is fitted."""
+        return self.fitted or bool(self.laws)
+
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by name; SstlError with the nearest name if there is none."""
         for p in self.parameters:

@@ -233,7 +233,7 @@ def gather(
     problem = misfit.applied(prepared, scenario.misfits, unit_n)
     # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
     ids = [i for i in candidates(options) if own is None or output is not None or i != "gain_error"]
-    fitted = [i for i in ids if (get(i).fitted or get(i).laws) and get(i).channel in _shown(problem)]
+    fitted = [i for i in ids if get(i).sought and get(i).channel in _shown(problem)]
     if any(r.slip is not None for r in problem.records):
         # which element slips next is known only where a tension drives the line
         fitted = [i for i in fitted if get(i).stage != TRANSITION]

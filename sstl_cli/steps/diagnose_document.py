@@ -367,8 +367,8 @@ def _next(g: Given) -> NextExperiment | None:
     Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
     """
     ranked = following.rivals(g.search.ranked(), g.verdict)
-    # whoever is behind what has no name need not be told from one another
-    settled = g.verdict.status in (NOTHING, IDENTIFIED) or without_name(g.search, g.rows) is not None
+    # whoever is behind what has no name need not be told from one another, and where nothing propagates only a larger stroke helps
+    settled = g.verdict.status in (NOTHING, IDENTIFIED) or without_name(g.search, g.rows) is not None or g.rows.log.propagates < 1.0
     if settled or len(ranked) < 2 or g.passed("next experiment"):
         return None
     first, second = ranked[:2]
