@@ -133,3 +133,26 @@ def test_what_is_integrated_out_and_what_is_one_effect_make_no_likeness():
     left = np.array([[1.0, 0.6], [0.6, 1.2 - 0.64]])
     assert likeness_charge(nuisance, [[0], [1]]) == pytest.approx(-0.5 * np.log(np.linalg.det(left) / (left[0, 0] * left[1, 1])))
     assert likeness_charge(known, [[0, 1], []]) == 0.0
+
+
+def test_what_cannot_be_told_apart_at_all_and_what_is_not_known_make_no_likeness():
+    # two copies of one column have no volume, and a column without information has none of its own
+    assert likeness_charge(np.ones((2, 2)), [[0], [1]]) == likeness_charge(np.diag([1.0, 0.0]), [[0], [1]]) == 0.0
+    # what is independent costs nothing, whatever it is counted in, and a single effect never does
+    assert likeness_charge(np.diag([4.0, 1e-6, 9.0]), [[0], [1], [2]]) == pytest.approx(0.0, abs=1e-12)
+    assert likeness_charge(np.array([[2.0, 1.9], [1.9, 2.0]]), [[0, 1]]) == 0.0
+    scaled = np.diag([1.0, 1e3]) @ np.array([[1.0, 0.8], [0.8, 1.0]]) @ np.diag([1.0, 1e3])
+    assert likeness_charge(scaled, [[0], [1]]) == pytest.approx(-0.5 * np.log(1.0 - 0.8**2))
+
+
+def test_the_information_is_that_of_whitened_columns_and_of_nothing_next_to_none():
+    f = made(noise(), GAIN, (1.05,))
+    white, own = f.whiten(f.jacobian), np.zeros((len(SIM.y), 3))
+    own[np.arange(len(SIM.y)), SIM.config], own[:, 2] = white[:, 0], white[:, 1]
+    assert information(SIM, f) == pytest.approx(own.T @ own, rel=1e-9)
+    # the larger the information the less a parameter is off: two standard errors by a dense inverse
+    dense = np.sqrt(np.diag(np.linalg.inv(own.T @ own)))
+    assert standard_errors(f, information(SIM, f)) == pytest.approx(dense[2:], rel=1e-6) and dense[2] < 0.1
+    silent = replace(f, jacobian=np.column_stack((f.jacobian[:, 0], np.zeros(len(SIM.y)))))
+    known = information(SIM, silent)
+    assert 0.0 < known[2, 2] < 1e-9 and np.isfinite(standard_errors(silent, known)).all()

@@ -143,3 +143,29 @@ def test_less_noise_than_it_is_at_most_is_no_sign_of_anything():
     # more of it is one as before
     more = {t.name: t.z for t in leftover(model, made(noise(9) * np.where(model.run == 0, 1.5, 0.05)), True).tests}
     assert more["spread by run"] > 20.0
+
+
+def test_a_band_of_one_frequency_counts_like_any_other():
+    # 100 samples 0.1 s apart: of the multiples of 0.1 Hz one is in the lowest band
+    z = 3.0 * np.sin(2.0 * np.pi * np.arange(100) / 100.0)
+    found = residuals._spectrum(*small(z), False)
+    # all of the power is in that line: 100 * 9 / 4 over 1 expected; the others have none of theirs
+    lines = np.array([1, 4, 15, 30])
+    expected = (225.0 - 1.0) ** 2 + float(np.sum(lines[1:]))
+    assert found.peak == "0-0.1 Hz" and found.dispersion == pytest.approx(expected / 4.0)
+    at_most = residuals._spectrum(*small(z), True)
+    assert at_most.dispersion == pytest.approx((225.0 - 1.0) ** 2 / 4.0)
+
+
+def test_quarters_are_told_by_quartiles():
+    assert residuals._quartile(np.array([3.0, 0.0, 8.0, 5.0, 1.0])).tolist() == [1, 0, 3, 2, 0]
+
+
+def test_nothing_kept_says_nothing():
+    none = np.zeros(40, bool)
+    tests = [*residuals._lines(*small(np.ones(40), none)), residuals._spectrum(*small(np.ones(40), none), False)]
+    assert all(np.isfinite([t.z, t.nats, t.dispersion]).all() for t in tests)
+    # chance alone makes the larger of two samples, and of two lines, ln 2
+    assert tests[1].z == pytest.approx(-np.log(2.0)) and tests[0].z == pytest.approx(-np.log(20.0))
+    short = residuals._lines(*small(np.zeros(3)))
+    assert short[0].z == pytest.approx(-np.log(2.0)) and short[1].z == pytest.approx(-np.log(3.0))
