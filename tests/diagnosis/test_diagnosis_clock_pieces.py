@@ -56,6 +56,27 @@ def test_a_clock_that_is_far_from_steady_has_no_places():
     assert clock._places(np.array([0.0, 0.1, 0.2]), 10.0) is None
 
 
+def test_two_readings_of_one_instant_at_the_beginning_hide_no_clock():
+    time = np.arange(300.0) + 0.05 * np.random.default_rng(8).standard_normal(300)
+    time[1] = time[0] + 0.01
+    at, step, begin = clock._places(time, 1.0)
+    # the second of them has no place of its own, all that follow have
+    assert at[:4].tolist() == [0, 0, 2, 3] and at[-1] == 299 and step == pytest.approx(1.0, abs=1e-3) and begin == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("twice", "placed"), [(5, True), (6, False)])
+def test_so_many_readings_have_to_have_a_place_of_their_own(twice, placed):
+    # of 100 steps five may be none
+    time = np.sort(np.concatenate((np.arange(101.0 - twice), 10.0 * np.arange(1, twice + 1) + 0.001)))
+    assert len(time) == 101 and (clock._places(time, 1.0) is not None) is placed
+
+
+@pytest.mark.parametrize(("jitter", "steady"), [(0.19, True), (0.21, False)])
+def test_a_clock_is_near_a_steady_one_by_a_fifth_of_a_step(jitter, steady):
+    off = np.tile([1.0, -1.0], 300) * jitter
+    assert (clock._places(np.arange(600.0) + off, 1.0) is not None) is steady
+
+
 def test_what_is_far_from_steady_is_a_straight_line_between_readings():
     time = np.cumsum(RNG.exponential(0.1, 300))
     one = run(time, known_tension_in_n=(np.arange(300) % 3 > 0).astype(float))

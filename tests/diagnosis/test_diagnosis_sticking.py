@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rig_logs import SHORT, record
+from scipy.stats import norm
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, WINDOW_TRAVEL
+from sstl_cli.diagnosis import sticking
+from sstl_cli.diagnosis.constants import DECIDES_NATS, FEWEST_WINDOWS, WINDOW_TRAVEL
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.sticking import _mixture, _windows, rests
 
@@ -84,6 +86,42 @@ def test_windows_are_parts_of_strokes_and_begin_with_the_first_movement():
     # a reading that is not known ends a stroke
     known = np.array([1, 1, 1, 0, 1, 1, 1, 1], bool)
     assert _windows(output, model, known, 1.0 / WINDOW_TRAVEL, WINDOW_TRAVEL)[0].tolist() == [1.0]
+
+
+@pytest.mark.parametrize(("windows", "told"), [(FEWEST_WINDOWS, True), (FEWEST_WINDOWS - 1, False)])
+def test_so_many_windows_tell_that_an_output_rests(windows, told, monkeypatch, one):
+    # every other window rests, all of them within the noise
+    ratio = np.where(np.arange(windows) % 2, 2.0, 0.0)
+    monkeypatch.setattr(sticking, "_windows", lambda *_: (ratio, np.full(windows, 0.1)))
+    assert (rests([one], [np.zeros(3)]) > DECIDES_NATS) is told
+
+
+def test_densities_are_those_of_a_normal_and_of_what_is_even_over_a_width():
+    x = np.linspace(-8.0, 8.0, 1601)
+    for sd, half in ((0.3, 2.0), (1.0, 0.5)):
+        normal, even = sticking._normal(x, np.full(len(x), sd)), sticking._uniform(x, half, np.full(len(x), sd))
+        assert normal == pytest.approx(norm.pdf(x, 0.0, sd), abs=1e-12) and np.trapezoid(even, x) == pytest.approx(1.0)
+        # the variance of what is even is a third of the square of half its width, and the error adds to it
+        assert np.trapezoid(even * x**2, x) == pytest.approx(half**2 / 3.0 + sd**2, rel=1e-4)
+    assert sticking._normal(np.array([1e3]), np.array([0.1])) == sticking._uniform(np.array([1e3]), 1.0, np.array([0.1])) > 0.0
+
+
+def test_what_an_output_may_be_off_by_at_rest_is_its_noise_in_means_and_a_step(one):
+    def off(noise_n, step_n, thin=1):
+        faults = replace(one.faults_out, noise_n=noise_n, step_n=step_n)
+        return sticking._noise_n(replace(one, faults_out=faults, dt_s=thin * one.raw.dt_s))
+
+    assert off(0.3, 0.4) == pytest.approx(0.5) and off(0.6, 0.4, 4) == pytest.approx(0.5)
+    # never less than what rounding and the grid make by themselves
+    assert off(0.0, 0.0) == pytest.approx(1e-4 * np.ptp(one.raw.tension_out_n))
+    # of several runs the loudest counts: a rest in the other is within its noise
+    quiet = [replace(one, faults_out=replace(one.faults_out, noise_n=n)) for n in (0.01, 0.02)]
+    asked = []
+    real = sticking._windows
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sticking, "_windows", lambda *a: asked.append(a[3]) or real(*a))
+        rests(quiet, [r.y_fine for r in quiet])
+    assert asked == pytest.approx([np.sqrt(2.0) * 0.02 / np.sqrt(one.thin)] * 2)
 
 
 def test_the_likeliest_mixture_has_the_shares_of_its_parts():
