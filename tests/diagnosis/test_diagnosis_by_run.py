@@ -17,6 +17,7 @@ from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import HeldOut
+from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.shrink import parameter_intervals
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.steps import simulate
@@ -203,6 +204,42 @@ def test_where_no_run_slides_nothing_is_said_of_its_friction():
     found = search(replace(held, jacobian=np.zeros_like(held.jacobian)), drift())
     by_run.add(found, 2)
     assert [w.evidence for w in found.singles["friction_drift"]] == [-3.0]
+
+
+def test_what_lasts_beside_what_runs_have_of_their_own_is_the_rest_of_the_model():
+    gain = Weighed(made(noise(5), named("gain_error", "g_act"), (1.02,)), 9.0, 5.0)
+    other = Weighed(made(noise(5), full("zero_offset", ("act",)), (0.1, 0.2)), 9.0, 5.0)
+    found = search(made(noise(5)), other, gain)
+    for kind in (by_run.FRICTION, by_run.INPUT):
+        both = gain.fit.hypothesis.joined(by_run.scatter(kind))
+        fit_of_both = replace(gain.fit, hypothesis=both, values=np.array([1.02, 0.1]))
+        assert by_run.kind_of(fit_of_both) is kind and by_run.lasting(found, fit_of_both) is gain.fit
+        alone = replace(gain.fit, hypothesis=by_run.scatter(kind), values=np.array([0.1]))
+        assert by_run.lasting(found, alone) is found.base
+    # a part that was not found alone leaves the base
+    assert by_run.lasting(search(found.base, other), fit_of_both) is found.base
+    assert by_run.kind_of(gain.fit) is None and by_run.lasting(found, gain.fit) is gain.fit and by_run.shown(SIM, gain.fit) is None
+
+
+def test_a_spread_of_few_contrasts_has_the_interval_of_chi_square():
+    records = [SimpleNamespace(config=c, system="act") for c in (0, 0, 0, 1, 1)]
+    sim = SimpleNamespace(problem=SimpleNamespace(records=records))
+    # five runs in two bends: three differences
+    assert by_run.contrasts(sim) == 3
+    low, high = by_run.interval(sim, 0.1)
+    assert low == pytest.approx(0.1 * np.sqrt(3.0 / chi2.ppf(0.975, 3)), rel=1e-3)
+    assert high == pytest.approx(0.1 * np.sqrt(3.0 / chi2.ppf(0.025, 3)), rel=1e-3)
+
+
+def test_what_a_unit_of_a_run_s_own_does_is_a_share_of_theta_or_a_shift_of_a_sensor():
+    base = made()
+    theta = THETA[SIM.config]
+    assert by_run.column(SIM, base, by_run.FRICTION) == pytest.approx(base.jacobian[:, 0] * theta)
+    assert by_run.column(SIM, base, by_run.OUTPUT).tolist() == [1.0] * len(SIM.y)
+    # the input is read too high: what the line was really given is less
+    read = by_run.column(SIM, base, by_run.INPUT)
+    gain = SIM.by_input(base.theta, {})
+    assert read == pytest.approx(-gain) and set(np.sign(read)) <= {-1.0, 0.0}
 
 
 def differing(effects, spread, seed=0, moves=3):

@@ -61,7 +61,9 @@ def test_two_readings_of_one_instant_at_the_beginning_hide_no_clock():
     time[1] = time[0] + 0.01
     at, step, begin = clock._places(time, 1.0)
     # the second of them has no place of its own, all that follow have
-    assert at[:4].tolist() == [0, 0, 2, 3] and at[-1] == 299 and step == pytest.approx(1.0, abs=1e-3) and begin == pytest.approx(0.0, abs=0.05)
+    assert (
+        at[:4].tolist() == [0, 0, 2, 3] and at[-1] == 299 and step == pytest.approx(1.0, abs=1e-3) and begin == pytest.approx(0.0, abs=0.05)
+    )
 
 
 @pytest.mark.parametrize(("twice", "placed"), [(5, True), (6, False)])

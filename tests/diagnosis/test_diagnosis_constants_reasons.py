@@ -35,19 +35,19 @@ def test_the_decidable_distance_tells_19_of_20_cases():
     def told(d2):
         return norm.sf(c.DECIDES_NATS, 0.5 * d2, np.sqrt(d2))
 
-    assert c.TOLD == 0.95 and told(c.DECIDABLE) >= c.TOLD > told(c.DECIDABLE - 1.0) and c.DECIDABLE == round(c.DECIDABLE)
+    assert c.TOLD == 0.95 and told(c.DECIDABLE) >= c.TOLD > told(c.DECIDABLE - 1.0) and round(c.DECIDABLE) == c.DECIDABLE
 
 
 def test_shares_of_a_law_s_error_rise_from_none_to_a_third():
     assert c.SHARES[0] == 0.0 and np.ptp(np.diff(np.log10(c.SHARES[1:]))) < 0.05 and c.SHARES[1] == 0.01 and c.SHARES[-1] == 0.3
     # no share, the middle one and the next: neither the least nor the most
-    assert c.MISFITS == (0.0, c.SHARES[2], c.SHARES[3]) and len(c.SHARES) == 5
+    assert (0.0, c.SHARES[2], c.SHARES[3]) == c.MISFITS and len(c.SHARES) == 5
     # a jump is never exact, and a regular sawtooth scatters by 1 / sqrt(3) of what it loses on average
     assert c.JUMPS[0] < 1.0 / np.sqrt(3.0) < c.JUMPS[-1] == 1.0 and list(c.JUMPS) == sorted(c.JUMPS)
 
 
 def test_a_region_is_worse_by_the_size_of_a_gap():
-    assert c.WORSE == pytest.approx(1.1 * 1.1) and c.LEAST_GAP == 0.1
+    assert pytest.approx(1.1 * 1.1) == c.WORSE and c.LEAST_GAP == 0.1
     # half is half, of the error and of a promise
     assert c.HALF == 0.5 and 2.0 * c.KEPT_PROMISE == 1.0
 
@@ -55,12 +55,12 @@ def test_a_region_is_worse_by_the_size_of_a_gap():
 def test_lengths_in_samples_are_those_of_the_rates():
     assert c.MIN_SAMPLES == 2 * c.ANALYSIS_HZ == 100 and c.MIN_STREAM == 2 * c.MIN_SAMPLES and c.LEAST_MAPPED == c.ANALYSIS_HZ
     # a reading of the slow noise of an input stands for half of a step of the analysis
-    assert c.HEARD_S * c.ANALYSIS_HZ == pytest.approx(0.5)
+    assert pytest.approx(0.5) == c.HEARD_S * c.ANALYSIS_HZ
     # nothing faster than half of the simulation's rate can be planned
     assert 2.0 * c.FASTEST_HZ == c.SIMULATION_HZ == 1000.0
     # all places of one corner, and one sample more on either side
     assert c.SHORTEST_SMOOTHED == c.SHORTEST_WINDOW == 2 * c.ELSEWHERE + 2
-    assert c.STRETCHES == 2 * c.PARTS and c.BASE_ITERATIONS == 2 * c.SHORT_ITERATIONS and c.BEFORE_TURN == pytest.approx(0.2)
+    assert c.STRETCHES == 2 * c.PARTS and c.BASE_ITERATIONS == 2 * c.SHORT_ITERATIONS and pytest.approx(0.2) == c.BEFORE_TURN
 
 
 def test_as_many_held_samples_as_the_spread_of_white_noise_asks_for():
@@ -68,11 +68,11 @@ def test_as_many_held_samples_as_the_spread_of_white_noise_asks_for():
     assert c.WHITE == 0.05 and 1.0 / np.sqrt(c.ENOUGH_HELD) == pytest.approx(c.WHITE)
     # what no hold shows is known to a factor of e; what a hold shows better than that, and two sensors are as alike
     assert c.UNMEASURED == 1.0 > c.ALIKE > c.MEASURED > c.SMOOTHER > c.WHITE
-    assert c.ALIKE_FROM * c.ALIKE_TO == pytest.approx(1.0) and c.ALIKE_TO > 1.0
+    assert pytest.approx(1.0) == c.ALIKE_FROM * c.ALIKE_TO and c.ALIKE_TO > 1.0
 
 
 def test_a_log_range_is_three_decades():
-    assert c.LOG_RANGE == pytest.approx(np.log(100.0 / 0.1))
+    assert pytest.approx(np.log(100.0 / 0.1)) == c.LOG_RANGE
     # friction of the loop cannot be less than none
     assert c.LOOP_LIMITS[0] > -1.0 and 1.0 + c.LOOP_LIMITS[0] == pytest.approx(1.0 / (1.0 + c.LOOP_LIMITS[1]))
     # what anything moves through: from a thousandth of its tension lost to all but a hundredth

@@ -44,7 +44,7 @@ def test_a_channel_that_overflows_goes_on_beyond_its_range_and_reads_as_it_did_a
 
 
 def test_the_end_of_a_range_that_was_read_past_is_where_readings_jump():
-    run, out = overflowing()
+    run, _ = overflowing()
     # a recorder has interpolated between the two ends
     run.tension_out_n[100], run.tension_out_n[200] = 17.5, -2.5
     size, top = unfolded(run, EVERY)[1]["tension_out_n"]
@@ -56,7 +56,7 @@ def test_samples_that_do_not_count_are_left_as_they_are():
     finite = EVERY.copy()
     finite[1234] = False
     run.tension_out_n[1234] = np.nan
-    whole, ranges = unfolded(run, finite)
+    whole, _ = unfolded(run, finite)
     assert np.isnan(whole.tension_out_n[1234]) and whole.tension_out_n[finite] == pytest.approx(out[finite], abs=0.05)
     quiet, none = unfolded(Run("q", "act", T, PULL, 0.5 * PULL), EVERY)
     assert none == {} and np.array_equal(quiet.tension_out_n, 0.5 * PULL)
