@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +12,7 @@ from rig_logs import sound
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import channels
 from sstl_cli.diagnosis.channels import ChannelGap, log_gain, loop_gaps
-from sstl_cli.diagnosis.constants import MIN_SAMPLES, SAME_SLOPE
+from sstl_cli.diagnosis.constants import LOOP_SLEWS, MIN_SAMPLES, NO_LOOP, SAME_SLOPE, SLOWEST_LOOP
 from sstl_cli.diagnosis.evidence import strengths_charge
 from sstl_cli.physics.filters import first_order
 
@@ -103,3 +104,60 @@ def test_a_slew_limit_is_found_as_one_and_runs_are_fitted_together():
     # a run that follows something else has no part in it
     other = SimpleNamespace(raw=run(REFERENCE, 30.0 - REFERENCE), faults_in=sound(len(T), 9.0))
     assert loop_gaps([*records, other]) == [found]
+
+
+def piece(asked, dt_s=0.1):
+    asked = np.asarray(asked, float)
+    return channels._Piece(asked, asked.copy(), np.ones(len(asked), bool), dt_s)
+
+
+def test_a_loop_is_looked_for_as_a_lag_as_a_limit_and_as_both():
+    # asked for 40 N/s at most: slew limits from there to 5 N/s
+    asked = piece([0.0, 4.0, 4.0, 2.0])
+    slews = np.geomspace(1.0 / 40.0, SLOWEST_LOOP[1], LOOP_SLEWS)
+    best = np.array([SLOWEST_LOOP[0] / 8.0, slews[7]])
+    lag, limit, both = channels._starts(lambda p: (p - best) / best, [asked])
+    assert lag == pytest.approx([best[0], NO_LOOP[1]]) and limit == pytest.approx([NO_LOOP[0], best[1]]) and both == pytest.approx(best)
+    # the quickest of several pieces counts; one in which nothing is asked for has no rate
+    quick = channels._starts(lambda p: p - [0.0, 1.0 / 80.0], [asked, piece([0.0, 8.0]), piece([1.0])])
+    assert quick[1] == pytest.approx([NO_LOOP[0], 1.0 / 80.0])
+    # lags halve from half of the slowest on
+    tried = []
+    channels._starts(lambda p: tried.append(tuple(p)) or p, [asked])
+    assert sorted({t[0] for t in tried}) == pytest.approx([NO_LOOP[0], *(SLOWEST_LOOP[0] * 0.5**k for k in range(6, 0, -1))])
+    # what is asked for so slowly that no limit shows is looked for as a lag alone
+    slow = piece([0.0, 0.4, 0.8])
+    assert [s[1] for s in channels._starts(lambda p: p, [slow])] == [NO_LOOP[1]]
+
+
+def test_a_piece_begins_with_its_first_reading_and_ends_at_a_gap():
+    n = 300
+    gap = np.where((np.arange(n) > 100) & (np.arange(n) < 110), 1.0, 0.0)
+    reference = REFERENCE[:n].copy()
+    reference[[0, 1, 50]] = np.nan
+    one = replace(run(reference, REFERENCE, n), extra={"gap": gap})
+    first, second = channels._pieces(SimpleNamespace(raw=one, faults_in=sound(n, 0.01)))
+    assert (len(first.given), len(second.given)) == (99, 190) and first.dt_s == pytest.approx(0.02)
+    assert first.given[0] == REFERENCE[2] and np.array_equal(second.given, REFERENCE[110:n])
+    # what nobody asked for is a straight line, and no reading
+    assert np.flatnonzero(~first.known).tolist() == [48] and first.asked[48] == pytest.approx(0.5 * (REFERENCE[49] + REFERENCE[51]))
+    # what is left of a loop that gives what it is asked for is nothing, and one that lags leaves its lag
+    assert first.left(0.0, 0.0) == pytest.approx(np.zeros(98), abs=1e-12)
+    late = first_order(first.asked, 0.02, 0.3, 0.0, float(first.given[0]))
+    assert first.left(0.3, 0.0) == pytest.approx((first.given - late)[first.known])
+    spoilt = SimpleNamespace(raw=one, faults_in=replace(sound(n, 0.01), spike=np.arange(n) < 110))
+    assert [len(p.given) for p in channels._pieces(spoilt)] == [190]
+
+
+def test_samples_in_which_a_model_differs_only_where_it_is_off_count_for_less():
+    base = np.concatenate((np.full(50, 2.0), np.full(50, 0.5)))
+    white = np.tile([1.0, -1.0], 50)
+    # all that differs is where the best model leaves all that it does: half of the samples count
+    left, best = np.where(np.arange(100) < 50, 1.0, 0.5), np.where(np.arange(100) < 50, white, 0.0)
+    even = channels._independent(best) * 0.5
+    ratio = np.sqrt(np.mean(base**2) / np.mean(left**2))
+    assert log_gain(base, left, best) == pytest.approx(even * np.log(ratio))
+    # where the two have nothing to do with one another all of them count, and no more than all
+    apart = np.where(np.arange(100) < 50, 0.0, white)
+    assert log_gain(base, left, apart) == pytest.approx(channels._independent(apart) * np.log(ratio))
+    assert log_gain(base, base, white) == 0.0 and np.isfinite(log_gain(base, 0.0 * base, 0.0 * base))

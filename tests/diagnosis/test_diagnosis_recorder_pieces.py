@@ -91,6 +91,22 @@ def test_a_slow_sensor_s_noise_is_known_as_well_as_it_says_where_it_rests():
     assert FOURTHS_ERROR / np.sqrt(197) < np.std(np.log(found)) < 2.0 * FOURTHS_ERROR / np.sqrt(197)
 
 
+def test_noise_that_third_differences_show_is_known_as_well_as_it_says():
+    rng = np.random.default_rng(31)
+    found = [recorder.white_of_thirds(np.abs(np.diff(0.05 * rng.standard_normal(403), 3))) for _ in range(600)]
+    assert np.mean(found) == pytest.approx(0.05, rel=0.01)
+    # differences that overlap are alike: less is known than of as many independent ones; without the loudest a little more so
+    assert 1.2 * np.sqrt(np.pi / 2.0 - 1.0) < recorder.THIRDS_ERROR
+    assert pytest.approx(np.std(np.log(found)), rel=0.15) == recorder.THIRDS_ERROR / 20.0
+
+
+def test_the_noise_of_a_share_of_readings_lies_where_the_normal_says():
+    assert norm.cdf(recorder.LIES_AT) - norm.cdf(-recorder.LIES_AT) == pytest.approx(recorder.BELOW) and recorder.BELOW == 0.3
+    # a quantile is known to the root of p (1 - p) over the density of sizes there
+    density = 2.0 * norm.pdf(recorder.LIES_AT)
+    assert pytest.approx(np.sqrt(0.3 * 0.7) / density / recorder.LIES_AT) == FOURTHS_ERROR
+
+
 @pytest.mark.parametrize("at", [0, 1, 2, -3, -2, -1])
 def test_a_spike_at_the_end_of_a_record_is_seen(at):
     slow = 10.0 + 4.0 * np.sin(np.arange(300) / 100.0) + 0.01 * np.random.default_rng(0).standard_normal(300)

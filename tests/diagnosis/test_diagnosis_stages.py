@@ -46,6 +46,8 @@ def test_the_wrong_stage_gets_the_largest_share(stage, made):
     assert sum(found.share_pct.values()) == pytest.approx(100.0)
     assert max(found.share_pct, key=lambda k: found.share_pct[k]) == stage
     assert found.share_pct[stage] > 60.0
+    # with no stage right the error is as recorded
+    assert found.simulated_rmse_n == pytest.approx(found.rmse_n, rel=0.1)
 
 
 def test_loop_lag_is_found():

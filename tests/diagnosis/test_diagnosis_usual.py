@@ -11,7 +11,7 @@ from made_fits import NOISE_N, made, noise, simulator
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.hypotheses import variants
-from sstl_cli.diagnosis.usual import beyond
+from sstl_cli.diagnosis.usual import _price, beyond
 from sstl_cli.diagnosis.variation import of_a_record
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.scenario import Variation, WanderSection
@@ -72,3 +72,22 @@ def test_combinations_count_from_there_as_well():
     pair = replace(found.singles["gain_error"][0], evidence=65.0)
     both = replace(found, combined={("gain_error", "zero_offset"): pair})
     assert beyond(both).combined[("gain_error", "zero_offset")].evidence == pytest.approx(7.0)
+
+
+def test_the_price_of_several_strengths_is_that_of_their_squares_together_and_of_a_change_none():
+    full = next(h for h in variants("zero_offset", ("act",)) if len(h.strengths) == 2)
+    names = [("zero_offset", f.parameter.name) for f in full.strengths]
+    model = Weighed(made(noise(), full, (0.1, -0.3)), 65.0, 60.0)
+    found = replace(search({}, 0.1, 60.0), singles={"zero_offset": (model,)})
+    # one and two standard deviations: 2.5 nats
+    found.sim.usual = dict(zip(names, (0.1, 0.15), strict=True))
+    assert _price(found, model) == pytest.approx(2.5) and evidence(beyond(found)) == pytest.approx({"zero_offset": 2.5})
+    # of which one is not known to vary, or by nothing, is a change
+    for usual in ({names[0]: 0.1}, {names[0]: 0.1, names[1]: 0.0}):
+        found.sim.usual = usual
+        assert _price(found, model) == float("inf") and beyond(found) is found
+    found.sim.usual = dict.fromkeys(names, 0.1)
+    assert _price(found, replace(model, fit=made(noise()))) == float("inf")
+    # what costs more than it explains leaves all as it was
+    found.sim.usual = dict.fromkeys(names, 0.02)
+    assert beyond(found) is found
