@@ -16,7 +16,7 @@ from sstl_cli.diagnosis.constants import ALIKE, DECIDES_NATS, ENOUGH, MEASURED, 
 from sstl_cli.diagnosis.holds import _pieces
 from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.noise import floor_n, likely, measured, of_readings, some, variance, white_only
-from sstl_cli.diagnosis.recorder import Faults
+from sstl_cli.diagnosis.recorder import Faults, white_beside
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor, step_of, whitener
 
 SIM = simulator()
@@ -277,3 +277,61 @@ def test_noise_that_is_all_rounding_is_known_to_be_no_more_than_that():
     assert least > 0.0
     at = [replace(QUIET, output={"act": Sensor(n, 0.0, 0.1)}) for n in (least, 1.01 * least)]
     assert [rounding.at_least_rounding(RECORDS, n) for n in at] == [True, False]
+
+
+def test_the_prior_of_a_noise_is_what_was_measured_and_never_nothing():
+    centre, near = of._prior(Sensor(0.01, 0.002, 0.2), Sensor(0.02, 0.005, 0.2), (0.1, 0.4))
+    assert np.exp(centre) == pytest.approx([0.02, 0.005, 0.002, 1.0]) and near == pytest.approx([0.1, 0.4, ALIKE, SMOOTHER])
+    # slow noise of either sensor is at least a fiftieth of the output's white one, and a billionth of a newton
+    for white_n in (0.02, 1e-7):
+        floor = of._prior(Sensor(9.0, 0.0, 0.2), Sensor(white_n, 0.0, 0.2), (0.1, 0.4))[0][1:3]
+        assert np.exp(floor) == pytest.approx(np.full(2, 0.02 * white_n + 1e-9))
+
+
+def test_columns_are_taken_off_by_weighted_least_squares_but_for_what_no_sample_shows():
+    rng = np.random.default_rng(21)
+    columns = rng.standard_normal((8000, 2)) * [1.0, 1e-3]
+    left = columns @ [0.3, -20.0] + noise(22)
+    found = of._step(RECORDS, phases(gain=0.0), left, columns, QUIET)
+    w = whitener(constants(RECORDS, QUIET), phases(gain=0.0))
+    j, r = w(columns), w(left)
+    gram = j.T @ j
+    # each within a hundred of its standard deviations: a ten-thousandth of its information holds it at none
+    assert found == pytest.approx(np.linalg.solve(gram + 1e-4 * np.diag(np.diag(gram)), j.T @ r), rel=1e-6)
+    assert found == pytest.approx([0.3, -20.0], rel=0.05)
+    # a column of nothing has no coefficient
+    assert of._step(RECORDS, phases(gain=0.0), left, np.column_stack((columns, np.zeros(8000))), QUIET)[2] == 0.0
+
+
+def test_slow_noise_that_third_differences_took_for_white_is_taken_off_and_known_less_well(monkeypatch):
+    """Held noise of 0.03 N that lasts a twentieth of a second, beside readings that look like 0.05 N."""
+    asked = []
+
+    def held(records, slides, white_n, levels):
+        asked.append(white_n)
+        return of.held_noise.known, white_n
+
+    held.known = SimpleNamespace(coloured_n=0.03, correlation_s=0.05, spread=MEASURED)
+    monkeypatch.setattr(of, "held_noise", held)
+    monkeypatch.setattr(of, "white_of_output", lambda mine: (0.05, 0.1))
+    monkeypatch.setattr(of, "white_of", lambda *_: 0.04)
+    found = measured(RECORDS, np.zeros(8000))
+    memory = float(np.exp(-0.02 / 0.05))
+    left_out = white_beside(0.05, 0.03, memory)
+    # the input's slow noise is to the output's as its white one is
+    left_in = white_beside(0.04, 0.8 * 0.03, memory)
+    assert found.output["act"].white_n == pytest.approx(left_out) and found.input["act"].white_n == pytest.approx(left_in)
+    assert found.output["act"].coloured_n == 0.03 and found.input["act"].coloured_n == pytest.approx(0.8 * 0.03)
+    assert asked[0] == 0.05 and asked[1] == pytest.approx(left_out) and asked[2] == pytest.approx(left_in)
+    # three tenths of what was taken off beside what is left, and no more than a third of the way to what was seen
+    doubt = np.hypot(0.1, MEASURED * (0.05**2 / left_out**2 - 1.0))
+    assert found.loose["act"] == pytest.approx(min(doubt, 0.1 + np.log(0.05 / left_out) / 3.0)) and found.open["act"] == MEASURED
+    # what no hold shows takes nothing off
+    held.known = SimpleNamespace(coloured_n=0.03, correlation_s=0.05, spread=1.0)
+    plain = measured(RECORDS, np.zeros(8000))
+    assert plain.output["act"].white_n == 0.05 and plain.input["act"].white_n == 0.04 and plain.loose["act"] == 0.1
+    # two sensors are alike within a factor of five
+    monkeypatch.setattr(of, "white_of", lambda *_: 4.0)
+    assert measured(RECORDS, np.zeros(8000)).input["act"].coloured_n == pytest.approx(5.0 * 0.03)
+    monkeypatch.setattr(of, "white_of", lambda *_: 1e-5)
+    assert measured(RECORDS, np.zeros(8000)).input["act"].coloured_n == pytest.approx(0.03 / 5.0)

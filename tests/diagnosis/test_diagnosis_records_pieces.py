@@ -178,3 +178,31 @@ def test_an_input_behind_a_drive_is_smoothed_once_and_one_beside_slow_noise_each
     told(one, {"act": Slow(0.01, 0.5)})
     told(one, {"act": Slow(0.01, 0.5)})
     assert len(asked) == 4
+
+
+def test_a_record_by_itself_is_as_loud_as_its_system_and_nothing_is_known_of_it():
+    (r,) = prepare([run()]).records
+    assert (r.louder, r.slower, r.jitter_s, r.begun_s, r.gone_n, r.told_n, r.rounded) == (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert (r.known, r.misfit_n, r.slip, r.wander, r.passes, r.again) == (None, None, None, None, None, ())
+    # what is not known to have a tail is normal
+    assert r.tail == float("inf") and not replace(PROBLEM, records=(r,)).scatters
+    known = replace(r, misfit_n=np.ones(len(r)))
+    assert replace(PROBLEM, records=(r, known)).scatters
+
+
+def test_a_recording_in_another_unit_of_time_is_averaged_to_the_nearest_rates():
+    # 120 Hz: a step of the simulation is one sample, two of them to 60 Hz; at 30 Hz each sample is one of the analysis
+    for hz, factor in ((120.0, 2), (30.0, 1), (74.0, 1), (76.0, 2)):
+        t = np.arange(600) / hz
+        (r,) = prepare([Run("r", "act", t, 12.0 + 8.0 * np.sin(t * 3.0), 6.0 + 4.0 * np.sin(t * 3.0))]).records
+        assert (r.thin, r.factor, len(r)) == (1, factor, 600 // factor) and r.dt_s == pytest.approx(1.0 / hz)
+
+
+def test_runs_of_one_session_know_how_long_and_how_far_their_tendon_has_gone():
+    first, second = run("a", 500), run("b", 600)
+    later = replace(second, time_s=second.time_s + 30.0)
+    one, two = prepare([first, later]).records
+    assert (one.begun_s, one.gone_n) == (0.0, 0.0) and two.begun_s == pytest.approx(30.0)
+    assert two.gone_n == pytest.approx(float(np.abs(np.diff(one.u)).sum()))
+    # clocks that overlap are not one
+    assert [r.begun_s for r in prepare([first, replace(second, time_s=second.time_s + 9.0)]).records] == [0.0, 0.0]

@@ -9,6 +9,7 @@ import pytest
 from made_fits import NOISE_N, made, noise, simulator
 from made_sims import sim
 
+from sstl_cli.diagnosis import shrink
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full
 from sstl_cli.diagnosis.shrink import Interval, _draws, identifiability, parameter_intervals, shrinkage, worse_regions
@@ -117,3 +118,38 @@ def test_the_interval_of_coloured_misfit_is_the_sandwich_over_blocks():
     )
     # more than white noise gives
     assert se > 2.0 * np.sqrt(inverse[2, 2])
+
+
+@pytest.mark.parametrize(("size", "grown", "worse"), [(2.0, 1.09, False), (2.0, 1.11, True), (0.5, 1.09, False), (0.5, 1.11, True)])
+def test_a_region_is_worse_in_proportion_to_its_own_error(size, grown, worse):
+    made_sim = sim((U, {}), (U, {"system": "sstl"}))
+    code = np.tile(np.repeat([0, 1, 2, 3], 50), 2)
+    base = np.where(np.arange(400) // 50 == 6, size, 0.3)
+    other = np.where(np.arange(400) // 50 == 6, grown * size, 0.3)
+    assert worse_regions(made_sim, base, other, code) == (["sstl RB"] if worse else [])
+    # what has no weight does not count
+    made_sim.weight[np.arange(400) // 50 == 6] = 0.0
+    assert worse_regions(made_sim, base, other, code) == []
+
+
+def test_an_error_that_grows_has_an_interval_below_nothing_and_none_beyond_all():
+    made_sim = sim((U, {}), (U, {}), (U, {}), (U, {}))
+    rng = np.random.default_rng(3)
+    base = rng.standard_normal(800)
+    worse = shrinkage(made_sim, base, 1.5 * base)
+    assert worse == Interval(pytest.approx(-50.0), pytest.approx(-50.0), pytest.approx(-50.0))
+    # of what is known not to shrink at all, and of what shrinks to nothing
+    assert shrinkage(made_sim, base, base).estimate == pytest.approx(0.0, abs=1e-9)
+    gone = shrinkage(made_sim, base, np.where(np.arange(800) < 200, 1e-3 * base, 0.0))
+    assert gone.low <= gone.estimate <= gone.high <= 100.0 and gone.estimate > 99.9
+
+
+def test_an_interval_reaches_no_further_than_a_parameter_can():
+    f = made(noise(), OUT, (0.1,))
+    p = OUT.free[0].parameter
+    most = p.most - p.least
+    assert shrink._interval(f, 0, 0.5) == Interval(0.1, pytest.approx(-0.4), pytest.approx(0.6))
+    assert shrink._interval(f, 0, 0.0) is None and shrink._interval(f, 0, 1.01 * most) is None
+    assert shrink._interval(f, 0, 0.99 * most) is not None
+    silent = replace(f, jacobian=np.zeros_like(f.jacobian))
+    assert shrink._interval(silent, 0, 0.5) is None
