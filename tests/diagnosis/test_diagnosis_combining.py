@@ -9,7 +9,7 @@ import pytest
 from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import combining as of
-from sstl_cli.diagnosis.constants import EDGE, LEADERS
+from sstl_cli.diagnosis.constants import EDGE, JOINS_NATS, LEADERS
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge, weigh
 from sstl_cli.diagnosis.fit import fit, settle
 from sstl_cli.diagnosis.found import NOTHING, Search
@@ -191,6 +191,16 @@ BEND_LENGTH = ("c_bend_n_s_per_mm", "c_l_n_s_per_mm")
 def test_without_a_leading_pair_nothing_is_looked_beside():
     found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0))
     assert not of._swap(found, 1) and found.combined == {}
+
+
+@pytest.mark.parametrize(("more", "looked"), [(0.99 * JOINS_NATS, False), (1.01 * JOINS_NATS, True)])
+def test_beside_a_pair_is_looked_where_a_part_joins_it_for_good(monkeypatch, more, looked):
+    parts = [Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)]
+    pair = Weighed(made(0.0, GAIN.joined(FRICTION), (1.0, 0.1)), 20.0, 6.0 + more)
+    asked = []
+    monkeypatch.setattr(of, "_like", lambda found, leader, part: asked.append(part) or [])
+    # nothing is like a part here, so that nothing is likelier
+    assert not of._swap(searched(made(), *parts, combined=[pair]), 1) and asked == (list(pair.ids) if looked else [])
 
 
 def test_a_pair_is_no_less_likely_than_the_leader_that_it_contains():

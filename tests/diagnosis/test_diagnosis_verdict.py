@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, LEAST_SHARE
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities, tempered, verdict
@@ -206,3 +206,22 @@ def test_what_is_decided_does_not_depend_on_how_sure_the_odds_were():
     plain, careful = (verdict(made, replace(learned(), temper=t)) for t in (1.0, 0.5))
     assert (plain.status, plain.effects, plain.confidence) == (careful.status, careful.effects, careful.confidence)
     assert careful.probabilities[("viscous",)] < plain.probabilities[("viscous",)]
+
+
+@pytest.mark.parametrize(("share", "status"), [(LEAST_SHARE, "unknown"), (1.01 * LEAST_SHARE, "ambiguous")])
+def test_what_explains_a_twentieth_is_no_cause_and_what_explains_more_is_a_part(share, status):
+    little = row("pulley_friction", evidence=2000.0, share=share)
+    p = {("pulley_friction",): 0.9, NONE: 0.05, UNKNOWN: 0.05}
+    found = decided(rows(little, *OTHERS, log=FAILING), p, learned())
+    assert found.status == status and found.effects == (("pulley_friction",) if status == "ambiguous" else ())
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+def test_odds_between_a_name_none_and_no_name_are_raised_and_names_keep_theirs(power):
+    p = {("a",): 0.4, ("b",): 0.2, NONE: 0.3, UNKNOWN: 0.1}
+    found = tempered(p, power)
+    assert sum(found.values()) == pytest.approx(1.0) and found[("a",)] / found[("b",)] == pytest.approx(2.0)
+    assert found[NONE] / found[UNKNOWN] == pytest.approx(3.0**power)
+    assert (found[("a",)] + found[("b",)]) / found[NONE] == pytest.approx(2.0**power)
+    # without a name there is nothing to share
+    assert tempered({NONE: 0.8, UNKNOWN: 0.2}, power)[NONE] == pytest.approx(4.0**power / (1.0 + 4.0**power))

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from sstl_cli.diagnosis.wander import Wander, components, cut, levels, nowhere, turned
+from sstl_cli.diagnosis.wander import Wander, _likeliest, components, cut, levels, nowhere, turned
 
 RNG = np.random.default_rng(7)
 N = 60
@@ -79,6 +80,40 @@ def test_a_variation_is_found_as_large_as_it_is():
     directions = rng.standard_normal((1200, 3))
     found = components(directions, drawn(np.array([0.0, 2.0, 0.0]), many, directions, 5), many)
     assert found[1] == pytest.approx(2.0, rel=0.25) and max(found[0], found[2]) < 0.2
+
+
+def test_two_directions_that_vary_are_found_one_after_the_other():
+    rng = np.random.default_rng(12)
+    many = [slice(20 * i, 20 * i + 20) for i in range(60)]
+    directions = rng.standard_normal((1200, 3))
+    found = components(directions, drawn(np.array([2.0, 1.0, 0.0]), many, directions, 13), many)
+    assert found[:2] == pytest.approx([2.0, 1.0], rel=0.25) and found[2] < 0.2
+    # in the units of the directions, however small those are
+    small = components(1e-6 * directions, drawn(np.array([2.0, 1.0, 0.0]), many, directions, 13), many)
+    assert small == pytest.approx(1e6 * found)
+
+
+def test_what_varies_by_next_to_nothing_adds_as_little():
+    turn = turned(1e-6 * D, STRETCHES)
+    # ln det(1 + D D') is the trace of D D' where that is small
+    assert turn.log_det == pytest.approx(1e-12 * float(np.sum(D**2)), rel=1e-6)
+    none = turned(np.zeros((N, 0)), STRETCHES)
+    assert none.log_det == 0.0 and np.array_equal(none(D), D)
+
+
+def test_the_likeliest_variance_is_what_scores_show_beyond_their_noise():
+    # a thousand stretches that tell a direction to 1/10 each: estimates scatter by 0.3 and by that
+    rng = np.random.default_rng(15)
+    information = np.full((1000, 2), 100.0)
+    score = np.column_stack((100.0 * np.hypot(0.3, 0.1) * rng.standard_normal(1000), 10.0 * rng.standard_normal(1000)))
+    variance, gain = _likeliest(information, score)
+    assert variance[0] == pytest.approx(0.09, rel=0.2)
+    # by the normal densities of both
+    sd = np.sqrt(100.0 * (1.0 + 100.0 * variance[0]))
+    expected = norm.logpdf(score[:, 0], 0.0, sd).sum() - norm.logpdf(score[:, 0], 0.0, 10.0).sum()
+    assert gain[0] == pytest.approx(expected) and gain[1] < 1.0
+    nowhere_seen = _likeliest(np.zeros((3, 1)), np.zeros((3, 1)))
+    assert nowhere_seen[1].tolist() == [0.0] and np.isfinite(nowhere_seen[0]).all()
 
 
 def test_nothing_varies_where_nothing_does():
