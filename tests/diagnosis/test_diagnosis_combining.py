@@ -108,7 +108,7 @@ def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monk
     assert led == [(("zero_offset", "const_friction"), ["gain_error", "viscous", "viscous", "slack", "asymmetric_friction"])]
 
 
-@pytest.mark.parametrize(("gain", "fitted"), [(3.1, 1), (2.9, 0)])
+@pytest.mark.parametrize(("gain", "fitted"), [(3.1, 1), (3.0, 0), (2.9, 0)])
 def test_a_partner_joins_where_it_adds_more_than_it_costs(monkeypatch, gain, fitted):
     leader, partner = Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)
     found = searched(made(), leader, partner)

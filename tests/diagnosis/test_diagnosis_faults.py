@@ -6,10 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import FEW, LEAST_SHARE
-from sstl_cli.diagnosis.faults import RecorderEffect, _coarse, recorder_effects
+from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, FEW, LEAST_SHARE
+from sstl_cli.diagnosis.faults import RecorderEffect, _coarse, recorder_effects, squared_errors
 from sstl_cli.diagnosis.recorder import Faults
 
 N, NOISE = 100, 0.1
@@ -78,6 +79,39 @@ def test_what_a_rig_is_known_to_carry_is_no_news():
     worse = record(np.where(SOME, 20.0, 0.0), out=faults(spike=SOME))
     (news,) = recorder_effects((worse,), [np.full(N, 5.0)], [NOISE], {"acquisition_faults": first.at_most_n2 / N})
     assert news.removed_n2 == pytest.approx(2000.0 - first.at_most_n2)
+
+
+def test_spoilt_readings_of_both_ends_count_as_so_many_of_equal_weight():
+    # five of the input are off by 2 N, as many of the output by 1 N: (20 + 5)^2 over 80 + 5
+    later = (np.arange(N) >= 50) & (np.arange(N) < 50 + FEW)
+    both = record(np.where(later, 1.0, 0.0), into=faults(frozen=SOME), out=faults(spike=later), u=np.where(SOME, 6.0, 8.0))
+    effect = found(both)["acquisition_faults"]
+    assert effect.removed_n2 == pytest.approx(25.0) and effect.events == pytest.approx(625.0 / 85.0)
+    assert effect.parameters == pytest.approx({"spike_pct": 2.5, "frozen_pct": 2.5}) and effect.total_n2 == pytest.approx(25.0)
+    # as many events by chance bring this many times the squared error at 49 to 1: the quantile of a Poisson mean
+    more = chi2.ppf(48.0 / 49.0, 2.0 * (effect.events + 1.0)) / 2.0 / effect.events
+    assert effect.at_most_n2 == pytest.approx(25.0 * more) and RecorderEffect("x", 1.0, {}, 7.0, 1.0).at_most_n2 == 7.0
+
+
+def test_a_clipped_input_is_off_by_how_far_it_went_beyond_and_only_beyond_noise():
+    clipped = np.arange(N) < 10
+    for beyond, counted in ((CLIPPED_SIGMA * NOISE * 1.01, True), (CLIPPED_SIGMA * NOISE * 0.99, False), (-3.0, False)):
+        made = record(into=faults(clipped=clipped, level=8.0), u=np.where(clipped, 8.0 + beyond, 8.0))
+        _, _, into = squared_errors(made, np.full(N, 5.0))
+        assert into == pytest.approx(np.where(clipped & counted, beyond**2, 0.0))
+    # ten readings that went 2 N beyond a limit of 8 N
+    far = record(into=faults(clipped=clipped, level=8.0), u=np.where(clipped, 10.0, 8.0))
+    effect = found(far)["saturation"]
+    assert effect.removed_n2 == pytest.approx(40.0) and effect.parameters == {"t_max_in_n": 8.0}
+
+
+def test_of_several_records_the_lowest_limit_and_the_coarsest_step_are_stated():
+    clipped = np.arange(N) < 10
+    low, high = (record(np.where(clipped, -3.0, 0.0), out=faults(clipped=clipped, level=v)) for v in (2.0, 1.5))
+    assert found(low, high)["saturation"].parameters == {"t_max_out_n": 1.5}
+    fine, coarse = (record(0.5, out=faults(step=v)) for v in (0.9, 1.2))
+    effect = found(coarse, fine, noise=0.01)["quantisation"]
+    assert effect.parameters["q_out_n"] == 1.2 and effect.removed_n2 == pytest.approx(N * (1.44 + 0.81) / 12.0)
 
 
 def test_fewer_are_chance():

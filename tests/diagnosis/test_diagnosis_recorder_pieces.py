@@ -185,6 +185,12 @@ def test_a_coarser_converter_repeats_more_often_by_chance():
     assert not recorder._frozen(np.zeros(300), 0.5, 1.0).any() and not recorder._frozen(np.zeros(300), 0.0, 0.0).any()
 
 
+@pytest.mark.parametrize(("noise", "seen"), [(np.sqrt(1.0 / 3.0) - 0.01, False), (np.sqrt(1.0 / 3.0) + 0.01, True)])
+def test_a_sensor_s_own_noise_of_half_a_step_repeats_no_level_for_ever(noise, seen):
+    # a step of 1 N adds 1/12 N^2 of rounding to a quarter of its own
+    assert recorder._frozen(np.zeros(300), noise, 1.0).any() == seen
+
+
 def test_levels_that_arithmetic_tells_apart_are_one():
     levels, counts = recorder._levels(np.array([1.0, 2.0, 1.0, 2.0 + 1e-13, 5.0]))
     assert levels.tolist() == [1.0, 2.0, 5.0] and counts.tolist() == [2, 2, 1]
@@ -253,3 +259,50 @@ def test_a_channel_that_drops_out_for_three_readings_and_comes_back_says_nothing
     # a sensor that is held between its readings repeats all of them, also where it turns
     held = np.repeat(np.where(np.arange(300) % 40 == 20, 12.0, line[::3]), 3)
     assert not recorder._dropped(held, 0.02).any()
+
+
+def test_two_samples_on_either_side_tell_whether_a_spike_is_back_and_with_fewer_one_side_alone():
+    # behind the next two samples the line bends by 10 N: one side alone cannot tell
+    y = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 10.0, 20.0, 30.0, 40.0])
+    assert recorder._back(y, 2, 3, 0.1) and not recorder._back(y[1:], 1, 2, 0.1)
+    back = y[::-1]
+    assert recorder._back(back, 6, 7, 0.1) and not recorder._back(back[:-1], 6, 7, 0.1)
+    # one side alone that goes on straight does, by more than noise
+    for height, seen in ((1.01 * SPIKE_SIGMA * 0.1, True), (0.99 * SPIKE_SIGMA * 0.1, False)):
+        straight = np.arange(6.0)
+        straight[0] += height
+        assert recorder._back(straight, 0, 1, 0.1) is seen and recorder._back(straight[::-1], 5, 6, 0.1) is seen
+
+
+@pytest.mark.parametrize("slope", [0.0, 3.0])
+def test_a_cubic_through_two_neighbours_on_either_side_misses_what_stands_alone(slope):
+    line = slope * np.arange(20.0) + 0.05 * np.arange(20.0) ** 2
+    for height, seen in ((1.3, True), (0.7, False)):
+        y = line.copy()
+        y[10] += height
+        # a parabola changes its step by 0.6 over the samples around: 8 noises of 0.05 N and that
+        assert np.flatnonzero(recorder._alone(y, 0.05)).tolist() == ([10] if seen else [])
+    # the first and the last three have too few neighbours
+    for at in (2, 17):
+        y = line.copy()
+        y[at] += 50.0
+        assert not recorder._alone(y, 0.05)[at]
+    corner = 5.0 * np.abs(np.arange(20.0) - 10.0)
+    assert not recorder._alone(corner, 0.05).any() and not recorder._alone(np.where(np.arange(20) < 10, 0.0, 9.0), 0.05).any()
+
+
+def test_a_channel_drops_out_beyond_noise_and_beyond_what_moves_beside():
+    def dropped(depth, moved=0.0, length=4):
+        y = np.full(200, 5.0) + 0.001 * np.sin(np.arange(200.0) * 7.0)
+        y[98:100] -= [0.0, moved]
+        y[100 : 100 + length] = 5.0 - depth
+        return np.flatnonzero(recorder._dropped(y, 0.1)).tolist()
+
+    assert dropped(0.81) == [100, 101, 102, 103] and dropped(0.79) == []
+    # up as well as down; of two samples it is a spike, which others look for
+    assert dropped(-0.81) == [100, 101, 102, 103] and dropped(0.9, length=2) == []
+    # a movement of 0.2 N beside it hides one and a half times as much more
+    assert dropped(1.5, 0.2) == [100, 101, 102, 103] and dropped(1.1, 0.2) == []
+    # a step is no drop: it does not come back
+    step = np.where(np.arange(200) < 100, 5.0, 3.0)
+    assert not recorder._dropped(step, 0.1).any()

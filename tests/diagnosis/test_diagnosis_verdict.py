@@ -4,12 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, LEAST_SHARE
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, LEAST_SHARE
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities, tempered, verdict
+from sstl_cli.diagnosis.verdict import (
+    CANDIDATE_TERMS,
+    LOG_TERMS,
+    NONE,
+    UNKNOWN,
+    _causes,
+    _gap,
+    _squash,
+    candidate_terms,
+    decided,
+    log_terms,
+    probabilities,
+    tempered,
+    verdict,
+)
 from sstl_cli.diagnosis.weights import learned
 
 CALM = Leftover(5000, 1.0, 0.0, 0.0, 0.0, (Misfit("mean by run", 0.5, 0.3, "0"),))
@@ -225,3 +240,43 @@ def test_odds_between_a_name_none_and_no_name_are_raised_and_names_keep_theirs(p
     assert (found[("a",)] + found[("b",)]) / found[NONE] == pytest.approx(2.0**power)
     # without a name there is nothing to share
     assert tempered({NONE: 0.8, UNKNOWN: 0.2}, power)[NONE] == pytest.approx(4.0**power / (1.0 + 4.0**power))
+
+
+@pytest.mark.parametrize(("outside", "term"), [(0, 0.0), (1, 1.0), (3, 1.0)])
+def test_sizes_outside_of_what_is_usual_are_one_number_however_many(outside, term):
+    lead = replace(row("pulley_friction", evidence=2000.0), outside=outside)
+    seen = rows(lead, *OTHERS, log=FAILING)
+    assert dict(zip(CANDIDATE_TERMS, candidate_terms(lead, seen), strict=True))["outside"] == term
+    assert dict(zip(LOG_TERMS, log_terms(seen), strict=True))["outside"] == term
+    # of the leading model, not of another
+    other = rows(replace(lead, evidence=-1.0), row("viscous", evidence=5.0), log=FAILING)
+    assert dict(zip(LOG_TERMS, log_terms(other), strict=True))["outside"] == 0.0
+
+
+def test_squashed_numbers_are_decades_with_their_sign():
+    assert [_squash(x) for x in (0.0, 9.0, 99.0, -9.0)] == pytest.approx([0.0, 1.0, 2.0, -1.0])
+
+
+def test_an_effect_beside_closes_a_gap_over_the_noise_of_its_channel():
+    # it leaves the noise, and half of the error: sqrt(4 - 1)
+    assert _gap(row("tension_loop_lag", kind=BESIDE, chi2=1.0, share=0.5)) == pytest.approx(np.sqrt(3.0))
+    # it leaves twice the noise: twice the gap; and all of it where nothing is left
+    assert _gap(row("tension_loop_lag", kind=BESIDE, chi2=4.0, share=0.5)) == pytest.approx(2.0 * np.sqrt(3.0))
+    assert _gap(row("tension_loop_lag", kind=BESIDE, chi2=0.5, share=0.0)) == 0.0
+    assert _gap(row("tension_loop_lag", kind=BESIDE, share=1.0)) == float("inf")
+    # what makes it worse closes none
+    assert _gap(row("tension_loop_lag", kind=BESIDE, share=-0.5)) == 0.0
+
+
+def test_a_fault_that_is_no_cause_leaves_its_probability_to_what_has_a_name_if_anything_has():
+    fault, cause = row("quantisation", kind=RECORDER, share=0.1), row("viscous", evidence=900.0, share=0.7)
+    p = {("quantisation",): 0.6, ("viscous",): 0.2, ("crosstalk",): 0.1, NONE: 0.05, UNKNOWN: 0.05}
+    found = _causes(rows(fault, cause), p)
+    assert found == pytest.approx({("viscous",): 0.6, ("crosstalk",): 0.3, NONE: 0.05, UNKNOWN: 0.05})
+    # where nothing else has any it keeps it
+    alone = {("quantisation",): 0.9, ("viscous",): 0.0, NONE: 0.05, UNKNOWN: 0.05}
+    assert _causes(rows(fault, cause), alone) == alone
+    # half of the error, or as much as the output's model explains, is a cause; and so is all where nothing of the output decides
+    for other, model in ((replace(fault, share=HALF), cause), (replace(fault, share=0.3), replace(cause, share=0.3))):
+        assert _causes(rows(other, model), p) == p
+    assert _causes(rows(fault, replace(cause, evidence=DECIDES_NATS)), p) == p
