@@ -114,6 +114,13 @@ def test_of_several_records_the_lowest_limit_and_the_coarsest_step_are_stated():
     assert effect.parameters["q_out_n"] == 1.2 and effect.removed_n2 == pytest.approx(N * (1.44 + 0.81) / 12.0)
 
 
+def test_spoilt_readings_of_both_ends_are_counted_together():
+    later = (np.arange(N) >= 50) & (np.arange(N) < 60)
+    both = record(into=faults(frozen=SOME, spike=later), out=faults(frozen=SOME, spike=SOME), u=np.where(SOME | later, 6.0, 8.0))
+    values = found(both)["acquisition_faults"].parameters
+    assert values == pytest.approx({"spike_pct": 100.0 * 15 / 200, "frozen_pct": 100.0 * 10 / 200})
+
+
 def test_fewer_are_chance():
     few = np.arange(N) < FEW - 1
     assert found(record(np.where(few, 10.0, 0.0), out=faults(spike=few))) == {}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_fits import NOISE_N, THETA, made, simulator
@@ -9,8 +11,8 @@ from made_fits import NOISE_N, THETA, made, simulator
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.hypotheses import variants
-from sstl_cli.diagnosis.limit import distance2, least_shown
+from sstl_cli.diagnosis.hypotheses import full, variants
+from sstl_cli.diagnosis.limit import _linear, distance2, least_shown
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 # of one parameter: with white noise the gaps of several are equal
@@ -96,3 +98,25 @@ def test_a_response_that_theta_takes_up_needs_a_size_beyond_the_linear_one():
     (shown,) = least_shown(found, DECIDABLE)
     at = made(0.0, friction, (shown.size,), noise_n)
     assert distance2(simulator(), at, base) == pytest.approx(DECIDABLE, rel=0.1)
+
+
+def test_the_linear_size_is_that_of_the_strength_that_shows_beside_theta():
+    f = made(0.0, full("zero_offset", ("act",)), (0.02, 0.02))
+    for i in (0, 1):
+        # the other one shows nowhere
+        jacobian = f.jacobian.copy()
+        jacobian[:, 2 - i] = 0.0
+        alone = replace(f, jacobian=jacobian)
+        information = outside(alone.whiten(jacobian[:, 1 + i]), columns(alone))
+        assert _linear(simulator(), alone, DECIDABLE) == (i, pytest.approx(np.sqrt(DECIDABLE / information)))
+    assert _linear(simulator(), replace(f, jacobian=f.jacobian * [1.0, 0.0, 0.0]), DECIDABLE) is None
+    # a shape is no size
+    slow = next(h for h in variants("stribeck", ("act",)) if [x.parameter.name for x in h.free] == ["mean_ratio", "mean_mm_s"])
+    assert _linear(simulator(), made(0.0, slow, (1.3, 2.0)), DECIDABLE)[0] == 0
+
+
+def test_an_effect_without_a_response_promises_nothing():
+    found = search(NOISE_N)
+    one = found.singles["zero_offset"][0]
+    silent = Weighed(replace(one.fit, jacobian=one.fit.jacobian * [1.0, 0.0]), 0.0, 0.0)
+    assert least_shown(replace(found, singles={"zero_offset": (silent,)}), DECIDABLE) == []

@@ -306,3 +306,18 @@ def test_a_channel_drops_out_beyond_noise_and_beyond_what_moves_beside():
     # a step is no drop: it does not come back
     step = np.where(np.arange(200) < 100, 5.0, 3.0)
     assert not recorder._dropped(step, 0.1).any()
+
+
+@pytest.mark.parametrize("step", [0.5, 2.0])
+@pytest.mark.parametrize(("over_step", "limit"), [(0.4, False), (0.65, True)])
+def test_on_a_coarse_grid_a_rest_at_the_highest_level_is_no_limit_and_beside_more_noise_it_is(monkeypatch, step, over_step, limit):
+    # every rest repeats its level as often as the highest one does
+    y = np.repeat(np.tile([0.0, 1.0, 2.0, 3.0], 8), 25) * step
+    flat = y == y.max()
+    noise = float(np.hypot(over_step * step, step / np.sqrt(12.0)))
+    monkeypatch.setattr(recorder, "white_noise", lambda *_: noise)
+    monkeypatch.setattr(recorder, "quantisation", lambda _: step)
+    monkeypatch.setattr(recorder, "_clipped", lambda *_: (flat, float(y.max())))
+    found = scan(y)
+    # more noise of its own than half a step repeats no level for so long
+    assert np.array_equal(found.clipped, flat & limit) and found.clip_level_n == (y.max() if limit else np.inf)

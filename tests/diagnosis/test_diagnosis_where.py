@@ -64,6 +64,18 @@ def test_bands_by_quarter_and_by_time_since_the_last_turn():
     assert [r.low for r in even] == [0.0, 0.2, 0.5, 1.0, 2.0, 5.0]
 
 
+def test_bands_have_the_edges_of_what_they_divide():
+    found = bands(sim((np.concatenate([UP, UP[::-1]]), {})), np.ones(20))
+    edges = {k: [(r.low, r.high) for r in found[k]] for k in ("time_in_run", "time_since_reversal_s", "frequency_hz")}
+    assert edges["time_in_run"] == [(0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0)]
+    # each band ends where the next one begins, the last at infinity
+    for k in ("time_since_reversal_s", "frequency_hz"):
+        assert edges[k][0][0] == 0.0 and edges[k][-1][1] == np.inf
+        assert [a[1] for a in edges[k][:-1]] == [b[0] for b in edges[k][1:]]
+    # a constant error is at no frequency
+    assert [r.share_pct for r in found["frequency_hz"]] == pytest.approx([100.0] + [0.0] * (len(edges["frequency_hz"]) - 1))
+
+
 def test_bands_by_speed_are_quartiles_whatever_the_direction():
     # the rate of u = t^2 at 0.1 s a sample grows from 0.1 on; the last quarter of the samples carries all
     t = np.arange(0.0, 4.0, 0.1)
