@@ -6,11 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_fits import simulator
 from rig_logs import SHORT, record
 
+from sstl_cli.diagnosis import louder
+from sstl_cli.diagnosis.constants import MIN_READINGS, WHITE
 from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.louder import _shrunk, unalike
 from sstl_cli.diagnosis.noise import measured, variance
+from sstl_cli.diagnosis.recorder import THIRDS_ERROR
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.whitening import Noise, Phases, Sensor
 from tests.diagnosis.made_windows import coloured
@@ -85,3 +89,48 @@ def test_a_louder_run_has_more_noise_in_its_likelihood(resting):
     )
     assert variance([loud], held, noise) - variance([r], held, noise) == pytest.approx(white + 8.0 / 3.0 * slow)
     assert measured([loud], np.zeros(len(r))).output[r.system].white_n < measured([r], np.zeros(len(r))).output[r.system].white_n
+
+
+def test_values_that_are_known_alike_are_drawn_to_their_middle_by_what_they_differ_beyond_their_error():
+    values = np.array([0.1, 0.5, -0.3, 0.9, 0.2])
+    # with equal errors the variance between them is that of the values less that of an error
+    error = 0.2
+    between = np.var(values, ddof=1) - error**2
+    found = louder._shrunk(values, np.full(5, error))
+    assert found == pytest.approx(between / (between + error**2) * (values - 0.2))
+    # less than one error apart they do not differ, and one alone has nothing to differ from
+    assert not louder._shrunk(values, np.full(5, 0.6)).any() and louder._shrunk(values[:1], np.array([0.1])).tolist() == [0.0]
+    assert louder._shrunk(values[:2], np.array([0.01, 0.01])) == pytest.approx([-0.2, 0.2], rel=0.01)
+
+
+def test_values_that_are_known_less_well_are_drawn_further():
+    values, errors = np.array([1.0, -1.0, 0.0, 0.0]), np.array([0.1, 0.1, 0.1, 2.0])
+    weight = 1.0 / errors**2
+    mean = np.average(values, weights=weight)
+    # DerSimonian and Laird: the excess of the weighted scatter over its degrees of freedom, in units of the weights
+    scatter = np.sum(weight * (values - mean) ** 2) - 3.0
+    between = scatter / (np.sum(weight) - np.sum(weight**2) / np.sum(weight))
+    found = louder._shrunk(values, errors)
+    assert found == pytest.approx(between / (between + errors**2) * values)
+    assert found[0] > 0.9 and louder._shrunk(np.array([1.0, -1.0, 0.0, 3.0]), errors)[3] < 1.0
+
+
+@pytest.mark.parametrize("readings", [1.0, 4.0])
+def test_the_noise_of_a_run_is_seen_where_it_holds_and_known_as_well_as_its_samples_say(readings):
+    r = simulator().problem.records[0]
+    rng = np.random.default_rng(21)
+    held = np.arange(2000) < 1200
+    left = np.where(held, 0.03, 0.5) * rng.standard_normal(2000)
+    still = replace(r, y=r.y_smooth[:2000] + left, readings=np.full(2000, readings))
+    slide = np.where(held, 0.0, 1.0)
+    log_n, error = louder._seen(still, r.y_smooth[:2000], slide, 0.0)
+    # a sample is the mean of so many readings
+    assert np.exp(log_n) == pytest.approx(0.03 * np.sqrt(readings), rel=0.1)
+    assert error == pytest.approx(np.hypot(WHITE, THIRDS_ERROR / np.sqrt(1197)))
+    # no less than what the converter and the grid make; and too few samples tell nothing
+    assert louder._seen(still, r.y_smooth[:2000], slide, 0.7)[0] == pytest.approx(np.log(0.7))
+    for count, told in ((MIN_READINGS + 3, True), (MIN_READINGS + 2, False)):
+        few = np.where(np.arange(2000) < count, 0.0, 1.0)
+        assert np.isfinite(louder._seen(still, r.y_smooth[:2000], few, 0.0)[1]) == told
+    blind = replace(still, weight=np.zeros(2000))
+    assert louder._seen(blind, r.y_smooth[:2000], slide, 0.0) == (0.0, float("inf"))
