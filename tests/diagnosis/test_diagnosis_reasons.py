@@ -10,7 +10,7 @@ import pytest
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.reasons import also, carried, explained, left, only_scatters, strained, without_name
+from sstl_cli.diagnosis.reasons import also, carried, explained, left, nearer, only_scatters, partly, strained, without_name
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 
 LOG = LogRow(5000, 1, 2, 3.0, 9.0, 9.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0, 1.0)
@@ -88,3 +88,70 @@ def test_it_is_the_cause_where_it_is_beyond_all_names_and_most_of_the_error():
     assert without_name(found, BESIDE_IT) is own
     little = replace(BESIDE_IT, candidates=(ROW, replace(LOOP, share=0.3)))
     assert without_name(found, little) is None and without_name(replace(found, nameless=()), BESIDE_IT) is None
+
+
+def short_of(row, **log):
+    """Return why a candidate is not thought to be the cause, behind its name."""
+    seen = replace(ROWS, log=replace(LOG, **log), candidates=(row,))
+    text = left(seen, row.ids)
+    assert text.startswith(f"even the best candidate, {' + '.join(row.ids)}, ")
+    return text.removeprefix(f"even the best candidate, {' + '.join(row.ids)}, ")
+
+
+def test_each_way_to_fall_short_has_its_words():
+    pair = replace(ROW, ids=("gain_error", "viscous"), strengths=2, outside=2)
+    assert short_of(pair) == "would need sizes that none of its effects usually has"
+    # strained, but too little of it: that comes first
+    assert short_of(replace(pair, share=0.3, held=0.3)) == "removes 30 % at most of the gap of what was held out"
+    jumps = replace(ROW, ids=("stribeck",), share=0.0)
+    assert short_of(jumps) == "lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
+    beside = replace(ROW, ids=("tension_loop_lag",), kind=BESIDE, share=0.1, chi2=2.0)
+    # a fifth of the square beyond half of it
+    assert short_of(beside) == f"explains only {100.0 * carried(beside, ROWS):.0f} % of what the channel beside shows beyond its noise"
+    assert short_of(replace(ROW, share=0.04)) == "explains only 4 % of the squared error beyond the noise"
+    assert short_of(replace(ROW, share=0.0)) == "brings the model no nearer to the output"
+    assert short_of(replace(ROW, held=-0.1)) == "describes what was held out worse than nothing added"
+    assert short_of(replace(ROW, held=0.0)) == "describes what was held out worse than nothing added"
+
+
+@pytest.mark.parametrize(("z", "words"), [(7.0, "7 sigma"), (100.0, "100 sigma"), (101.0, "far beyond 100 sigma")])
+def test_what_is_left_is_told_in_standard_deviations_as_far_as_they_say_anything(z, words):
+    leading = replace(ROWS, best=replace(LEFT, tests=(Misfit("mean by run", z, 3.0, "run a"),)))
+    assert left(leading, ROW.ids).endswith(f"leaves more than noise can be (mean by run, {words})")
+
+
+@pytest.mark.parametrize(
+    ("z", "strain", "words"),
+    [
+        (2.0, None, "is less likely than something that has no name here"),
+        (2.0, 1.0, "is less likely than something that has no name here"),
+        (2.0, 1.1, "explains it only beside noise that is larger than was measured"),
+        (2.1, 1.1, "which explains 70 % of the squared error, leaves more than noise can be (mean by run, 2 sigma)"),
+    ],
+)
+def test_what_fails_no_test_is_less_likely_or_needs_more_noise(z, strain, words):
+    calm = replace(ROWS, log=replace(LOG, strain=strain), best=replace(LEFT, tests=(Misfit("mean by run", z, 3.0, "run a"),)))
+    assert left(calm, ROW.ids) == f"even the best candidate, viscous, {words}"
+
+
+def test_a_fault_of_the_recorder_is_told_by_what_it_carries_and_a_lag_by_what_it_takes_off():
+    fault, lag = replace(ROW, ids=("saturation",), kind=RECORDER, share=0.25), replace(ROW, ids=("lag",), kind=BESIDE, share=0.4)
+    seen = replace(ROWS, candidates=(fault, lag))
+    assert explained(seen, ("saturation",)) == "saturation carries 25 % of the squared error beyond the noise"
+    assert explained(seen, ("lag",)) == "lag takes 40 % off the error of the channel beside"
+    # what fits within the noise leaves nothing beyond it
+    assert explained(replace(ROWS, candidates=(replace(ROW, chi2=0.9),)), ROW.ids).endswith("leaves 0 % of the noise beyond it")
+    assert (
+        partly(replace(ROWS, candidates=(replace(ROW, share=0.3),)), ROW.ids)
+        == "viscous explains only 30 % of the squared error beyond the noise"
+    )
+
+
+def test_of_jumps_that_are_accounted_for_a_part_is_nearer_though_the_mean_is_not():
+    jumps = replace(ROW, ids=("stribeck",), share=0.1)
+    # the base leaves 2 beyond the noise, the model a half
+    assert nearer(jumps, ROWS) == pytest.approx(0.75) and nearer(replace(jumps, share=0.9), ROWS) == 0.9
+    assert nearer(ROW, ROWS) == 0.7
+    # of a base within the noise nothing is left to take off
+    calm = replace(ROWS, log=replace(LOG, base_chi2=1.0))
+    assert nearer(replace(jumps, chi2=1.0), calm) == pytest.approx(1.0) and nearer(replace(jumps, chi2=1.2), calm) == pytest.approx(0.1)
