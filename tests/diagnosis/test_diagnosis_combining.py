@@ -104,7 +104,10 @@ def test_pairs_are_led_by_a_few_models_and_triples_by_the_most_evident_pair(monk
     # the last of six has no evidence, and four lead
     assert [ids for ids, _ in led] == [(i,) for i in ids[:LEADERS]] and led[0][1] == [*ids[1:4], "viscous", *ids[4:]]
     led.clear()
+    # of three no two are joined to the base at once, nor where nothing is evident alone
+    monkeypatch.setattr(of, "_pairs", lambda *_: [((singles[0], singles[1]), 99.0, (np.zeros(2), np.zeros(1)))])
     assert of.combine(found, 3, 1) == 0
+    assert of.combine(searched(made(), *(replace(w, evidence=-1.0) for w in singles)), 2, 1) == 0
     assert led == [(("zero_offset", "const_friction"), ["gain_error", "viscous", "viscous", "slack", "asymmetric_friction"])]
 
 

@@ -114,6 +114,55 @@ def test_a_masked_sample_says_nothing_and_moves_the_state_on() -> None:
     assert log_det == pytest.approx(np.linalg.slogdet(c)[1], rel=1e-12)
 
 
+def drawn(rng: np.random.Generator, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """A root of a covariance, and the covariance."""
+    root = np.tril(rng.standard_normal((size, size)))
+    return root, root @ root.T
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_law_and_any_phases_give_the_covariance_of_their_linear_system(seed: int) -> None:
+    """Each step has its own transitions, kicks and shares: what all readings are of those kicks is marched step by step."""
+    rng, n = np.random.default_rng(seed), 12
+    a = plain(n)
+    a["first"][7], a["keep"][[3, 9]] = True, False
+    a["white_n"], a["start"][[0, 7]] = rng.uniform(0.2, 0.6, n), (0.5, 0.3)
+    for k in ("slide", "left"):
+        a[k] = rng.uniform(0.1, 0.9, n)
+    a["slide"] = np.sort(a["slide"])
+    a["gain"], a["decay"], a["shown"] = rng.uniform(0.5, 2.0, n), rng.uniform(0.3, 0.9, n), rng.uniform(0.3, 0.9, n)
+    a["decay"][[0, 7]] = a["shown"][[0, 7]] = 0.0
+    kicks = 5 * n + 2 * n + n + 2
+    # by row: what the error of the input, what is held, the output's own noise and the readings are of all kicks
+    error, held, own, read = np.zeros((4, kicks)), np.zeros(kicks), np.zeros(kicks), np.zeros((n, kicks))
+    for t in range(n):
+        root, new = drawn(rng, 5)
+        move, mean = 0.5 * rng.standard_normal((4, 4)), rng.standard_normal(4)
+        if a["first"][t]:
+            # a record has an input of its own
+            move, mean = np.zeros((4, 4)), np.zeros(4)
+        both, fresh = drawn(rng, 2)
+        a["law"][t, :16], a["law"][t, 16:MOVES], a["law"][t, MOVES:BOTH_FROM] = move.ravel(), mean, new[:4, :4][np.triu_indices(4)]
+        a["law"][t, BOTH_FROM:MEAN_NEW], a["law"][t, MEAN_NEW] = new[:4, 4], new[4, 4]
+        a["fresh"][t], a["both"][t], a["mean"][t] = fresh[0, 0], fresh[0, 1], fresh[1, 1]
+        kick, noise = np.zeros((5, kicks)), np.zeros((2, kicks))
+        kick[:, 5 * t : 5 * t + 5], noise[:, 5 * n + 2 * t : 5 * n + 2 * t + 2] = root, both
+        into = mean @ error + kick[4]
+        if a["first"][t]:
+            entering = a["start"][t] + a["gain"][t] ** 2 * float(into @ into)
+            held, own = np.zeros(kicks), np.zeros(kicks)
+            held[8 * n + (t > 0)] = np.sqrt(entering)
+        follows, enters = a["left"][t] * a["gain"][t], a["slide"][t] * a["gain"][t]
+        read[t] = enters * into + (1.0 - a["slide"][t]) * held + a["shown"][t] * own + noise[1]
+        read[t, 7 * n + t] = a["white_n"][t]
+        held, own, error = follows * into + (1.0 - a["left"][t]) * held, a["decay"][t] * own + noise[0], move @ error + kick[:4]
+    kept = a["keep"]
+    covariance = (read @ read.T)[np.ix_(kept, kept)]
+    z, log_det = whitened(a, np.eye(n))
+    assert (z.T @ z)[np.ix_(kept, kept)] == pytest.approx(np.linalg.inv(covariance), rel=1e-8, abs=1e-9)
+    assert log_det == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-9) and not z[~kept].any() and not z[:, ~kept].any()
+
+
 def test_states_and_columns_stand_where_the_law_has_them() -> None:
     assert (STATES, ERRORS, LAW - 1, BOTH_FROM + ERRORS) == (6, 4, TURN, MEAN_NEW)
 

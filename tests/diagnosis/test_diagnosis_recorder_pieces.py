@@ -303,6 +303,11 @@ def test_a_channel_drops_out_beyond_noise_and_beyond_what_moves_beside():
     assert dropped(-0.81) == [100, 101, 102, 103] and dropped(0.9, length=2) == []
     # a movement of 0.2 N beside it hides one and a half times as much more
     assert dropped(1.5, 0.2) == [100, 101, 102, 103] and dropped(1.1, 0.2) == []
+    # two readings on either side are enough, one is not
+    for before, behind, seen in ((2, 2, True), (1, 2, False), (2, 1, False)):
+        y = np.concatenate((np.full(before, 5.0), np.full(4, 3.0), np.full(behind, 5.0))) + 1e-6 * np.arange(before + 4 + behind)
+        y[before : before + 4] = 3.0
+        assert recorder._dropped(y, 0.1).any() == seen
     # a step is no drop: it does not come back
     step = np.where(np.arange(200) < 100, 5.0, 3.0)
     assert not recorder._dropped(step, 0.1).any()

@@ -157,6 +157,10 @@ def test_a_band_of_one_frequency_counts_like_any_other():
     assert at_most.dispersion == pytest.approx((225.0 - 1.0) ** 2 / 4.0)
 
 
+def test_a_test_of_which_nothing_is_known_is_dispersed_as_chance_is():
+    assert Misfit("x", 0.0, 0.0, "").dispersion == 1.0
+
+
 def test_quarters_are_told_by_quartiles():
     assert residuals._quartile(np.array([3.0, 0.0, 8.0, 5.0, 1.0])).tolist() == [1, 0, 3, 2, 0]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_fits import THETA, simulator
 
+from sstl_cli.diagnosis import simulator as simulator_of
 from sstl_cli.diagnosis.drives import neighbour_of
 from sstl_cli.diagnosis.ending import held_back, parted
 from sstl_cli.diagnosis.records import Start
@@ -189,6 +190,9 @@ def test_known_scatter_is_read_late_by_a_late_sensor():
     assert late.misfit_s[3:] == pytest.approx(r.misfit_s[:-3])
     assert late.misfit_n[3:] == pytest.approx(r.misfit_n[:-3]) and late.wander.stretch[3:] == pytest.approx(r.wander.stretch[:-3])
     assert known.read_records({})[0] is r
+    # a step of the analysis is as many of the simulation's as the factor says
+    coarse = simulator_of._read_late(replace(r, factor=2), 6.0 * r.dt_s)
+    assert coarse.misfit_n[3:] == pytest.approx(r.misfit_n[:-3]) and coarse.misfit_s[3:] == pytest.approx(r.misfit_s[:-3])
     (none, *_) = SIM.read_records({"channel_delay": {"tau_act_s": 0.1}})
     assert none.misfit_n is None and none.wander is None
 

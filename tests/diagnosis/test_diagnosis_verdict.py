@@ -18,6 +18,7 @@ from sstl_cli.diagnosis.verdict import (
     _causes,
     _gap,
     _squash,
+    _told,
     candidate_terms,
     decided,
     log_terms,
@@ -280,3 +281,15 @@ def test_a_fault_that_is_no_cause_leaves_its_probability_to_what_has_a_name_if_a
     for other, model in ((replace(fault, share=HALF), cause), (replace(fault, share=0.3), replace(cause, share=0.3))):
         assert _causes(rows(other, model), p) == p
     assert _causes(rows(fault, replace(cause, evidence=DECIDES_NATS)), p) == p
+
+
+@pytest.mark.parametrize(("apart", "told"), [(201.0 * DECIDES_NATS + 1.0, True), (201.0 * DECIDES_NATS - 1.0, False)])
+def test_a_law_that_leaves_the_noise_alone_is_off_by_no_more_than_chance_can_hide(apart, told):
+    # 5000 samples hide two standard deviations of chi^2, 100 nats of a million: twice that and one
+    lead, other = row("channel_delay", evidence=1e6), row("channel_lowpass", evidence=1e6 - apart)
+    assert _told(rows(lead, other), lead.ids, [lead.ids, other.ids], {"lag": 0.5}) is told
+    # where no share will do members are never told
+    assert not _told(rows(lead, other), lead.ids, [lead.ids, other.ids], {"lag": 1.0})
+    # a small share says how far the other may be off by itself
+    close = replace(other, evidence=1e6 - 2.0 * DECIDES_NATS)
+    assert _told(rows(lead, close), lead.ids, [lead.ids, close.ids], {}) and _told(rows(lead), lead.ids, [lead.ids], {"lag": 0.5})
