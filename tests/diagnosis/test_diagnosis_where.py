@@ -68,6 +68,8 @@ def test_bands_have_the_edges_of_what_they_divide():
     found = bands(sim((np.concatenate([UP, UP[::-1]]), {})), np.ones(20))
     edges = {k: [(r.low, r.high) for r in found[k]] for k in ("time_in_run", "time_since_reversal_s", "frequency_hz")}
     assert edges["time_in_run"] == [(0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0)]
+    quarters = [(r.low, r.high) for r in found["tension_n"]]
+    assert quarters == [(0.0, 2.0), (2.0, 4.5), (4.5, 7.0), (7.0, 9.0)]
     # each band ends where the next one begins, the last at infinity
     for k in ("time_since_reversal_s", "frequency_hz"):
         assert edges[k][0][0] == 0.0 and edges[k][-1][1] == np.inf
