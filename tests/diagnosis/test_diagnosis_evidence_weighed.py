@@ -156,3 +156,9 @@ def test_the_information_is_that_of_whitened_columns_and_of_nothing_next_to_none
     silent = replace(f, jacobian=np.column_stack((f.jacobian[:, 0], np.zeros(len(SIM.y)))))
     known = information(SIM, silent)
     assert 0.0 < known[2, 2] < 1e-9 and np.isfinite(standard_errors(silent, known)).all()
+
+
+def test_three_effects_that_look_alike_are_charged_together():
+    known = np.array([[2.0, 0.9, 0.4], [0.9, 1.0, 0.3], [0.4, 0.3, 1.5]])
+    expected = 0.5 * (np.log(2.0 * 1.0 * 1.5) - np.linalg.slogdet(known)[1])
+    assert likeness_charge(known, [[0], [1], [2]]) == pytest.approx(expected) and expected > 0.2
