@@ -14,12 +14,6 @@ from sstl_cli.diagnosis import constants as c
 DOCS = (Path(sstl_cli.diagnosis.__file__).parents[2] / "docs" / "diagnosis.md").read_text("utf-8")
 
 
-def spans(values, low, high, count):
-    """Whether values rise from one end of a range to the other in even ratios."""
-    assert (values[0], values[-1], len(values)) == (pytest.approx(low), pytest.approx(high), count)
-    assert np.ptp(np.diff(np.log(values))) == pytest.approx(0.0, abs=1e-9)
-
-
 def test_odds_are_those_that_the_manual_states():
     assert "49 to 1" in DOCS and np.exp(c.DECIDES_NATS) == pytest.approx(49.0)
     assert "5 nats (150 to 1)" in DOCS and c.JOINS_NATS == 5.0 and np.exp(c.JOINS_NATS) == pytest.approx(150.0, rel=0.02)
@@ -77,57 +71,6 @@ def test_a_log_range_is_three_decades():
     assert c.LOOP_LIMITS[0] > -1.0 and 1.0 + c.LOOP_LIMITS[0] == pytest.approx(1.0 / (1.0 + c.LOOP_LIMITS[1]))
     # what anything moves through: from a thousandth of its tension lost to all but a hundredth
     assert np.exp(-c.THETA_LOW) == pytest.approx(0.999, abs=1e-4) and np.exp(-c.THETA_HIGH) < 0.01 < np.exp(-c.THETA_HIGH + 0.5)
-
-
-def test_grids_rise_in_even_ratios():
-    spans(c.LOUDER, 1.0, 4.0, 13)
-    spans(c.LEVELS, 0.03, 4.0, 15)
-    spans(c.MAP_SIZES[1:], 0.03, 10.0, 16)
-    spans(c.VARIANCES, 0.1, 1e6, 71)
-    # each twice the one before, from a step of the analysis and a half to some seconds
-    spans(np.array(c.CORRELATIONS_S), 0.05, 6.4, 8)
-    # each width half a step further in variance
-    assert c.MIXTURE_WIDTHS[0] == 1.0 and c.MIXTURE_WIDTHS[-1] ** 2 == pytest.approx(2.0**13)
-    spans(c.MIXTURE_WIDTHS, 1.0, 2.0**6.5, 14)
-    assert c.MAP_SIZES[0] == 0.0 < c.MAP_SIZES[1]
-
-
-def test_scales_are_tried_to_either_side_alike():
-    assert c.NEAR[0] == c.WIDE[0] == 1.0 and c.NEAR[1] * c.NEAR[2] == 1.0 and c.WIDE[3] * c.WIDE[4] == pytest.approx(1.0)
-    assert c.WIDE[: len(c.NEAR)] == c.NEAR and c.WIDE[4] == c.FAR > c.NEAR[2] > 1.0
-    # of a calibration: as it is, and a wrong unit to either side
-    assert c.FACTORS[0] == 1.0 and c.FACTORS[1] * c.FACTORS[2] == pytest.approx(1.0, rel=0.11)
-    # shapes begin in the middle of their range and as far from either end; what a start of theta multiplies begins as it is
-    assert c.SHAPE_GRID[1] == 0.5 and c.SHAPE_GRID[0] + c.SHAPE_GRID[2] == pytest.approx(1.0) and c.START_FACTORS[0] == 1.0
-    assert c.START_FACTORS[1] * c.START_FACTORS[2] == pytest.approx(1.0, abs=0.05)
-
-
-def test_movements_are_as_long_as_their_reasons_say():
-    by_name = {m.label: m for m in c.MENU}
-    # a loop in so many seconds, and ten times that; a minute each, or two of what is random
-    assert by_name["slow trapezoid"].duration_s == 10.0 * by_name["fast trapezoid"].duration_s == 80.0
-    assert by_name["chirp"].duration_s == by_name["ramps with holds"].duration_s == 60.0 and by_name["random"].duration_s == 120.0
-    # a hold is half a fast loop, and a minor loop half a slow one
-    assert by_name["ramps with holds"].hold_s == 4.0 and by_name["minor loops"].duration_s == 40.0
-    # no movement of the menu is too long for the plan
-    assert max(m.duration_s for m in c.MENU) < c.LONGEST_S
-    assert c.RANDOM_S == 2.0 * c.CYCLE_S and c.DT_S * 100.0 == 1.0
-
-
-def test_edges_of_bands_rise():
-    for edges in (c.SINCE_S, c.BANDS_HZ, c.TABLE_SINCE_S, c.TABLE_HZ):
-        assert np.all(np.diff(edges) > 0.0)
-    # tables begin at nothing and end at anything
-    assert (c.TABLE_SINCE_S[0], c.TABLE_HZ[0]) == (0.0, 0.0) and np.isinf([c.TABLE_SINCE_S[-1], c.TABLE_HZ[-1]]).all()
-
-
-@pytest.mark.parametrize("share", [c.TRACKS, c.EXPLAINED, c.PLACED, c.CLIPPED_MOST, c.REPEATABLE, c.SLOWER, c.COS_END, c.SLIDING, c.STEEP])
-def test_what_is_most_of_something_is_less_than_all_and_more_than_half(share):
-    assert 0.5 < share < 1.0
-
-
-def test_what_is_promised_at_most_is_less_than_certain():
-    assert 50.0 < c.MOST_SURE < 100.0 and 50.0 < c.FAST_PCT < 100.0
 
 
 def test_a_draw_of_the_bootstrap_stands_for_its_two_and_a_half_percent():
