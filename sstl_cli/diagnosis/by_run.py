@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import fdtri, gammaincinv, ndtr
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, EACH_ROUNDS, FEWEST_CONTRASTS, LEADERS, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.constants import DECIDES_NATS, EACH_ROUNDS, FEWEST_CONTRASTS, HALF, LEADERS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.evidence import Weighed, strengths_charge
 from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.free import RUNS, Free
 from sstl_cli.diagnosis.hypotheses import Hypothesis
+from sstl_cli.diagnosis.records import Record
 from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -49,7 +50,10 @@ def add(found: Search, most: int) -> None:
     most : int
         How many effects may stand together.
     """
-    if found.sim.scatters or contrasts(found.sim) < FEWEST_CONTRASTS:
+    if found.sim.scatters:
+        return
+    if contrasts(found.sim) < FEWEST_CONTRASTS:
+        _add_untold(found)
         return
     leaders = [w for w in found.ranked() if len(w.ids) == 1 and w.evidence > 0.0][:LEADERS] if most > 1 else []
     for w in _beside(found, Weighed(found.base, 0.0, 0.0)):
@@ -60,6 +64,22 @@ def add(found: Search, most: int) -> None:
             key = tuple(sorted(w.ids))
             if key not in found.combined or w.evidence > found.combined[key].evidence:
                 found.combined[key] = w
+
+
+def _add_untold(found: Search) -> None:
+    """Add a zero that differs from run to run where each bend was recorded once: as likely as the best law that stays, if not less.
+
+    By itself it may be likelier than any zero with a law; whether it is the run or the bend that a zero goes with nobody can tell.
+    """
+    systems = [r.system for r in found.sim.problem.records]
+    effect, others = EFFECTS[OUTPUT], [w.evidence for k, v in found.singles.items() if k != EFFECTS[OUTPUT] for w in v]
+    if effect not in found.singles or min(systems.count(s) for s in systems) < 2:
+        return
+    alone = Weighed(found.base, 0.0, 0.0)
+    tried = [w for kind in (OUTPUT, INPUT) if (w := _weighed(found, alone, kind, told=False)) is not None]
+    most = max(others, default=0.0) - HALF * DECIDES_NATS
+    capped = [replace(w, evidence=min(w.evidence, most)) for w in tried]
+    found.singles[effect] = tuple(sorted((*found.singles[effect], *capped), key=lambda x: -x.evidence))
 
 
 def _beside(found: Search, on: Weighed) -> list[Weighed]:
@@ -102,17 +122,24 @@ class _Parted:
     gain: float
 
 
-def _weighed(found: Search, on: Weighed, kind: Free) -> Weighed | None:
-    """Return a model beside which one thing differs from run to run; None where no run tells of it."""
+def _weighed(found: Search, on: Weighed, kind: Free, told: bool = True) -> Weighed | None:
+    """Return a model beside which one thing differs from run to run; None where no run tells of it.
+
+    Parameters
+    ----------
+    told : bool
+        Whether runs of a bend tell what they have in common from what differs.
+    """
     sim, base = found.sim, on.fit
     own = column(sim, base, kind)
     said = _parted(sim, base, kind, own, base.residual)
     if said is None:
         return None
-    common = systematic(said.told)
-    if kind is FRICTION and said.gain - common > DECIDES_NATS:
-        at, said = _each_simulated(found, base, said)
-        common = _in_common(found, base)
+    common = systematic(said.told) if told else 0.0
+    if said.gain - common > DECIDES_NATS:
+        at, said = _each_simulated(found, base, said, kind)
+        # the linear answer of what is in common may be more than what the runs' own, simulated, gain in all
+        common = _in_common(found, base) if kind is FRICTION else min(common, said.gain)
     else:
         moved = base.jacobian[:, 0] * said.shift[sim.config] + own * said.part[sim.run]
         at = replace(base, prediction=base.prediction + moved, residual=base.residual - moved)
@@ -161,39 +188,62 @@ def _parted(sim: Simulator, at: Fit, kind: Free, own: Array, residual: Array) ->
     return _Parted(told, spread, part, shift, gain)
 
 
-def _each_simulated(found: Search, base: Fit, said: _Parted) -> tuple[Fit, _Parted]:
-    """Return a model simulated with each run's own friction, and what runs then have: a line slides and holds by it, not in proportion.
+def _each_simulated(found: Search, base: Fit, said: _Parted, kind: Free) -> tuple[Fit, _Parted]:
+    """Return a model simulated with what each run has of its own, and what runs then have: a line slides and holds by it, not in proportion.
 
     Gauss-Newton steps from where the linear answer leads; the likeliest of them.
     """
-    alone, place = each_alone(found.sim), said.told.place
-    here = best = _simulated(found, alone, base, said)
+    here = best = _simulated(found, base, said, kind)
     for _ in range(EACH_ROUNDS - 1):
-        at = here[0]
-        linear = at.residual + at.jacobian[:, 0] * (at.theta - base.theta[place])[found.sim.run]
-        again = _parted(found.sim, at, FRICTION, column(found.sim, replace(at, theta=base.theta), FRICTION), linear)
+        at, parted = here
+        again = _parted(found.sim, at, kind, *_linear(found.sim, base, at, parted, kind))
         if again is None:
             break
-        here = _simulated(found, alone, base, again)
+        here = _simulated(found, base, again, kind)
         best = max(best, here, key=lambda x: x[1].gain)
     return best
 
 
-def _simulated(found: Search, alone: Simulator, base: Fit, said: _Parted) -> tuple[Fit, _Parted]:
-    """Return a model where each run has the friction that is said of it, and the same with what that gains as simulated."""
+def _linear(sim: Simulator, base: Fit, at: Fit, said: _Parted, kind: Free) -> tuple[Array, Array]:
+    """Return what one unit of a run's own does about a simulated model, and what is left (N) without any and with theta of the base."""
+    if kind is FRICTION:
+        # every run has a theta, of which its own friction is a part
+        own = column(sim, replace(at, theta=base.theta), kind)
+        return own, at.residual + at.jacobian[:, 0] * (at.theta - base.theta[said.told.place])[sim.run]
+    own = column(sim, at, kind)
+    return own, at.residual + at.jacobian[:, 0] * (at.theta - base.theta)[sim.config] + own * said.part[sim.run]
+
+
+def _simulated(found: Search, base: Fit, said: _Parted, kind: Free) -> tuple[Fit, _Parted]:
+    """Return a model where each run has what is said of it, and the same with what that gains as simulated."""
     place = said.told.place
-    theta = np.clip(base.theta[place] * (1.0 + said.part) + said.shift[place], THETA_LOW, THETA_HIGH)
-    at = fit(alone, base.whiten, base.hypothesis, theta, base.values, 0)
-    at = settle(alone, found.noise, replace(at, discrepancy=base.discrepancy), 0)
+    if kind is FRICTION:
+        own, theta = each_alone(found.sim), base.theta[place] * (1.0 + said.part) + said.shift[place]
+    else:
+        own, theta = _without(found.sim, kind, said.part), base.theta + said.shift
+    at = fit(own, base.whiten, base.hypothesis, np.clip(theta, THETA_LOW, THETA_HIGH), base.values, 0 if kind is FRICTION else EACH_ROUNDS)
+    at = settle(own, found.noise, replace(at, discrepancy=base.discrepancy), 0)
+    if kind is OUTPUT:
+        at = replace(at, prediction=at.prediction + said.part[found.sim.run])
     differ = 0.5 * float(np.sum((said.part / said.spread) ** 2))
     return at, replace(said, gain=base.cost - at.cost - differ + charged(said.spread, said.told))
 
 
-def _in_common(found: Search, base: Fit) -> float:
-    """Return what one friction for all runs of each system in each configuration gains (nats), simulated as well.
+def _without(sim: Simulator, kind: Free, part: Array) -> Simulator:
+    """Return a simulator whose records are without the zeros (N, shape (runs,)) that runs have of their own."""
 
-    The linear answer (see systematic) may be more than what the runs' own, simulated, gain in all.
-    """
+    def cleared(r: Record, zero_n: float) -> Record:
+        if kind is INPUT:
+            return replace(r, u=r.u - zero_n)
+        again = tuple(replace(s, output_n=s.output_n - zero_n) for s in r.again)
+        return replace(r, y=r.y - zero_n, start_n=r.start_n - zero_n, again=again)
+
+    records = tuple(cleared(r, float(z)) for r, z in zip(sim.problem.records, part, strict=True))
+    return replace(sim, problem=replace(sim.problem, records=records))
+
+
+def _in_common(found: Search, base: Fit) -> float:
+    """Return what one friction for all runs of each system in each configuration gains (nats), simulated as well."""
     records = found.sim.problem.records
     groups = sorted({(r.config, r.system) for r in records})
     shared = _divided(found.sim, [groups.index((r.config, r.system)) for r in records])

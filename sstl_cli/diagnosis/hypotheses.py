@@ -92,3 +92,13 @@ def _only(whole: Hypothesis, names: Sequence[str]) -> Hypothesis:
 def apart(ids: Sequence[str]) -> bool:
     """Return whether no two effects are of one family: together they would explain what either does."""
     return all(len(set(members) & set(ids)) < 2 for members in FAMILIES.values())
+
+
+def title(effect_id: str) -> str:
+    """Return the family of an effect, or its own name."""
+    return next((name for name, members in FAMILIES.items() if effect_id in members), effect_id)
+
+
+def with_zeros(effect_id: str) -> str:
+    """Return the title of an effect, one for every zero: one that goes with the run joins others as one that goes with the bend."""
+    return "zero" if effect_id.startswith("zero_") else title(effect_id)

@@ -16,7 +16,7 @@ from scipy.special import logsumexp, softmax
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS, UNNAMED
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
-from sstl_cli.diagnosis.hypotheses import FAMILIES
+from sstl_cli.diagnosis.hypotheses import FAMILIES, title, with_zeros
 from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly, strained
 from sstl_cli.diagnosis.weights import Weights
 
@@ -338,13 +338,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
     """Return the candidates with the same effects but for members of the same families, the most probable first."""
-    own = sorted(_title(i) for i in top)
-    return tuple(sorted((k for k in p if k not in (NONE, UNKNOWN) and sorted(_title(i) for i in k) == own), key=lambda k: (-p[k], k)))
-
-
-def _title(effect_id: str) -> str:
-    """Return the family of an effect, or its own name."""
-    return next((title for title, members in FAMILIES.items() if effect_id in members), effect_id)
+    own = sorted(title(i) for i in top)
+    return tuple(sorted((k for k in p if k not in (NONE, UNKNOWN) and sorted(title(i) for i in k) == own), key=lambda k: (-p[k], k)))
 
 
 def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, float]) -> bool:
@@ -356,7 +351,7 @@ def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, floa
     evidence = {c.ids: c.evidence for c in rows.candidates}
     lead = next(c for c in rows.candidates if c.ids == top)
     left = max(lead.chi2 - 1.0, 0.0) * rows.log.samples / 2.0 + 2.0 * float(np.sqrt(rows.log.samples / 2.0))
-    share = max(shares.get(_title(i), 0.0) for i in top)
+    share = max(shares.get(title(i), 0.0) for i in top)
 
     def told(other: Ids) -> bool:
         own = _own(lead, other, rows)
@@ -373,8 +368,12 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
     if best is None:
         return []
     # more effects are charged for in their evidence already; with all of the top one's, or their like, among them they do not contradict it
-    own = {_title(i) for i in top}
-    others = [c for c in rows.named.candidates if c.kind == OUTPUT and not own <= {_title(i) for i in c.ids}]
+    own, zero = {title(i) for i in top}, {with_zeros(i) for i in top}
+
+    def contains(c: CandidateRow) -> bool:
+        return own <= {title(i) for i in c.ids} or (len(c.ids) > len(top) and zero <= {with_zeros(i) for i in c.ids})
+
+    others = [c for c in rows.named.candidates if c.kind == OUTPUT and not contains(c)]
     return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
 
 

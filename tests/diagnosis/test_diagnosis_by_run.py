@@ -19,7 +19,7 @@ from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import HeldOut
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.shrink import parameter_intervals
-from sstl_cli.diagnosis.whitening import Noise, Sensor
+from sstl_cli.diagnosis.whitening import Noise, Sensor, white
 from sstl_cli.steps import simulate
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
@@ -36,24 +36,35 @@ def search(base, *singles, sim=SIM):
 
 def scattered(own=OWN, seed=3):
     """A simulator of outputs that have friction of their own in each run, and its base."""
-    records, places = SIM.problem.records, np.array([r.config for r in SIM.problem.records])
+    places = np.array([r.config for r in SIM.problem.records])
     y = by_run.each_alone(SIM).predict(THETA[places] * (1.0 + own), {}) + noise(seed)
-    read = tuple(replace(r, y=y[at]) for r, at in zip(records, SIM.slices(), strict=True))
+    return read_as(y)
+
+
+def read_as(y):
+    """A simulator whose outputs read so, and its base."""
+    read = tuple(replace(r, y=y[at]) for r, at in zip(SIM.problem.records, SIM.slices(), strict=True))
     sim = replace(SIM, problem=replace(SIM.problem, records=read))
     start = fit(sim, made().whiten, made().hypothesis, THETA, np.zeros(0))
     return sim, settle(sim, NOISE, start)
 
 
-@pytest.mark.parametrize(("kind", "effect"), [(by_run.OUTPUT, "zero_drift"), (by_run.INPUT, "zero_drift")])
-def test_zeros_that_differ_are_told_by_the_sensor(kind, effect):
-    base = made()
+@pytest.mark.parametrize("kind", [by_run.OUTPUT, by_run.INPUT])
+def test_zeros_that_differ_are_told_by_the_sensor(kind):
     zeros = np.array([0.1, -0.2, 0.15, 0.05])
-    base = made(noise(4) + by_run.column(SIM, base, kind) * zeros[SIM.run])
-    found = search(base, drift(), Weighed(made(noise(4), named(effect, "r_out_act_n", "warming"), (0.0, 0.0)), 0.0, -3.0))
+    if kind is by_run.OUTPUT:
+        y = SIM.predict(THETA, {}) + zeros[SIM.run]
+    else:
+        # an input that reads so much more than what drives the line
+        less = tuple(replace(r, u=r.u - z) for r, z in zip(SIM.problem.records, zeros, strict=True))
+        y = replace(SIM, problem=replace(SIM.problem, records=less)).predict(THETA, {})
+    sim, base = read_as(y + noise(4))
+    rest = Weighed(made(noise(4), named("zero_drift", "r_out_act_n", "warming"), (0.0, 0.0)), 0.0, -3.0)
+    found = search(base, drift(), rest, sim=sim)
     by_run.add(found, 2)
     best = found.ranked()[0]
-    assert best.ids == (effect,) and by_run.kind_of(best.fit) is kind
-    _, parts = by_run.shown(SIM, best.fit)
+    assert best.ids == ("zero_drift",) and by_run.kind_of(best.fit) is kind
+    _, parts = by_run.shown(sim, best.fit)
     assert np.array(list(parts.values())) == pytest.approx(zeros, abs=0.02)
 
 
@@ -197,6 +208,24 @@ def test_one_contrast_is_no_spread_and_nothing_is_added_where_it_is_not_asked():
     few = replace(SIM, problem=replace(SIM.problem, records=SIM.problem.records[:3]))
     assert by_run.contrasts(few) == 1
     assert by_run.add(replace(found, sim=few), 1) is None and not found.singles
+
+
+def test_a_zero_in_bends_recorded_once_may_be_one_of_the_bend_and_is_never_likelier():
+    """A zero that warmed up over a session of one run a bend was a zero that grows with the bend, for sure."""
+    two = replace(SIM, problem=replace(SIM.problem, records=SIM.problem.records[:2]))
+    y = two.predict(THETA, {}) + np.array([0.2, -0.1])[two.run] + noise(6)[: len(two.y)]
+    sim = replace(
+        two, problem=replace(two.problem, records=tuple(replace(r, y=y[s]) for r, s in zip(two.problem.records, two.slices(), strict=True)))
+    )
+    whiten = white(NOISE_N, sim.weight, [s.start for s in sim.slices()])
+    base = settle(sim, NOISE, fit(sim, whiten, made().hypothesis, THETA, np.zeros(0)))
+    asked = {"zero_drift": (), "zero_offset": (Weighed(base, 50.0, 40.0),)}
+    found = Search(sim, NOISE, NOISE, base, asked, {})
+    by_run.add(found, 2)
+    best = found.singles["zero_drift"][0]
+    assert best.gain > 1000.0 and by_run.kind_of(best.fit) is by_run.OUTPUT
+    # by half of what decides, so that neither is named without the other
+    assert best.evidence == pytest.approx(40.0 - 0.5 * np.log(49.0))
 
 
 def test_where_no_run_slides_nothing_is_said_of_its_friction():
