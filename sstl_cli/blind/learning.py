@@ -291,10 +291,14 @@ def _member(family: set[str], judged: Judged, weights: Weights) -> float:
 
 
 def _threshold(drawn: Judged, weights: Weights) -> float:
-    """Return the smallest probability from which on at most ``WRONG_COMMITS`` of all cases are committed to wrongly."""
+    """Return the smallest probability from which on at most ``WRONG_COMMITS`` of the cases that lack something are committed to wrongly.
+
+    Where nothing is missing any name is a false alarm: such cases would only dilute the share.
+    """
+    lacking = [(e, p) for e, p in drawn if e.answer != NONE]
     for commit in COMMITS:
         tried = replace(weights, commit=float(commit))
-        if sum(is_wrong(e, decided(e.rows, p, tried)) for e, p in drawn) <= WRONG_COMMITS * len(drawn):
+        if sum(is_wrong(e, decided(e.rows, p, tried)) for e, p in lacking) <= WRONG_COMMITS * len(lacking):
             return round(float(commit), 6)
     return float(COMMITS[-1])
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import SIGNALS, Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, EVEN, FEW, FIRST_PLACED, HALF, PLACED, STEADY
+from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, DOUBT_NATS, EVEN, FEW, FIRST_PLACED, HALF, PLACED, STEADY
 from sstl_cli.diagnosis.latent import latent
-from sstl_cli.diagnosis.recorder import slow_noise, white_noise
+from sstl_cli.diagnosis.recorder import fourths, quiet, slow_noise, white_noise
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -40,6 +40,50 @@ def before(amounts: Sequence[float], begun: Sequence[float], kinds: Sequence[str
     return [sum(a for a, s, k in every if s < start and k == kind) for _, start, kind in every]
 
 
+def paced(run: Run, finite: Mask) -> Run:
+    """Return a run at the instants of a steady clock, where its readings say that only their stamps jitter.
+
+    A converter keeps time; who writes its readings down need not. At the right instants the curve through neighbours misses a reading by
+    its noise, at others by as much as the tension moves meanwhile as well.
+
+    Parameters
+    ----------
+    finite : ndarray of bool, shape (n,)
+        Samples that count.
+    """
+    time = run.time_s[finite]
+    dt = float(np.median(np.diff(time)))
+    steady = None if _even(time, dt) else _steady(time, dt)
+    if steady is None:
+        return run
+    nats = 0.0
+    for values in (run.tension_in_n[finite], run.tension_out_n[finite]):
+        stamped, kept = (quiet(fourths(values, x)) for x in (time, steady))
+        if min(stamped, kept) > 0.0:
+            # of four readings one is missed by the other three
+            nats += 0.25 * len(time) * float(np.log(stamped / kept))
+    if nats <= DOUBT_NATS:
+        return run
+    instants = run.time_s.copy()
+    instants[finite] = steady
+    return replace(run, time_s=instants)
+
+
+def _steady(time: Array, dt: float) -> Array | None:
+    """Return the instants (s) of a steady clock, one a reading; None where they are not told by the stamps."""
+    count = np.arange(len(time))
+    step, begin = np.polyfit(count, time - time[0], 1)
+    if np.all(np.abs(time - time[0] - begin - step * count) < HALF * step):
+        # nothing is missing
+        return np.asarray(time[0] + begin + step * count)
+    placed = _places(time, dt)
+    return None if placed is None or not np.all(np.diff(placed[0]) > 0) else np.asarray(placed[2] + placed[0] * placed[1])
+
+
+def _even(time: Array, dt: float) -> bool:
+    return bool(np.all(np.abs(np.diff(time) - dt) < EVEN * dt))
+
+
 def on_grid(run: Run, finite: Mask) -> Run:
     """Return the run on an equally spaced grid (as recorded where it already is); ``extra["gap"]`` marks what was bridged.
 
@@ -50,7 +94,7 @@ def on_grid(run: Run, finite: Mask) -> Run:
     """
     time = run.time_s[finite]
     dt = float(np.median(np.diff(time)))
-    if finite.all() and np.all(np.abs(np.diff(time) - dt) < EVEN * dt):
+    if finite.all() and _even(time, dt):
         return run
     placed = _places(time, dt)
     if placed is None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.clock import Corners, before, blurred, hiding, on_grid, since_first
+from sstl_cli.diagnosis.clock import Corners, before, blurred, hiding, on_grid, paced, since_first
 from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_SAMPLES, MIN_SPAN_N, MIN_SPAN_SIGMA, ROUNDINGS, SIMULATION_HZ
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
 from sstl_cli.diagnosis.jitter import Piece, unstamped
@@ -218,7 +218,7 @@ def _usable(run: Run) -> tuple[str, tuple[Run, Faults, Faults] | None]:
     time = run.time_s[finite]
     if np.any(np.diff(time) <= 0):
         return "time is not strictly increasing", None
-    whole, ranges = unfolded(run, finite)
+    whole, ranges = unfolded(paced(run, finite), finite)
     run = folded(on_grid(renewed(whole, finite), finite), ranges)
     faults_in, faults_out = scanned(run, "tension_in_n"), scanned(run, "tension_out_n")
     good = ~(faults_in.bad | faults_out.bad)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.clock import before, cornered, hiding, on_grid, since_first, tops
+from sstl_cli.diagnosis.clock import before, cornered, hiding, on_grid, paced, since_first, tops
 from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 from sstl_cli.diagnosis.records import prepare
@@ -91,6 +91,25 @@ def test_a_slow_sensor_on_a_clock_of_its_own_shows_its_noise_and_not_the_motion_
     readings = 0.3 * at + 0.03 * rng.standard_normal(len(at))
     assert slow_noise(readings, at.astype(float)) == pytest.approx(0.03, rel=0.1)
     assert white_noise(readings) > 3.0 * 0.03
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3])
+@pytest.mark.parametrize("late", ["stamps", "readings"])
+def test_readings_say_whether_they_or_their_stamps_jitter(late, share):
+    """Moved to where their stamps say, the readings of a steady converter were off by as much as the tension moves meanwhile."""
+    time, rng = jittered(share)
+    steady = PERIOD * np.arange(len(time))
+    read = steady if late == "stamps" else time
+    u, y = (movement(read) + 0.01 * rng.standard_normal(len(time)) for _ in range(2))
+    run, finite = Run("a", "act", time, u, 0.6 * y), np.ones(len(time), bool)
+    found = paced(run, finite)
+    if late == "readings":
+        assert found is run
+    else:
+        assert np.abs(found.time_s - steady).max() < 0.1 * share * PERIOD
+        lost = paced(replace(run, time_s=time + PERIOD * (time > 9.0)), finite).time_s
+        # with a reading missing, places tell where the clock is near a steady one, else nothing does
+        assert np.ptp(np.diff(lost)) == pytest.approx(PERIOD if share < 0.2 else np.ptp(np.diff(time + PERIOD * (time > 9.0))), rel=1e-3)
 
 
 def test_renewals_that_change_nothing_are_readings_and_a_stuck_sensor_is_none():

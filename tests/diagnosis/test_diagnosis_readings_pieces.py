@@ -29,7 +29,7 @@ def test_renewals_that_changed_nothing_are_put_at_their_places(missed):
     fresh = np.zeros(40, bool)
     fresh[[0, 5, 5 + 5 * missed]] = True
     expected = [5 + 5 * k for k in range(1, missed)] if missed <= MOST_ALIKE else []
-    assert np.flatnonzero(readings._alike(fresh, 5.0)).tolist() == expected
+    assert np.flatnonzero(readings._alike(fresh, np.arange(40.0), 5.0)).tolist() == expected
 
 
 @pytest.mark.parametrize(
