@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import SIGNALS, Run
 from sstl_cli.core.stretches import stretches
-from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, DOUBT_NATS, EVEN, FEW, FIRST_PLACED, HALF, PLACED, STEADY
+from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, DOUBT_NATS, EVEN, FEW, FIRST_PLACED, HALF, PLACED, SHORTEST_READ, STEADY
 from sstl_cli.diagnosis.latent import latent
 from sstl_cli.diagnosis.recorder import fourths, quiet, slow_noise, white_noise
 
@@ -60,8 +60,8 @@ def paced(run: Run, finite: Mask) -> Run:
     for values in (run.tension_in_n[finite], run.tension_out_n[finite]):
         stamped, kept = (quiet(fourths(values, x)) for x in (time, steady))
         if min(stamped, kept) > 0.0:
-            # of four readings one is missed by the other three
-            nats += 0.25 * len(time) * float(np.log(stamped / kept))
+            # each tells of as many readings together
+            nats += len(time) / SHORTEST_READ * float(np.log(stamped / kept))
     if nats <= DOUBT_NATS:
         return run
     instants = run.time_s.copy()

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainccinv
 
-from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FEW, FINE_STEP, LEAST_GAP, LEAST_SHARE
+from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FEW, FINE_STEP, HALF, LEAST_GAP, LEAST_SHARE
+from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.readings import gaps
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
@@ -193,3 +195,14 @@ def _coarse(f: Faults) -> float:
     """Return the square of a converter's step (N^2) beyond that which the noise smooths over (Widrow and Kollar 2008)."""
     noise2 = max(f.noise_n**2 - f.rounding_n**2, 0.0)
     return max(f.step_n**2 - FINE_STEP**2 * noise2, 0.0)
+
+
+def once(found: Search, recorder: Sequence[RecorderEffect], beside: Callable[[Weighed], Sequence[RecorderEffect]]) -> Search:
+    """Return a search without models of what the recorder shows in its readings already, unless one leads and explains those, too."""
+    lead = next(iter(found.ranked()), None)
+    told = {e.id for e in recorder}
+    if lead is not None and told & set(lead.ids):
+        left = {e.id: e.removed_n2 for e in beside(lead)}
+        told = {e.id for e in recorder if e.id not in lead.ids or left.get(e.id, 0.0) > HALF * e.removed_n2}
+    singles = {k: v for k, v in found.singles.items() if k not in told}
+    return replace(found, singles=singles, combined={k: v for k, v in found.combined.items() if not told & set(k)})

@@ -252,7 +252,7 @@ def gather(
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says
     ids = [i for i in ids if i not in scenario.effects]
     faulty = _faults(found, scenario)
-    found = _once(found, faulty)
+    found = faults.once(found, faulty, lambda w: _faults(found, scenario, beside=w.fit))
     recorder = [e for e in faulty if e.id in ids and e.id not in found.singles]
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
@@ -269,27 +269,23 @@ def _ready(before: Evidence | None, own: Scale | None, unit_n: float) -> dict[st
     return {r.run_id: r for r in before.prepared.records}
 
 
-def _faults(found: Search, scenario: Scenario, lacking: int | None = None) -> list[faults.RecorderEffect]:
-    """Return the faults of the recorder beyond those that a simulator knows, candidates or not; without the run ``lacking``."""
+def _faults(found: Search, scenario: Scenario, lacking: int | None = None, beside: Fit | None = None) -> list[faults.RecorderEffect]:
+    """Return the faults of the recorder beyond those that a simulator knows, candidates or not; without the run ``lacking``.
+
+    They are what the base misses of readings, or a model that they stand ``beside``.
+    """
     sim = found.sim
     known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
     # readings are compared one by one, not their means over a step of the simulation
     read = of_readings(sim.problem.records, found.noise)
     runs = [i for i in range(len(sim.problem.records)) if i != lacking]
-    predictions = sim.predict_fine(found.base.theta, {})
+    at = beside or found.base
+    predictions = sim.predict_fine(at.theta, at.effects)
     records = tuple(sim.problem.records[i] for i in runs)
     own = [(read.output[r.system], r) for r in records]
     noise_n = [max(float(np.hypot(s.white_n * r.louder, s.coloured_n * r.slower)), 1e-9) for s, r in own]
     seen = faults.recorder_effects(records, [predictions[i] for i in runs], noise_n, known)
     return [e for e in seen if e.id not in scenario.effects]
-
-
-def _once(found: Search, recorder: Sequence[faults.RecorderEffect]) -> Search:
-    """Return a search without models of what the recorder shows in its readings already, unless one leads and gains more."""
-    lead = next(iter(found.ranked()), None)
-    told = {e.id for e in recorder if lead is None or e.id not in lead.ids or e.nats > lead.gain}
-    singles = {k: v for k, v in found.singles.items() if k not in told}
-    return replace(found, singles=singles, combined={k: v for k, v in found.combined.items() if not told & set(k)})
 
 
 def _beside(found: Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:

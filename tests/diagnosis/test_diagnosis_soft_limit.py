@@ -9,6 +9,7 @@ import pytest
 from made_fits import NOISE_N, made, named, simulator
 from rig_logs import RAMPS, record
 
+from sstl_cli.diagnosis import faults
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.found import Search
@@ -60,11 +61,14 @@ def test_a_fault_of_the_recorder_is_no_model_as_well_unless_that_leads():
         {("saturation", "sensor_nonlinearity"): both},
     )
     fault = RecorderEffect("saturation", 0.9, {}, 1.0, 0.02)
-    assert list(diagnose._once(search, []).singles) == ["saturation", "sensor_nonlinearity"]
-    once = diagnose._once(search, [fault])
+    less, much = (lambda _, left=left: [replace(fault, removed_n2=left)] for left in (0.4, 0.6))
+    assert list(faults.once(search, [], less).singles) == ["saturation", "sensor_nonlinearity"]
+    once = faults.once(search, [fault], less)
     assert list(once.singles) == ["sensor_nonlinearity"] and not once.combined
     leads = replace(search, singles={**search.singles, "saturation": (replace(soft, evidence=90.0),)})
-    kept = diagnose._once(leads, [fault])
+    kept = faults.once(leads, [fault], less)
     assert list(kept.singles) == ["saturation", "sensor_nonlinearity"] and len(kept.combined) == 1
+    # what leads leaves most of what the readings show: a channel that overflows is no amplifier
+    assert list(faults.once(leads, [fault], much).singles) == ["sensor_nonlinearity"]
     # one row of each name
     assert [r.ids for r in diagnose._beside(once, [fault], [])] == [("saturation",)] and diagnose._beside(kept, [fault], []) == []

@@ -79,7 +79,7 @@ def test_every_parameter_changes_something(effect_id):
     path = np.maximum(PATH - 5.0, 0.0)
     strong = {p.name: p.neutral + 0.95 * ((p.high if p.high > p.neutral else p.low) - p.neutral) for p in e.parameters}
     if effect_id == "saturation":
-        strong = {"t_max_in_n": 20.0, "t_max_out_n": 6.3, "soft_out": 0.9, "knee_n": 6.0, "width_n": 0.3}
+        strong = {"t_max_in_n": 20.0, "t_max_out_n": 6.3, "soft_out": 0.9, "knee_n": 6.0, "width_n": 0.3, "knee_sstl_n": 7.0}
     for p in e.parameters:
         other = dict(strong)
         other[p.name] = p.neutral if not p.shape else (p.low if strong[p.name] != p.low else p.high)

@@ -10,7 +10,9 @@ LEAST_LOST = 0.8
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     compressed = tension
     if v["soft_out"] != 0.0:
-        width, knee = v["width_n"], v["knee_n"] * (v["knee_ratio"] if run.system == "sstl" else 1.0)
+        width, knee = v["width_n"], v["knee_n"]
+        if run.system == "sstl" and v["knee_sstl_n"] > 0.0:
+            knee = v["knee_sstl_n"]
         compressed = tension - v["soft_out"] * width * np.logaddexp(0.0, (tension - knee) / width)
     return np.minimum(compressed, v["t_max_out_n"])
 
@@ -41,18 +43,10 @@ EFFECT = Effect(
         Parameter("knee_n", "N", 10.0, 2.0, 15.0, "where that begins", shape=True),
         Parameter("width_n", "N", 0.3, 0.05, 2.0, "within what tension it begins", shape=True),
         Parameter(
-            "knee_ratio",
-            "1",
-            1.0,
-            0.5,
-            2.0,
-            "knee of the SSTL output over that of the actuation output",
-            shape=True,
-            start=1.0,
-            limits=(0.1, 10.0),
+            "knee_sstl_n", "N", 0.0, 0.0, 15.0, "where that begins in the SSTL output, 0: as in the other", system="sstl", shape=True
         ),
     ),
-    laws=(("soft_out", "knee_n", "width_n"), ("soft_out", "knee_n", "width_n", "knee_ratio")),
+    laws=(("soft_out", "knee_n", "width_n"), ("soft_out", "knee_n", "width_n", "knee_sstl_n")),
     excitation="Tensions up to the full scale.",
     order=85,
     fitted=False,
