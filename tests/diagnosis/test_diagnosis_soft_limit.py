@@ -41,6 +41,8 @@ def test_a_soft_limit_is_saturation_and_its_knee_is_found():
     assert (found.verdict.status, found.verdict.effects) == (IDENTIFIED, ("saturation",))
     fit = found.evidence.search.best(("saturation",)).fit
     said = dict(zip((f.parameter.name for f in fit.free), fit.values, strict=True))
+    # one output alone comes there: of the other's knee, where it has one of its own, nothing is known
+    said["knee_n"] = said.pop("knee_sstl_n", said["knee_n"])
     assert said == pytest.approx({"soft_out": 1.0, "knee_n": 9.0, "width_n": 0.3}, rel=0.1)
 
 
