@@ -18,7 +18,7 @@ def test_readings_are_held_against_the_noise_of_a_reading_at_any_rate(hz, monkey
     problem = prepare(record({}, hz=hz, moves=SHORT[1:2], configs=1), 1.0)
     known = measured(problem.records, np.ones(sum(len(r) for r in problem.records)))
     sim = SimpleNamespace(problem=problem, predict_fine=lambda theta, effects: [None] * len(problem.records))
-    found = SimpleNamespace(sim=sim, noise=known, base=SimpleNamespace(theta=None))
+    found = SimpleNamespace(sim=sim, noise=known, base=SimpleNamespace(theta=None, effects={}))
     told = []
     monkeypatch.setattr(diagnose.faults, "recorder_effects", lambda r, p, noise_n, known: told.append(noise_n) or [])
     assert diagnose._faults(found, Scenario()) == []
