@@ -160,7 +160,7 @@ def test_the_numbers_of_a_fault_of_the_recorder_are_of_the_same_readings(effect,
     assert document["verdict"]["effects"] == [effect] and gap["samples"] == "all as recorded"
     base, left, floor = gap["rmse_retuned_n"], gap["rmse_with_effect_n"], gap["noise_floor_n"]
     # what remains when the fault is taken out is the noise, not less; rounding hides most of its own
-    assert 0.9 * floor <= left < 0.95 * base and 0.08 < base
+    assert 0.9 * floor <= left < 0.95 * base and base > 0.08
     # rounding hides the noise of the output, not that of the input, and never all of it
     assert floor > 0.005
     assert gap["shrink_pct"] == pytest.approx(100.0 * (1.0 - left / base))
