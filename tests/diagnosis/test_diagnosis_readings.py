@@ -67,3 +67,18 @@ def test_a_rounded_output_that_goes_to_and_fro_at_rest_is_no_slow_sensor(step):
     assert np.mean(np.diff(y) == 0.0) > 0.7
     found = renewed(Run("a", "act", T, made().tension_in_n, y), np.ones(len(T), bool))
     assert known(found, "tension_out_n").all() and np.array_equal(found.tension_out_n, y)
+
+
+def test_what_a_sensor_renewed_every_other_sample_or_so_says_first_behind_a_gap_is_no_reading():
+    """It may be a copy of what was not recorded: a null had 46 sigma there."""
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 40.0, 0.02)
+    held = 0.03 * np.floor(time / 0.03)
+    there = (time < 20.01) | (time > 20.29)
+    read, noise = 12.0 + 8.0 * np.sin(held), 0.02 * rng.standard_normal(int(held[-1] / 0.03) + 2)
+    out = read + noise[np.rint(held / 0.03).astype(int)]
+    given = 14.0 + 9.0 * np.sin(time) + 0.02 * rng.standard_normal(len(time))
+    run = Run("a", "act", time[there], given[there], out[there])
+    marked = known(renewed(run, np.ones(len(run), bool)), "tension_out_n")
+    first = int(np.searchsorted(run.time_s, 20.1))
+    assert not marked.all() and not marked[first] and 0.6 < marked.mean() < 0.7
