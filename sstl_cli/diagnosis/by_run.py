@@ -193,13 +193,14 @@ def _each_simulated(found: Search, base: Fit, said: _Parted, kind: Free) -> tupl
 
     Gauss-Newton steps from where the linear answer leads; the likeliest of them.
     """
-    here = best = _simulated(found, base, said, kind)
+    alone = each_alone(found.sim) if kind is FRICTION else found.sim
+    here = best = _simulated(found, alone, base, said, kind)
     for _ in range(EACH_ROUNDS - 1):
         at, parted = here
         again = _parted(found.sim, at, kind, *_linear(found.sim, base, at, parted, kind))
         if again is None:
             break
-        here = _simulated(found, base, again, kind)
+        here = _simulated(found, alone, base, again, kind)
         best = max(best, here, key=lambda x: x[1].gain)
     return best
 
@@ -214,13 +215,19 @@ def _linear(sim: Simulator, base: Fit, at: Fit, said: _Parted, kind: Free) -> tu
     return own, at.residual + at.jacobian[:, 0] * (at.theta - base.theta)[sim.config] + own * said.part[sim.run]
 
 
-def _simulated(found: Search, base: Fit, said: _Parted, kind: Free) -> tuple[Fit, _Parted]:
-    """Return a model where each run has what is said of it, and the same with what that gains as simulated."""
+def _simulated(found: Search, alone: Simulator, base: Fit, said: _Parted, kind: Free) -> tuple[Fit, _Parted]:
+    """Return a model where each run has what is said of it, and the same with what that gains as simulated.
+
+    Parameters
+    ----------
+    alone : Simulator
+        Of friction, the one in which every run has a theta of its own.
+    """
     place = said.told.place
     if kind is FRICTION:
-        own, theta = each_alone(found.sim), base.theta[place] * (1.0 + said.part) + said.shift[place]
+        own, theta = alone, base.theta[place] * (1.0 + said.part) + said.shift[place]
     else:
-        own, theta = _without(found.sim, kind, said.part), base.theta + said.shift
+        own, theta = _without(alone, kind, said.part), base.theta + said.shift
     at = fit(own, base.whiten, base.hypothesis, np.clip(theta, THETA_LOW, THETA_HIGH), base.values, 0 if kind is FRICTION else EACH_ROUNDS)
     at = settle(own, found.noise, replace(at, discrepancy=base.discrepancy), 0)
     if kind is OUTPUT:
