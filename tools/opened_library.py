@@ -14,7 +14,7 @@ from pathlib import Path
 
 from sstl_cli.blind import kept, seal
 from sstl_cli.blind.learning import Example
-from sstl_cli.blind.library import labelled, to_table, write_library
+from sstl_cli.blind.library import case_name, labelled, to_table, write_library
 from sstl_cli.core.files import read_json
 from sstl_cli.core.provenance import Provenance
 
@@ -26,7 +26,7 @@ def examples_of(folder: Path, truth: seal.Truth) -> list[Example]:
         result = json.loads((folder / "results" / f"{name}.json").read_text("utf-8"))
         if result["rows"] is not None:
             # a set's names tell nothing; in a library the seed tells a case from those of other sets
-            found.append(labelled(f"{case.simulator}-{case.seed}", case, kept.from_document(result["rows"]).named))
+            found.append(labelled(case_name(case), case, kept.from_document(result["rows"]).named))
     return found
 
 

@@ -61,9 +61,9 @@ class Facts:
     accepted: bool = False
 
 
-def case_name(job: Job) -> str:
+def case_name(drawn: Job | CaseTruth) -> str:
     """Return the name of a case of a library; unlike that of a blind set it tells where the case comes from."""
-    return f"{job.simulator}-{job.seed}"
+    return f"{drawn.simulator}-{drawn.seed}"
 
 
 def labelled(case: str, truth: CaseTruth, rows: Rows) -> Example:
