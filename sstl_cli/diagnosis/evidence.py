@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
-from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.fit import Fit, held, normal_equations
 from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.simulator import Simulator
 
@@ -108,11 +108,20 @@ def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> W
     for effect_id, places in strengths.items():
         charge += strengths_charge(len(places), 2.0 * (gain - lacking.get(effect_id, 0.0)))
     charge += likeness_charge(known, list(strengths.values()))
-    # a theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, unless the base
-    # is as still, or the bend had no friction when the rig was modelled
-    before = [base.theta] if sim.accepted is None else [base.theta, sim.accepted]
-    stopped = bool(np.any(_out(f.theta) & ~np.any([_out(theta) for theta in before], axis=0)))
-    return Weighed(f, gain, min(gain - charge, 0.0) if stopped else gain - charge)
+    evidence = gain - charge
+    back = _moved_again(sim, f, base, known)
+    return Weighed(f, gain, evidence if back == 0.0 else max(evidence - back, min(evidence, 0.0)))
+
+
+def _moved_again(sim: Simulator, f: Fit, base: Fit, known: Array) -> float:
+    """Return what it costs (nats, to second order) to have in every bend a line that moves and rubs, where the base has one.
+
+    A theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, as far as it needs
+    to. Where the bend had no friction when the rig was modelled, or the base is as still, it may.
+    """
+    before = [base.theta] if sim.accepted is None else [sim.accepted, base.theta]
+    still = np.flatnonzero(_out(f.theta) & ~np.any([_out(theta) for theta in before], axis=0))
+    return held(known, still, before[0][still] - f.theta[still])[0] if len(still) else 0.0
 
 
 def _out(theta: Array) -> NDArray[np.bool_]:

@@ -97,6 +97,16 @@ def test_a_bend_that_had_no_friction_when_the_rig_was_modelled_may_have_none():
     assert weigh(replace(SIM, accepted=THETA), at(ONE, [THETA_HIGH, 0.6]), over(ONE, 40.0)).evidence == 0.0
 
 
+def test_a_friction_that_is_as_good_as_none_counts_for_what_its_absence_explains():
+    """A bend with next to no friction when the rig was modelled, fitted with none: what it would cost to have it is taken off."""
+    charge, off = strengths_charge(1, 80.0), 1e-4
+    some = replace(SIM, accepted=np.array([THETA_LOW + off, 0.6]))
+    w = weigh(some, at(ONE, [THETA_LOW, 0.6]), over(ONE, 40.0))
+    known = information(some, ONE)
+    alone = known[0, 0] - known[0, 1:] @ np.linalg.solve(known[1:, 1:], known[1:, 0])
+    assert w.evidence == pytest.approx(40.0 - charge - 0.5 * alone * off**2) and 0.0 < 40.0 - charge - w.evidence < 10.0
+
+
 def test_where_the_base_is_as_still_nobody_explains_by_standing_still():
     """Bends that hold nearly everything back: theta is at its largest with a candidate and without."""
     still = replace(over(ONE, 40.0), theta=np.array([THETA_HIGH, 0.6]))

@@ -48,8 +48,8 @@ def test_order_of_the_sensor_chain() -> None:
     # a signal meets crosstalk and curvature in the sensor before gain and zero, then filter, delay, ceiling, converter, recorder
     chain = [
         "sensor_nonlinearity",
-        "gain_error",
         "crosstalk",
+        "gain_error",
         "zero_offset",
         "zero_drift",
         "channel_lowpass",
@@ -58,7 +58,7 @@ def test_order_of_the_sensor_chain() -> None:
         "quantisation",
         "acquisition_faults",
     ]
-    assert [get(e).order for e in chain] == [52, 55, 58, 60, 61, 70, 75, 85, 90, 95]
+    assert [get(e).order for e in chain] == [52, 54, 55, 60, 61, 70, 75, 85, 90, 95]
     assert {e.order for e in catalogue().values() if e.id not in chain} == {50}
     assert sorted(e.id for e in catalogue().values() if not e.fitted) == ["acquisition_faults", "quantisation", "saturation"]
 

@@ -34,7 +34,7 @@ EFFECT = Effect(
         *(_one(side, system) for side, system in SENSORS),
     ),
     excitation="Long backlash holds; pulling one tendon only settles it.",
-    order=58,
+    order=54,
     look_alikes=("gain_error",),
     laws=tuple((f"c_{side}_{system}",) for side, system in SENSORS),
     variants=(("c_in_to_out",), ("c_out_to_in",), ("c_in_to_out", "c_out_to_in"), ("m_out",), ("m_in",), ("m_out", "m_in")),
