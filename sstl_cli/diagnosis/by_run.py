@@ -170,8 +170,7 @@ def by_chance(sim: Simulator, gain: float, common: float) -> float:
 
 def _parted(sim: Simulator, at: Fit, kind: Free, own: Array, residual: Array) -> _Parted | None:
     """Return what runs most likely have of their own beside a model that leaves a residual (N); None where no run tells of it."""
-    seen = at.whiten(np.column_stack((own, at.jacobian[:, 0], at.whiten.shifted(residual))))
-    c, j, z = seen.T
+    z, c, j = at.whiten.beside(residual, np.column_stack((own, at.jacobian[:, 0]))).T
     sums = (np.bincount(sim.run, x, len(sim.problem.records)).astype(np.float64) for x in (c * c, j * j, c * j, c * z, j * z))
     own_told, theta_told, both, own_score, theta_score = sums
     place = np.array([r.config for r in sim.problem.records])

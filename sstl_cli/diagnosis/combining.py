@@ -216,7 +216,7 @@ def _projected(sim: Simulator, f: Fit, answers: Sequence[Array]) -> tuple[Array,
     slices = [slice(int(e) - x.shape[1], int(e)) for e, x in zip(ends, answers, strict=True)]
     if not answers:
         return np.zeros((0, 0)), np.zeros(0), slices
-    columns = f.whiten(np.concatenate([f.whiten.shifted(f.residual)[:, None], f.jacobian, *answers], axis=1))
+    columns = f.whiten.beside(f.residual, np.concatenate([f.jacobian, *answers], axis=1))
     r, known, rest = columns[:, 0], columns[:, 1 : 2 + len(f.free)], columns[:, 2 + len(f.free) :]
     a0, b0 = normal_equations(sim, known, r)
     a0 += 1e-9 * np.diag(np.diag(a0) + 1e-12)

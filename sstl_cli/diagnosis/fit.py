@@ -344,7 +344,7 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     def judged(share: float) -> Fit:
         if jumps:
             # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
-            own = whitener(known, phases.jumping(share * added), residual=f.residual)
+            own = whitener(known, phases.jumping(share * added), residual=f.residual, output=sim.y)
         else:
             own = whitener(known, phases, share * added if f.free else None, residual=f.residual)
         tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)

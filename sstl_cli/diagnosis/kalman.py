@@ -4,6 +4,11 @@ What the states stand for is written in ``whitening``. A line that is pulled is 
 input allows, a released one at the smaller one; where the model breaks away, the true line need not, or has already, if it
 holds more or less than the model does. Which of the two it is at follows from the readings before, as far as it is known: the
 filter slides by as much as that is likely, and its mean and variance are those of the larger one of two normals (Clark 1961).
+
+A line that jumps rests between its jumps while the model slides on. It lies about the model's mean by the scatter of its jumps
+when it lets go: that it rests on has the probability that a normal so wide leaves for being further off, given how far off it is. How
+readily it stays, and comes to rest once it slides, the steps before tell (Krichevsky and Trofimov 1981). The likelier of resting and
+sliding is taken, at the cost of saying which.
 """
 
 from __future__ import annotations
@@ -14,11 +19,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.slides import MOSTLY
 from sstl_cli.diagnosis.smoother import LAW, MOVES
 from sstl_cli.diagnosis.smoother import STATES as ERRORS
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Places = NDArray[np.intp]
 # error of the input, what the line holds of it, coloured noise of the output's sensor
 STATES, HELD_AT, OWN_AT = ERRORS + 2, ERRORS, ERRORS + 1
 # columns of the law of the error: the last state kept, its weight in the mean, what is new in it, in both, in the mean, and by how much
@@ -26,46 +33,66 @@ STATES, HELD_AT, OWN_AT = ERRORS + 2, ERRORS, ERRORS + 1
 STATE_KEPT, MEAN_KEPT, STATE_NEW, BOTH_FROM, BOTH_NEW, MEAN_NEW, TURN = 15, 19, 29, 30, 33, LAW - 2, LAW - 1
 # beyond so many standard deviations of their difference the smaller one of two normals is no more the larger one
 SURE = 8.0
+# a probability of nothing
+NEVER = float(np.finfo(np.float64).tiny)
 
 # columns of the phases, and of the coloured noise of the output's sensor
 SLIDE, LEFT, GAIN, DOUBT, JUMPS, STEP, ON_AVERAGE, AHEAD, STEEP = range(9)
 DECAY, FRESH, SHOWN, BOTH, MEAN = range(5)
+# the phase of a line at rest
+REST = np.zeros(STEEP + 1)
+# of the input's error as it enters: mean, variance, covariances with what is held and with the sensor's noise; means and covariances of these
+Known = tuple[tuple[float, float, float, float], Array, Array]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gains(
-    phases: Array, law: Array, own: Array, white_n: Array, keep: Mask, first: Mask, start: Array, residual: Array
-) -> tuple[Array, Array, float, Array]:
-    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), log det, and shift (n,).
+    phases: Array, law: Array, own: Array, white_n: Array, keep: Mask, first: Mask, start: Array, readings: tuple[Array, Array]
+) -> tuple[Array, Array, float, Array, Array, Places]:
+    """Return the gains on unit innovations (n, 6), one over the innovations' standard deviations (0 where masked), log det, and what else there is.
 
     State: error of the input (four numbers), what the line holds of it (4), coloured noise of the output's sensor (5); x is its
-    mean, p and q are its covariances before and after a step. The shift (N) is what breakaways are expected to leave of the residual.
+    mean, p and q are its covariances before and after a step. Then come, of shape (n,), what of the log determinant is beyond the standard
+    deviations; the shift (N), what breakaways are expected to leave of the residual; and the place of each step: the one at which the
+    line last was on the model's, where it is at rest, else its own.
 
     Parameters
     ----------
     phases, law, own : ndarray, shape (n, 9), (n, 36) and (n, 5)
         Columns of ``Phases``, law of the input's error, columns of ``Own`` (see whitening). Phases become those of the true line
         as far as they are known.
-    residual : ndarray, shape (n,)
-        What tells by how much the line holds another output than the model (N).
+    readings : tuple of ndarray, shapes (n,) and (n,) or (0,)
+        What the model leaves (N), which tells by how much the line holds another output; and the output (N) of a line that may come
+        to rest between jumps, empty where none does.
     """
-    n = len(phases)
+    n, (residual, output) = len(phases), readings
     k_out, scale, log_det, product, shift, held_shift = np.zeros((n, STATES)), np.zeros(n), 0.0, 1.0, np.zeros(n), 0.0
     p, q, m = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((ERRORS, STATES))
     e, z, x = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
+    beyond, place, counts = np.zeros(n), np.arange(n), np.full((2, 2), 0.5)
+    rests, way = False, 0.0
     for t in range(n):
         row, decay, shown = law[t], own[t, DECAY], own[t, SHOWN]
         breaks, bent, seen, turned = not math.isnan(phases[t, STEP]), 0.0, 0.0, 0.0
+        slides = phases[t, LEFT] > MOSTLY
         if first[t]:
             p[:, HELD_AT:] = 0.0
-            x[HELD_AT:], held_shift = 0.0, 0.0
+            x[HELD_AT:], held_shift, rests, way = 0.0, 0.0, False, 0.0
             if breaks:
                 p[HELD_AT, HELD_AT] = start[t]
         _moved(p, row, m, e)
         entering = row[16] * e[0] + row[17] * e[1] + row[18] * e[2] + row[19] * e[3] + row[MEAN_NEW]
         expected = row[16] * x[0] + row[17] * x[1] + row[18] * x[2] + row[19] * x[3]
-        if breaks:
+        if breaks and not rests:
             bent, seen, turned = _broken(phases[t], (x[HELD_AT], p[HELD_AT, HELD_AT]), (expected, entering), e[HELD_AT])
+        if output.size and breaks and slides and keep[t] and not first[t]:
+            known = (expected, entering, e[HELD_AT], e[OWN_AT]), x[HELD_AT:], p[HELD_AT:, HELD_AT:]
+            noise = shown, own[t, MEAN] + white_n[t] ** 2, law[t - 1, TURN]
+            rests, beyond[t] = _at_rest(phases, (t, place[t - 1]), (rests, way), counts, readings, known, noise, (seen, turned))
+        way = (math.copysign(1.0, phases[t, STEP]) if breaks else way) if slides else 0.0
+        if rests:
+            phases[t, :STEP], place[t], bent, turned = 0.0, place[t - 1], 0.0, 0.0
+            seen = output[place[t]] - output[t]
         slide, left, gain = phases[t, SLIDE], phases[t, LEFT], phases[t, GAIN]
         # how the mean over the step mixes what was held and what enters, beside how its end does
         hold, follows, rest, enters = 1.0 - left, left * gain, 1.0 - slide, slide * gain
@@ -74,38 +101,83 @@ def gains(
             # the output before the first sample is what was read there, or where the input holds it
             p[HELD_AT, HELD_AT] = start[t] + gain**2 * entering
         slip = turned + (_slipped(phases[t]) if first[t] else _left_behind(phases[t - 1], phases[t], law[t - 1, TURN]))
-        held, own_n2 = p[HELD_AT, HELD_AT], p[OWN_AT, OWN_AT]
-        q[HELD_AT, HELD_AT] = follows * follows * entering + 2.0 * follows * hold * e[HELD_AT] + hold * hold * held + slip
-        with_held = follows * e[OWN_AT] + hold * p[HELD_AT, OWN_AT]
-        q[HELD_AT, OWN_AT] = decay * with_held
-        q[OWN_AT, OWN_AT] = decay * decay * own_n2 + own[t, FRESH]
+        q[HELD_AT, HELD_AT] = follows * follows * entering + 2.0 * follows * hold * e[HELD_AT] + hold * hold * p[HELD_AT, HELD_AT] + slip
+        q[HELD_AT, OWN_AT] = decay * (follows * e[OWN_AT] + hold * p[HELD_AT, OWN_AT])
+        q[OWN_AT, OWN_AT] = decay * decay * p[OWN_AT, OWN_AT] + own[t, FRESH]
         shift[t], held_shift = rest * held_shift + seen, hold * held_shift + bent
-        new = residual[t] - enters * expected - rest * x[HELD_AT] - seen - shown * x[OWN_AT] if keep[t] else 0.0
+        new = residual[place[t]] - enters * expected - rest * x[HELD_AT] - seen - shown * x[OWN_AT] if keep[t] else 0.0
         x[HELD_AT], x[OWN_AT] = follows * expected + hold * x[HELD_AT] + bent, decay * x[OWN_AT]
         _error_moves_on(x, row)
         if keep[t]:
-            shows = enters * e[OWN_AT] + rest * p[HELD_AT, OWN_AT]
-            z[HELD_AT] = enters * follows * entering + (enters * hold + rest * follows) * e[HELD_AT] + rest * hold * held + slip
-            z[HELD_AT] += shown * with_held
-            z[OWN_AT] = decay * (shows + shown * own_n2) + own[t, BOTH]
-            var = enters * enters * entering + 2.0 * enters * rest * e[HELD_AT] + rest * rest * held + slip
-            var += 2.0 * shown * shows + shown * shown * own_n2 + own[t, MEAN] + white_n[t] ** 2
-            scale[t] = s = 1.0 / math.sqrt(var)
+            var = _read(z, p, e, entering, (follows, hold, decay), (enters, rest, shown), own[t], slip) + white_n[t] ** 2
+            scale[t] = 1.0 / math.sqrt(var)
             # a logarithm of a product instead of one a sample
             product *= var
             if not 1e-100 < product < 1e100:
                 log_det += math.log(product)
                 product = 1.0
-            for i in range(STATES):
-                z[i] *= s
-                k_out[t, i] = z[i]
-        else:
-            z[:] = 0.0
-        for i in range(STATES):
-            x[i] += z[i] * scale[t] * new
-            for j in range(i, STATES):
-                p[i, j] = p[j, i] = q[i, j] - z[i] * z[j]
-    return k_out, scale, log_det + math.log(product), shift
+        _learned(x, p, q, z, scale[t], new)
+        k_out[t] = z
+    return k_out, scale, log_det + math.log(product) + float(np.sum(beyond)), beyond, shift, place
+
+
+@njit(cache=True, nogil=True)
+def _at_rest(
+    phases: Array,
+    at: tuple[int, int],
+    stood: tuple[bool, float],
+    counts: Array,
+    readings: tuple[Array, Array],
+    known: Known,
+    noise: tuple[float, float, float],
+    broken: tuple[float, float],
+) -> tuple[bool, float]:
+    """Return whether a line that jumps is likelier at rest in a step in which the model slides, and twice what it costs (nats) to say so.
+
+    ``at`` are the step and the place of the one before, ``stood`` whether the line rested in that, and which way the model slid;
+    ``noise`` has the share that the sensor's slow noise before has in the reading, the variance of what is new in that, and what turns
+    by at the end of a slide; ``broken`` is what :func:`_broken` makes of the step.
+    """
+    (t, held_at), (rested, way), (residual, output) = at, stood, readings
+    phase, before, (shown, noise_n2, turn), (seen, turned) = phases[t], phases[t - 1], noise, broken
+    ahead = math.copysign(1.0, phase[STEP])
+    row = 1 if rested or way != ahead else 0
+    stays = counts[row, 1] / (counts[row, 0] + counts[row, 1])
+    if row:
+        level = output[held_at] - residual[held_at] + known[1][0]
+        far, near = ahead * (output[t] - residual[t] - level), ahead * (output[t - 1] - residual[t - 1] - level)
+        stays *= _further(far, near, phase[JUMPS])
+    if rested:
+        phase[SLIDE] = phase[LEFT] = 1.0
+    slid = _cost(phase, known, shown, residual[t] - seen, turned + _left_behind(before, phase, turn) + noise_n2)
+    still = before[SLIDE] * before[GAIN] ** 2 * turn + noise_n2
+    resting = _cost(REST, known, shown, output[t] - output[held_at] + residual[held_at], still)
+    slides_on, rests_on = -2.0 * math.log(max(1.0 - stays, NEVER)), -2.0 * math.log(max(stays, NEVER))
+    rests = resting + rests_on < slid + slides_on
+    counts[row, 1 if rests else 0] += 1.0
+    return rests, rests_on if rests else slides_on
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _cost(phase: Array, known: Known, shown: float, residual: float, more_n2: float) -> float:
+    """Return twice the cost (nats) of a reading; ``known`` are mean, variance and covariances of what enters, and of what is held."""
+    enters, rest = phase[SLIDE] * phase[GAIN], 1.0 - phase[SLIDE]
+    (expected, entering, with_held, with_own), x, p = known
+    var = enters * enters * entering + 2.0 * enters * rest * with_held + rest * rest * p[0, 0] + more_n2
+    var += 2.0 * shown * (enters * with_own + rest * p[0, 1]) + shown * shown * p[1, 1]
+    new = residual - enters * expected - rest * x[0] - shown * x[1]
+    return float(new * new / var + math.log(var))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _further(far: float, near: float, spread: float) -> float:
+    """Return the probability that a normal number of a spread exceeds ``far`` where it exceeds ``near``."""
+    if far <= near:
+        return 1.0
+    if spread <= 0.0:
+        return 0.0
+    beyond = math.erfc(near / spread / math.sqrt(2.0))
+    return math.erfc(far / spread / math.sqrt(2.0)) / beyond if beyond > 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -175,6 +247,42 @@ def _entered(q: Array, z: Array, m: Array, row: Array, end: tuple[float, float, 
         q[i, OWN_AT] = end[2] * m[i, OWN_AT]
         # of the sensor's own noise a step shows the mean
         z[i] = mean[0] * with_mean + mean[1] * m[i, HELD_AT] + mean[2] * m[i, OWN_AT]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _read(
+    z: Array,
+    p: Array,
+    e: Array,
+    entering: float,
+    end: tuple[float, float, float],
+    mean: tuple[float, float, float],
+    own: Array,
+    slip: float,
+) -> float:
+    """Set the covariances of what is held and of the sensor's noise after a step with its reading; return the variance of that without white noise.
+
+    ``end`` and ``mean`` are the shares of the input, of what was held and of the sensor's noise at the end of the step and in its mean.
+    """
+    (follows, hold, decay), (enters, rest, shown) = end, mean
+    held, own_n2, both, with_held, with_own = p[HELD_AT, HELD_AT], p[OWN_AT, OWN_AT], p[HELD_AT, OWN_AT], e[HELD_AT], e[OWN_AT]
+    shows = enters * with_own + rest * both
+    z[HELD_AT] = enters * follows * entering + (enters * hold + rest * follows) * with_held + rest * hold * held + slip
+    z[HELD_AT] += shown * (follows * with_own + hold * both)
+    z[OWN_AT] = decay * (shows + shown * own_n2) + own[BOTH]
+    var = enters * enters * entering + 2.0 * enters * rest * with_held + rest * rest * held + slip
+    return float(var + 2.0 * shown * shows + shown * shown * own_n2 + own[MEAN])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _learned(x: Array, p: Array, q: Array, z: Array, scale: float, new: float) -> None:
+    """Set mean and covariance after a reading, and the gain on its unit innovation, from the covariances with it; where there is none (scale 0) they only go on."""
+    for i in range(STATES):
+        z[i] *= scale
+    for i in range(STATES):
+        x[i] += z[i] * scale * new
+        for j in range(i, STATES):
+            p[i, j] = p[j, i] = q[i, j] - z[i] * z[j]
 
 
 @njit(cache=True, nogil=True, inline="always")

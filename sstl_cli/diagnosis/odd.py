@@ -156,7 +156,7 @@ def _worth(found: Search, w: Weighed, gains: Mapping[Ids, float]) -> float:
 def _left(found: Search, f: Fit) -> _Left:
     """Return what a fit leaves without each run, one bounded Gauss-Newton step further."""
     sim = found.sim
-    columns = f.whiten(np.column_stack((f.jacobian, f.whiten.shifted(f.residual))))
+    columns = f.whiten.beside(f.residual, f.jacobian)
     configs = len(f.theta)
     low = np.concatenate((np.full(configs, THETA_LOW), [x.parameter.least for x in f.free])) - np.concatenate((f.theta, f.values))
     high = np.concatenate((np.full(configs, THETA_HIGH), [x.parameter.most for x in f.free])) - np.concatenate((f.theta, f.values))
@@ -166,7 +166,7 @@ def _left(found: Search, f: Fit) -> _Left:
     for i, (r, s) in enumerate(zip(runs, sim.slices(), strict=True)):
         gram = columns[s].T @ columns[s]
         at = np.concatenate(([r.config], np.arange(configs, size)))
-        a[i][np.ix_(at, at)], b[i][at], squared[i] = gram[:-1, :-1], gram[:-1, -1], gram[-1, -1]
+        a[i][np.ix_(at, at)], b[i][at], squared[i] = gram[1:, 1:], gram[1:, 0], gram[0, 0]
     others, pull = a.sum(axis=0) - a, b.sum(axis=0) - b
     ridge = np.array([1e-6 * np.diag(np.diag(x) + 1e-9) for x in others])
     step = np.clip(np.linalg.solve(others + ridge, pull[:, :, None])[:, :, 0], low, high)
@@ -178,8 +178,8 @@ def _left(found: Search, f: Fit) -> _Left:
 def _log_dets(whiten: Whitener, runs: Sequence[slice]) -> Array:
     """Return by how much the log-determinant of the covariance falls without each run, with what is known to vary."""
     found = np.array([-2.0 * float(np.sum(np.log(whiten.scale[s][whiten.scale[s] > 0.0]))) for s in runs])
-    if whiten.jerks is not None:
-        found += [float(whiten.jerks[s].sum()) for s in runs]
+    if whiten.beyond is not None:
+        found += [float(whiten.beyond[s].sum()) for s in runs]
     every = np.arange(len(whiten.scale))
     for turn in whiten.known:
         for block, axes, less in zip(turn.blocks, turn.axes, turn.less, strict=True):

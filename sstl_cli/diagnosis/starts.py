@@ -83,8 +83,8 @@ def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
         prediction = sim.predict(around.theta, as_effects(joined.free, values))
         # what the fit has already answers nearly as it did without the newcomer, which is weak at its start
         fresh = partial(sim, around.theta, joined.free, values, prediction, range(len(around.free), len(joined.free)))
-        fresh = whiten(np.concatenate((fresh, whiten.shifted(sim.y - prediction)[:, None]), axis=1))
-        j, r = np.concatenate((known_columns, fresh[:, :-1]), axis=1), fresh[:, -1]
+        fresh = whiten.beside(sim.y - prediction, fresh)
+        j, r = np.concatenate((known_columns, fresh[:, 1:]), axis=1), fresh[:, 0]
         a, b = normal_equations(sim, j, r)
         step = np.linalg.lstsq(a + 1e-6 * np.diag(np.diag(a) + 1e-9), b, rcond=1e-10)[0]
         step = _inside(np.asarray(step, np.float64), values, joined.free, len(around.theta))

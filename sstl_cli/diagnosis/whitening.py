@@ -15,6 +15,7 @@ first-order noise of 0.05 s keeps 77 % from one mean over 0.02 s to the next, no
 slid: whether the true input slipped there is not known, and what it left stays. ``turn`` comes where a slide ends: a line holds the
 error of the extreme, which is that of one moment and not of the mean over a step. Where the model breaks away the true line may hold
 on, or may have slid before: that follows from what it is known to hold (see kalman), and what it leaves is taken off the residual first.
+A line that jumps may rest while the model slides: then what the model was where the rest began is compared with it.
 So the innovations of the filter, over their standard deviations, are the whitened residual, and the sum of the logarithms
 is its log-determinant (Harvey 1989, section 3.4). The filter depends on phases and noise, and on what the model left where it was last
 judged: a residual and all columns of a Jacobian pass through it in one go.
@@ -30,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import tails
-from sstl_cli.diagnosis.kalman import DECAY, FRESH, MEAN, STATES, STEP, filtered, gains
+from sstl_cli.diagnosis.kalman import DECAY, FRESH, MEAN, STATES, STEP, Places, filtered, gains
 from sstl_cli.diagnosis.smoother import MOVES
 from sstl_cli.diagnosis.wander import Levels, Turned, turned
 
@@ -155,8 +156,10 @@ def step_of(readings: float, length: float) -> Step:
 class Whitener:
     """Innovations filter of a problem; ``log_det`` is the log-determinant of the covariance over kept samples.
 
-    ``trust`` is the square root of the precision of each innovation, ``jerks`` what that adds to ``log_det``, shape (samples,).
-    ``shift_n`` (N, shape (samples,)) is what a residual is expected to be: columns do not have it.
+    ``trust`` is the square root of the precision of each innovation; ``beyond``, shape (samples,), what that and moments that a line
+    chooses add to ``log_det``.
+    ``shift_n`` (N, shape (samples,)) is what a residual is expected to be: columns do not have it. A line that rests while the
+    model slides is compared with what the model was at its ``place``, shape (samples,).
     """
 
     moves: Array
@@ -168,16 +171,20 @@ class Whitener:
     log_det: float
     known: tuple[Turned, ...] = ()
     trust: Array | None = None
-    jerks: Array | None = None
+    beyond: Array | None = None
     shift_n: Array | None = None
-
-    def shifted(self, residual: Array) -> Array:
-        """Return a residual (N) less what it is expected to be."""
-        return residual if self.shift_n is None else residual - self.shift_n
+    place: Places | None = None
 
     def left(self, residual: Array) -> Array:
         """Return a whitened residual, shape (samples,)."""
-        return self(self.shifted(residual))
+        return self.beside(residual, np.empty((len(residual), 0)))[:, 0]
+
+    def beside(self, residual: Array, columns: Array) -> Array:
+        """Return a whitened residual and Jacobian columns in one pass, shape (samples, 1 + k)."""
+        x = self._placed(np.column_stack((residual, columns)))
+        if self.shift_n is not None:
+            x[:, 0] -= self.shift_n
+        return self._passed(x)
 
     def trusting(self, residual: Array, tail: Array) -> Whitener:
         """Return this whitener with the precision that each innovation of a residual shows (see tails).
@@ -191,27 +198,34 @@ class Whitener:
         precision[heavy] = tails.trust(z[heavy], tail[heavy])
         more = np.zeros(len(z))
         more[heavy] = 2.0 * tails.nats(z[heavy], tail[heavy]) - precision[heavy] * z[heavy] ** 2
-        return replace(self, trust=np.sqrt(precision), jerks=more, log_det=self.log_det + float(more.sum()))
+        beyond = more if self.beyond is None else self.beyond + more
+        return replace(self, trust=np.sqrt(precision), beyond=beyond, log_det=self.log_det + float(more.sum()))
 
     def __call__(self, columns: Array) -> Array:
         """Return whitened residuals or Jacobian columns, shape (samples,) or (samples, k); 0 where nothing is known."""
         flat = columns.ndim == 1
         x = np.ascontiguousarray(columns[:, None] if flat else columns, np.float64)
+        out = self._passed(self._placed(x))
+        return out[:, 0] if flat else out
+
+    def _placed(self, x: Array) -> Array:
+        return x if self.place is None else x[self.place]
+
+    def _passed(self, x: Array) -> Array:
+        """Return columns, shape (samples, k), as independent unit normals."""
         out = filtered(x, self.moves, self.own.columns, self.weights, self.scale, self.phases, self.first)
         for turn in self.known:
             out = turn(out)
         if self.trust is not None:
             out = out * self.trust[:, None]
-        return out[:, 0] if flat else out
+        return out
 
 
 class _White(Whitener):
     """The whitener of independent noise: nothing is carried from sample to sample."""
 
-    def __call__(self, columns: Array) -> Array:
-        """Return columns over the noise, 0 where nothing is known."""
-        scale = self.scale if self.trust is None else self.scale * self.trust
-        return columns * (scale if columns.ndim == 1 else scale[:, None])
+    def _passed(self, x: Array) -> Array:
+        return x * (self.scale if self.trust is None else self.scale * self.trust)[:, None]
 
 
 def white(scale_n: float, keep: Array, starts: Sequence[int]) -> Whitener:
@@ -241,7 +255,9 @@ class Constants:
     wander: Levels | None = None
 
 
-def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None, residual: Array | None = None) -> Whitener:
+def whitener(
+    c: Constants, phases: Phases, discrepancy_n: Array | None = None, residual: Array | None = None, output: Array | None = None
+) -> Whitener:
     """Return the innovations filter of records whose model slides and holds as ``phases`` say.
 
     Parameters
@@ -252,6 +268,8 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None, r
         Standard deviation of what the model's law may be off (N).
     residual : ndarray, shape (samples,), optional
         What the model leaves (N), which tells when the true line breaks away; the line breaks away with the model where it is not given.
+    output : ndarray, shape (samples,), optional
+        Readings (N), which tell where the line comes to rest between jumps (see kalman); it does not where they are not given.
     """
     # both readings of an instant are late together: what slides differs by as much from what the smooth input makes of it
     white_n = np.hypot(c.white_n, phases.slide * phases.gain * c.jitter_n)
@@ -259,8 +277,12 @@ def whitener(c: Constants, phases: Phases, discrepancy_n: Array | None = None, r
     columns = phases.columns.copy()
     if residual is None:
         columns[:, STEP], residual = np.nan, np.zeros(len(columns))
-    weights, scale, log_det, shift_n = gains(columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start, residual)
+    readings = residual, np.empty(0) if output is None else output
+    weights, scale, log_det, beyond, shift_n, place = gains(
+        columns, c.error_law, c.own.columns, white_n, c.keep, c.first, c.start, readings
+    )
     plain = Whitener(c.moves, c.own, weights, scale, columns, c.first, log_det, shift_n=shift_n)
+    plain = plain if output is None else replace(plain, beyond=beyond, place=place)
     return plain if c.wander is None else _varied(plain, c.wander)
 
 

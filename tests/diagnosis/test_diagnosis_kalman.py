@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.special import logsumexp
@@ -30,14 +32,14 @@ def plain(n: int) -> dict[str, np.ndarray]:
     }
 
 
-def gained(a: dict[str, np.ndarray], left: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, float, np.ndarray]]:
+def gained(a: dict[str, np.ndarray], left: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[Any, ...]]:
     """Phases of the true line, own noise, and what ``gains`` returns, where a model has left something."""
     phases, own = (np.column_stack([a[k] for k in names]) for names in (PHASES, OWN))
-    return phases, own, gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], left)
+    return phases, own, gains(phases, a["law"], own, a["white_n"], a["keep"], a["first"], a["start"], (left, np.empty(0)))
 
 
 def whitened(a: dict[str, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, float]:
-    phases, own, (weights, scale, log_det, shift) = gained(a, np.zeros(len(x)))
+    phases, own, (weights, scale, log_det, _, shift, _) = gained(a, np.zeros(len(x)))
     assert not shift.any()
     return filtered(x, np.ascontiguousarray(a["law"][:, :MOVES]), own, weights, scale, phases, a["first"]), log_det
 
@@ -213,7 +215,7 @@ def test_a_breakaway_is_as_likely_as_an_integral_over_what_is_held_makes_it() ->
         a["slide"][10:] = a["left"][10:] = a["gain"][:] = a["steep"][:] = 1.0
         for asked in (False, True):
             a["step"][10:] = a["average"][10:] = steps if asked else np.nan
-            phases, own, (weights, scale, log_det, shift) = gained(a, y)
+            phases, own, (weights, scale, log_det, _, shift, _) = gained(a, y)
             moves = np.ascontiguousarray(a["law"][:, :MOVES])
             z = filtered((y - shift)[:, None], moves, own, weights, scale, phases, a["first"])
             nats = 0.5 * float(np.sum(z**2)) + 0.5 * log_det - n * np.log(0.1)

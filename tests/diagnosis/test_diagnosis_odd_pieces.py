@@ -79,4 +79,4 @@ def test_the_log_determinant_without_a_run_counts_its_jerks():
     whiten = white(0.5, np.ones(60), [0, 20])
     heavy = whiten.trusting(rng.standard_t(3, 60), np.full(60, 3.0))
     more = [heavy.log_det - odd._log_dets(heavy, runs)[i] - (whiten.log_det - odd._log_dets(whiten, runs)[i]) for i in (0, 1)]
-    assert more == pytest.approx([heavy.jerks[20:].sum(), heavy.jerks[:20].sum()]) and abs(more[0]) > 0.1
+    assert more == pytest.approx([heavy.beyond[20:].sum(), heavy.beyond[:20].sum()]) and abs(more[0]) > 0.1
