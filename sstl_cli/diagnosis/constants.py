@@ -127,8 +127,8 @@ LOOP_LIMITS = (-0.9, 9.0)
 LOG_RANGE = float(np.log(1e3))
 # by how much what an output comes in a window of a stroke is off to either side, over the error of that
 MIXTURE_WIDTHS = np.sqrt(2.0) ** np.arange(14)
-# scatter of a line that jumps, over what it loses on average (a regular sawtooth from nothing has 0.58, one about the mean any)
-JUMPS = tuple(0.2 * 2.0 ** np.arange(6))
+# scatter of a line that jumps, as a share of what it loses on average (a regular sawtooth from nothing has 0.58)
+JUMPS = (0.2, 0.5, 1.0)
 # friction coefficient times angle of anything that a tendon still moves through (rad)
 THETA_LOW, THETA_HIGH = 1e-3, 5.0
 # slowest loop (s) and inverse slew rate (s/N) of anything that is called one

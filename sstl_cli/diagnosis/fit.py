@@ -344,19 +344,21 @@ def _judged(sim: Simulator, noise: Noise, f: Fit) -> Fit:
     def judged(share: float) -> Fit:
         if jumps:
             # a jump is as new at every step of a slide, and in a hold what the last one left; what stands beside does not jump
-            own = whitener(known, phases.jumping(share * added), residual=f.residual, output=sim.y)
+            own = whitener(known, phases.jumping(share * added), residual=f.residual, output=sim.y if sim.rests else None)
         else:
             own = whitener(known, phases, share * added if f.free else None, residual=f.residual)
         tried = replace(f, whiten=sim.jerky(own, f.residual), discrepancy=share)
         return replace(tried, cost=tried.nats(f.residual))
 
-    shares = JUMPS if jumps else SHARES if f.free else SHARES[:1]
-    return _most_likely(judged, shares, f.discrepancy)
+    if jumps and sim.rests:
+        # a line that is seen to jump may do so about its mean, and jump by far more than that loses
+        return _most_likely(judged, sorted({*JUMPS, *(share / JUMPS[0] for share in JUMPS)}), None)
+    return _most_likely(judged, JUMPS if jumps else SHARES if f.free else SHARES[:1], f.discrepancy)
 
 
-def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float) -> Fit:
+def _most_likely(judged: Callable[[float], Fit], shares: Sequence[float], begin: float | None) -> Fit:
     """Return the fit with the most likely share: of all, or from one on as long as its neighbours are more likely."""
-    if begin not in shares:
+    if begin is None or begin not in shares:
         return min((judged(share) for share in shares), key=lambda f: f.cost)
     at = shares.index(begin)
     best = judged(begin)

@@ -6,9 +6,9 @@ holds more or less than the model does. Which of the two it is at follows from t
 filter slides by as much as that is likely, and its mean and variance are those of the larger one of two normals (Clark 1961).
 
 A line that jumps rests between its jumps while the model slides on. It lies about the model's mean by the scatter of its jumps
-when it lets go: that it rests on has the probability that a normal so wide leaves for being further off, given how far off it is. How
-readily it stays, and comes to rest once it slides, the steps before tell (Krichevsky and Trofimov 1981). The likelier of resting and
-sliding is taken, at the cost of saying which.
+when it lets go: that it rests for a step has the probability that a normal so wide leaves for being further off, given how far off it
+is. How readily it stays, and comes to rest once it slides, the steps before tell as well (Krichevsky and Trofimov 1981). The likelier of
+resting and sliding is taken, at the cost of saying which.
 """
 
 from __future__ import annotations
@@ -72,9 +72,8 @@ def gains(
     beyond, place, counts = np.zeros(n), np.arange(n), np.full((2, 2), 0.5)
     rests, way = False, 0.0
     for t in range(n):
-        row, decay, shown = law[t], own[t, DECAY], own[t, SHOWN]
-        breaks, bent, seen, turned = not math.isnan(phases[t, STEP]), 0.0, 0.0, 0.0
-        slides = phases[t, LEFT] > MOSTLY
+        row, decay, shown, bent, seen, turned = law[t], own[t, DECAY], own[t, SHOWN], 0.0, 0.0, 0.0
+        breaks, slides = not math.isnan(phases[t, STEP]), phases[t, LEFT] > MOSTLY
         if first[t]:
             p[:, HELD_AT:] = 0.0
             x[HELD_AT:], held_shift, rests, way = 0.0, 0.0, False, 0.0
@@ -83,16 +82,28 @@ def gains(
         _moved(p, row, m, e)
         entering = row[16] * e[0] + row[17] * e[1] + row[18] * e[2] + row[19] * e[3] + row[MEAN_NEW]
         expected = row[16] * x[0] + row[17] * x[1] + row[18] * x[2] + row[19] * x[3]
+        if rests and breaks and not slides:
+            # the input has turned: what stays is held, by as much as it is off the model there
+            x[HELD_AT], held_shift, rests = _held_on(readings, (t, place[t - 1]), x[HELD_AT], held_shift)
         if breaks and not rests:
             bent, seen, turned = _broken(phases[t], (x[HELD_AT], p[HELD_AT, HELD_AT]), (expected, entering), e[HELD_AT])
         if output.size and breaks and slides and keep[t] and not first[t]:
-            known = (expected, entering, e[HELD_AT], e[OWN_AT]), x[HELD_AT:], p[HELD_AT:, HELD_AT:]
-            noise = shown, own[t, MEAN] + white_n[t] ** 2, law[t - 1, TURN]
-            rests, beyond[t] = _at_rest(phases, (t, place[t - 1]), (rests, way), counts, readings, known, noise, (seen, turned))
+            # a line that surely holds where the model slides may as well stay where it is, or move on to the model
+            stood = rests or phases[t, LEFT] == 0.0
+            bent, seen, turned = (0.0, 0.0, 0.0) if stood else (bent, seen, turned)
+            rests, beyond[t] = _at_rest(
+                phases,
+                (t, place[t - 1]),
+                (stood, way),
+                counts,
+                readings,
+                ((expected, entering, e[HELD_AT], e[OWN_AT]), x[HELD_AT:], p[HELD_AT:, HELD_AT:]),
+                (shown, own[t, MEAN] + white_n[t] ** 2, law[t - 1, TURN]),
+                (seen, turned),
+            )
         way = (math.copysign(1.0, phases[t, STEP]) if breaks else way) if slides else 0.0
         if rests:
-            phases[t, :STEP], place[t], bent, turned = 0.0, place[t - 1], 0.0, 0.0
-            seen = output[place[t]] - output[t]
+            phases[t, :STEP], place[t], bent, turned, seen = 0.0, place[t - 1], 0.0, 0.0, output[place[t - 1]] - output[t]
         slide, left, gain = phases[t, SLIDE], phases[t, LEFT], phases[t, GAIN]
         # how the mean over the step mixes what was held and what enters, beside how its end does
         hold, follows, rest, enters = 1.0 - left, left * gain, 1.0 - slide, slide * gain
@@ -121,6 +132,14 @@ def gains(
     return k_out, scale, log_det + math.log(product) + float(np.sum(beyond)), beyond, shift, place
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _held_on(readings: tuple[Array, Array], at: tuple[int, int], held: float, shift: float) -> tuple[float, float, bool]:
+    """Return what a line that rested holds beyond the model (N) at the step ``at`` which the model holds, the same of its shift, and False."""
+    (residual, output), (now, place) = readings, at
+    off = output[place] - residual[place] - output[now] + residual[now]
+    return held + off, shift + off, False
+
+
 @njit(cache=True, nogil=True)
 def _at_rest(
     phases: Array,
@@ -142,11 +161,9 @@ def _at_rest(
     phase, before, (shown, noise_n2, turn), (seen, turned) = phases[t], phases[t - 1], noise, broken
     ahead = math.copysign(1.0, phase[STEP])
     row = 1 if rested or way != ahead else 0
-    stays = counts[row, 1] / (counts[row, 0] + counts[row, 1])
-    if row:
-        level = output[held_at] - residual[held_at] + known[1][0]
-        far, near = ahead * (output[t] - residual[t] - level), ahead * (output[t - 1] - residual[t - 1] - level)
-        stays *= _further(far, near, phase[JUMPS])
+    level = output[held_at] - residual[held_at] + known[1][0]
+    far, near = ahead * (output[t] - residual[t] - level), ahead * (output[t - 1] - residual[t - 1] - level)
+    stays = counts[row, 1] / (counts[row, 0] + counts[row, 1]) * _further(far, near, phase[JUMPS])
     if rested:
         phase[SLIDE] = phase[LEFT] = 1.0
     slid = _cost(phase, known, shown, residual[t] - seen, turned + _left_behind(before, phase, turn) + noise_n2)

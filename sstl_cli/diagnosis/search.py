@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing, nameless, shared, usual
+from sstl_cli.diagnosis import again, by_run, hearing, nameless, shared, sticking, usual
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -17,6 +17,7 @@ from sstl_cli.diagnosis.constants import (
     BASE_ITERATIONS,
     COARSE_ITERATIONS,
     COMBINED,
+    DECIDES_NATS,
     FITTED,
     LEADERS,
     MAX_ITERATIONS,
@@ -32,7 +33,7 @@ from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_la
 from sstl_cli.diagnosis.louder import unalike
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.starts import grid, screen, starting, widths
+from sstl_cli.diagnosis.starts import grid, screen, speeds, starting, widths
 from sstl_cli.diagnosis.whitening import Whitener, white
 from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import get
@@ -96,8 +97,9 @@ def _begun(
     plain = _plain(sim, spread)
     first = fit(sim, plain, NOTHING, _spread(theta0, chosen, theta), np.zeros(0), BASE_ITERATIONS, careful=True)
     slide = sim.phases(first.theta, {}).slide
-    loud = unalike(sim.problem.records, sim.predict_fine(first.theta, {}), [slide[s] for s in sim.slices()])
-    sim = replace(sim, problem=replace(sim.problem, records=loud))
+    predicted = sim.predict_fine(first.theta, {})
+    loud = unalike(sim.problem.records, predicted, [slide[s] for s in sim.slices()])
+    sim = replace(sim, problem=replace(sim.problem, records=loud), rests=sticking.rests(loud, predicted) > DECIDES_NATS)
     measured = noise_of.measured(loud, slide)
     if sim.problem.scatters:
         # what slides show beyond holds is the scatter of the accepted model, which is known
@@ -147,6 +149,8 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
         start = fit(sim, base.whiten, f.hypothesis, _spread(base.theta, chosen, f.theta), f.values, 0)
         wide = [fit(sim, base.whiten, f.hypothesis, base.theta, v, SHORT_ITERATIONS) for v in widths(sim, noise, f)]
         start = min((start, *wide), key=lambda f: f.cost)
+        jumps = [fit(sim, base.whiten, f.hypothesis, base.theta, v, 0) for v in speeds(f)] if sim.rests else []
+        start = min((settle(sim, noise, x, 0) for x in (start, *jumps)), key=lambda f: f.cost) if jumps else start
         # what acts along the line, or makes all of it late, has several valleys, which the unwhitened fit has looked into
         if start.cost > base.cost and not any(x.effect.stage == TRANSITION or x.effect.late_s for x in f.free):
             return _near(found, f, SHORT_ITERATIONS, SHORT_ITERATIONS)

@@ -53,7 +53,7 @@ class Simulator:
     varies from record to record, by effect and name, ``scatters`` whether the records know what an accepted model leaves, or
     how it varies, ``behind`` whether more friction at the end than it has acts on that too (see ending), ``more_n`` and
     ``slips_n`` the standard deviations (N, shape (samples,)) of what all models have beside the sensors' noise: new at every step, or
-    at every step of a slide and kept in holds (see shared).
+    at every step of a slide and kept in holds (see shared), ``rests`` whether outputs are seen to rest within strokes (see sticking).
     """
 
     problem: Problem
@@ -65,6 +65,7 @@ class Simulator:
     behind: bool = True
     more_n: Array | None = None
     slips_n: Array | None = None
+    rests: bool = False
 
     def __post_init__(self) -> None:
         p = self.problem

@@ -66,6 +66,21 @@ def widths(sim: Simulator, noise: Noise, f: Fit) -> list[Array]:
     return tried
 
 
+def speeds(f: Fit) -> list[Array]:
+    """Return the values of a fit with its means over jumps a little off nothing, at each speed of their grid; none without such means.
+
+    Where a line rests says how high it jumps, and at which speeds; its mean alone does not.
+    """
+    at = [i for i, x in enumerate(f.free) if x.parameter.name in x.effect.averaged]
+    tried = []
+    for values, offset in itertools.product(grid(f.free) if at else (), STRENGTHS):
+        if all(values[i] == f.free[i].parameter.neutral for i in at):
+            begin = values.copy()
+            begin[at] += [offset * f.free[i].width for i in at]
+            tried.append(begin)
+    return tried
+
+
 def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:
     """Return the linearised gain (nats) of adding a hypothesis to a fit, and the start that gives it.
 

@@ -9,7 +9,7 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, named, noise, simulator
 
 from sstl_cli.diagnosis import fit as of
-from sstl_cli.diagnosis.constants import SHARES
+from sstl_cli.diagnosis.constants import JUMPS, SHARES
 from sstl_cli.diagnosis.fit import fit, jacobian, settle
 from sstl_cli.diagnosis.found import deepest
 from sstl_cli.diagnosis.hypotheses import variants
@@ -173,3 +173,15 @@ def test_jumps_scatter_by_what_jumps_not_by_what_stands_beside_them() -> None:
     # friction that does not fall with speed scatters nothing, however much the other part does
     assert judged(jumps.joined(FRICTION), 1.0, 1.0, 0.4) == pytest.approx(judged(jumps, 1.0, 1.0), rel=1e-3)
     assert judged(jumps.joined(FRICTION), 1.4, 1.0, 0.4) < 0.8 * judged(jumps.joined(FRICTION), 1.0, 1.0, 0.4)
+
+
+def test_a_line_rests_between_jumps_only_where_its_output_is_seen_to_rest() -> None:
+    jumps = named("stribeck", "mean_ratio", "mean_mm_s")
+    f = made(0.0, jumps, (1.4, 1.0))
+    sticks = replace(SIM, rests=True)
+    assert of._judged(SIM, QUIET, f).whiten.place is None
+    assert of._judged(sticks, QUIET, made(0.0, FRICTION, (0.4,))).whiten.place is None
+    # more shares of what the mean loses are tried where the output is seen to rest
+    left = replace(f, residual=5.0 * (f.prediction - SIM.predict(THETA, {})))
+    assert of._judged(sticks, QUIET, left).whiten.place is not None
+    assert of._judged(sticks, QUIET, left).discrepancy > max(JUMPS) >= of._judged(SIM, QUIET, left).discrepancy

@@ -46,6 +46,14 @@ def test_a_model_is_at_no_distance_from_itself_nor_the_base_from_what_contains_i
     assert distance2(simulator(), made(), truth) == pytest.approx(0.0, abs=0.05)
 
 
+def test_what_readings_say_of_the_moments_of_a_line_is_no_distance():
+    """A whitener knows where the line has rested, and what it then expects of the readings: a made output has none of it."""
+    f = made(0.0, full("zero_offset", ("act",)), (0.2, 0.0))
+    count = np.arange(len(f.residual))
+    rested = replace(f.whiten, place=np.where(count % 7 < 3, count, count - count % 7 + 2), shift_n=0.5 * np.sin(count))
+    assert distance2(simulator(), replace(f, whiten=rested), replace(f, whiten=rested)) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_the_distance_to_the_base_is_the_whitened_norm_of_what_theta_cannot_take_up():
     truth, base = made(0.0, OFFSET, Z_OUT), made()
     response = base.whiten(truth.prediction - base.prediction)

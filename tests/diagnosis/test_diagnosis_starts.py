@@ -12,7 +12,7 @@ from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, the
 from sstl_cli.diagnosis import starts as of
 from sstl_cli.diagnosis.constants import SHAPE_GRID, STRENGTHS, WIDTHS
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.starts import grid, screen, widths
+from sstl_cli.diagnosis.starts import grid, screen, speeds, widths
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.effect import TRANSITION
 
@@ -109,3 +109,10 @@ def test_plays_are_tried_from_the_noise_to_half_of_what_the_output_spans():
     assert tried[:WIDTHS, 0] == pytest.approx(np.minimum(np.geomspace(NOISE_N, half, WIDTHS), most[0]))
     assert tried[WIDTHS:, 1] == pytest.approx(np.minimum(np.geomspace(NOISE_N, half, WIDTHS), most[1]))
     assert widths(SIM, NOISE, made(0.0, OUT, (0.1,))) == []
+
+
+def test_a_mean_over_jumps_begins_a_little_off_nothing_at_each_speed():
+    mean = made(0.0, named("stick_slip", "mean_ratio", "mean_mm_s"), (1.0, 1.0))
+    spans = [0.1 * 100.0**g for g in SHAPE_GRID]
+    assert [v.tolist() for v in speeds(mean)] == [pytest.approx([1.0 + 0.5 * s, v]) for v, s in itertools.product(spans, STRENGTHS)]
+    assert speeds(made(0.0, FRICTION, (0.1,))) == []
