@@ -88,19 +88,9 @@ def gains(
         if breaks and not rests:
             bent, seen, turned = _broken(phases[t], (x[HELD_AT], p[HELD_AT, HELD_AT]), (expected, entering), e[HELD_AT])
         if output.size and breaks and slides and keep[t] and not first[t]:
-            # a line that surely holds where the model slides may as well stay where it is, or move on to the model
-            stood = rests or phases[t, LEFT] == 0.0
-            bent, seen, turned = (0.0, 0.0, 0.0) if stood else (bent, seen, turned)
-            rests, beyond[t] = _at_rest(
-                phases,
-                (t, place[t - 1]),
-                (stood, way),
-                counts,
-                readings,
-                ((expected, entering, e[HELD_AT], e[OWN_AT]), x[HELD_AT:], p[HELD_AT:, HELD_AT:]),
-                (shown, own[t, MEAN] + white_n[t] ** 2, law[t - 1, TURN]),
-                (seen, turned),
-            )
+            known = (expected, entering, e[HELD_AT], e[OWN_AT]), x[HELD_AT:], p[HELD_AT:, HELD_AT:]
+            noise, at, broken = (shown, own[t, MEAN] + white_n[t] ** 2, law[t - 1, TURN]), (t, place[t - 1]), (bent, seen, turned)
+            rests, beyond[t], (bent, seen, turned) = _at_rest(phases, at, (rests, way), counts, readings, known, noise, broken)
         way = (math.copysign(1.0, phases[t, STEP]) if breaks else way) if slides else 0.0
         if rests:
             phases[t, :STEP], place[t], bent, turned, seen = 0.0, place[t - 1], 0.0, 0.0, output[place[t - 1]] - output[t]
@@ -149,16 +139,19 @@ def _at_rest(
     readings: tuple[Array, Array],
     known: Known,
     noise: tuple[float, float, float],
-    broken: tuple[float, float],
-) -> tuple[bool, float]:
-    """Return whether a line that jumps is likelier at rest in a step in which the model slides, and twice what it costs (nats) to say so.
+    broken: tuple[float, float, float],
+) -> tuple[bool, float, tuple[float, float, float]]:
+    """Return whether a line that jumps is likelier at rest where the model slides, twice what it costs (nats) to say so, and how it breaks away.
 
     ``at`` are the step and the place of the one before, ``stood`` whether the line rested in that, and which way the model slid;
     ``noise`` has the share that the sensor's slow noise before has in the reading, the variance of what is new in that, and what turns
-    by at the end of a slide; ``broken`` is what :func:`_broken` makes of the step.
+    by at the end of a slide; ``broken`` is what :func:`_broken` makes of the step. A line that surely holds there may as well stay where
+    it is, or move on to the model.
     """
     (t, held_at), (rested, way), (residual, output) = at, stood, readings
-    phase, before, (shown, noise_n2, turn), (seen, turned) = phases[t], phases[t - 1], noise, broken
+    phase, before, (shown, noise_n2, turn) = phases[t], phases[t - 1], noise
+    rested = rested or phase[LEFT] == 0.0
+    bent, seen, turned = (0.0, 0.0, 0.0) if rested else broken
     ahead = math.copysign(1.0, phase[STEP])
     row = 1 if rested or way != ahead else 0
     level = output[held_at] - residual[held_at] + known[1][0]
@@ -172,7 +165,7 @@ def _at_rest(
     slides_on, rests_on = -2.0 * math.log(max(1.0 - stays, NEVER)), -2.0 * math.log(max(stays, NEVER))
     rests = resting + rests_on < slid + slides_on
     counts[row, 1 if rests else 0] += 1.0
-    return rests, rests_on if rests else slides_on
+    return rests, rests_on if rests else slides_on, (bent, seen, turned)
 
 
 @njit(cache=True, nogil=True, inline="always")

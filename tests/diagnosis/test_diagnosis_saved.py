@@ -93,7 +93,6 @@ def test_a_model_of_another_version_is_noted_where_it_is_simulated(older):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_a_model_that_is_kept_is_simulated_and_explains_what_it_made(tmp_path):
     """It had no movement, and simulate ended."""
     effects = ("--effects", "pulley_friction,zero_offset", "--max-effects", "1")

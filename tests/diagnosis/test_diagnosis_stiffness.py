@@ -32,7 +32,6 @@ def test_a_given_simulator_predicts_its_own_recordings_at_any_tension(top_n):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_an_assumed_simulator_is_stiffer_with_its_tensions_and_says_so():
     runs = list(simulate.run(rig(90.0, "viscous"), {}, 1))
     first = run(runs, DiagnoseOptions(max_effects=1, effects=("viscous",)))
