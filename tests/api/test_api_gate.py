@@ -75,9 +75,8 @@ def test_segment_remarks_on_what_check_remarks_on(tmp_path: Path) -> None:
     assert len(checked) == 2 and segmented == checked
 
 
-@pytest.mark.parametrize(
-    ("physics", "words", "code"), [(True, (), 3), pytest.param(False, ("--no-physics",), 0, marks=pytest.mark.slow, id="no physics")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("physics", "words", "code"), [(True, (), 3), pytest.param(False, ("--no-physics",), 0, id="no physics")])
 def test_diagnose_sets_the_same_runs_aside(wrong: tuple[sstl.Log, Path], physics: bool, words: tuple[str, ...], code: int) -> None:
     log, folder = wrong
     done = inside("diagnose", folder / "log.parquet", "--effects", "zero_offset", "--max-effects", 1, *words, "--json")

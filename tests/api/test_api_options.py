@@ -140,6 +140,7 @@ def test_a_proposed_mapping_is_that_of_the_program(folder: Path) -> None:
     assert [q.line for q in found.questions] == [q["line"] for q in document["questions"]] != []
 
 
+@pytest.mark.slow
 def test_a_plan_and_the_stages_are_those_of_the_program(folder: Path, theta: pd.DataFrame) -> None:
     document = told("diagnose", "--plan", "sample", "--effects", "zero_offset")
     assert sstl.plan("sample", ["zero_offset"]).plain() == document

@@ -18,6 +18,7 @@ PAIR = {"crosstalk": {"c_in_to_out": 0.01}, "pulley_friction": {"m_p": 0.06, "m_
 OPTIONS = DiagnoseOptions(effects=(*PAIR, "zero_offset"), max_effects=2, physics=False)
 
 
+@pytest.mark.slow
 def test_what_two_effects_explain_is_no_noise():
     found = gather(record(PAIR, moves=MOVES), OPTIONS).search
     assert set(found.ranked()[0].ids) == set(PAIR) and strain(found.noise, found.measured) < 1.0

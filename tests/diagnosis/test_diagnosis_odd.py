@@ -126,7 +126,7 @@ def shifted(runs):
 @pytest.mark.parametrize(
     "how",
     [
-        pytest.param(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4), id="offset"),
+        pytest.param(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.4), id="offset", marks=pytest.mark.slow),
         pytest.param(lambda r: theta_jump([r])[0], id="moved", marks=pytest.mark.slow),
     ],
 )
