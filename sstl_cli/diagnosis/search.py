@@ -99,7 +99,9 @@ def _begun(
     slide = sim.phases(first.theta, {}).slide
     predicted = sim.predict_fine(first.theta, {})
     loud = unalike(sim.problem.records, predicted, [slide[s] for s in sim.slices()])
-    sim = replace(sim, problem=replace(sim.problem, records=loud), rests=sticking.rests(loud, predicted) > DECIDES_NATS)
+    # beside an accepted model, whose noise is alike for all, a line does not rest
+    rests = not sim.problem.scatters and sticking.rests(loud, predicted) > DECIDES_NATS
+    sim = replace(sim, problem=replace(sim.problem, records=loud), rests=rests)
     measured = noise_of.measured(loud, slide)
     if sim.problem.scatters:
         # what slides show beyond holds is the scatter of the accepted model, which is known
