@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -121,6 +122,20 @@ def calibration(score: dict[str, Any]) -> str:
     ]  # fmt: skip
     head = ["cases", "verdicts", "mean stated", "share right", "calibration error", "by chance", "by chance, 95 % point", "slope (95 %)"]
     return table(head, rows)
+
+
+def confidence(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return in words what the table of calibration says, from its rows: of all cases, then of the two kinds."""
+    of_all, *kinds = rows
+    low = "too low" if of_all["stated"] < of_all["right"] else "too high"
+    # not above what chance shows in 95 of 100 sets nobody can say which it is
+    said = f"is stated {low} on this set" if of_all["ece"] > of_all["ece_chance_95"] else "is as often right as it says"
+    parts = ", ".join(f"of the {r['n']} cases with {r['cases']} {100 * r['stated']:.1f} % and {100 * r['right']:.1f} %" for r in kinds)
+    return (
+        f"The confidence {said}: {100 * of_all['stated']:.1f} % on average, and {100 * of_all['right']:.1f} % of the answers are right ({parts}). "
+        f"Stated and right differ by {of_all['ece']:.3f} on average (expected calibration error); as many answers that are right exactly as often as they "
+        f"say would show {of_all['ece_chance']:.3f} by chance, and more than {of_all['ece_chance_95']:.3f} in 5 of 100 sets."
+    )
 
 
 def by_strength(score: dict[str, Any]) -> str:
@@ -247,7 +262,8 @@ Seal {score["seal"][:16]}; no rule was changed after it was opened. {score["seco
     if score["by_d2"] is not None:
         over_distance(score, given)
     PUBLISHED.write_text(json.dumps(published(score, given.commit), indent=1) + "\n", encoding="utf-8")
-    put("../README.md", "blind", f"{score['cases']} withheld cases ({given.words}), {given.commit}:\n\n{targets(score)}")
+    head = f"{score['cases']} withheld cases ({given.words}), {given.commit}:"
+    put("../README.md", "blind", "\n\n".join([head, targets(score), confidence(score["calibration"])]))
 
 
 if __name__ == "__main__":

@@ -54,6 +54,39 @@ def test_the_front_page_has_the_targets_of_the_published_set() -> None:
     assert "| 0-6 | " in told("limit.md", "score") and (ROOT / "docs/isolation.svg").exists()
 
 
+def calibrated() -> list[dict[str, object]]:
+    """The rows of the table of calibration, as the page of the published set has them."""
+    head, _, *rows = re.search(r"^\| cases \| verdicts \| mean stated .*\n(?:\|.*\n)+", told("blind.md", "published"), re.M)[0].splitlines()
+    names = {"verdicts": "n", "mean stated": "stated", "share right": "right", "calibration error": "ece", "by chance": "ece_chance"}
+    keys = [{**names, "by chance, 95 % point": "ece_chance_95"}.get(h, h) for h in cells(head)]
+    return [{k: v if k == "cases" or "(" in v else float(v) for k, v in zip(keys, cells(row), strict=True)} for row in rows]
+
+
+def cells(row: str) -> list[str]:
+    return row.strip("| ").split(" | ")
+
+
+def test_the_front_page_says_of_the_confidence_what_the_table_of_calibration_does() -> None:
+    rows = [{**r, "n": int(r["n"])} for r in calibrated()]
+    assert len(rows) == 3 and blind_table.confidence(rows) in told("../README.md", "blind")
+    high = [{**r, "stated": 0.95} for r in rows]
+    assert "too high" in blind_table.confidence(high) and "too low" not in blind_table.confidence(high)
+    assert "as often right as it says" in blind_table.confidence([{**r, "ece": 0.01} for r in rows])
+
+
+def test_the_front_page_says_what_later_cases_did() -> None:
+    front, page = ((ROOT / p).read_text(encoding="utf-8") for p in ("README.md", "docs/blind.md"))
+    front = front.split("How often is the diagnosis right?")[1].split("<!-- blind begins")[0]
+    commit, nulls, wrong, named, held = re.search(
+        r"drawn anew for (\w+),.* nothing was missing\s(\d+ of \d+) got `none`.*?(\d+ of \d+) got a wrong.*"
+        r"of (\d+ single effects above 0.6 times the noise \d+) were named, and (\d+) are in the set", front, re.S
+    ).groups()  # fmt: skip
+    singles, hits = re.match(r"(\d+) .* (\d+)$", named, re.S).groups()
+    told_there = " ".join(re.search(rf"drawn anew for {commit}.*?\n\n", page, re.S)[0].split())
+    assert f"{nulls} nulls `none`" in told_there and f"a wrong name in {wrong} cases" in told_there
+    assert f"{hits} of {singles} singles above 0.6 times the noise" in told_there and f"and {held} in the set" in told_there
+
+
 def share(k: int, n: int, low: float, high: float) -> dict[str, float]:
     return {"k": k, "n": n, "share": k / n, "low": low, "high": high}
 
