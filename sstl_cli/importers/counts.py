@@ -24,15 +24,13 @@ class Counts:
     step_s: float | None = None
     gap_s: float | None = None
     blanked: dict[str, int] = field(default_factory=dict)
-    # pieces too short to be runs, by the labels they carry
-    short: dict[tuple[str | None, ...], int] = field(default_factory=dict)
     notes: Notes = field(default_factory=Notes)
     remarks: list[str] = field(default_factory=list)
 
     def copy(self) -> Counts:
         """Return the counts as they are now."""
         notes = Notes(dict(self.notes.set_aside), self.notes.trimmed)
-        return replace(self, blanked=dict(self.blanked), short=dict(self.short), notes=notes, remarks=list(self.remarks))
+        return replace(self, blanked=dict(self.blanked), notes=notes, remarks=list(self.remarks))
 
     def blank(self, name: str, values: int) -> None:
         """Count values of a column that may be empty which no sensor can have given: the samples stay, these go."""
@@ -60,12 +58,6 @@ class Counts:
     def set_aside_pct(self) -> float:
         """The same as a percentage of those read."""
         return 100 * self.set_aside / max(self.samples_in, 1)
-
-    @property
-    def interleaved(self) -> tuple[int, int]:
-        """Return how many runs come in more than one piece too short to be one, where several do, and in how many: (0, 0) where not."""
-        apart = [n for n in self.short.values() if n > 1]
-        return (len(apart), sum(apart)) if len(apart) > 1 else (0, 0)
 
     @property
     def set_aside(self) -> int:

@@ -288,8 +288,6 @@ class Splitter:
         """Close the current run; what was too short to be one is set aside."""
         if self.waiting_rows and not self.open and self.waiting_rows < self.policy.repair.min_samples:
             self.counts.notes.aside(f"run shorter than {self.policy.repair.min_samples} samples", self.waiting_rows)
-            if self.key is not None:
-                self.counts.short[self.key] = self.counts.short.get(self.key, 0) + 1
         elif self.waiting_rows:
             yield from self._flush()
         self.waiting, self.waiting_rows, self.open = [], 0, False

@@ -21,6 +21,7 @@ from sstl_cli.importers.mapping import TENSIONS, Mapping, read_mapping
 from sstl_cli.importers.repair import Splitter
 from sstl_cli.importers.signals import chunks
 from sstl_cli.importers.sources import Bad, Group, Labels, groups
+from sstl_cli.importers.turns import by_run
 from sstl_cli.importers.window import windowed
 
 # samples of one file that may wait in memory until it is known to be sound
@@ -183,7 +184,7 @@ def _runs(
             result.tendons.extend(str(v["tendon"]) for v in (plan.labels, plan.constants) if "tendon" in v)
         first = group.plans[0]
         splitter = Splitter(first.run_name, first.constants, policy, counts, used, group.where, first.units)
-        pieces = splitter.runs(_appended(group, mapping, result, advance))
+        pieces = splitter.runs(by_run(_appended(group, mapping, result, advance), mapping.time.gap_s, counts, group.where))
         try:
             held = list(_first_of(pieces)) if len(files) > 1 else []
         except SstlError as error:
@@ -210,13 +211,10 @@ def _runs(
         if result.bad:
             raise result.bad[0].error
         why = "; ".join(f"{n} {reason}" for reason, n in counts.notes.set_aside.items()) or "no sample was read"
-        apart, in_all = counts.interleaved
-        if apart:
-            why += f"; {apart} runs come in {in_all} pieces: is the log sorted by time?"
         raise SstlError(
             f"no run of at least {mapping.repair.min_samples} samples ({why})",
             where=str(files[0]),
-            fix="sort by run_id, then by time_s" if apart else "check the file and the mapping",
+            fix="check the file and the mapping",
             code="E345",
         )
 

@@ -185,6 +185,7 @@ def test_a_bad_file_of_a_batch_is_set_aside(tmp_path: Path, monkeypatch: pytest.
     assert none.returncode == 1 and "empty.csv" in none.stderr and not (tmp_path / "b.parquet").exists()
     # what is too long to wait in memory ends the import, and nothing half-written stays
     monkeypatch.setattr(step, "HELD_SAMPLES", 10)
+    monkeypatch.setattr("sstl_cli.importers.turns.AWAY_ROWS", 50)
     monkeypatch.setattr("sstl_cli.importers.repair.PIECE_ROWS", 50)
     monkeypatch.setattr(text, "BLOCK_BYTES", 1000)
     with pytest.raises(SstlError, match="line 502"):
