@@ -32,6 +32,18 @@ def test_the_distance_that_shows_is_that_of_the_weights() -> None:
     assert (float(plain), float(beside)) == (learned().shows_d2, learned(True).shows_d2)
 
 
+def test_the_power_of_the_odds_is_that_of_the_weights() -> None:
+    text = " ".join((ROOT / "docs/diagnosis.md").read_text(encoding="utf-8").split())
+    plain, beside = re.search(r"raised to a learned power \(([\d.]+); ([\d.]+) beside an accepted model\)", text).groups()
+    assert (float(plain), float(beside)) == (learned().temper, learned(True).temper)
+
+
+def test_how_often_a_set_holds_the_truth_is_that_of_the_published_set() -> None:
+    text = " ".join((ROOT / "docs/diagnosis.md").read_text(encoding="utf-8").split())
+    held = re.search(r"\((\d+ of \d+) on the sealed set", text)[1]
+    assert f"| {held} (" in re.search(r"^\| coverage of the ambiguity set \|.*$", told("blind.md", "published"), re.M)[0]
+
+
 @pytest.mark.slow
 def test_how_many_effects_at_the_limit_are_called_nothing() -> None:
     text = (ROOT / "docs/limit.md").read_text(encoding="utf-8")
