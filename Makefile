@@ -94,7 +94,7 @@ $(OUT)/blind-quick/score.json: $(STAMP) $(SOURCES)
 	$(BIN)/sstl blind score $(OUT)/blind-quick --out $@
 
 # as the published set was made
-PUBLISHED := --cases 186 --nulls 124 --quick --simulator mixed
+PUBLISHED := --cases 540 --nulls 370 --quick --simulator mixed
 blind-full: $(STAMP) ## withheld-effect check, published run (hours); the seed is drawn and sealed
 	mkdir -p $(OUT)
 	test -d $(OUT)/blind-full || $(BIN)/sstl blind make $(OUT)/blind-full $(PUBLISHED)

@@ -99,6 +99,12 @@ def test_the_front_page_says_what_later_cases_did() -> None:
     assert f"{hits} of {singles} singles above 0.6 times the noise" in told_there and f"and {held} in the set" in told_there
 
 
+def test_a_full_set_is_made_as_the_published_one_was() -> None:
+    words = re.search(r"^PUBLISHED := (.+)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)[1].strip()
+    assert re.match(r"`sstl blind make set ([^`]+)`", told("blind.md", "published").strip())[1] == words
+    assert f"({words})" in told("../README.md", "blind")
+
+
 def share(k: int, n: int, low: float, high: float) -> dict[str, float]:
     return {"k": k, "n": n, "share": k / n, "low": low, "high": high}
 
