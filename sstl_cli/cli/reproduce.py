@@ -15,6 +15,7 @@ from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
     from sstl_cli.cli._reproduce_files import Shown
+    from sstl_cli.core.errors import GateError
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.paper.reproduce import Options, Reproduction
 
@@ -119,8 +120,7 @@ def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, ma
         "written": written,
         **files.extras(found),
     }
-    _require_spread(screen, found)
-    screen.finish(document)
+    screen.finish(document, gate=_missed(screen, found))
 
 
 def _show(screen: Screen, shown: Shown) -> None:
@@ -138,15 +138,15 @@ def _show(screen: Screen, shown: Shown) -> None:
             screen.say(f"{n:4d} entries {verdict}: {VERDICTS[verdict]}")
 
 
-def _require_spread(screen: Screen, found: Reproduction) -> None:
-    """Raise GateError if entries of block R lie outside the committed spread."""
+def _missed(screen: Screen, found: Reproduction) -> GateError | None:
+    """Return the gate that is missed if entries of block R lie outside the committed spread; the farthest are told here."""
     from sstl_cli.core.errors import GateError
 
     if not found.outside:
-        return
+        return None
     for one in found.outside[:SHOWN_OUTSIDE]:
         screen.note(one.text())
-    raise GateError(
+    return GateError(
         f"{len(found.outside)} entries of block R lie outside the committed spread, the farthest: {found.outside[0].text()}",
         where="block R",
         fix="if the change is meant, measure it anew: make reproduce-seeds",

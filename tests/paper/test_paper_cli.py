@@ -61,6 +61,23 @@ def test_outside_the_committed_spread_ends_with_4(monkeypatch, capsys, tmp_path)
     assert "E809" in said and "sinusoid DI rmse_CP is 0.01, committed 0.46" in said
 
 
+def test_what_was_rebuilt_is_told_beside_the_missed_gate(monkeypatch, capsys):
+    """One document on stdout: the tables; the gate is an error beside it, as it is of ``evaluate``."""
+    from sstl_cli.cli.app import main
+    from sstl_cli.paper import reproduce
+    from sstl_cli.paper.gate import Outside
+
+    wrong = Outside("rig", ("IV", "sinusoid DI", "rmse_CP"), 0.01, 0.46, 11.0)
+    monkeypatch.setattr(reproduce, "run", lambda *_: reproduce.Reproduction(outside=(wrong,)))
+    monkeypatch.setattr(sys, "argv", ["sstl", "reproduce", "--table", "R", "--json"])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    out, err = capsys.readouterr()
+    document = json.loads(out)
+    assert stopped.value.code == 4 and "E809" in err
+    assert document["schema"] == "sstl.reproduce/1" and document["tables"] == ["R"] and "E809" not in out
+
+
 def test_progress_tells_as_much_as_the_bar_has(monkeypatch, capsys):
     from contextlib import contextmanager
 
