@@ -12,7 +12,7 @@ import sstl_cli as sstl
 )
 def test_recordings_without_noise(effects, named):
     log = sstl.simulate("sample", simulator="transmission", noise_n=0.0, seed=3, effects=effects)
-    candidates = ("gain_error", "zero_offset", "viscous", "friction_drift")
+    candidates = ("gain_error", "zero_offset", "viscous", "friction_drift", "saturation", "acquisition_faults", "quantisation")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         said = sstl.diagnose(log, effects=candidates).verdict
