@@ -11,8 +11,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.sound import why_no_lines
-from sstl_cli.core.tables import PARAMETERS
+from sstl_cli.mapping.configurations import configurations
 
 Array = NDArray[np.float64]
 MIN_CONFIGS = 8
@@ -86,32 +85,21 @@ def pairs_of(theta: pa.Table) -> Pairs:
     Parameters
     ----------
     theta : pyarrow.Table
-        Rows of ``sstl.theta``; a row without finite positive slopes or without configuration is set aside.
+        Rows of ``sstl.theta``; a row that is not ok, has no usable slopes or no configuration is set aside.
     """
-    aside: dict[str, str] = {}
-    loops: dict[str, list[dict[str, object]]] = {}
-    acts: dict[str, dict[str, list[dict[str, object]]]] = {}
-    for row in theta.to_pylist():
-        why = _unusable(row)
-        if why:
-            aside[str(row["run_id"])] = why
-        elif row["system"] == "sstl":
-            loops.setdefault(str(row["config_id"]), []).append(row)
-        else:
-            acts.setdefault(str(row["config_id"]), {}).setdefault(str(row.get("tendon") or ""), []).append(row)
-    for config, found in ((c, r) for c, r in loops.items() if c not in acts):
-        aside.update({str(r["run_id"]): f"configuration {config} has no actuation run" for r in found})
-    for config, tendons in ((c, t) for c, t in acts.items() if c not in loops):
-        alone = [r for rows in tendons.values() for r in rows]
-        aside.update({str(r["run_id"]): f"configuration {config} has no sensing-loop run" for r in alone})
+    found, unused = configurations(theta, alone=False)
+    aside = {u.run_id: u.why for u in unused}
     labels: list[tuple[str, str, str]] = []
     values: list[list[float]] = []
-    for config in sorted(set(loops) & set(acts)):
-        sstl = [_mean(loops[config], n) for n in ("gamma_p", "gamma_r")]
-        for tendon, rows in sorted(acts[config].items()):
-            place = next((str(r["location"]) for r in [*rows, *loops[config]] if r["location"] is not None), "")
-            labels.append((config, place, tendon))
-            values.append(sstl + [_mean(rows, n) for n in ("gamma_p", "gamma_r", "beta_p", "beta_r")])
+    for one in sorted(found, key=lambda c: c.name):
+        if one.loop is None:
+            aside |= {run: f"configuration {one.name} has no sensing-loop run" for t in one.tendons.values() for run in t.runs}
+            continue
+        if not one.tendons:
+            aside |= dict.fromkeys(one.loop.runs, f"configuration {one.name} has no actuation run")
+        for tendon, act in sorted(one.tendons.items()):
+            labels.append((one.name, act.location or one.loop.location or "", tendon))
+            values.append([*one.loop.slopes, *act.slopes, act.beta_p, act.beta_r])
     table = np.array(values, dtype=np.float64).reshape(-1, 6)
     configs, places, names = (tuple(label[i] for label in labels) for i in range(3))
     return Pairs(configs, places, names, table[:, :2], table[:, 2:4], table[:, 4:], aside, theta.num_rows)
@@ -129,23 +117,3 @@ def require_enough(pairs: Pairs, where: str = "") -> None:
         fix="record act and sstl runs with the same config_id",
         code="E502",
     )
-
-
-def _unusable(row: dict[str, object]) -> str:
-    if row["config_id"] is None:
-        return "no config_id: nothing to pair it by"
-    if row["system"] not in ("act", "sstl"):
-        return f"system '{row['system']}' is neither act nor sstl"
-    for name in ("gamma_p", "gamma_r"):
-        value = row[name]
-        if not isinstance(value, float):
-            return f"{name} is null" + (f" ({row['status']})" if row["status"] != "ok" else "")
-        if not 0 < value < np.inf:
-            return f"{name} is not a positive number"
-    return next((f"{name} {why}" for name, why in why_no_lines(row).items() if name in PARAMETERS), "")
-
-
-def _mean(rows: list[dict[str, object]], name: str) -> float:
-    found = [v for v in (r[name] for r in rows) if isinstance(v, float)]
-    known = [v for v in found if np.isfinite(v)]
-    return float(np.mean(known)) if known else float("nan")

@@ -17,8 +17,8 @@ from sstl_cli.core.documents.control import ScoreRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
-from sstl_cli.core.sound import why_no_lines
 from sstl_cli.core.tables import COMMAND, PARAMETERS, SCORE
+from sstl_cli.mapping.configurations import configurations
 
 Array = NDArray[np.float64]
 
@@ -76,34 +76,22 @@ def cases_of(theta: pa.Table) -> tuple[list[Case], dict[str, str]]:
     Several runs of one configuration and system are averaged. A column ``tendon`` splits the actuation
     side of a configuration into its tendons, which share the sensing loop.
     """
-    rows = theta.to_pylist()
-    groups: dict[str, dict[str, list[dict[str, object]]]] = {}
-    loops: dict[str, list[dict[str, object]]] = {}
-    aside: dict[str, str] = {}
-    for row in rows:
-        config = str(row["config_id"] if row["config_id"] is not None else row["run_id"])
-        if row["status"] != "ok":
-            aside[f"{config} ({row['run_id']})"] = str(row["status"])
-        elif wrong := [f"{name} {why}" for name, why in why_no_lines(row).items() if name in PARAMETERS]:
-            aside[f"{config} ({row['run_id']})"] = wrong[0]
-        elif row["system"] == "sstl":
-            loops.setdefault(config, []).append(row)
-        else:
-            tendon = row.get("tendon")
-            name = f"{config}/{tendon}" if tendon is not None else config
-            groups.setdefault(config, {}).setdefault(name, []).append(row)
+    known, unused = configurations(theta, alone=True)
+    aside = {f"{u.config} ({u.run_id})": u.why for u in unused}
     found = []
-    for config in dict.fromkeys([*groups, *loops]):
-        sstl = loops.get(config, [])
-        slopes = (_mean(sstl, "gamma_p"), _mean(sstl, "gamma_r")) if sstl else None
-        for name, act in (groups.get(config) or {config: []}).items():
-            location = next((str(r["location"]) for r in [*act, *sstl] if r["location"] is not None), None)
+    for one in known:
+        loop = one.loop
+        slopes, place = (loop.slopes, loop.location) if loop is not None else (None, None)
+        if not one.tendons:
+            found.append(Case(one.name, place, None, slopes))
+        for tendon, act in one.tendons.items():
+            name = f"{one.name}/{tendon}" if tendon else one.name
             try:
-                lines = Theta(*(_mean(act, p) for p in PARAMETERS)) if act else None
+                lines = Theta(*(getattr(act, p) for p in PARAMETERS))
             except SstlError as error:
                 aside[name] = error.what
                 continue
-            found.append(Case(name, location, lines, slopes))
+            found.append(Case(name, act.location or place, lines, slopes))
     return found, aside
 
 
@@ -308,11 +296,6 @@ def score_rows(result: Result) -> list[ScoreRow]:
 def score_table(rows: Sequence[ScoreRow]) -> pa.Table:
     """Return score rows as a table of the SCORE schema."""
     return pa.Table.from_pylist([row.plain() for row in rows], schema=SCORE.arrow())
-
-
-def _mean(rows: list[dict[str, object]], name: str) -> float:
-    values = [float(r[name]) for r in rows if r[name] is not None]  # type: ignore[arg-type]
-    return float(np.mean(values)) if values else float("nan")
 
 
 def _baseline_first(methods: Sequence[str]) -> list[str]:
