@@ -23,7 +23,8 @@ STRENGTHS = 2
 class Measured:
     """What the page has measured: chi^2 per sample by row and phase, samples of the least phase of a noise setting, correlation of neighbours,
     holds (mean, standard error in mN), variance of log ratios over theory, candidates (recordings, beyond the 95 % point), twice
-    the gain of refitted effects (median, largest, recordings), and the median D^2 that is kept case by case."""
+    the gain of refitted effects (median, largest, recordings), and the median D^2 that is kept case by case.
+    """
 
     chi2: Mapping[str, float]
     samples: int

@@ -121,7 +121,7 @@ def of_diagnosis(cases: int, seed: int, end: float) -> tuple[list[list[object]],
             true = accepted.realised_shrink_pct(base, result.model(), drawn.record(1) + again(drawn.record(2)))
             if gap.shrink_ci95_pct is not None:
                 counts["shrinkage"].append(true is not None and within(true, gap.shrink_ci95_pct))
-            print(f"{number} {simulator} {effect}: {dict((k, (sum(v), len(v))) for k, v in counts.items())}", file=sys.stderr, flush=True)
+            print(f"{number} {simulator} {effect}: { {k: (sum(v), len(v)) for k, v in counts.items()} }", file=sys.stderr, flush=True)
     rows: list[list[object]] = []
     for what in ("parameters", "shrinkage"):
         for simulator, said in SIMULATORS.items():

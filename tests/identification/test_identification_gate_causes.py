@@ -145,7 +145,7 @@ def test_a_slight_bend_with_a_name_is_no_single_pass():
 
 
 def test_an_overflow_names_its_channel_and_a_dropout_is_none():
-    (said,) = [r for r in gate.remarks(changed(overflowing, "act-b020"))]
+    (said,) = list(gate.remarks(changed(overflowing, "act-b020")))
     assert said.rule == "overflow" and said.number == pytest.approx(24.0, abs=0.5)
 
     def dropping(r):

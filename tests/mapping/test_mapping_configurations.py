@@ -15,7 +15,17 @@ from sstl_cli.steps.compensate import cases_of
 
 def row(run_id: str, system: str = "act", config: str | None = "C", slopes: tuple = (0.5, 1.6), **more: object) -> dict:
     lines = {"gamma_p": slopes[0], "beta_p": -1.0, "gamma_r": slopes[1], "beta_r": -1.2}
-    return {"run_id": run_id, "config_id": config, "system": system, "location": "CP", "lead_mm": None, "loops": 1, **lines, "status": "ok", **more}
+    return {
+        "run_id": run_id,
+        "config_id": config,
+        "system": system,
+        "location": "CP",
+        "lead_mm": None,
+        "loops": 1,
+        **lines,
+        "status": "ok",
+        **more,
+    }
 
 
 LOOP = row("loop", "sstl", slopes=(0.25, 3.2))

@@ -80,7 +80,7 @@ def test_no_configuration_is_in_two_parts(options):
         for place in ("NP", "CP", "ND"):
             own = np.array([c.startswith(place) for c in pairs.config_id])
             assert abs(parts[2][0][own].mean() - share[0]) < 0.1
-    assert len({r for r in splits.roles}) == 3, "seeds differ in validation"
+    assert len(set(splits.roles)) == 3, "seeds differ in validation"
     assert (len({m.tobytes() for m in parts[2]}) == 1) != options.get("per_seed", False)
 
 

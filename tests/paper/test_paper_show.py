@@ -153,7 +153,7 @@ def test_a_small_difference_is_not_said_to_be_none():
 @pytest.fixture(scope="module")
 def beyond():
     """Everything beyond the paper, with values as they come."""
-    every = {t: (0.25, 0.24, 0.26) for t in TRAJECTORIES}
+    every = dict.fromkeys(TRAJECTORIES, (0.25, 0.24, 0.26))
     rungs = tuple(Rung(w.name, every, every, every, every, every, every) for w in WAYS)
     probes = tuple(Probe(kind, t, 80.0, 0.0164, None, 0.294, rig, c) for rig, _, c in SETTINGS for kind, t, _ in PLANS)
     fitted = Fitted({("presliding", "breakaway_mm"): 0.185, ("presliding", "spread"): 0.536}, Scenario(), 0.075)

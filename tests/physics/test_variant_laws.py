@@ -80,7 +80,7 @@ def test_every_law_shows_and_vanishes_at_neutral(effect: str, law: str) -> None:
 def test_both_ends_of_twice_the_range_are_solved(effect: str, law: str, end: str) -> None:
     values = {k: getattr(b, end) for k, b in parameters()[effect].items()}
     if effect == "saturation":
-        values = {k: 5.0 for k in values}
+        values = dict.fromkeys(values, 5.0)
     for system in ("act", "sstl"):
         found = march_variant(VariantSpec(laws={effect: law}, law_seed=2), movement(system), {effect: values})
         assert found.unconverged == 0

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import ast
+import json
+import re
+import subprocess
+import sys
 import tomllib
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -71,3 +76,21 @@ def test_types_are_missing_of_named_libraries_only() -> None:
     mypy = tomllib.loads((ROOT.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mypy"]
     named = [name for part in mypy["overrides"] for name in part["module"]]
     assert "ignore_missing_imports" not in mypy and not any(n.startswith(("*", "sstl")) for n in named)
+
+
+def spelled(pattern: str) -> list[str]:
+    """Return the patterns that one with braces stands for."""
+    if not (found := re.search(r"\{([^}]*)\}", pattern)):
+        return [pattern]
+    return [p for word in found[1].split(",") for p in spelled(pattern[: found.start()] + word + pattern[found.end() :])]
+
+
+def test_every_rule_that_is_ignored_for_some_files_would_be_broken_there() -> None:
+    root = ROOT.parent
+    given = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["ruff"]["lint"]["per-file-ignores"]
+    asked = ["check", "--no-cache", "--exit-zero", "--output-format", "json", "--config", "lint.per-file-ignores={}", "."]
+    done = subprocess.run([sys.executable, "-m", "ruff", *asked], cwd=root, capture_output=True, text=True, check=True)
+    broken = {(Path(f["filename"]).relative_to(root).as_posix(), f["code"]) for f in json.loads(done.stdout)}
+    ignored = [(p, rule) for pattern, rules in given.items() for p in spelled(pattern) for rule in rules]
+    needless = [(p, rule) for p, rule in ignored if not any(fnmatch(file, p) and code.startswith(rule) for file, code in broken)]
+    assert ignored and needless == []

@@ -53,7 +53,7 @@ def model(tmp_path_factory):
         for system, n in (("act", 1), ("sstl", 2)):
             noise = np.exp(0.004 * rng.standard_normal(2))
             rows.append(
-                {n_: None for n_ in THETA.names}
+                dict.fromkeys(THETA.names)
                 | {
                     "run_id": f"{i}-{system}",
                     "config_id": f"c{i:02d}",
