@@ -113,6 +113,10 @@ FEWEST_CONTRASTS = 2
 # windows of a stroke in which an output may rest: so many standard deviations of a difference long, so many at least
 WINDOW_TRAVEL, FEWEST_WINDOWS = 6.0, 20
 
+# an output leaves its hold where the mean over so many samples spans more than so many usual steps from one to the next; shorter runs
+# show neither
+SMOOTHED, LEFT_STEPS, SHORTEST_LEFT = 9, 8.0, 20
+
 # === believed: priors, and how far they may be left
 
 # odds (logarithm) of what the catalogue has no name for beside its effects, which assume one friction for both tendons

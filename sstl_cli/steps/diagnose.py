@@ -23,6 +23,7 @@ from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.noise import of_readings
+from sstl_cli.diagnosis.propagation import propagates
 from sstl_cli.diagnosis.records import Problem, Record, prepare
 from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.scale import Scale
@@ -257,7 +258,7 @@ def gather(
     beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
     if options.position:
         beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
-    rows = features.rows(found, _beside(found, faulty, beside), 1.0 if _propagates(problem) else 0.0)
+    rows = features.rows(found, _beside(found, faulty, beside), 1.0 if propagates(problem) else 0.0)
     rows = replace(rows, barred={**rows.barred, **{e.id: e.id for e in faulty if e.id not in ids}})
     return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, prepared, own, recorded)
 
@@ -382,13 +383,3 @@ def _shown(problem: Problem) -> tuple[str, ...]:
     act = [r for r in problem.records if r.system == "act"]
     together = bool(act) and all("neighbour_n" in r.raw.extra for r in act)
     return ("out", "neighbour") if together else ("out",)
-
-
-def _propagates(problem: Problem) -> bool:
-    """Whether the output of any run moves by clearly more than its noise."""
-    for r in problem.records:
-        if len(r) > 20:
-            smooth = np.convolve(r.y, np.full(9, 1 / 9), mode="valid")
-            if np.ptp(smooth) > 8.0 * max(float(np.median(np.abs(np.diff(r.y)))), 1e-12):
-                return True
-    return False
