@@ -175,3 +175,17 @@ def test_what_is_said_of_the_house_is_what_was_counted() -> None:
     outer = [sum(c[f"lines in {n}"] for n in ("cli", "steps")) / c["lines in all"] for c in (before, now)]
     assert outer == [pytest.approx(1 / 3, abs=0.05), pytest.approx(1 / 5, abs=0.04)]
     assert "two fifths of the mappings whose values have no type, a sixth of" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+def test_what_is_said_of_wrong_trials_is_what_their_rows_say() -> None:
+    text = (ROOT / "docs/reproduction.md").read_text(encoding="utf-8")
+
+    def changes(withheld: str) -> list[float]:
+        row = re.search(rf"^\| {withheld} \| .* zero_drift, on trial \|(.*)$", text, re.M)[1]
+        return [float(b) / float(a) - 1.0 for a, b in re.findall(r"([\d.]+) -> ([\d.]+)", row)]
+
+    said = " ".join(text.split())
+    assert min(changes("pulley_friction")) > 0.1 and "for the pulley, such a zero makes all three numbers worse" in said
+    worse, *better = (round(100 * c) for c in changes("gain_error"))
+    assert f"for the gain it makes withheld bends {worse} % worse and the other two {-max(better)} to {-min(better)} % better" in said
+    assert "were made by d4ca4e3" in said
