@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import tracemalloc
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.importers import text, turns
+from sstl_cli.importers.chunk import Chunk
+from sstl_cli.importers.counts import Counts
 from sstl_cli.importers.mapping import mapping_of
 from sstl_cli.steps.import_ import Import, run
 
@@ -90,6 +95,28 @@ def test_many_runs_and_rows_wait_in_a_file_and_none_is_lost(tmp_path: Path, monk
     same(load(path)[1], wanted)
     # nine batches of a thousand rows, of which the last stays in memory
     assert len(fetched) > 8 * 40
+
+
+def test_memory_does_not_grow_with_the_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(turns, "AWAY_ROWS", 500)
+    monkeypatch.setattr(turns, "MOST_ROWS", 5000)
+
+    def taking_turns(chunks: int) -> Iterator[Chunk]:
+        for i in range(chunks):
+            k = np.arange(1000 * i, 1000 * (i + 1))
+            time = 0.01 * (k // 20) + 0.0001 * (k % 20)
+            yield Chunk(
+                {"time_s": time, "tension_in_n": time + 1.0, "tension_out_n": time + 2.0}, {"run_id": pa.array([f"r{n % 20}" for n in k])}
+            )
+
+    peaks = []
+    for chunks in (20, 20, 80):
+        tracemalloc.start()
+        assert sum(map(len, turns.by_run(taking_turns(chunks), None, Counts(), "x"))) == 1000 * chunks
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    # the first one loads what is needed
+    assert peaks[2] < 1.3 * peaks[1]
 
 
 def test_runs_that_begin_to_take_turns_late_are_whole_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
