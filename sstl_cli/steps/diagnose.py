@@ -157,19 +157,13 @@ def run(
     said = verdict.verdict(found.rows, _weights(options), options.prior or None)
     body = document(
         Given(
-            found.problem,
-            found.search,
-            found.nominal,
-            found.recorder,
-            found.beside,
-            found.rows,
-            said,
-            accepted(found, said),
-            found.scale,
-            [Remark(**asdict(r)) for r in remarks],
-            following.Limits(options.max_tension_n, options.max_rate_n_per_s),
-            deadline.passed,
-            _weights(options).shows_d2,
+            **vars(found),
+            verdict=said,
+            accepted=accepted(found, said),
+            remarks=[Remark(**asdict(r)) for r in remarks],
+            limits=following.Limits(options.max_tension_n, options.max_rate_n_per_s),
+            passed=deadline.passed,
+            shows_d2=_weights(options).shows_d2,
         )
     )
     result = Diagnosis(found, said, options, body)

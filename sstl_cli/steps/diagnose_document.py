@@ -47,7 +47,7 @@ TOLD = 4
 
 def document(g: Given) -> DiagnosisDocument:
     """Return the diagnosis as laid down in the contract, tensions in the units of the recording."""
-    g = replace(g, recorder=[_above_noise(g, r) for r in g.recorder])
+    g = replace(g, recorder=tuple(_above_noise(g, r) for r in g.recorder))
     sim = g.search.sim
     # the error is that of the simulator alone: what it is known to leave counts as well
     known = misfit.known(g.problem)

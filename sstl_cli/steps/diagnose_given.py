@@ -42,24 +42,18 @@ class Evidence:
     runs: tuple[Run, ...] = ()
 
 
-@dataclass(frozen=True)
-class Given:
-    """Everything that a document is made from."""
+@dataclass(frozen=True, kw_only=True)
+class Given(Evidence):
+    """Everything that a document is made from: the evidence, and what is said of it.
 
-    problem: Problem
-    search: Search
-    nominal: Array
-    recorder: Sequence[RecorderEffect]
-    beside: Sequence[ChannelGap]
-    rows: features.Rows
+    ``passed`` says whether a stage that can be left out has to be, ``shows_d2`` is that of the weights.
+    """
+
     verdict: Verdict
     accepted: Fit
-    scale: Scale | None = None
     remarks: Sequence[Remark] = ()
     limits: following.Limits | None = None
-    # whether a stage that can be left out has to be
     passed: Callable[[str], bool] = lambda _: False
-    # see Weights
     shows_d2: float = DECIDABLE
 
 
