@@ -65,6 +65,24 @@ def latent_means(
     return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, told)
 
 
+def unread_n(out: Latent, read: Mask, at: int) -> float:
+    """Return the standard deviation (N) of a smoothed output at a step, beside what it may have done before it was read.
+
+    A slow sensor tells nothing until it is renewed for the first time, and the line may have come round a corner since. It is taken
+    to have moved before as far as it does in as long a time after.
+
+    Parameters
+    ----------
+    read : ndarray of bool, shape (n,)
+        Steps that hold a reading.
+    """
+    error, ahead = float(np.sqrt(out.variance[at])), int(np.argmax(read[at:])) if read[at:].any() else 0
+    if ahead == 0 or read[max(at - ahead, 0) : at].any():
+        return error
+    first, later = at + ahead, min(at + 2 * ahead, len(read) - 1)
+    return float(np.hypot(error, out.value[later] - out.value[first]))
+
+
 def white_of(signal: Array, known: Mask, rounding_n: float, dt_s: float, slow: Slow) -> float:
     """Return the white noise (N) of equally spaced readings beside slow noise, at least that of their rounding."""
     return max(white_beside(white_noise(signal, known), slow.sd_n, slow.kept(dt_s)), rounding_n)

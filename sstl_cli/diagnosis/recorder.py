@@ -232,10 +232,12 @@ def _back(signal: Array, a: int, b: int, noise: float) -> bool:
     What rises and falls over several samples is a movement, or an impact, however short it is.
     """
     if a < 2 or b + 2 > len(signal):
-        # with one side alone: off the line through the next two, by more than those bend from the third
+        # with one side alone: off the line through the next two, by more than those bend from the third; and farther than the channel goes
+        # between two readings anywhere else, since one that comes to rest there stands off as well
         first, second, third = signal[b : b + 3] if a < 2 else signal[a - 3 : a][::-1]
-        bend = first - 2.0 * second + third
-        return bool(abs(signal[b - 1 if a < 2 else a] - 2.0 * first + second) > SPIKE_SIGMA * noise + abs(bend))
+        bend, most = first - 2.0 * second + third, float(np.max(np.abs(np.diff(signal[b:] if a < 2 else signal[:a]))))
+        off = abs(signal[b - 1 if a < 2 else a] - 2.0 * first + second)
+        return bool(off > SPIKE_SIGMA * noise + max(abs(bend), most))
     off = np.abs(signal[a - 1 : b + 1] - np.linspace(signal[a - 2], signal[b + 1], b - a + 4)[1:-1])
     return bool(max(off[0], off[-1]) <= max(SPIKE_SIGMA * noise, STEADY * off[1:-1].max()))
 

@@ -18,7 +18,7 @@ from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known
 from sstl_cli.diagnosis.jitter import Piece, unstamped
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
-from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
+from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, unread_n, white_of
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, folded, gaps, known, renewed, scanned, unfolded
 from sstl_cli.diagnosis.recorder import Faults
@@ -254,7 +254,8 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     lost = block_mean(gap, thin)[:n] > 0
     turned = hiding(lost, into.u, into.rate * dt, faults_in.noise_n) + stretches(block_mean(faults_in.clipped.astype(float), thin)[:n] > 0)
     ready = (np.arange(n) % factor == 0) & (block_mean(raw_weight, thin)[:n] > 0.5)
-    again = _starts(sorted(turned), ready, out)
+    read = block_mean((good & fresh_out).astype(float), thin)[:n] > 0.0
+    again = _starts(sorted(turned), ready, out, read)
     for end, start in again:
         raw_weight[end * thin : start.at * thin] = 0.0
     raw_weight[: n * thin][np.repeat(blurred(run, out.rate, thin) > faults_out.noise_n, thin)] = 0.0
@@ -281,7 +282,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
         into.rate,
         weight,
         float(out.value[0]),
-        float(np.sqrt(out.variance[0])),
+        unread_n(out, read, 0),
         run,
         faults_in,
         faults_out,
@@ -346,7 +347,7 @@ def _input_told(r: Record, how: Told) -> Input:
     return into
 
 
-def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list[tuple[int, Start]]:
+def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent, read: Mask) -> list[tuple[int, Start]]:
     """Return the ends of stretches in which the input may have turned, and where a model begins anew behind each.
 
     A step of the analysis begins with a known output where it is ``ready``, shape (n,); without one behind a stretch the run ends there.
@@ -355,7 +356,7 @@ def _starts(turned: Sequence[tuple[int, int]], ready: Mask, out: Latent) -> list
     for _, end in turned:
         at = end + int(np.argmax(ready[end:])) if ready[end:].any() else n
         k = min(at, n - 1)
-        found.append((end, Start(at, float(out.value[k]), float(np.sqrt(out.variance[k])))))
+        found.append((end, Start(at, float(out.value[k]), unread_n(out, read, k))))
     return found
 
 

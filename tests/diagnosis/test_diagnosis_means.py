@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sstl_cli.diagnosis.latent import WHITE_ONLY
-from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, white_of
+from sstl_cli.diagnosis.latent import WHITE_ONLY, Latent
+from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, unread_n, white_of
 
 ALL = np.ones(8, bool)
 
@@ -66,3 +66,15 @@ def test_the_latent_signal_is_smoother_than_its_readings_and_as_long_as_the_grid
     grid = truth.reshape(-1, 2).mean(axis=1)
     assert len(found.value) == 1000
     assert np.std(found.value - grid) < 0.5 * 0.05 / np.sqrt(2.0)
+
+
+def test_before_the_first_reading_a_line_may_have_moved_as_far_as_after_it():
+    value = np.array([9.0, 8.6, 8.2, 7.8, 7.5, 7.2, 7.2, 7.2])
+    out = Latent(value, np.zeros(8), np.full(8, 0.09), np.zeros((8, 26)), 0.0, np.zeros(8), np.zeros(4))
+    read = np.array([0, 0, 1, 0, 1, 0, 1, 0], bool)
+    # two steps before the first reading, beside the smoother's 0.3 N: 8.2 to 7.5 N
+    assert unread_n(out, read, 0) == pytest.approx(np.hypot(0.3, 0.7))
+    # at a reading, and between two of them, the smoother knows; behind the last one nothing is ahead
+    assert [unread_n(out, read, k) for k in (2, 3, 4, 7)] == pytest.approx([0.3] * 4)
+    # one whose readings come later than the record is long after them
+    assert unread_n(out, np.arange(8) == 6, 0) == pytest.approx(np.hypot(0.3, value[7] - value[6]))

@@ -267,11 +267,22 @@ def test_two_samples_on_either_side_tell_whether_a_spike_is_back_and_with_fewer_
     assert recorder._back(y, 2, 3, 0.1) and not recorder._back(y[1:], 1, 2, 0.1)
     back = y[::-1]
     assert recorder._back(back, 6, 7, 0.1) and not recorder._back(back[:-1], 6, 7, 0.1)
-    # one side alone that goes on straight does, by more than noise
-    for height, seen in ((1.01 * SPIKE_SIGMA * 0.1, True), (0.99 * SPIKE_SIGMA * 0.1, False)):
-        straight = np.arange(6.0)
-        straight[0] += height
-        assert recorder._back(straight, 0, 1, 0.1) is seen and recorder._back(straight[::-1], 5, 6, 0.1) is seen
+    # one side alone that goes on straight does, by more than noise and than the line goes anywhere from one reading to the next
+    for slope in (0.0, 1.0):
+        for share, seen in ((1.01, True), (0.99, False)):
+            straight = slope * np.arange(6.0)
+            straight[0] += share * (SPIKE_SIGMA * 0.1 + slope)
+            assert recorder._back(straight, 0, 1, 0.1) is seen and recorder._back(straight[::-1], 5, 6, 0.1) is seen
+
+
+def test_a_slow_sensor_that_begins_just_before_its_line_comes_to_rest_has_no_spike_there():
+    # a line that is released by 0.3 N a reading, held, and pulled again: begun at its last reading before the hold
+    line = np.concatenate((8.9 - 0.3 * np.arange(3.0), np.full(20, 8.0), 8.0 + 0.3 * np.arange(20.0)))
+    noise = 0.01 * np.random.default_rng(0).standard_normal(len(line))
+    assert not recorder._spikes((line + noise)[2:], 0.01, np.zeros(len(line) - 2, bool)).any()
+    # nowhere else does it move by as much as this
+    line[2] += 2.0
+    assert np.flatnonzero(recorder._spikes((line + noise)[2:], 0.01, np.zeros(len(line) - 2, bool))).tolist() == [0]
 
 
 @pytest.mark.parametrize("slope", [0.0, 3.0])

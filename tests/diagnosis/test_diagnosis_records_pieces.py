@@ -31,7 +31,7 @@ def run(name="r", n=1000, span=16.0, sd=0.01, **more):
 def test_a_model_begins_anew_at_the_next_known_output_or_nowhere():
     out = Latent(np.arange(8.0), np.zeros(8), np.arange(8.0) ** 2, np.zeros((8, 26)), 0.0, np.zeros(8), np.zeros(4))
     ready = np.array([1, 0, 0, 0, 0, 1, 1, 0], bool)
-    assert records._starts([(1, 2), (5, 6), (6, 7)], ready, out) == [
+    assert records._starts([(1, 2), (5, 6), (6, 7)], ready, out, np.ones(8, bool)) == [
         (2, Start(5, 5.0, 5.0)), (6, Start(6, 6.0, 6.0)), (7, Start(8, 7.0, 7.0)),
     ]  # fmt: skip
     r = replace(PROBLEM.records[0], again=(Start(7, 1.0, 2.0),))
