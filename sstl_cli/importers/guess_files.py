@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from sstl_cli.importers.guess_words import REFERENCE, SIDE_OF, words
+from sstl_cli.importers.guess_words import LEAD, REFERENCE, SIDE_OF, words
 
 _PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
@@ -13,7 +13,6 @@ _SYSTEMS = {"act", "sstl"}
 _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
 _TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
 _BEND = words("deg bend angle config cfg conf curve radius r bending biegung winkel grad kurve")
-_LEAD = words("lead screw leadscrew spindel")
 # beside these act is what was measured
 _ACTUAL = REFERENCE | words("actual measured meas ist vs")
 # angles of something else than the sheath
@@ -128,7 +127,7 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
         if {v.lower() for v in values} <= _MOTIONS:
             return "trajectory"
         return "" if len(set(values)) == 1 else None
-    if before in _LEAD:
+    if before in LEAD:
         return "lead_mm"
     if before in _BEND:
         return "config_id"
@@ -171,7 +170,7 @@ def _no_system(i: int, columns: Columns) -> bool:
 def _doubt(i: int, label: str, columns: Columns) -> str:
     """Return the question that a labelled part of the names leaves, an empty text where it is sure."""
     part, direct, before, after = columns[i][0], _at(i - 1, columns), _before(i, columns), _at(i + 1, columns)
-    if label == "lead_mm" and before not in _LEAD:
+    if label == "lead_mm" and before not in LEAD:
         return f"is {part} mm the lead of a screw, and not a diameter or a length?"
     if label != "config_id":
         return ""

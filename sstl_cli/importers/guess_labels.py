@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import PASSES
 from sstl_cli.importers.guess_names import said
-from sstl_cli.importers.guess_words import words
+from sstl_cli.importers.guess_words import LEAD, PLACED, words
+from sstl_cli.importers.plan import lead_of
+from sstl_cli.importers.text_layout import unit_in
 
 # names of columns, in small letters and with _ between words, and the label that each may give
 LABEL_OF = {
@@ -36,24 +40,31 @@ class LabelColumn:
     question: str = ""
 
 
-def label_names(names: Iterable[str]) -> dict[str, str]:
+def label_names(units: Mapping[str, str]) -> dict[str, str]:
     """Return which columns may give which label by their names, the first of each.
+
+    Parameters
+    ----------
+    units : dict
+        Columns, and the units that the file states for them.
 
     Examples
     --------
-    >>> label_names(["Trial No", "config", "time (s)"])
-    {'run_id': 'Trial No', 'config_id': 'config'}
+    >>> label_names({"Trial No": "", "config": "", "Lead screw (mm)": "mm", "time (s)": "s"})
+    {'run_id': 'Trial No', 'config_id': 'config', 'lead_mm': 'Lead screw (mm)'}
     """
     found: dict[str, str] = {}
-    for name in names:
+    for name, unit in units.items():
         plain = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
         target = next((t for t, known in LABEL_OF.items() if plain in known), "")
+        if LEAD.intersection(said(name).words) and (unit or unit_in(name)) in ("", "mm"):
+            target = "lead_mm"
         if target:
             found.setdefault(target, name)
     return found
 
 
-def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bool) -> tuple[LabelColumn, ...]:
+def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bool, units: Mapping[str, str]) -> tuple[LabelColumn, ...]:
     """Return the columns that give labels by what they hold.
 
     Parameters
@@ -64,17 +75,17 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
         What they hold, row by row.
     whole : bool
         Whether that is all of the file.
+    units : dict
+        Units that the file states for columns.
     """
     out = []
+    names = {t: n for t, n in names.items() if _labels(t, values[n])}
     for target, name in names.items():
-        if target == "system" and not set(values[name]) <= set(PASSES):
-            continue
         pieces = 1 + _changes(values[name])
-        if pieces > 1 and len(values[name]) < LEAST_ROWS * pieces:
-            # a reading, which is another in every row
-            continue
         question = "does it name the configuration, or is it measured?" if pieces > 1 and re.match("(?i)bend|bieg", name) else ""
-        if target == "run_id":
+        if target == "lead_mm":
+            question = _lead_question(name, units.get(name, ""), pieces > 1 or not whole)
+        elif target == "run_id":
             rows = list(zip(*(values[n] for n in names.values()), strict=True))
             if not _tells_runs(values[name], rows):
                 # trial 1 of the next configuration would go on in the run of this one; a clock that begins anew splits them
@@ -82,6 +93,32 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
             question = "" if whole else "does it tell every run of the file apart? else leave it out: a clock that begins anew splits runs"
         out.append(LabelColumn(target, name, question))
     return tuple(out)
+
+
+def _labels(target: str, values: list[str]) -> bool:
+    """Return whether values of a column may be a label: what is another in every row is a reading."""
+    if target == "system" and not set(values) <= set(PASSES):
+        return False
+    if target == "lead_mm" and not all(map(_is_lead, set(values))):
+        return False
+    pieces = 1 + _changes(values)
+    return pieces == 1 or len(values) >= LEAST_ROWS * pieces
+
+
+def _is_lead(text: str) -> bool:
+    try:
+        return math.isfinite(lead_of(text, ""))
+    except SstlError:
+        return False
+
+
+def _lead_question(name: str, unit: str, may_change: bool) -> str:
+    """Return what is left to ask of a column that is named after a lead screw, an empty text where that is all that it says."""
+    if set(said(name).words) - LEAD - PLACED - {"mm"}:
+        return "is this how far the lead screw is turned in, and not another length of it?"
+    if may_change:
+        return "is this set for each run, or measured?"
+    return "" if unit or unit_in(name) else "in mm?"
 
 
 def _changes(values: list[str]) -> int:

@@ -69,7 +69,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
     time = guess_time(names, one, texts, _stamps(chosen, path, texts))
-    moving = [s for s in names if s.name in data and s.name != time.channel and _moves(data[s.name])]
+    moving = [s for s in names if s.name in data and s.name != time.channel and moves(data[s.name])]
     roles = guess_roles(moving, data)
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:
@@ -83,7 +83,8 @@ def look_at(path: Path, wanted: str | None) -> Look:
 
 def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel]) -> tuple[tuple[LabelColumn, ...], int | None]:
     """Return the columns that give labels, and how many rows the first run has by them (None: all)."""
-    names = label_names(c.name.removeprefix(prefix) for c in found)
+    units = {c.name.removeprefix(prefix): c.unit for c in found}
+    names = label_names(units)
     if not names:
         return (), None
     values: dict[str, list[str]] = {n: [] for n in names.values()}
@@ -95,7 +96,7 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel]) -> tu
                 break
             for name in values:
                 values[name] += [str(v) for v in block.columns[prefix + name]]
-    labels = label_columns(names, values, whole)
+    labels = label_columns(names, values, whole, units)
     return labels, rows_of_first(labels, values)
 
 
@@ -120,7 +121,8 @@ def _clock_if_forward(one: Said, values: Array | None) -> Said:
     return replace(one, quantity="time") if runs_forward(values) else one
 
 
-def _moves(values: Array) -> bool:
+def moves(values: Array) -> bool:
+    """Return whether the readings of a channel differ."""
     finite = values[np.isfinite(values)]
     return len(finite) > 2 and float(np.ptp(finite)) > 0
 

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_words import (
+    DIMENSIONS,
     ELSE,
     NOT_MEASURED,
+    PLACED,
+    PLACED_STEMS,
     QUANTITY,
     QUANTITY_OF,
     REFERENCE,
@@ -72,6 +75,13 @@ class Said:
         desired = "*" if self.name.split("(")[0].split("[")[0].rstrip().endswith("*") else "d" if own[-1:] == ("d",) and self.side else ""
         computed = _COMPUTED.search(_BRACKETS.sub("", self.name))
         return found or desired or (computed[0].strip() if computed else "")
+
+    @property
+    def placed(self) -> bool:
+        """Whether a word says that this is a position: its unit alone may be that of any length."""
+        if DIMENSIONS.intersection(self.words):
+            return False
+        return any(w in PLACED or (len(w) > 5 and any(stem in w for stem in PLACED_STEMS)) for w in self.words)
 
     @property
     def dimension(self) -> str:

@@ -44,6 +44,9 @@ def _differing(look: Look, looks: Sequence[Look]) -> dict[str, str]:
         for target, line in mine.items():
             body, _, question = line.partition(MARK)
             there, _, asks = theirs.get(target, "").partition(MARK)
+            if not there and target == "position_in_mm" and set(look.channels) <= set(other.channels):
+                # it stays where it is in that file
+                continue
             if there != body:
                 doubts.setdefault(target, f"'{other.path.name}' gives {there.partition(' = ')[2] or 'none'}: it needs a mapping of its own")
             elif asks and not question:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
-from sstl_cli.importers.guess_look import Look
+from sstl_cli.importers.guess_look import Look, moves
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
 from sstl_cli.importers.guess_time import MARK, TimeGuess
@@ -24,6 +23,7 @@ HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a qu
 MANY_N = 3_000.0
 # of the most negative reading, how far others may lie above zero
 SLACK = 0.1
+ANY_LENGTH = "no word of its name says position: is it that of the motor, or another length (then leave the line out)?"
 
 
 @dataclass(frozen=True)
@@ -149,21 +149,26 @@ def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
 
 
 def _others(p: Proposal) -> list[str]:
-    """Return lines for the reference and the proximal displacement where they are sure, else comments."""
+    """Return lines for the proximal displacement and the reference where they are sure or asked, else comments."""
     used = {s.name for s in (*p.roles.first, *p.roles.second)} | {p.time.channel}
+    free = [(s, p.data.get(s.name, np.empty(0))) for s in p.names if s.name not in used]
+    # what stays where it is over a file is a dimension of the rig
+    places = [s for s, v in free if s.quantity == "position" and not (s.reference or s.unmeasured) and s.side != "out" and moves(v)]
+    places = [s for s in places if s.placed] or places
+    references = [(s, v) for s, v in free if s.reference and (s.quantity == "force" or s.dimension == "force")]
     lines = []
-    wanted: tuple[tuple[str, str, Callable[[Said], bool]], ...] = (
-        ("position_in_mm", "length", lambda s: s.quantity == "position" and not (s.reference or s.unmeasured) and s.side != "out"),
-        ("tension_ref_n", "force", lambda s: s.reference and (s.quantity == "force" or s.dimension == "force")),
-    )
-    for target, dimension, fits in wanted:
-        found = [s for s in p.names if s.name not in used and fits(s)]
-        for s in found:
-            name = json.dumps(s.name, ensure_ascii=False)
-            sure = len(found) == 1 and s.dimension == dimension and p.pair is None
-            sure = sure and not (dimension == "force" and negative(p.data.get(s.name, np.empty(0))))
-            lines.append(f'{"" if sure else "# "}{target} = {{ column = {name}, unit = "{s.unit or "..."}" }}')
+    for s in places:
+        sure = len(places) == 1 and s.dimension == "length" and p.pair is None
+        lines.append(_other("position_in_mm", s, sure, "" if s.placed else ANY_LENGTH))
+    for s, v in references:
+        sure = len(references) == 1 and s.dimension == "force" and p.pair is None and not negative(v)
+        lines.append(_other("tension_ref_n", s, sure))
     return lines
+
+
+def _other(target: str, one: Said, sure: bool, question: str = "") -> str:
+    line = f'{target} = {{ column = {json.dumps(one.name, ensure_ascii=False)}, unit = "{one.unit or "..."}" }}'
+    return line + _mark(question) if sure else f"# {line}"
 
 
 def _mark(question: str) -> str:

@@ -159,6 +159,17 @@ UNIT_CELLS = UNIT_WORDS | {
 NO_CLOCK = words(
     "cycle cycles normalized normalised norm normiert frame frames fraction ratio phase period periode step steps timestep sqrt"
 )
+# of a screw that bends the tube: how far it is turned in, in names of files and of columns
+LEAD = words("lead screw leadscrew spindel")
+# in a name whose unit is a length: what is moved, or how far, and what is only measured along
+PLACED = words(QUANTITY["position"]) - {"length"} | words(
+    "motor drive driver actuator servo winch moteur actionneur motore attuatore actuador antrieb slider slide carriage crosshead stage schlitten traverse"
+)
+PLACED_STEMS = ("position", "posicion", "posizion", "displace", "verschieb", "stroke", "weg", "hub", "motor", "antrieb")
+DIMENSIONS = words(
+    "gap diameter dia radius thickness width height depth durchmesser spalt dicke breite hoehe diametre rayon epaisseur largeur "
+    "diametro raggio spessore larghezza radio grosor espesor ancho"
+)
 # units of something else, which no sensor's gain turns into a tension
 ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
 # units that are no force, and that no factor known here turns into one
@@ -167,7 +178,8 @@ STRANGE = ELSE | words("% percent pct prozent fs mv/v au arb norm pu")
 SIGNS = {
     "输入": "input", "入力": "input", "近端": "proximal", "输出": "output", "出力": "output", "远端": "distal", "遠端": "distal",
     "时间": "time", "時間": "time", "時刻": "time", "序号": "index", "番号": "index", "拉力": "tension", "张力": "tension", "張力": "tension",
-    "位移": "displacement", "变位": "displacement", "変位": "displacement", "目标": "target", "目標": "target", "指令": "command",
+    "位移": "displacement", "位置": "position", "위치": "position", "行程": "stroke", "ストローク": "stroke", "스트로크": "stroke",
+    "变位": "displacement", "変位": "displacement", "目标": "target", "目標": "target", "指令": "command",
     "荷重": "load", "モータ": "motor", "電流": "current", "电流": "current", "電圧": "voltage", "电压": "voltage", "温度": "temperature",
     "輸入": "input", "輸出": "output", "近側": "proximal", "遠側": "distal", "電機": "motor", "电机": "motor",
     "시간": "time", "입력": "input", "출력": "output", "장력": "tension", "하중": "load", "모터": "motor", "변위": "displacement",
