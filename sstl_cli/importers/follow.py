@@ -16,12 +16,13 @@ import pyarrow.compute as pac
 import pyarrow.csv as pc
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.runs import PASSES, SIGNALS, TEXTS, Run
+from sstl_cli.core.runs import SIGNALS, TEXTS, Run
 from sstl_cli.core.units import Linear
 from sstl_cli.importers.mapping import Mapping
 from sstl_cli.importers.plan import Plan, plan_of, recordings
 from sstl_cli.importers.seen import Seen
 from sstl_cli.importers.sources import Labels, labels_of
+from sstl_cli.importers.systems import known_system
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, layout_of
 
 READ_BYTES = 4 << 20
@@ -253,14 +254,15 @@ class TextFollower:
             rows[()] = list(range(n))
         for key, at in rows.items():
             found: dict[str, str | float | None] = {**self._plan.constants, **dict(zip(labels, key, strict=True))}
-            if found.get("system") not in PASSES:
+            system = known_system(found.get("system"))
+            if not system:
                 self._aside("rows whose system is neither act nor sstl", len(at))
                 continue
             text = {k: str(v) for k in TEXTS if (v := found.get(k)) is not None}
             some = {k: v[at] for k, v in signals.items()}
             yield Run(
                 run_id=text.get("run_id", self.run_name),
-                system=text["system"],
+                system=system,
                 time_s=some["time_s"],
                 tension_in_n=some["tension_in_n"],
                 tension_out_n=some["tension_out_n"],

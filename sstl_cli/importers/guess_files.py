@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass
 
 from sstl_cli.importers.guess_words import LEAD, REFERENCE, SIDE_OF, words
+from sstl_cli.importers.systems import SYSTEM_OF, known_system
 
 _PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
-_SYSTEMS = {"act", "sstl"}
 _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
 _TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
 _BEND = words("deg bend angle config cfg conf curve radius r bending biegung winkel grad kurve")
@@ -122,7 +122,7 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
     if values[0][0].isalpha():
         if set(values) <= _LOCATIONS:
             return "location"
-        if set(values) <= _SYSTEMS:
+        if _systems(set(map(str.lower, values))):
             return "system"
         if {v.lower() for v in values} <= _MOTIONS:
             return "trajectory"
@@ -139,6 +139,11 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
     if before in _TRIAL or all(len(v) in (6, 8, 14) for v in values):
         return ""
     return None if len(set(values)) > 1 else ""
+
+
+def _systems(found: set[str]) -> bool:
+    """Return whether words of file names tell the system: a long one may be what the test is about, unless the other system's stands there as well."""
+    return found <= set(SYSTEM_OF) and (found <= set(SYSTEM_OF.values()) or len(set(map(known_system, found))) > 1)
 
 
 def _at(i: int, columns: Columns) -> str:
@@ -162,9 +167,9 @@ def _speed(i: int, columns: Columns) -> bool:
 def _no_system(i: int, columns: Columns) -> bool:
     """Return whether act and sstl in a name need not be its system: both stand there, or act beside what is desired or measured."""
     others = {part.lower() for k, values in enumerate(columns) if k != i for part in values}
-    if others & _SYSTEMS:
+    if others & set(SYSTEM_OF):
         return True
-    return set(columns[i]) == {"act"} and bool(others & _ACTUAL - _TRIAL)
+    return {part.lower() for part in columns[i]} == {"act"} and bool(others & _ACTUAL - _TRIAL)
 
 
 def _doubt(i: int, label: str, columns: Columns) -> str:
@@ -179,7 +184,7 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
     separators = {p for p in (_at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
     if direct == "-" and separators != {"-"}:
         return f"is the - before {part} its sign, or does it separate?"
-    known = _BEND | _SYSTEMS | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
+    known = _BEND | set(SYSTEM_OF) | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
     if before in _TURNS or (direct[:1].isalpha() and direct not in known):
         return f"is {part} the bend, or the {before} of something else?"
     return ""

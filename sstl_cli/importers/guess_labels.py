@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.runs import PASSES
 from sstl_cli.importers.guess_names import said
 from sstl_cli.importers.guess_words import LEAD, PLACED, words
 from sstl_cli.importers.plan import lead_of
+from sstl_cli.importers.systems import known_system
 from sstl_cli.importers.text_layout import unit_in
 
 # names of columns, in small letters and with _ between words, and the label that each may give
@@ -97,7 +97,7 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
 
 def _labels(target: str, values: list[str]) -> bool:
     """Return whether values of a column may be a label: what is another in every row is a reading."""
-    if target == "system" and not set(values) <= set(PASSES):
+    if target == "system" and not all(map(known_system, set(values))):
         return False
     if target == "lead_mm" and not all(map(_is_lead, set(values))):
         return False

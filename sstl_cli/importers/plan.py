@@ -17,6 +17,7 @@ from sstl_cli.importers.finder import Finder, Recording, TimeBase
 from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Reference, Source
 from sstl_cli.importers.mapping import Mapping as MappingFile
 from sstl_cli.importers.pattern import starts
+from sstl_cli.importers.systems import system_of
 
 Array = NDArray[np.float64]
 
@@ -151,8 +152,8 @@ def _constants(mapping: MappingFile, labels: dict[str, str | float], from_column
             fix='give [constants] system = "act", or --map system=act',
             code="E334",
         )
-    if constants.get("system", "act") not in ("act", "sstl"):
-        raise SstlError(f"system is '{constants['system']}'", where=where, fix="it must be 'act' or 'sstl'", code="E334")
+    if "system" in constants:
+        constants["system"] = system_of(constants["system"], where)
     if "lead_mm" in constants:
         constants["lead_mm"] = lead_of(constants["lead_mm"], where)
     return constants

@@ -18,6 +18,7 @@ from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
 from sstl_cli.importers.plan import lead_of
 from sstl_cli.importers.spikes import spikes
+from sstl_cli.importers.systems import system_of
 
 Array = NDArray[np.float64]
 MAX_FILL_STEPS = 1_000
@@ -339,11 +340,6 @@ class Splitter:
     def _run(self, piece: Chunk) -> Run:
         assert self.key is not None
         labels = {n: v if v is not None else self.constants.get(n) for n, v in zip(LABELS, self.key, strict=True)}
-        system = labels["system"]
-        if system not in ("act", "sstl"):
-            raise SstlError(
-                f"system is {system!r}", where=f"{self.where}, run {self.run_id!r}", fix="it must be 'act' or 'sstl'", code="E334"
-            )
         text = {n: str(labels[n]) if labels[n] is not None else None for n in ("config_id", "location", "trajectory", "tendon")}
         signals = dict(piece.signals)
         if self.zero is not None:
@@ -354,7 +350,7 @@ class Splitter:
         unit_in, unit_out = (self.units.get(n, "N") for n in TENSIONS)
         return Run(
             run_id=self.run_id,
-            system=str(system),
+            system=system_of(labels["system"], f"{self.where}, run {self.run_id!r}"),
             lead_mm=self.lead,
             unit_in=unit_in,
             unit_out=unit_out,

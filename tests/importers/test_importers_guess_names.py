@@ -1,0 +1,63 @@
+"""What names of files tell of systems and configurations, however they are written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from header_table import T, X, Y, rows
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.guess import guess
+from sstl_cli.importers.guess_files import name_pattern
+from sstl_cli.importers.mapping import mapping_of, read_mapping
+from sstl_cli.steps.import_ import run
+
+HEAD = "Time (s),Fin (N),Fout (N)\n"
+
+
+def written(folder: Path, stems: list[str], head: str = HEAD) -> list[Path]:
+    files = [folder / f"{stem}.csv" for stem in stems]
+    for path in files:
+        path.write_text(head + rows(T, X, Y))
+    return files
+
+
+@pytest.mark.parametrize(
+    ("stems", "systems"),
+    [
+        (["ACT_bend20", "SSTL_bend20"], ["act", "sstl"]),
+        (["Act-bend20", "Sstl-bend20"], ["act", "sstl"]),
+        (["actuation_bend20", "sensing_bend20"], ["act", "sstl"]),
+        (["bend20_SSTL"], ["sstl"]),
+    ],
+)
+def test_a_system_may_be_written_in_capitals_and_in_full(stems: list[str], systems: list[str], tmp_path: Path) -> None:
+    files = written(tmp_path, stems)
+    found = guess(files)
+    assert not found.questions
+    (tmp_path / "rig.toml").write_text(found.toml)
+    assert [(r.system, r.config_id) for r in run(files, read_mapping(tmp_path / "rig.toml")).runs] == [(s, "20") for s in systems]
+
+
+@pytest.mark.parametrize(
+    "stems", [["sensing_bend20"], ["actuation_bend20", "actuation_bend30"], ["SSTL_vs_ACT_bend30"], ["DES_ACT_bend30"]]
+)
+def test_one_long_word_may_be_the_subject_and_is_asked(stems: list[str]) -> None:
+    assert name_pattern(stems).labels == ("config_id",)
+
+
+@pytest.mark.parametrize("label", ["ACT", "SSTL", "Sensing", "actuation"])
+def test_a_system_in_other_letters_is_read(label: str, tmp_path: Path) -> None:
+    known = "act" if label.lower().startswith("act") else "sstl"
+    named = {"time_s": "Time (s)", "tension_in_n": "Fin (N)", "tension_out_n": "Fout (N)"}
+    [one] = run(written(tmp_path, ["a"]), mapping_of({"columns": named, "constants": {"system": label}}, "m.toml")).runs
+    assert one.system == known
+    path = tmp_path / "b.csv"
+    path.write_text("System," + HEAD + rows(label, T, X, Y))
+    found = guess([path])
+    assert 'system = "System"' in found.toml and not found.questions
+    (tmp_path / "rig.toml").write_text(found.toml)
+    assert [r.system for r in run([path], read_mapping(tmp_path / "rig.toml")).runs] == [known]
+    with pytest.raises(SstlError, match="E334.*system is 'loop'"):
+        list(run([path], mapping_of({"columns": named, "constants": {"system": "loop"}}, "m.toml")).runs)
