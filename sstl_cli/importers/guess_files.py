@@ -79,6 +79,9 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
         # bend 40 at one place is not bend 40 at another
         names = {i: "bend" if n == "config_id" else n for i, n in labels.items()}
         constants = (("config_id", "{location}-{bend}"),)
+    elif {"location", "lead_mm"} <= set(labels.values()):
+        # where the tube is bent, and how far the screw bends it
+        constants = (("config_id", "{location}-{lead_mm}"),)
     body = []
     for i, values in enumerate(columns[: max([*labels, *unknown]) + 2]):
         kind = r"\d+" if not any("." in v for v in values) else r"\d+(?:\.\d+)?"
@@ -87,7 +90,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
             body.append(f"(?P<{names[i]}>{shape})")
         else:
             body.append(shape if len(set(values)) > 1 and shape else re.escape(values[0]))
-    shown = ", ".join(f"{labels[i]} from '{columns[i][0]}'" for i in labels)
+    shown = ", ".join([f"{labels[i]} from '{columns[i][0]}'" for i in labels] + [f"{k} = {v}" for k, v in constants])
     return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants)
 
 

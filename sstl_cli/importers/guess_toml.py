@@ -84,11 +84,11 @@ def written(p: Proposal) -> str:
         lines.append(line)
     lines += _others(p)
     lines += [f"{c.target} = {json.dumps(c.column, ensure_ascii=False)}" + _mark(c.question) for c in p.labels]
-    constants = dict(p.named.constants)
+    told = {c.target for c in p.labels}
     lines += ["", "[constants]"]
-    if "system" not in (*p.named.labels, *(c.target for c in p.labels)):
+    if "system" not in (*p.named.labels, *told):
         lines.append('system = "act"' + _mark("act: single pass, sstl: double pass"))
-    lines += [f"{k} = {json.dumps(v)}" for k, v in constants.items()]
+    lines += [f"{k} = {json.dumps(v)}" for k, v in p.named.constants if k not in told]
     only_one = not (p.roles.first and p.roles.second)
     if p.pair is not None or only_one:
         lines += ["", "[files]", 'merge = "channels"']

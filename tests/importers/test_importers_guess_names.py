@@ -61,3 +61,27 @@ def test_a_system_in_other_letters_is_read(label: str, tmp_path: Path) -> None:
     assert [r.system for r in run([path], read_mapping(tmp_path / "rig.toml")).runs] == [known]
     with pytest.raises(SstlError, match="E334.*system is 'loop'"):
         list(run([path], mapping_of({"columns": named, "constants": {"system": "loop"}}, "m.toml")).runs)
+
+
+def test_location_and_lead_are_the_configuration(tmp_path: Path) -> None:
+    """Without one nothing is paired: ``train`` had 0 configurations of both systems."""
+    files = written(tmp_path, [f"NP_lead{lead}_{system}_run1" for lead in (10, 20) for system in ("act", "sstl")])
+    found = guess(files)
+    assert not found.questions and any("config_id = {location}-{lead_mm}" in r for r in found.reasons)
+    (tmp_path / "rig.toml").write_text(found.toml)
+    runs = list(run(files, read_mapping(tmp_path / "rig.toml")).runs)
+    assert [(r.config_id, r.lead_mm, r.system) for r in runs] == [
+        ("NP-10", 10.0, "act"),
+        ("NP-10", 10.0, "sstl"),
+        ("NP-20", 20.0, "act"),
+        ("NP-20", 20.0, "sstl"),
+    ]
+
+
+def test_a_bend_in_the_name_or_a_column_of_configurations_goes_before_the_lead(tmp_path: Path) -> None:
+    assert dict(name_pattern(["NP_lead10_bend30_act"]).constants) == {"config_id": "{location}-{bend}"}
+    assert not name_pattern(["lead10_act"]).constants
+    [path] = written(tmp_path, ["NP_lead10_act"])
+    path.write_text("config," + HEAD + rows("C7", T, X, Y))
+    found = guess([path])
+    assert 'config_id = "config"' in found.toml and "{lead_mm}" not in found.toml
