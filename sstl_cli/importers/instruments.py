@@ -15,6 +15,9 @@ _RATE = re.compile(
 Cut = Callable[[str], list[str]]
 # ControlDesk writes this line before its readings; the clock, in s, comes first and has no name
 READINGS, NAMES, UNITS = "trace_values", "trace_name", "unit"
+# where it leaves the names out, the places of the traces in the model end in them, or in a port of the block that has them
+PATHS = "path"
+_PORT = re.compile(r"(?:Out|In)\d*")
 # the lines of TwinCAT's scope, in pairs of a word and what it says of a channel; each channel has a clock of its own
 SCOPE_NAMES, SCOPE_UNITS, SCOPE_LEAST = "Name", "Unit", 3
 CLOCK_MS = "ms"
@@ -42,11 +45,18 @@ def _control_desk(sample: list[str], cut: Cut) -> Stated | None:
     if end is None:
         return None
     told = {row[0]: tuple(row[1:]) for row in rows[:end] if row}
-    names = told.get(NAMES, ())
+    names = told.get(NAMES) or _ends(told.get(PATHS, ()))
     if not names:
         return None
     units = (*told.get(UNITS, ()), *[""] * len(names))[: len(names)]
     return Stated(end + 1, ("time", *names), ("s", *units))
+
+
+def _ends(paths: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the last parts of paths; the whole ones where two end alike, as then something before the end tells them apart."""
+    cut = [p.split("/") for p in paths]
+    ends = tuple("/".join(parts[-2:] if _PORT.fullmatch(parts[-1]) else parts[-1:]) for parts in cut)
+    return ends if len(set(ends)) == len(ends) else paths
 
 
 def _scope(sample: list[str], cut: Cut) -> Stated | None:

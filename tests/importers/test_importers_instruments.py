@@ -39,6 +39,24 @@ def test_control_desk_names_its_traces_in_a_line_of_their_own(tmp_path: Path) ->
     assert len(run) == N and run.tension_out_n == pytest.approx(Y, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("paths", "names"),
+    [
+        (("Model Root/Sensors/F_prox", "Model Root/Sensors/F_dist"), ("F_prox", "F_dist")),
+        (("Model Root/F_in/Out1", "Model Root/F_out/Out1"), ("F_in/Out1", "F_out/Out1")),
+        (("Model Root/Proximal/Value", "Model Root/Distal/Value"), ("Model Root/Proximal/Value", "Model Root/Distal/Value")),
+    ],
+)
+def test_control_desk_without_names_is_read_by_its_paths(paths: tuple[str, str], names: tuple[str, str], tmp_path: Path) -> None:
+    """It was cut at the width of its settings, and its first line of another width was an error."""
+    head = f'"type","descriptor","sampling"\n"meta","ControlDesk 7.3","0.005"\npath,"HostService","{paths[0]}","{paths[1]}"\nunit,s,N,mN\ntrace_values\n'
+    text = "".join(f",{line}\n" for line in lines(",", T, X, 1000.0 * Y).splitlines())
+    _, found = proposed(tmp_path / "a.csv", head + text)
+    assert found["time_s"] == 'time_s = { column = "HostService", unit = "s" }'
+    for target, name, unit in (("tension_in_n", names[0], "N"), ("tension_out_n", names[1], "mN")):
+        assert found[target] == f'{target} = {{ column = "{name}", unit = "{unit}" }}'
+
+
 def test_a_scope_writes_a_word_before_every_channel(tmp_path: Path) -> None:
     head = "Name\tMAIN.fTensionIn\tName\tMAIN.fTensionOut\nData-Type\tREAL64\tData-Type\tREAL64\nSampleTime[ms]\t10\tSampleTime[ms]\t10\nUnit\tN\tUnit\tN\n\n"
     _, found = proposed(tmp_path / "a.csv", head + lines("\t", 1000 * T, X, 1000 * T, Y))
