@@ -158,8 +158,9 @@ def _preamble(sample: list[str], data: list[str], delimiter: str) -> int:
         if 2 * count >= max(usual, 1) and len(cells) == width:
             return 0
         settings = settings or numbers
+        cells = _named(cells, width)
         if settings and not numbers and len(cells) == width and all(cells):
-            following = [cut(x, delimiter) for x in sample[i + 1 :] if x.strip()][:2]
+            following = [_named(cut(x, delimiter), width) for x in sample[i + 1 :] if x.strip()][:2]
             if following and all(_stated(c) is not None for c in following[0]):
                 # a row of units stands between names and data
                 following = following[1:]
@@ -299,9 +300,8 @@ def _stated(cell: str) -> str | None:
 def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
     """Return column names and units from the lines above the data; names that stand there twice are numbered."""
     plain = tuple(f"col{i + 1}" for i in range(width))
-    # LabVIEW names a column for comments, which most of its lines leave out
     cells = (_spoken(x, width) if delimiter == SPACES else cut(x, delimiter) for x in head)
-    rows = [r[:-1] if len(r) == width + 1 and r[-1] == "Comment" else r for r in cells]
+    rows = [_named(r, width) for r in cells]
     fitting = [r for r in rows if len(r) == width or (len(r) == width - 1 and width > 2)]
     if not fitting:
         if rows and delimiter != SPACES and len(rows[-1]) > 1:
@@ -323,6 +323,13 @@ def _names(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tup
         names = fitting[-2]
     full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
     return _numbered(full), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True
+
+
+def _named(cells: list[str], width: int) -> list[str]:
+    """Return the cells of a line of names without those that no column of data has: empty ones at its end, and LabVIEW's for comments."""
+    while len(cells) > width and cells[-1] in ("", "Comment"):
+        cells = cells[:-1]
+    return cells
 
 
 def _spoken(line: str, width: int) -> list[str]:

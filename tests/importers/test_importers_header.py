@@ -73,6 +73,20 @@ def test_quoted_cells_hold_commas(tmp_path: Path) -> None:
     assert run.tension_in_n[3] == 3.5 and run.tension_out_n[3] == 3.25 and run.time_s[3] == 0.03
 
 
+@pytest.mark.parametrize("settings", ["", "Datei\t7\n", "Datei: 7\nMessrate: 50 Hz\n"])
+@pytest.mark.parametrize("units", ["", "s\tN\tmN\t\n", "s\tN\tmN\n"])
+def test_tabs_behind_the_last_name_name_no_column(settings: str, units: str, tmp_path: Path) -> None:
+    """As catman writes them: E325 before."""
+    rows = "".join(f"{0.01 * i:.2f}\t{1 + i}\t{2 + i}\n" for i in range(40))
+    (tmp_path / "c.asc").write_text(f"HBM\n{settings}Zeit\tKraft prox\tKraft dist\t\t\n{units}{rows}")
+    found = layout_of(tmp_path / "c.asc", Layout())
+    assert found.names == ("Zeit", "Kraft prox", "Kraft dist") and found.units == (("s", "N", "mN") if units else ("", "", ""))
+    # one name too many that says something is an error still
+    (tmp_path / "c.asc").write_text(f"Zeit\tKraft prox\tKraft dist\tWeg\n{rows}")
+    with pytest.raises(SstlError, match="E325"):
+        layout_of(tmp_path / "c.asc", Layout())
+
+
 def test_siblings_manifest_and_reference(tmp_path: Path) -> None:
     (tmp_path / "runs.csv").write_text("file,config_id,config_id\na.csv,A,B\n")
     with pytest.raises(SstlError, match="E343.*'config_id' more than once"):
