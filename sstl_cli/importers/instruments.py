@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-# how operators write down a rate; Hz alone may be that of the motion
+# how operators write down a rate; Hz alone may be that of the motion, and FS the full scale
 _RATE = re.compile(
-    r"(?:sampl\w*|abtast\w*|acquisition|echantillonnage|muestreo|logging)\W*(?:at|rate|freq\w*|frequenz)?\W*(\d+(?:[.,]\d+)?)\s*(k?)(?:hz|s/s|sps)\b",
+    r"(?:sampl\w*|abtast\w*|messrate|acquisition|echantillonnage|muestreo|logging|\bf_?s\b(?=\s*[=:]))\W*(?:at|rate|freq\w*|frequenz)?\W*(\d+(?:[.,]\d+)?)\s*(k?)(?:hz|s/s|sps)\b",
     re.IGNORECASE,
 )
 Cut = Callable[[str], list[str]]
@@ -104,7 +104,7 @@ def labview(header: list[str], cut: Cut) -> Measured:
 
 
 def rate_said(lines: list[str]) -> float:
-    """Return the sampling period (s) of a rate that a line above the data states ("sampling rate: 500 Hz"), NaN where none or several do."""
+    """Return the sampling period (s) of a rate that a line above the data states ("sampling rate: 500 Hz", "fs = 500 Hz"), NaN where none or several do."""
     said = {float(m[1].replace(",", ".")) * (1e3 if m[2].lower() == "k" else 1.0) for line in lines if (m := _RATE.search(line))}
     rate = said.pop() if len(said) == 1 else math.nan
     return 1.0 / rate if rate > 0.0 else math.nan

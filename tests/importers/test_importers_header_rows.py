@@ -172,10 +172,27 @@ def test_the_arrow_of_a_serial_monitor_is_named(tmp_path: Path) -> None:
     assert columns["tension_in_n"]["unit"] == "counts"
 
 
-@pytest.mark.parametrize("line", ["# sampling rate: 500 Hz", "# Abtastrate = 0,5 kHz", "# sampled at 500 Hz", "# Sample rate 500 S/s"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# sampling rate: 500 Hz",
+        "# Abtastrate = 0,5 kHz",
+        "# sampled at 500 Hz",
+        "# Sample rate 500 S/s",
+        "# fs = 500 Hz",
+        "# Fs: 0.5 kHz",
+        "Messrate: 500 Hz",
+    ],
+)
 def test_a_rate_in_a_comment_is_proposed(line: str, tmp_path: Path) -> None:
     columns, found = proposed(tmp_path, f"{line}\n# motion at 2 Hz\nSample,Fin [N],Fout [N]\n" + rows(np.arange(len(T)), X, Y, digits=4))
     assert columns["time_s"] == {"rate_hz": 500} and "the header states it" in {q.target: q.text for q in found.questions}["time_s"]
+
+
+@pytest.mark.parametrize("line", ["# 50 N FS, 500 Hz", "# offs = 500 Hz", "# fs = 500", "# fs = 500 Hz\n# fs = 100 Hz"])
+def test_a_line_that_states_no_rate_or_two_is_not_taken(line: str, tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path, f"{line}\nSample,Fin [N],Fout [N]\n" + rows(np.arange(len(T)), X, Y, digits=4))
+    assert columns["time_s"] == {"rate_hz": 0} and "which rate" in {q.target: q.text for q in found.questions}["time_s"]
 
 
 def test_channels_in_volts_and_nothing_else_are_proposed_with_their_unit(tmp_path: Path) -> None:
