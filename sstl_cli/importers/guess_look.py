@@ -15,7 +15,8 @@ from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guar
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
-from sstl_cli.importers.guess_time import Stated, TimeGuess, guess_time, runs_forward, stamp_steps
+from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
+from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
 from sstl_cli.importers.guess_words import QUANTITY_OF
 from sstl_cli.importers.text import WITHOUT_ARROW, WITHOUT_MARKS, arrow_in, grouped_in
 from sstl_cli.importers.text_layout import layout_of, unit_in
@@ -155,7 +156,7 @@ def _stamps(chosen: Format, path: Path, texts: list[str]) -> Stated | None:
             for block in chosen.read(path, [], [name], Layout(), Notes()):
                 stamps = [str(v) for v in block.columns[name][:MAX_ROWS]]
                 if (found := stamp_steps(stamps)) is not None:
-                    return replace(found, by=f"'{name}' holds {'dates' if '-' in stamps[0] else 'times'} as text")
+                    return replace(found, by=f"'{name}' holds {'dates' if dated(stamps[0]) else 'times'} as text")
                 break
     step = layout_of(path, Layout()).step_s if chosen.ID == "text" else math.nan
     return Stated(step, "the header states it") if math.isfinite(step) else None

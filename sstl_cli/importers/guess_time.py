@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.units import is_unit, unit_of
+from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS, UNIT_WORDS
+from sstl_cli.importers.guess_stamps import Stated, is_time
+from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS
 
 Array = NDArray[np.float64]
 # behind a line that an import asks for, with the question
@@ -32,14 +31,6 @@ ROUNDED = 1e-3
 # from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
 DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
-# of stamps, in usual steps: a longer one is a gap
-GAP = 2.5
-DAY_S = 86_400.0
-# a number with its unit in one cell, as a table of times is written
-_SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
-
-# minutes and seconds as spreadsheets show them; a time of day would have no fraction there
-_MINUTES = re.compile(r"(\d{1,3}):(\d\d[.,]\d+)")
 
 
 @dataclass(frozen=True)
@@ -49,58 +40,6 @@ class TimeGuess:
     line: str
     channel: str | None
     reasons: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Stated:
-    """A sampling period (s) that no channel of numbers tells, what does, and how many steps are gaps (and the longest, s)."""
-
-    step_s: float
-    by: str = ""
-    gaps: int = 0
-    longest_s: float = 0.0
-
-
-def stamp_steps(texts: Sequence[str]) -> Stated | None:
-    """Return the usual step of stamps written as dates with a time of day, as the latter alone, or as numbers with a unit of time; None where they are none.
-
-    Examples
-    --------
-    >>> stamp_steps(["2024-03-05T14:02:11.000Z", "2024-03-05T14:02:11.020Z", "2024-03-05T14:02:11.040Z"]).step_s
-    0.02
-    """
-    steps = np.diff(_seconds(texts))
-    # a time of day begins anew at midnight
-    steps = np.where(steps < -DAY_S / 2, steps + DAY_S, steps)
-    usual = float(np.median(steps)) if len(steps) and steps.min() >= 0.0 else 0.0
-    if not usual > 0.0:
-        return None
-    gaps = steps[steps > GAP * usual]
-    # stamps in whole ms say 12, 13, 12: the mean tells the step, over what is no gap
-    step = float(f"{np.mean(steps[steps <= GAP * usual]):.9g}")
-    return Stated(step, "", len(gaps), float(max(gaps, default=0.0)))
-
-
-def _seconds(texts: Sequence[str]) -> Array:
-    """Return stamps in s, an empty array where one is none."""
-    numbers = [_SPOKEN.fullmatch(t.strip()) for t in texts]
-    spoken = [float(m[1].replace(",", ".")) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and _is_time(m[2])]
-    if len(spoken) == len(texts):
-        return np.array(spoken)
-    if all(minutes := [_MINUTES.fullmatch(t.strip()) for t in texts]):
-        return np.array([60.0 * int(m[1]) + float(m[2].replace(",", ".")) for m in minutes if m])
-    try:
-        # a time of day alone is that of any day
-        stamps = [datetime.fromisoformat(t.strip() if "-" in t or "T" in t else f"2000-01-01T{t.strip()}") for t in texts]
-        return np.array([(t - stamps[0]).total_seconds() for t in stamps])
-    except (ValueError, TypeError):
-        # TypeError: with a zone of time beside one without
-        return np.empty(0)
-
-
-def _is_time(unit: str) -> bool:
-    known = UNIT_WORDS.get(unit.lower(), unit)
-    return is_unit(known) and unit_of(known)[0] == "time"
 
 
 def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stated: Stated | None = None) -> TimeGuess:
@@ -164,7 +103,7 @@ def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
         gaps = f"{stated.gaps} gap{'s' if stated.gaps > 1 else ''} of up to {stated.longest_s:g} s"
         ask = f"{stated.by}, every {stated.step_s:g} s but for {gaps}, which a rate would close: write them as numbers of seconds"
         return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}{ask}", None, tuple(reasons))
-    ask = f"{stated.by}: does a sample come every {stated.step_s:g} s throughout?"
+    ask = f"{stated.by}{stated.doubt}: does a sample come every {stated.step_s:g} s throughout?"
     return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}{MARK}{ask}", None, tuple(reasons))
 
 
@@ -229,7 +168,7 @@ def _odd(best: Said) -> str:
 
 def _unit_of_time(bracket: str, best: Said) -> bool:
     known = UNIT_CELLS.get(bracket.strip().strip(".").lower(), bracket.strip())
-    return _is_time(known) and (best.dimension in ("", "time"))
+    return is_time(known) and (best.dimension in ("", "time"))
 
 
 def _logged(steps: Array, step: float) -> bool:
