@@ -20,7 +20,7 @@ QUANTITY: dict[str, str] = {
     ),
     "pressure": "pressure druck pression presion pressione",
     "force": (
-        "force forces frc tension tensions tens tensile load loads loadcell cell newton newtons kraft zugkraft zug "
+        "force forces frc tension tensions tens tensile load loads loadcell lc cell newton newtons kraft zugkraft zug "
         "seilkraft fuerza fuerzas carga tensione forza forze carico tiro traction hx wrench ft fx fy fz"
     ),
     "position": (

@@ -12,6 +12,8 @@ _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|messrate|acquisition|echantillonnage|muestreo|logging|\bf_?s\b(?=\s*[=:]))\W*(?:at|rate|freq\w*|frequenz)?\W*(\d+(?:[.,]\d+)?)\s*(k?)(?:hz|s/s|sps)\b",
     re.IGNORECASE,
 )
+# an oscilloscope's lines: the unit of what is recorded over, and of each channel
+HORIZONTAL_UNITS, VERTICAL_UNITS = "Horizontal Units", "Vertical Units"
 Cut = Callable[[str], list[str]]
 # ControlDesk writes this line before its readings; the clock, in s, comes first and has no name
 READINGS, NAMES, UNITS = "trace_values", "trace_name", "unit"
@@ -101,6 +103,12 @@ def labview(header: list[str], cut: Cut) -> Measured:
     steps = {_number(v) for v in told.get(LABVIEW_STEP, []) if v} if timed else set()
     step = steps.pop() if len(steps) == 1 else math.nan
     return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan)
+
+
+def oscilloscope(header: list[str], cut: Cut) -> tuple[str, ...]:
+    """Return the units of the columns that an oscilloscope's settings state, none where they state none."""
+    told = {row[0]: row[1:] for line in header if (row := cut(line))}
+    return (*told.get(HORIZONTAL_UNITS, ["s"])[:1], *told[VERTICAL_UNITS]) if VERTICAL_UNITS in told else ()
 
 
 def rate_said(lines: list[str]) -> float:

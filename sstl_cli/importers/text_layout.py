@@ -15,7 +15,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import SIGNS, STRANGE, UNIT_CELLS
-from sstl_cli.importers.instruments import Measured, labview, rate_said, stated_by
+from sstl_cli.importers.instruments import Measured, labview, oscilloscope, rate_said, stated_by
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -85,9 +85,13 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     names, units, named = _names(head.texts, width, delimiter, path)
     if stated is not None and len(stated.names) == width:
         names, units, named = _numbered(stated.names), stated.units, True
-    measured = labview([_decode(x) for x in lines[:header]], lambda line: cut(line, delimiter)) if header > wanted.skip_rows else Measured()
+    above = [_decode(x) for x in lines[wanted.skip_rows : at]]
+    if header > wanted.skip_rows:
+        measured = labview([_decode(x) for x in lines[:header]], lambda line: cut(line, delimiter))
+    else:
+        measured = Measured(oscilloscope(above, lambda line: cut(line, delimiter)))
     units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
-    step = measured.step_s if math.isfinite(measured.step_s) else rate_said([_decode(x) for x in lines[wanted.skip_rows : at]])
+    step = measured.step_s if math.isfinite(measured.step_s) else rate_said(above)
     text = tuple(not _is_number(c) and c.strip().lower() not in _MISSING for c in head.first)
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
     return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step)

@@ -149,6 +149,8 @@ def test_an_unknown_part_of_the_name_is_asked() -> None:
         ("Sollkraft [N]", "force", "", "N", False),
         ("Force rate [N/s]", "force", "", "", False),
         ("F_min", "force", "", "", True),
+        ("lc_in_g", "force", "in", "g", True),
+        ("LC2 [kgf]", "force", "", "kgf", True),
     ],
 )
 def test_what_names_say(name: str, quantity: str, side: str, unit: str, tension: bool) -> None:

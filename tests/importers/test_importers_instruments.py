@@ -65,6 +65,17 @@ def test_a_scope_writes_a_word_before_every_channel(tmp_path: Path) -> None:
     assert found["tension_out_n"] == 'tension_out_n = { column = "MAIN.fTensionOut", unit = "N" }'
 
 
+def test_an_oscilloscope_states_units_among_its_settings(tmp_path: Path) -> None:
+    """They were asked for: the rows above the header that hold them were left out."""
+    head = "Model,MSO24\n\nPoint Format,Y,Y\nHorizontal Units,{},\nSample Interval,0.01,\nVertical Units,{},{}\nLabel,,\nTIME,CH1,CH2\n"
+    _, found = proposed(tmp_path / "a.csv", head.format("s", "V", "mV") + lines(",", T - 3.0, X, 1000.0 * Y))
+    assert found["time_s"] == 'time_s = { column = "TIME", unit = "s" }'
+    assert 'column = "CH1", unit = "V" }  # (?) ' in found["tension_in_n"] and "gain = N per V" in found["tension_in_n"]
+    assert 'column = "CH2", unit = "mV" }  # (?) ' in found["tension_out_n"]
+    _, found = proposed(tmp_path / "a.csv", head.format("ms", "N", "N") + lines(",", 1000.0 * T, X, Y))
+    assert 'unit = "ms" }' in found["time_s"] and 'unit = "N"' in found["tension_in_n"] and "no unit is stated" not in found["tension_in_n"]
+
+
 def test_a_row_of_units_may_say_how_a_time_of_day_is_written(tmp_path: Path) -> None:
     rows = "".join(
         f"{i};09:15:{10 + i // 100:02d},{i % 100}0;{x:.3f};{y:.3f}\n".replace(".", ",") for i, (x, y) in enumerate(zip(X, Y, strict=True))
