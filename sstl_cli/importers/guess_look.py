@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -57,9 +58,13 @@ def look_at(path: Path, wanted: str | None) -> Look:
     found = chosen.channels(path, Layout())
     prefix, runs = runs_in([c.name for c in found])
     found = [c for c in found if c.name.startswith(prefix)]
-    labels, first = _labels(chosen, path, prefix, found)
-    channels = [c for c in found if not c.text and c.name.removeprefix(prefix) not in {x.column for x in labels}][:MAX_COLUMNS]
+    channels = [c for c in found if not c.text][:MAX_COLUMNS]
     data = {n.removeprefix(prefix): v for n, v in _first_values(chosen, path, channels).items()}
+    lengths = Counter(map(len, data.values()))
+    labels, first = _labels(chosen, path, prefix, found, max(lengths, key=lambda n: lengths[n], default=0))
+    told = {x.column for x in labels}
+    channels = [c for c in channels if c.name.removeprefix(prefix) not in told]
+    data = {n: v for n, v in data.items() if n not in told}
     if len(data) < 2:
         raise _too_few(chosen, path)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
@@ -82,23 +87,31 @@ def look_at(path: Path, wanted: str | None) -> Look:
     return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs)
 
 
-def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel]) -> tuple[tuple[LabelColumn, ...], int | None]:
-    """Return the columns that give labels, and how many rows the first run has by them (None: all)."""
+def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int) -> tuple[tuple[LabelColumn, ...], int | None]:
+    """Return the columns that give labels for as many rows, and how many the first run has by them (None: all)."""
     units = {c.name.removeprefix(prefix): c.unit for c in found}
     names = label_names(units)
     if not names:
         return (), None
-    values: dict[str, list[str]] = {n: [] for n in names.values()}
-    whole = True
-    with guarded(path, chosen.TITLE):
-        for block in chosen.read(path, [], [prefix + n for n in values], Layout(), Notes()):
-            whole = len(values[next(iter(values))]) < MAX_ROWS
-            if not whole:
-                break
-            for name in values:
-                values[name] += [str(v) for v in block.columns[prefix + name]]
-    labels = label_columns(names, values, whole, units)
+    read = {n: _first_texts(chosen, path, prefix + n) for n in names.values()}
+    # a single one holds for all; of another length it labels something else
+    fitting = {n: texts for n, (texts, _) in read.items() if min(len(texts), MAX_ROWS) in (1, rows)}
+    longest = max(map(len, fitting.values()), default=1)
+    values = {n: texts * longest if len(texts) == 1 else texts for n, texts in fitting.items() if len(texts) in (1, longest)}
+    names = {t: n for t, n in names.items() if n in values}
+    labels = label_columns(names, values, all(whole for _, whole in read.values()), units)
     return labels, rows_of_first(labels, values)
+
+
+def _first_texts(chosen: Format, path: Path, name: str) -> tuple[list[str], bool]:
+    """Return the first values of a channel as text, and whether they are all of them."""
+    texts: list[str] = []
+    with guarded(path, chosen.TITLE):
+        for block in chosen.read(path, [], [name], Layout(), Notes()):
+            if len(texts) >= MAX_ROWS:
+                return texts, False
+            texts += [str(v) for v in block.columns[name]]
+    return texts, True
 
 
 def _too_few(chosen: Format, path: Path) -> SstlError:

@@ -104,3 +104,14 @@ def test_a_position_that_rests_in_one_of_several_files_is_no_question(tmp_path: 
         path.write_text(HEAD + "Position (mm)\n" + rows(T, X, Y, position))
     found = guess(files)
     assert "\nposition_in_mm" in found.toml and not found.questions
+
+
+@pytest.mark.parametrize("trial", [{}, {"trial": np.full(N, 3)}])
+@pytest.mark.parametrize(("screw", "named"), [(np.array([40.0]), True), (STILL, True), (STILL[:9], False), (2 * X, False)])
+def test_a_lead_may_stand_once_in_a_file_of_arrays(screw: np.ndarray, named: bool, trial: dict[str, np.ndarray], tmp_path: Path) -> None:
+    path = tmp_path / "act.npz"
+    np.savez(path, time_s=T, Fin_N=X, Fout_N=Y, screw_mm=screw, **trial)
+    found = guess([path])
+    assert ('lead_mm = "screw_mm"' in found.toml) == named and ('run_id = "trial"' in found.toml) == bool(trial)
+    [one] = run([path], answered(found.toml.replace("(?)", ""), tmp_path)).runs
+    assert one.lead_mm == (40.0 if named else None) and len(one) == N
