@@ -74,7 +74,7 @@ def explained(rows: Rows, ids: Ids) -> str:
     if row.kind == BESIDE:
         return f"{name} takes {100.0 * row.share:.0f} % off the error of the channel beside"
     rest = max(row.chi2 - 1.0, 0.0) * row.chi2
-    return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it"
+    return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it and what the law may be off by"
 
 
 def without_name(found: Search, rows: Rows) -> Weighed | None:
