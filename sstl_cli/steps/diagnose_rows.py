@@ -24,7 +24,7 @@ UNTOLD = "no interval is worked out for the channels beside"
 
 
 def fitted(g: Given, errors: Errors) -> list[Candidate]:
-    """Return single effects, what is named or as probable as they are, and faults of the recorder, the most probable first."""
+    """Return single effects, the most probable and the most evident combinations, what is named, and faults of the recorder; the most probable first."""
     ranked = g.search.ranked()
 
     def probability(w: Weighed) -> float:
@@ -32,7 +32,8 @@ def fitted(g: Given, errors: Errors) -> list[Candidate]:
 
     near = sorted(ranked, key=lambda w: -probability(w))[: RIVALS + 1]
     named = (g.verdict.effects, *g.verdict.group)
-    shown = [w for w in ranked if len(w.ids) == 1 or w in near or w.ids in named or tuple(sorted(w.ids)) in named]
+    # what has the evidence and is not believed is shown as well: whoever reads the table may know better
+    shown = [w for w in ranked if len(w.ids) == 1 or w in near or w in ranked[:RIVALS] or w.ids in named or tuple(sorted(w.ids)) in named]
     lead = next((w for w in ranked if w.fit is g.accepted), ranked[0] if ranked else None)
     rows = [_row(g, errors, w, lead if w in near else None) for w in shown]
     return sorted([*rows, *(_recorder_row(g, r) for r in g.recorder)], key=_improbable)
