@@ -93,6 +93,12 @@ def renewed_slowly(r: Run) -> Run:
     return replace(r, tension_out_n=r.tension_out_n[np.arange(len(r)) // 15 * 15])
 
 
+def swapped_midway(r: Run) -> Run:
+    later = np.arange(len(r)) > 0.85 * len(r)
+    x, y = r.tension_in_n, r.tension_out_n
+    return replace(r, tension_in_n=np.where(later, y, x), tension_out_n=np.where(later, x, y))
+
+
 def exchanged() -> list[Run]:
     other = {"sstl-b020": "b080", "sstl-b080": "b020"}
     return [replace(r, config_id=other.get(r.run_id, r.config_id)) for r in rig()]
@@ -120,5 +126,6 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "normalised": lambda: changed(lambda r: replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n))),
     "curved": lambda: changed(lambda r: replace(r, tension_out_n=16.0 * np.tanh(r.tension_out_n / 16.0)), "act-b050"),
     "energy": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_in_n - 0.5 * r.tension_out_n)),
+    "unexplained": lambda: changed(swapped_midway, "act-b020"),
     "crosstalk": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.25 * r.tension_in_n), "act-b050"),
 }

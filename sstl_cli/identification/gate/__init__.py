@@ -1,7 +1,8 @@
 """Data that cannot be right: every rule of physics and bookkeeping that a log can break, one file a rule.
 
 A file in ``rules/`` with ``RULE``, ``RANK`` and ``look(log)`` is found by itself. Rules are asked in the order of
-their rank; a run that one of them fails is not judged by those after it, so that one slip is told once.
+their rank; a run that one of them fails is not judged by those after it, so that one slip is told once. The last ones have no
+cause to name: they are silent of a run of which another rule says something.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import rules
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.measuring import evidence_of
-from sstl_cli.identification.gate.remark import Remark
+from sstl_cli.identification.gate.remark import UNNAMED, Remark
 from sstl_cli.identification.gate.sensors import Sensor, sensor_of, sensors_of
 
 __all__ = ["Evidence", "Remark", "Rule", "Sensor", "catalogue", "evidence_of", "judge", "remarks", "sensor_of", "sensors_of"]
@@ -49,10 +50,13 @@ def remarks(runs: Iterable[Run]) -> tuple[Remark, ...]:
 def judge(log: Sequence[Evidence]) -> tuple[Remark, ...]:
     """Return the remarks on evidence that was collected run by run."""
     found: list[Remark] = []
+    named: set[str] = set()
     left = list(log)
     for rule in catalogue():
-        new = list(rule.look(left))
+        new = [r for r in rule.look(left) if rule.RANK < UNNAMED or not named & set(r.run_ids)]
         found += new
+        # what is said of most runs tells nothing of one of them
+        named |= {name for r in new if 2 * len(r.run_ids) <= len(log) for name in r.run_ids}
         told = {name for r in new if r.failed for name in r.run_ids}
         if told:
             left = [e for e in left if e.run_id not in told]

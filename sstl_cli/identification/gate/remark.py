@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 Severity = Literal["remark", "failure"]
+# rank from which on rules speak only of runs that no other rule has named among a few
+UNNAMED = 95
 
 
 @dataclass(frozen=True)

@@ -54,8 +54,13 @@ def unrelated(e: Evidence) -> bool:
     flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
     if not e.tendon_like or flipped or e.but_noise(1):
         return False
+    return follows(e) and unexplained(e) > NOTHING
+
+
+def unexplained(e: Evidence) -> float:
+    """Return what friction, alone and with any slip, leaves of the output beyond noise (share of its span), NaN where that is not known."""
     # lines that explain the output are related to it, whether or not friction has such lines
     left = min(e.causes.least_n(e.duration_s), math.inf if e.play is None else e.play.rms_n)
     # an input that is but noise tells no movement: of the output its own noise alone is explained
     noise = e.sensors[1].noise_n if e.but_noise(0) else e.causes.noise_n
-    return follows(e) and math.sqrt(max(left**2 - noise**2, 0.0)) > NOTHING * e.ranges[1].span
+    return math.sqrt(max(left**2 - noise**2, 0.0)) / max(e.ranges[1].span, 1e-300)
