@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from identification_slips import changed, swapped_midway
+from identification_slips import changed, rig, swapped_midway
 from test_identification_gate import leads
 
 from sstl_cli.core.runs import Run
@@ -58,3 +58,20 @@ def test_an_unexplained_run_is_told_once():
 
     said = {r.rule for r in gate.remarks(changed(louder, "act-b020"))}
     assert said and "unexplained" not in said
+
+
+def at_one_end(r: Run) -> Run:
+    """Return a run whose second sensor reads what the first one does, with noise of its own."""
+    clean = np.convolve(np.pad(r.tension_in_n, 4, mode="edge"), np.full(9, 1.0 / 9.0), "valid")
+    return replace(r, tension_out_n=clean + 0.02 * np.random.default_rng(8).standard_normal(len(r)))
+
+
+@pytest.mark.parametrize("which", [("sstl-b020",), ("act-b020", "act-b050")])
+def test_a_run_that_loses_nothing_where_others_of_its_bend_do_is_of_one_tension(which):
+    (said,) = gate.remarks(changed(at_one_end, *which))
+    assert (said.rule, said.run_ids) == ("same_channel", which) and "same end" in said.sentence
+
+
+def test_a_bend_of_its_own_may_lose_nothing():
+    straight = replace(at_one_end(rig()[0]), run_id="straight", config_id="b000")
+    assert "same_channel" not in {r.rule for r in gate.remarks([*rig(), straight])}

@@ -1,9 +1,9 @@
-"""One reading taken twice: the output is a line of the input, noise and all, or at every bend to the noise, or columns hold the same."""
+"""One reading taken twice: the output is a line of the input, noise and all, or to the noise where a bend must rub, or columns hold the same."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from math import hypot
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
@@ -15,6 +15,8 @@ EXACT = 1e-6
 MOVED = 20.0
 # what a line from input to output may leave, over the noise of both: friction that hides in noise adds less
 HIDDEN = 1.2
+# n theta of other runs of a bend that a run of it cannot lack, and what it takes from the usual tension, over the noise of both
+RUBS, SHOWS = 0.05, 5.0
 SAID = dict(
     time_s="the clock", tension_in_n="the input", tension_out_n="the output", position_in_mm="the position", tension_ref_n="the reference"
 )
@@ -31,17 +33,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "span, noise included; one column was probably taken twice",
             column_line(1),
         )  # fmt: skip
-    yield from _one_tension(log)
+    # nor is a line told by what has not moved: noise lies along any
+    moved = [e for e in log if e.usable and all(r.span > MOVED * s.noise_n for r, s in zip(e.ranges, e.sensors, strict=True))]
+    yield from _one_tension(moved)
+    yield from _beside(moved)
     yield from _told(log)
 
 
-def _one_tension(log: Sequence[Evidence]) -> Iterator[Remark]:
+def _one_tension(moved: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield all runs where none of them loses anything: a bend, or a second pass, that takes no friction is no tube.
 
     On one straight tube two sensors may agree; where there are several bends, or both systems, they cannot in all.
     """
-    # nor is a line told by what has not moved: noise lies along any
-    moved = [e for e in log if e.usable and all(r.span > MOVED * s.noise_n for r, s in zip(e.ranges, e.sensors, strict=True))]
     several = len({e.config_id for e in moved}) > 1 or len({e.system for e in moved}) > 1
     if not several or not all(_lossless(e) for e in moved) or any(_copy(e) for e in moved):
         return
@@ -55,10 +58,38 @@ def _one_tension(log: Sequence[Evidence]) -> Iterator[Remark]:
     )  # fmt: skip
 
 
+def _beside(moved: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs that lose nothing in a bend in which other runs, of either system, do."""
+    # within the backlash presliding is a line
+    free = [e for e in moved if e.wide and e.tendon_like and _lossless(e) and not _copy(e)]
+    hit = [(e, lost) for e in free if (lost := e.passes * _rubs(e, [o for o in moved if o not in free])) > RUBS and _shows(e, lost)]
+    if hit:
+        ids = tuple(e.run_id for e, _ in hit)
+        least = min(lost for _, lost in hit)
+        yield Remark(
+            ids, RULE, "remark", least, "1",
+            f"{names(ids)}: nothing is lost to friction, where the other runs of the same bend tell n theta = {least:.2g}; both readings are probably of "
+            "one tension, such as two sensors at the same end",
+            column_line(1),
+        )  # fmt: skip
+
+
+def _rubs(e: Evidence, others: Sequence[Evidence]) -> float:
+    """Return the least n theta of a pass that others tell of the bend of a run, NaN where none does."""
+    where = (e.config_id, e.location, e.tendon)
+    known = [o.wrap / o.passes for o in others if (o.config_id, o.location, o.tendon) == where and math.isfinite(o.wrap)]
+    return min(known, default=math.nan) if e.config_id is not None else math.nan
+
+
+def _shows(e: Evidence, wrap: float) -> bool:
+    """Whether this friction would show behind the noise of both sensors."""
+    return wrap * e.ranges[0].middle > SHOWS * math.hypot(*(s.noise_n for s in e.sensors))
+
+
 def _lossless(e: Evidence) -> bool:
     """Whether a straight line from input to output leaves no more than the noise of both sensors."""
     (u, y), span = (s.noise_n for s in e.sensors), e.ranges[1].span
-    return 0.0 < e.copy_rms * span < HIDDEN * hypot(u * span / max(e.ranges[0].span, 1e-12), y)
+    return 0.0 < e.copy_rms * span < HIDDEN * math.hypot(u * span / max(e.ranges[0].span, 1e-12), y)
 
 
 def _told(log: Sequence[Evidence]) -> Iterator[Remark]:
