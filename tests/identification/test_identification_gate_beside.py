@@ -75,3 +75,22 @@ def test_a_run_that_loses_nothing_where_others_of_its_bend_do_is_of_one_tension(
 def test_a_bend_of_its_own_may_lose_nothing():
     straight = replace(at_one_end(rig()[0]), run_id="straight", config_id="b000")
     assert "same_channel" not in {r.rule for r in gate.remarks([*rig(), straight])}
+
+
+def interpolated(r: Run) -> Run:
+    """Return a run whose output was recorded at a tenth of the rate, and filled up to that of the input."""
+    return replace(r, tension_out_n=np.interp(r.time_s, r.time_s[::10], r.tension_out_n[::10]))
+
+
+@pytest.mark.parametrize("digits", [None, 4])
+def test_an_output_that_was_interpolated_in_one_run_has_no_noise(digits):
+    def slow(r: Run) -> Run:
+        y = interpolated(r).tension_out_n
+        return replace(r, tension_out_n=y if digits is None else np.round(y, digits))
+
+    (said,) = gate.remarks(changed(slow, "sstl-b050"))
+    assert (said.rule, said.run_ids) == ("odd_run", ("sstl-b050",)) and "nothing but the rounding" in said.sentence
+
+
+def test_numbers_without_noise_in_all_runs_are_not_told_apart_by_their_rounding():
+    assert "odd_run" not in {r.rule for r in gate.remarks(changed(interpolated))}

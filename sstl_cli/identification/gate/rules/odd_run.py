@@ -44,8 +44,9 @@ SEVERAL, NONE = Feature("gain of output over input", math.inf, math.log(1.15), T
 # step of a rounding over that of the other runs, and over their noise
 FINER, LOST = 0.1, 3.0
 FEW = 4
-# noise below this part of the span is that of the arithmetic
-ROUNDING = 1e-9
+SMOOTHED = "it was probably smoothed or interpolated, or is no measurement"
+# noise below this part of the span is that of the arithmetic; what stands for the noise of numbers without any (N), below that of any sensor
+ROUNDING, NO_NOISE = 1e-9, 1e-9
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -86,18 +87,22 @@ def _noise(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
     # what a system's runs tell among themselves is told there; noise that is not white may be the movement
     if split.spread > feature.kinds or not inside or (e.tendon_like and len(inside) >= FEW - 1) or not (split.below or e.sensors[i].white):
         return
-    times = math.exp(split.gap)
-    why = (
-        "it was probably smoothed or interpolated, or is no measurement"
-        if split.below
-        else "it is probably another sensor, or another quantity"
-    )
     yield Remark(
-        (e.run_id,), RULE, "remark", times, "1",
-        f"{names([e.run_id])}: unlike all other runs, its {feature.name} is {f'1/{times:.3g} of' if split.below else f'{times:.3g} times'} the "
-        f"nearest of them; {why}",
+        (e.run_id,), RULE, "remark", math.exp(split.gap), "1",
+        f"{names([e.run_id])}: unlike all other runs, its {feature.name} {_far(feature, split, e)}; "
+        f"{SMOOTHED if split.below else 'it is probably another sensor, or another quantity'}",
         "leave this file out, or take the column of the sensor",
     )  # fmt: skip
+
+
+def _far(feature: Feature, split: _Split, e: Evidence) -> str:
+    """Return how far a run is from the others."""
+    if feature in FEATURES[:2] and e.sensors[FEATURES.index(feature)].computed:
+        return "is nothing but the rounding of its numbers"
+    times = math.exp(split.gap)
+    if not feature.ratio:
+        return f"lies {split.gap:.3g} N from the nearest of them"
+    return f"is {f'1/{times:.3g} of' if split.below else f'{times:.3g} times'} the nearest of them"
 
 
 def _digits(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
@@ -172,8 +177,10 @@ def _values(e: Evidence) -> list[float]:
 
 
 def _noise_of(e: Evidence, i: int) -> float:
-    """Return the logarithm of a channel's noise, NaN where it does not show."""
+    """Return the logarithm of a channel's noise, NaN where it does not show. Numbers that were computed between readings have none."""
     s = e.sensors[i]
+    if s.computed and not s.held:
+        return math.log(NO_NOISE)
     shows = s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None
     return math.log(s.noise_n) if shows else math.nan
 
@@ -222,11 +229,9 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: boo
             # another bend, not another rig
             continue
         told.add(index)
-        times = math.exp(split.gap)
-        far = f"is {f'1/{times:.3g} of' if split.below else f'{times:.3g} times'}" if feature.ratio else f"lies {split.gap:.3g} N from"
         yield Remark(
-            (e.run_id,), RULE, "remark", times if feature.ratio else split.gap, "1" if feature.ratio else "N",
-            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {far} the nearest of them; the "
+            (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
+            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {_far(feature, split, e)}; the "
             "sensor was probably changed or the file is from another rig",
             "leave this file out, or give it its own mapping (gain, offset)",
         )  # fmt: skip
