@@ -47,7 +47,10 @@ def test_two_columns_of_the_same_numbers_are_told_and_no_others(top, a, b):
     assert gate.remarks(rig(top=top)) == ()
     said = gate.remarks(each(lambda r: replace(r, **{a: getattr(r, b).copy()}), rig(top=top)))
     (copy,) = [r for r in said if r.rule == "same_channel"]
-    assert a in copy.mend and b in copy.mend and len(copy.run_ids) == 4 and not copy.failed
+    assert a in copy.mend and b in copy.mend and len(copy.run_ids) == 4
+    # a reference that holds the input, or the position, leaves the tensions as they are
+    spoils = (a, b) not in (("tension_in_n", "tension_ref_n"), ("position_in_mm", "tension_ref_n"))
+    assert copy.failed == spoils and (not spoils or said == (copy,))
 
 
 @pytest.mark.parametrize("noise", [5e-4, 5e-3])

@@ -21,6 +21,9 @@ SAID = dict(
     time_s="the clock", tension_in_n="the input", tension_out_n="the output", position_in_mm="the position", tension_ref_n="the reference"
 )
 
+# a recorder may have written down the reference for the input, or the input for the reference: the latter spoils nothing
+TRACKED = {CHANNELS[0], "tension_ref_n"}
+
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose channels share even their noise."""
@@ -93,13 +96,15 @@ def _lossless(e: Evidence) -> bool:
 
 
 def _told(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield columns that hold the same numbers as another one, input and output (a failure of its own) left out."""
+    """Yield columns that hold the same numbers as another one, input and output (told above) left out."""
     pairs = {p for e in log for p in e.copies if p != CHANNELS}
     for a, b in sorted(pairs):
         hit = tuple(e.run_id for e in log if (a, b) in e.copies)
-        command = "; if that is the command, the input is not what was measured" if {a, b} == {CHANNELS[0], "tension_ref_n"} else ""
+        command = "; if that is the command, the input is not what was measured" if {a, b} == TRACKED else ""
+        # no tension is a length, and no output is what the input was asked for: whichever column is wrong, later rules would blame friction
+        wrong = {a, b} != TRACKED and bool({a, b} & set(CHANNELS))
         yield Remark(
-            hit, RULE, "remark", 100.0, "%",
+            hit, RULE, "failure" if wrong else "remark", 100.0, "%",
             f"{names(hit)}: {SAID[a]} and {SAID[b]} hold the same numbers, sample by sample, so that one column was probably taken twice{command}",
             f"{a} = {{ column = (the column of {SAID[a]}) }} or {b} = {{ column = (the column of {SAID[b]}) }}",
         )  # fmt: skip
