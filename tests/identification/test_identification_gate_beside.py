@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 import pytest
-from identification_slips import changed, rig, swapped_midway
+from identification_loops import multisine
+from identification_slips import BENDS, bend, changed, rig, swapped_midway
 from test_identification_gate import leads
 
 from sstl_cli.core.runs import Run
@@ -94,3 +96,33 @@ def test_an_output_that_was_interpolated_in_one_run_has_no_noise(digits):
 
 def test_numbers_without_noise_in_all_runs_are_not_told_apart_by_their_rounding():
     assert "odd_run" not in {r.rule for r in gate.remarks(changed(interpolated))}
+
+
+def test_a_run_whose_noise_is_far_below_the_others_was_smoothed():
+    def smoothed(r: Run) -> Run:
+        return replace(r, tension_out_n=np.convolve(np.pad(r.tension_out_n, 10, mode="edge"), np.full(21, 1.0 / 21.0), "valid"))
+
+    def louder(r: Run) -> Run:
+        return replace(r, tension_out_n=r.tension_out_n + 0.1 * np.random.default_rng(2).standard_normal(len(r)))
+
+    # four runs of one system tell it among themselves
+    log = [*rig(), *(replace(bend(name, theta, "act", 50, movement=9), run_id=f"{name}-again") for name, theta in BENDS.items())]
+    for slip, word in ((smoothed, "probably smoothed"), (louder, "sensor was probably changed")):
+        (said,) = [m for m in gate.remarks([slip(r) if r.run_id == "act-b050" else r for r in log]) if m.rule == "odd_run"]
+        assert said.run_ids == ("act-b050",) and word in said.sentence
+
+
+def test_an_output_behind_a_low_pass_whose_friction_is_plain_is_no_command():
+    def filtered(r: Run) -> Run:
+        """Return a run whose amplifier has a low-pass of third order, 0.1 s."""
+        y, keep = r.tension_out_n, np.exp(-0.01 / 0.1)
+        for _ in range(3):
+            y = np.array(list(accumulate(y, lambda state, v: keep * state + (1.0 - keep) * v)))
+        return replace(r, tension_out_n=y + 1e-4 * np.random.default_rng(1).standard_normal(len(y)))
+
+    def commanded(r: Run) -> Run:
+        return replace(r, tension_out_n=np.round(0.9 * multisine(7, 3.0, 26.0, seconds=90.0)[1][::3], 5))
+
+    for slip, said in ((filtered, "friction is plain"), (commanded, "probably the command")):
+        (told,) = [m for m in gate.remarks(changed(slip)) if m.rule == "noiseless"]
+        assert said in told.sentence

@@ -1,4 +1,4 @@
-"""One channel without any noise beside a measured one: a command, or a copy that was smoothed."""
+"""One channel without any noise beside a measured one: a command, a copy that was smoothed, or a sensor behind a low-pass."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.unrelated import unexplained
 from sstl_cli.identification.gate.units import WORDS, column_line
 
 RULE, RANK = "noiseless", 82
@@ -14,6 +15,8 @@ RULE, RANK = "noiseless", 82
 LESS = 0.02
 # a command is rounded as numbers are, and ahead of what is measured: noise that is but rounding, and a delay (s) that no tube has
 ROUNDED, AHEAD, AHEAD_S = 0.05, 6.0, 0.1
+# n theta that no command and no copy of the input shows, whatever low-pass it comes behind, and what friction may leave of the output's span
+PLAIN, EXPLAINED = 0.05, 0.03
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -29,12 +32,26 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             has = (
                 "is smooth down to the rounding of its digits, without the noise" if computed else f"has {100 * number:.2g} % of the noise"
             )
+            why, line = _why(hit, i)
             yield Remark(
                 tuple(h.run_id for h in hit), RULE, "remark", number, "1",
-                f"{names([h.run_id for h in hit])}: the {WORDS[i]} {has} of the {WORDS[1 - i]}; it is probably the command or a smoothed copy "
-                "and not the sensor",
-                column_line(i),
+                f"{names([h.run_id for h in hit])}: the {WORDS[i]} {has} of the {WORDS[1 - i]}; {why}",
+                line,
             )  # fmt: skip
+
+
+def _why(hit: Sequence[Evidence], i: int) -> tuple[str, str]:
+    """Return what probably took the noise away, and the line that mends it."""
+    if i == 1 and 2 * sum(_rubs(e) for e in hit) >= len(hit):
+        why = "friction is plain in it, so that it is a sensor behind a low-pass, or was smoothed or interpolated afterwards"
+        return why, f"none needed if the amplifier filters so, or {column_line(i)}"
+    return "it is probably the command or a smoothed copy and not the sensor", column_line(i)
+
+
+def _rubs(e: Evidence) -> bool:
+    """Whether friction explains the output, also behind a low-pass of its own: a copy that is late makes a loop, too, but loses nothing behind it."""
+    slow = e.causes.slow.wrap
+    return e.wrap > PLAIN and not slow <= PLAIN and unexplained(e) < EXPLAINED
 
 
 def _shows(log: Sequence[Evidence], system: str, i: int) -> bool:

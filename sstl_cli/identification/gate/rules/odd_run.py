@@ -45,6 +45,9 @@ SEVERAL, NONE = Feature("gain of output over input", math.inf, math.log(1.15), T
 FINER, LOST = 0.1, 3.0
 FEW = 4
 SMOOTHED = "it was probably smoothed or interpolated, or is no measurement"
+RESENSED = "the sensor was probably changed or the file is from another rig"
+# of the logarithm: noise below that of all other runs by which no other sensor of such a rig is the better one
+QUIET = math.log(5.0)
 # noise below this part of the span is that of the arithmetic; what stands for the noise of numbers without any (N), below that of any sensor
 ROUNDING, NO_NOISE = 1e-9, 1e-9
 
@@ -231,8 +234,8 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: boo
         told.add(index)
         yield Remark(
             (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
-            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {_far(feature, split, e)}; the "
-            "sensor was probably changed or the file is from another rig",
+            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {_far(feature, split, e)}; "
+            f"{SMOOTHED if split.below and split.gap > QUIET and feature in FEATURES[:2] else RESENSED}",
             "leave this file out, or give it its own mapping (gain, offset)",
         )  # fmt: skip
 
