@@ -126,3 +126,16 @@ def test_an_output_behind_a_low_pass_whose_friction_is_plain_is_no_command():
     for slip, said in ((filtered, "friction is plain"), (commanded, "probably the command")):
         (told,) = [m for m in gate.remarks(changed(slip)) if m.rule == "noiseless"]
         assert said in told.sentence
+
+
+@pytest.mark.parametrize(("noise", "rubs", "told"), [(0.05, 1.6, True), (0.05, 1.0, False), (0.02, 1.6, False)])
+def test_a_rig_whose_bends_rub_more_and_both_of_whose_sensors_are_others_is_another_one(noise, rubs, told):
+    """One bend of it rubs only some percent more; noise alone may be that of the drive, friction alone that of the movement."""
+
+    def there(name: str, theta: float, system: str, seed: int) -> Run:
+        wrap = theta * (1.2 if name == "b080" and rubs > 1.0 else rubs)
+        return replace(bend(name, wrap, system, seed, noise, movement=9), run_id=f"{system}-{name}-B", trajectory="other")
+
+    others = [there(name, theta, system, 70 + k) for k, (name, theta) in enumerate(BENDS.items()) for system in ("act", "sstl")]
+    said = [m for m in gate.remarks([*rig(), *others]) if m.rule == "two_rigs"]
+    assert len(said) == told and all(name.endswith("-B") for m in said for name in m.run_ids)

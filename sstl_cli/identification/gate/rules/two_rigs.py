@@ -26,6 +26,8 @@ CELLS, SYSTEMS = 3, 2
 IN_ORDER = 5
 # factor between steps of converters, or noises of the input, of two recorders: an output that rubs more may have another noise by itself
 OTHER, SENSED = 1.2, ((0, "step_n"), (1, "step_n"), (0, "noise_n"))
+# factor between the white noises of both sensors, which no movement makes
+BOTH = 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -67,6 +69,8 @@ def second_rig(log: Sequence[Evidence]) -> tuple[list[Evidence], list[float]]:
     same = float(np.max(np.abs(gaps - usual))) < AGREE * usual or (
         float(np.min(gaps)) > math.log(FACTOR) and (_in_order(low, high, log) or _sensed(low, high))
     )
+    # where both sensors are others, one bend may tell its friction badly; noise alone may be that of the drive, which one movement lacks
+    same |= float(np.min(gaps)) > 0.0 and _both_sensed(low, high)
     apart &= alike or _sensed(low, high)
     return ([e for runs in high for e in runs], np.exp(gaps).tolist()) if apart and same else ([], [])
 
@@ -90,7 +94,19 @@ def _sensed(low: list[list[Evidence]], high: list[list[Evidence]]) -> bool:
     """Whether the recorder of all runs that rub more is another one than that of all others."""
     readings = [[[float(getattr(e.sensors[i], name)) for runs in kind for e in runs] for kind in (low, high)] for i, name in SENSED]
     rates = [[e.dt_s for runs in kind for e in runs] for kind in (low, high)]
-    return any(min(b) > OTHER * max(a) or min(a) > OTHER * max(b) for a, b in (*readings, rates))
+    return any(_apart(a, b, OTHER) for a, b in (*readings, rates))
+
+
+def _both_sensed(low: list[list[Evidence]], high: list[list[Evidence]]) -> bool:
+    """Whether both sensors of all runs that rub more have white noise of another size than those of all others."""
+    one, other = ([e.sensors for runs in kind for e in runs] for kind in (low, high))
+    white = all(s.fine for pair in (*one, *other) for s in pair)
+    return white and all(_apart([pair[i].noise_n for pair in one], [pair[i].noise_n for pair in other], BOTH) for i in (0, 1))
+
+
+def _apart(a: Sequence[float], b: Sequence[float], factor: float) -> bool:
+    """Whether all of the one are larger than all of the other by a factor."""
+    return min(b) > factor * max(a) or min(a) > factor * max(b)
 
 
 def second_pass(low: Array, high: Array, errors: Array) -> bool:
