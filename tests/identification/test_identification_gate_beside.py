@@ -7,9 +7,9 @@ from itertools import accumulate
 
 import numpy as np
 import pytest
-from identification_loops import multisine
-from identification_slips import BENDS, bend, changed, rig, swapped_midway
-from test_identification_gate import leads
+from identification_loops import multisine, play
+from identification_slips import BENDS, bend, changed, lines, rig, swapped_midway
+from test_identification_gate import leads, loop
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -91,7 +91,16 @@ def test_an_output_that_was_interpolated_in_one_run_has_no_noise(digits):
         return replace(r, tension_out_n=y if digits is None else np.round(y, digits))
 
     (said,) = gate.remarks(changed(slow, "sstl-b050"))
-    assert (said.rule, said.run_ids) == ("odd_run", ("sstl-b050",)) and "nothing but the rounding" in said.sentence
+    assert (said.rule, said.run_ids) == ("odd_run", ("sstl-b050",)) and "down to the rounding" in said.sentence
+
+
+def test_a_converter_that_hides_the_noise_of_one_run_is_no_program():
+    t = np.arange(2000) / 100.0
+    read = [loop(0.4, seed=k, sd=0.05, run_id=f"r{k}") for k in range(5)]
+    x = 15.0 + 10.0 * np.sin(2.0 * np.pi * t / 20.0)
+    slow = Run("slow", "act", t, x, play(x, lines(0.4)))
+    log = [replace(r, **{c: np.round(getattr(r, c) / 0.05) * 0.05 for c in ("tension_in_n", "tension_out_n")}) for r in (*read, slow)]
+    assert "odd_run" not in {r.rule for r in gate.remarks(log)}
 
 
 def test_numbers_without_noise_in_all_runs_are_not_told_apart_by_their_rounding():

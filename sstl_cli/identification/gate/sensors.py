@@ -79,6 +79,11 @@ class Sensor:
         return self.digit_n > 0.0
 
     @property
+    def rounding_n(self) -> float:
+        """What rounding adds to numbers of a program (N RMS): what their second differences show is the movement."""
+        return self.digit_n / math.sqrt(12.0)
+
+    @property
     def fine(self) -> bool:
         """Whether the noise shows, and is not that of the motion between slow samples."""
         return self.white and not self.coarse

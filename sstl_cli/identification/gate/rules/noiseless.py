@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
@@ -60,9 +59,9 @@ def _shows(log: Sequence[Evidence], system: str, i: int) -> bool:
 
 
 def _noise(e: Evidence, i: int) -> float:
-    """Return the noise of a channel (N), where it is computed that of its rounding: what its second differences show is the movement."""
+    """Return the noise of a channel (N), where it is computed that of its rounding."""
     s = e.sensors[i]
-    return s.digit_n / math.sqrt(12.0) if s.computed else s.noise_n
+    return s.rounding_n if s.computed else s.noise_n
 
 
 def smooth(e: Evidence, i: int) -> bool:

@@ -48,8 +48,10 @@ SMOOTHED = "it was probably smoothed or interpolated, or is no measurement"
 RESENSED = "the sensor was probably changed or the file is from another rig"
 # of the logarithm: noise below that of all other runs by which no other sensor of such a rig is the better one
 QUIET = math.log(5.0)
-# noise below this part of the span is that of the arithmetic; what stands for the noise of numbers without any (N), below that of any sensor
-ROUNDING, NO_NOISE = 1e-9, 1e-9
+# noise below this part of the span is that of the arithmetic
+ROUNDING = 1e-9
+# noise of rounded numbers over that of the sensor in the other runs: a converter may hide it as well, but not so far below
+NONE_LEFT = 0.02
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -72,6 +74,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for i in (0, 1):
         yield from _noise(log, i)
         yield from _digits(log, i)
+        yield from _computed(log, i)
     yield from _gains(gained)
 
 
@@ -92,20 +95,35 @@ def _noise(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
         return
     yield Remark(
         (e.run_id,), RULE, "remark", math.exp(split.gap), "1",
-        f"{names([e.run_id])}: unlike all other runs, its {feature.name} {_far(feature, split, e)}; "
+        f"{names([e.run_id])}: unlike all other runs, its {feature.name} {_far(feature, split)}; "
         f"{SMOOTHED if split.below else 'it is probably another sensor, or another quantity'}",
         "leave this file out, or take the column of the sensor",
     )  # fmt: skip
 
 
-def _far(feature: Feature, split: _Split, e: Evidence) -> str:
+def _far(feature: Feature, split: _Split) -> str:
     """Return how far a run is from the others."""
-    if feature in FEATURES[:2] and e.sensors[FEATURES.index(feature)].computed:
-        return "is nothing but the rounding of its numbers"
     times = math.exp(split.gap)
     if not feature.ratio:
         return f"lies {split.gap:.3g} N from the nearest of them"
     return f"is {f'1/{times:.3g} of' if split.below else f'{times:.3g} times'} the nearest of them"
+
+
+def _computed(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
+    """Yield runs whose values are smooth down to the rounding of their numbers, where the sensor shows its noise in all others."""
+    runs = [e for e in log if e.usable and e.both_tensions and not e.sensors[i].held and e.hums[i] is None]
+    hit = [e for e in runs if e.sensors[i].computed]
+    rest = [e for e in runs if math.isfinite(_noise_of(e, i)) and e.sensors[i].fine and not e.sensors[i].computed]
+    if not hit or len(rest) < max(FEW - 1, 2 * len(hit)) or not {e.system for e in hit} <= {e.system for e in rest}:
+        return
+    least = min(e.sensors[i].noise_n for e in rest)
+    if max(e.sensors[i].rounding_n for e in hit) < NONE_LEFT * least:
+        ids = tuple(e.run_id for e in hit)
+        yield Remark(
+            ids, RULE, "remark", least, "N",
+            f"{names(ids)}: the {WORDS[i]} is smooth down to the rounding of its numbers, where it has {least:.2g} N of noise or more in the other runs; {SMOOTHED}",
+            f"{CHANNELS[i]} = {{ column = ... }} (of this file exported anew, at the rate of the sensor)",
+        )  # fmt: skip
 
 
 def _digits(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
@@ -180,10 +198,8 @@ def _values(e: Evidence) -> list[float]:
 
 
 def _noise_of(e: Evidence, i: int) -> float:
-    """Return the logarithm of a channel's noise, NaN where it does not show. Numbers that were computed between readings have none."""
+    """Return the logarithm of a channel's noise, NaN where it does not show."""
     s = e.sensors[i]
-    if s.computed and not s.held:
-        return math.log(NO_NOISE)
     shows = s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None
     return math.log(s.noise_n) if shows else math.nan
 
@@ -234,7 +250,7 @@ def _alone(runs: list[Evidence], splits: list[tuple[Feature, _Split]], rigs: boo
         told.add(index)
         yield Remark(
             (e.run_id,), RULE, "remark", math.exp(split.gap) if feature.ratio else split.gap, "1" if feature.ratio else "N",
-            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {_far(feature, split, e)}; "
+            f"{names([e.run_id])}: unlike all other {e.system} runs, its {feature.name} {_far(feature, split)}; "
             f"{SMOOTHED if split.below and split.gap > QUIET and feature in FEATURES[:2] else RESENSED}",
             "leave this file out, or give it its own mapping (gain, offset)",
         )  # fmt: skip
