@@ -148,3 +148,31 @@ def test_a_rig_whose_bends_rub_more_and_both_of_whose_sensors_are_others_is_anot
     others = [there(name, theta, system, 70 + k) for k, (name, theta) in enumerate(BENDS.items()) for system in ("act", "sstl")]
     said = [m for m in gate.remarks([*rig(), *others]) if m.rule == "two_rigs"]
     assert len(said) == told and all(name.endswith("-B") for m in said for name in m.run_ids)
+
+
+def clocks(rate_hz: float, other_hz: float, stamp) -> list[Run]:
+    """Return runs of one rate, the last of another one, their stamps as a clock shows them."""
+    runs = [loop(0.4, seed=k, run_id=f"r{k}") for k in range(5)]
+    ticks = np.arange(len(runs[0]))
+    return [replace(r, time_s=stamp(ticks / (other_hz if r is runs[-1] else rate_hz), k)) for k, r in enumerate(runs)]
+
+
+@pytest.mark.parametrize("other_hz", [400.0, 417.0, 600.0])
+def test_rates_that_are_a_fifth_apart_are_told(other_hz):
+    (said,) = [m for m in gate.remarks(clocks(500.0, other_hz, lambda t, _: t)) if m.rule == "rate"]
+    assert said.run_ids == ("r4",) and said.number == pytest.approx(other_hz)
+
+
+def jittered(t: np.ndarray, seed: int) -> np.ndarray:
+    """Return stamps that come late now and then, in the last run by more: the median step is shorter there, the mean one is not."""
+    spread = 0.55 if seed == 4 else 0.1
+    return t[1] * np.cumsum(np.random.default_rng(seed).lognormal(-0.5 * spread**2, spread, len(t)))
+
+
+def losing(t: np.ndarray, seed: int) -> np.ndarray:
+    return t + t[1] * np.cumsum(np.random.default_rng(seed).random(len(t)) < 0.2 * (seed == 4))
+
+
+@pytest.mark.parametrize("stamp", [jittered, losing])
+def test_one_rate_on_another_clock_is_none_of_its_own(stamp):
+    assert "rate" not in {m.rule for m in gate.remarks(clocks(400.0, 400.0, stamp))}

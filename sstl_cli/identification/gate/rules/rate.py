@@ -13,7 +13,9 @@ from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "rate", 18
-APART = 1.25
+# factor between two rates; between those of clocks whose means tell it as well, as a clock that jitters or counts whole milliseconds has a
+# median of its own
+APART, NEAR = 1.25, 1.1
 LIKELY_S = 0.005
 # of the logarithm: loops of one movement, counted
 SAME_SPEED = 0.15
@@ -34,23 +36,40 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         return
     steps = np.array([e.dt_s for e in runs])
     # the period that most runs share
-    near = [int(np.sum(np.abs(np.log(steps / s)) < np.log(APART))) for s in steps]
+    near = [int(np.sum(np.abs(np.log(steps / s)) < np.log(NEAR))) for s in steps]
     # of two rates as frequent it is that of a logger, some hundred samples a second
     usual = float(steps[np.lexsort((np.abs(np.log(steps / LIKELY_S)), -np.array(near)))[0]])
+    ratios = _ratios(runs, usual)
     groups: dict[tuple[str | None, float], list[Evidence]] = {}
     for e in runs:
-        ratio = e.dt_s / usual
-        if max(ratio, 1.0 / ratio) > APART:
+        if (ratio := ratios[e.run_id]) != 1.0:
             groups.setdefault((_unit(ratio), round(math.log(ratio), 1)), []).append(e)
     # a logger of its own for each system is no slip
-    rates = {(e.system, e.dt_s * (1.0 + 1e-9) > usual * APART, e.dt_s * APART < usual) for e in runs}
+    rates = {(e.system, ratios[e.run_id] > 1.0, ratios[e.run_id] < 1.0) for e in runs}
     own = len(rates) == len({e.system for e in runs})
+    others = [e for e in runs if ratios[e.run_id] == 1.0]
     for (unit, _), hit in groups.items():
-        clocks = {e.run_id: _clock(e, runs, usual) if unit is None else "" for e in hit}
+        clocks = {e.run_id: _clock(e, others, usual) if unit is None else "" for e in hit}
         for clock in ("other", "either"):
             yield from _told([e for e in hit if clocks[e.run_id] == clock], usual, None, clock)
         if unit is not None or not own:
             yield from _told([e for e in hit if not clocks[e.run_id]], usual, unit)
+
+
+def _ratios(runs: Sequence[Evidence], usual: float) -> dict[str, float]:
+    """Return the sampling period of each run over the usual one, 1 where they are the same."""
+    means = {e.run_id: e.duration_s / (e.samples - 1) for e in runs}
+    mean = float(np.median([means[e.run_id] for e in runs if _size(e.dt_s / usual) < NEAR]))
+
+    def known(e: Evidence) -> bool:
+        ratio = e.dt_s / usual
+        return _size(ratio) > APART or min(_size(ratio), (means[e.run_id] / mean) ** math.copysign(1.0, math.log(ratio))) > NEAR
+
+    return {e.run_id: e.dt_s / usual if known(e) else 1.0 for e in runs}
+
+
+def _size(ratio: float) -> float:
+    return max(ratio, 1.0 / ratio)
 
 
 def _told(hit: list[Evidence], usual: float, unit: str | None, clock: Clock = "") -> Iterator[Remark]:
@@ -76,11 +95,10 @@ def _told(hit: list[Evidence], usual: float, unit: str | None, clock: Clock = ""
     )  # fmt: skip
 
 
-def _clock(e: Evidence, runs: Sequence[Evidence], usual: float) -> Clock:
+def _clock(e: Evidence, others: Sequence[Evidence], usual: float) -> Clock:
     """Return whether the clock of a run is another one, or may be: it goes the way of others of its movement, sample by sample."""
-    beside = [o for o in runs if o.trajectory == e.trajectory and max(o.dt_s / usual, usual / o.dt_s) < APART]
     # other movements may bear one name, and their loops last about as long by chance
-    same = [o for o in beside if _same(e, o)]
+    same = [o for o in others if o.trajectory == e.trajectory and _same(e, o)]
     if not same:
         return ""
     named = e.trajectory is not None and _speeded(e, same, usual)
@@ -113,4 +131,4 @@ def _speeded(e: Evidence, beside: Sequence[Evidence], usual: float) -> bool:
 
 
 def _unit(ratio: float) -> str | None:
-    return next((name for size, name in UNITS.items() if abs(math.log(max(ratio, 1.0 / ratio) / size)) < 0.05), None)
+    return next((name for size, name in UNITS.items() if abs(math.log(_size(ratio) / size)) < 0.05), None)
