@@ -13,6 +13,7 @@ from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, OPTIONAL, SLOPE
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
+from sstl_cli.identification.gate.rules.magnitude import impossible
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 from sstl_cli.identification.gate.stamps import mend_backward, mend_repeated
 
@@ -263,13 +264,18 @@ def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None
         detail = f"{100 * share:.0f} % of the samples are a tenth or a hundredth of their neighbours"
         found.append(Finding(FAILURE, "digits lost", name, spikes, detail, 'import with decimal = ","'))
     elif spikes:
-        many = spikes > MANY * n
+        many, wild = spikes > MANY * n, impossible(values)
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         said = "single samples off both neighbours"
         if lost is not None:
             # the rule ``filled`` tells them as well
             said, fix = f"{said}, {lost.samples} samples at {lost.level_n:.4g} N: readings that were missing", MEND
-        found.append(Finding(FAILURE if many else REMARK, "spikes", name, spikes, said, fix))
+        if wild:
+            said = (
+                f"{said}, up to {float(np.max(np.abs(values))):.4g} N, which no tendon bears: {wild} numbers of another kind, such as dates"
+            )
+            fix = f"export anew, or {MEND}"
+        found.append(Finding(FAILURE if many or wild else REMARK, "spikes", name, spikes, said, fix))
     return found
 
 

@@ -12,7 +12,7 @@ from identification_slips import BENDS, bend, changed, lines, rig, swapped_midwa
 from test_identification_gate import leads, loop
 
 from sstl_cli.core.runs import Run
-from sstl_cli.identification import gate
+from sstl_cli.identification import gate, samples
 
 
 def at(mm: list[float], thetas: list[float]) -> list[Run]:
@@ -176,3 +176,35 @@ def losing(t: np.ndarray, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("stamp", [jittered, losing])
 def test_one_rate_on_another_clock_is_none_of_its_own(stamp):
     assert "rate" not in {m.rule for m in gate.remarks(clocks(400.0, 400.0, stamp))}
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.012])
+def test_a_connector_that_lets_go_reads_one_level_but_for_noise(noise):
+    rng = np.random.default_rng(3)
+
+    def loose(r: Run) -> Run:
+        y = r.tension_out_n.copy()
+        for at in rng.integers(100, len(y) - 100, 9):
+            y[at : at + 6] = noise * rng.standard_normal(6)
+        return replace(r, tension_out_n=y)
+
+    (said,) = gate.remarks(changed(loose, "act-b050"))
+    assert (said.rule, said.run_ids) == ("filled", ("act-b050",)) and ("connector" in said.sentence) == (noise > 0.0)
+
+
+def test_readings_that_are_no_tensions_fail_the_check_and_no_run():
+    (run, *_) = rig()
+    dates = np.random.default_rng(4).choice(len(run), 12, replace=False)
+    y = run.tension_out_n.copy()
+    y[dates] = 45000.0 + np.arange(12.0)
+
+    def spikes(values: np.ndarray) -> list[samples.Finding]:
+        columns = {"time_s": run.time_s, "tension_in_n": run.tension_in_n, "tension_out_n": values}
+        return [f for f in samples.findings(samples.Piece("a", columns)) if f.what == "spikes"]
+
+    (said,) = spikes(y)
+    assert said.level == samples.FAILURE and "12 numbers of another kind" in said.detail and "interpolate" in said.fix
+    assert not [r for r in gate.remarks([replace(run, tension_out_n=y)]) if r.failed]
+    # interference that a rig may have
+    y[dates] = 150.0
+    assert [f.level for f in spikes(y)] == [samples.REMARK]

@@ -33,14 +33,19 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def _dropped(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs in which missing readings of one channel were replaced by one number."""
+    """Yield runs in which readings of one channel are missing, and one number or a bare amplifier stands for them."""
     for i in (0, 1):
         hit = [(e, d) for e in log if e.usable and (d := e.dropouts[i]) is not None]
         if hit:
             d = max((d for _, d in hit), key=lambda v: v.samples)
+            why = (
+                "missing samples were probably filled with that number, or it is an error code"
+                if d.filled
+                else "its connector probably let go"
+            )
             yield Remark(
                 tuple(e.run_id for e, _ in hit), RULE, "remark", float(d.samples), "samples",
                 f"{names([e.run_id for e, _ in hit])}: the {WORDS[i]} jumps to {d.level_n:.4g} N {d.stretches} times and back to where it was ({d.samples} samples) "
-                f"while the {WORDS[1 - i]} goes on; missing samples were probably filled with that number, or it is an error code",
+                f"while the {WORDS[1 - i]} goes on; {why}",
                 MEND,
             )  # fmt: skip

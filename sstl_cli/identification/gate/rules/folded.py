@@ -14,7 +14,8 @@ RULE, RANK = "folded", 33
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output friction explains once its sign is put back."""
-    hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.fold_n)]
+    # a connector that lets go turns the output at zero as well
+    hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.fold_n) and e.dropouts[1] is None]
     if hit:
         size = hit[0].shapes.fold_n
         yield Remark(

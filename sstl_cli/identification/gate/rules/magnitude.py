@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import WORDS, plausible_units, stated
@@ -15,6 +18,8 @@ STRONG_N, IMPOSSIBLE_N = 700.0, 2000.0
 WEAK_N, NOTHING_N = 0.1, 0.05
 # a tension that is plainly one (N), and how many times it the other channel must read
 FEW_N, APART = 2.0, 20.0
+# part of the samples that may be no tensions among tensions
+FEW_SHARE = 0.02
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -48,6 +53,14 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "not N",
             "; ".join(stated(i, units[0] if units else "counts") for i in which),
         )  # fmt: skip
+
+
+def impossible(values: NDArray[np.float64]) -> int:
+    """Return how many readings (N) no tendon bears, 0 where they are many or not far beyond all others: then the channel is in another unit."""
+    size = np.abs(values)
+    wild = size > IMPOSSIBLE_N
+    count = int(np.count_nonzero(wild))
+    return count if 0 < count < FEW_SHARE * len(values) and APART * float(size[~wild].max()) < float(size[wild].min()) else 0
 
 
 def _beyond(largest: float, kind: str) -> bool:
