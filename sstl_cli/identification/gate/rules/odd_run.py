@@ -113,7 +113,7 @@ def _computed(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
     """Yield runs whose values are smooth down to the rounding of their numbers, where the sensor shows its noise in all others."""
     runs = [e for e in log if e.usable and e.both_tensions and not e.sensors[i].held and e.hums[i] is None]
     hit = [e for e in runs if e.sensors[i].computed]
-    rest = [e for e in runs if math.isfinite(_noise_of(e, i)) and e.sensors[i].fine and not e.sensors[i].computed]
+    rest = [e for e in runs if math.isfinite(_noise_of(e, i)) and e.sensors[i].fine]
     if not hit or len(rest) < max(FEW - 1, 2 * len(hit)) or not {e.system for e in hit} <= {e.system for e in rest}:
         return
     least = min(e.sensors[i].noise_n for e in rest)
@@ -198,9 +198,9 @@ def _values(e: Evidence) -> list[float]:
 
 
 def _noise_of(e: Evidence, i: int) -> float:
-    """Return the logarithm of a channel's noise, NaN where it does not show."""
+    """Return the logarithm of a channel's noise, NaN where it does not show; that of a program's numbers is the movement."""
     s = e.sensors[i]
-    shows = s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None
+    shows = s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None and not s.computed
     return math.log(s.noise_n) if shows else math.nan
 
 
