@@ -15,17 +15,21 @@ import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sstl_cli.cli import _batch_places as places
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE, SstlError
 from sstl_cli.core.workers import at_work_in, end_with
 from sstl_cli.steps import batch as step
 
+if TYPE_CHECKING:
+    from sstl_cli.core.documents.outputs import State
+
 # the subcommand sees the process's arguments and streams, of which there is one set
 # (a subcommand that runs a batch in this same thread comes by twice)
 _ONE_AT_A_TIME = threading.RLock()
 INTERRUPTED = "E001"
-_STATES = {EXIT_DONE: "done", EXIT_SET_ASIDE: "set aside", EXIT_GATE: "gate"}
+_STATES: dict[int, State] = {EXIT_DONE: "done", EXIT_SET_ASIDE: "set_aside", EXIT_GATE: "gate"}
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ def _run(job: Job) -> step.Outcome:
         if not step.decide(record, wanted, present, job.force, where):
             assert record is not None
             code = record.exit_code
-            state = "skipped" if code == EXIT_DONE else _STATES.get(code, "failed")
+            state: State = "skipped" if code == EXIT_DONE else _STATES.get(code, "failed")
             return step.Outcome(source.url, job.item.output, state, code, record.line, record.outputs)
         places.write_record(record_at, wanted.document())
         code, line, made = _call(job, local, work, source.url)

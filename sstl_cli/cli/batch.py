@@ -194,11 +194,12 @@ def _locked(lock: Any) -> bool:
 
 
 def _show(screen: Screen, command: str, outcomes: list[Outcome]) -> None:
-    count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
-    parts = ", ".join(f"{n} {state}" for state, n in count.items() if n)
+    from sstl_cli.steps.batch import counts
+
+    parts = ", ".join(f"{n} {state.replace('_', ' ')}" for state, n in counts(outcomes).items() if n)
     screen.say(f"{command}: {many(len(outcomes), 'file')}: {parts}")
     told = [o for o in outcomes if o.state not in ("done", "skipped")]
     for outcome in told[:SHOWN]:
-        screen.note(f"{outcome.state}: {outcome.source}: {outcome.line}")
+        screen.note(f"{outcome.state.replace('_', ' ')}: {outcome.source}: {outcome.line}")
     if len(told) > SHOWN:
         screen.note(f"and {len(told) - SHOWN} more (all of them with --json)")

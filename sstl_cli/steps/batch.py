@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
+from typing import get_args
 
 from sstl_cli import __version__
+from sstl_cli.core.documents.outputs import BatchDocument, BatchResult, State
 from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, EXIT_GATE, EXIT_SET_ASIDE, SstlError, UsageError, nearest
 
 RECORD = "sstl.batch-record/1"
@@ -57,11 +59,11 @@ class Item:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one file; ``state`` is done, skipped, set aside, gate or failed."""
+    """What became of one file."""
 
     source: str
     output: str
-    state: str
+    state: State
     exit_code: int
     line: str = ""
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -226,32 +228,30 @@ def exit_code(outcomes: Sequence[Outcome]) -> int:
     return EXIT_SET_ASIDE if any(o.exit_code for o in outcomes) else EXIT_DONE
 
 
-def document(command: str, out_dir: str, options: Sequence[str], outcomes: Sequence[Outcome]) -> dict[str, object]:
-    """Return the account of a batch as plain values."""
-    count = {s: sum(o.state == s for o in outcomes) for s in ("done", "skipped", "set aside", "gate", "failed")}
-    return {
-        "schema": "sstl.batch/1",
-        "command": command,
-        "options": list(options),
-        "out_dir": out_dir,
-        "files": len(outcomes),
-        "done": count["done"],
-        "skipped": count["skipped"],
-        "set_aside": count["set aside"],
-        "gate_missed": count["gate"],
-        "failed": count["failed"],
-        "results": [
-            {
-                "input": o.source,
-                "output": o.output,
-                "state": o.state.replace(" ", "_"),
-                "exit_code": o.exit_code,
-                "line": o.line,
-                "sha256": o.outputs.get(o.output),
-            }
+def counts(outcomes: Sequence[Outcome]) -> dict[State, int]:
+    """Return how many files ended in each state."""
+    return {state: sum(o.state == state for o in outcomes) for state in get_args(State)}
+
+
+def document(command: str, out_dir: str, options: Sequence[str], outcomes: Sequence[Outcome]) -> BatchDocument:
+    """Return the account of a batch."""
+    count = counts(outcomes)
+    return BatchDocument(
+        schema="sstl.batch/1",
+        command=command,
+        options=list(options),
+        out_dir=out_dir,
+        files=len(outcomes),
+        done=count["done"],
+        skipped=count["skipped"],
+        set_aside=count["set_aside"],
+        gate_missed=count["gate"],
+        failed=count["failed"],
+        results=[
+            BatchResult(input=o.source, output=o.output, state=o.state, exit_code=o.exit_code, line=o.line, sha256=o.outputs.get(o.output))
             for o in outcomes
         ],
-    }
+    )
 
 
 def _named(options: Sequence[str], stem: str, form: Form) -> tuple[tuple[str, ...], tuple[str, ...]]:

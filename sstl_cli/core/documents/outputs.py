@@ -28,12 +28,15 @@ class PlotDocument(Document):
     description: str
 
 
+State = Literal["done", "skipped", "set_aside", "gate", "failed"]
+
+
 class BatchResult(Part):
     """One file of a batch."""
 
     input: str
     output: str
-    state: Literal["done", "skipped", "set_aside", "gate", "failed"]
+    state: State
     exit_code: int
     line: str
     sha256: str | None
