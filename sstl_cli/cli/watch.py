@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -17,6 +16,8 @@ from sstl_cli.core.workers import end_if_asked, goes_on, is_interrupt
 
 if TYPE_CHECKING:
     from sstl_cli.cli._watch_sources import Source
+    from sstl_cli.core.documents.base import Document
+    from sstl_cli.core.documents.watch import AlarmDocument
     from sstl_cli.physics.scenario import Scenario
     from sstl_cli.steps.watch import Alarm, Loop, Watcher
     from sstl_cli.steps.watch_name import Naming
@@ -99,7 +100,7 @@ class _Session:
     ) -> None:
         self.screen, self.watcher, self.sources, self.sim = screen, watcher, sources, sim
         self.diagnose, self.name_after = diagnose, name_after
-        self.alarms: list[dict[str, object]] = []
+        self.alarms: list[AlarmDocument] = []
         self._unnamed: list[Alarm] = []
         self._noted = 0
         self._headed = False
@@ -165,7 +166,7 @@ class _Session:
 
     def _raise(self, alarm: Alarm, naming: Naming | None) -> None:
         self._unnamed.remove(alarm)
-        document = {**alarm.document(), "likely": None if naming is None else naming.document()}
+        document = alarm.document(None if naming is None else naming.document())
         self.alarms.append(document)
         if alarm.kind == "range":
             self._line(f"ALARM  {alarm.stream}: {alarm.why}", document)
@@ -187,7 +188,7 @@ class _Session:
         for line in [""] if self.screen.as_json else show.loop(event, width_of(sys.stdout)):
             self._line(line, event.document())
 
-    def _line(self, text: str, document: Mapping[str, object] | None = None) -> None:
+    def _line(self, text: str, document: Document | None = None) -> None:
         """Show a line at once: a watch may be read by another program as it goes."""
         import sys
 
@@ -199,6 +200,7 @@ class _Session:
 
     def finish(self, fail_on_alarm: bool, names: list[str]) -> NoReturn:
         """Name what is still unnamed, sum up, and end with the exit code; ``names`` are the logs, as the call gave them."""
+        from sstl_cli.core.documents.watch import WatchDocument
         from sstl_cli.core.errors import SstlError
 
         for alarm in [a for a in self._unnamed if a.kind == "change"]:
@@ -212,16 +214,16 @@ class _Session:
         loops, samples = self.watcher.loops, self.watcher.intake.samples
         learning = self.watcher.not_armed()
         self._line(show.summary(loops, samples, len(self.alarms), learning, self.watcher.options.learn))
-        document = {
-            "schema": "sstl.watch/1",
-            "loops": loops,
-            "samples": samples,
-            "breaks": self.watcher.intake.breaks,
-            "alarms": self.alarms,
-            "set_aside": aside,
-            "not_armed": learning,
-            "learn": self.watcher.options.learn,
-        }
+        document = WatchDocument(
+            schema="sstl.watch/1",
+            loops=loops,
+            samples=samples,
+            breaks=self.watcher.intake.breaks,
+            alarms=self.alarms,
+            set_aside=aside,
+            not_armed=learning,
+            learn=self.watcher.options.learn,
+        )
         missed = [f"{len(self.alarms)} alarms"] if fail_on_alarm and self.alarms else []
         if samples == 0:
             self.screen.document(document)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.documents.watch import AlarmDocument, LoopDocument, NamedChange
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS
@@ -57,28 +58,34 @@ class Loop:
     level: float
     position: int
 
-    def document(self) -> dict[str, object]:
+    def document(self) -> LoopDocument:
         """Return the loop as one JSON line."""
-        run, found = self.run, self.segmentation
-        return {
-            "schema": "sstl.watch.loop/1",
-            "loop": self.number,
-            "run_id": run.run_id,
-            "config_id": run.config_id,
-            "system": run.system,
-            "tendon": run.tendon,
-            "start_s": float(run.time_s[0]),
-            "end_s": float(run.time_s[-1]),
-            **{p: found.theta[p] for p in PARAMETERS},
-            **{p + "_se": found.theta_se[p] for p in PARAMETERS},
-            "status": found.status,
-            "mapped": None if self.mapped is None else {"gamma_p": self.mapped[0], "gamma_r": self.mapped[1]},
-            "range": self.range,
-            "gap_n": self.gap_n,
-            "gap_against": self.against,
-            "learning": self.learning,
-            "chart": self.level,
-        }
+        run, theta, se = self.run, self.segmentation.theta, self.segmentation.theta_se
+        return LoopDocument(
+            schema="sstl.watch.loop/1",
+            loop=self.number,
+            run_id=run.run_id,
+            config_id=run.config_id,
+            system=run.system,
+            tendon=run.tendon,
+            start_s=float(run.time_s[0]),
+            end_s=float(run.time_s[-1]),
+            gamma_p=theta["gamma_p"],
+            beta_p=theta["beta_p"],
+            gamma_r=theta["gamma_r"],
+            beta_r=theta["beta_r"],
+            gamma_p_se=se["gamma_p"],
+            beta_p_se=se["beta_p"],
+            gamma_r_se=se["gamma_r"],
+            beta_r_se=se["beta_r"],
+            status=self.segmentation.status,
+            mapped=None if self.mapped is None else {"gamma_p": self.mapped[0], "gamma_r": self.mapped[1]},
+            range=self.range,
+            gap_n=self.gap_n,
+            gap_against=self.against,
+            learning=self.learning,
+            chart=self.level,
+        )
 
 
 @dataclass(frozen=True)
@@ -97,19 +104,20 @@ class Alarm:
     mean: float | None = None
     value: float | None = None
 
-    def document(self) -> dict[str, object]:
-        """Return the alarm as one JSON line."""
-        return {
-            "schema": "sstl.watch.alarm/1",
-            "kind": self.kind,
-            "loop": self.loop,
-            "began_with_loop": self.began,
-            "stream": self.stream,
-            "config_id": self.config_id,
-            "why": self.why,
-            "before": self.mean,
-            "now": self.value,
-        }
+    def document(self, likely: NamedChange | None = None) -> AlarmDocument:
+        """Return the alarm as one JSON line, with what a diagnosis makes of it."""
+        return AlarmDocument(
+            schema="sstl.watch.alarm/1",
+            kind=self.kind,
+            loop=self.loop,
+            began_with_loop=self.began,
+            stream=self.stream,
+            config_id=self.config_id,
+            why=self.why,
+            before=self.mean,
+            now=self.value,
+            likely=likely,
+        )
 
 
 class _Stream:

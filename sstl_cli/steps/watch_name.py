@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from sstl_cli.core.documents.watch import NamedChange
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.scenario import Scenario
@@ -25,17 +26,17 @@ class Naming:
     theta: tuple[float, float] | None
     why: str
 
-    def document(self) -> dict[str, object]:
-        """Return the naming as plain values."""
-        return {
-            "status": self.status,
-            "effects": list(self.effects),
-            "ambiguity_group": list(self.group),
-            "confidence": self.confidence,
-            "theta_before": None if self.theta is None else self.theta[0],
-            "theta_now": None if self.theta is None else self.theta[1],
-            "why": self.why,
-        }
+    def document(self) -> NamedChange:
+        """Return the naming as an alarm tells it."""
+        return NamedChange(
+            status=self.status,
+            effects=list(self.effects),
+            ambiguity_group=list(self.group),
+            confidence=self.confidence,
+            theta_before=None if self.theta is None else self.theta[0],
+            theta_now=None if self.theta is None else self.theta[1],
+            why=self.why,
+        )
 
 
 def name_change(before: Sequence[Run], since: Sequence[Run], sim: Scenario | None = None) -> Naming:

@@ -303,4 +303,4 @@ def test_what_takes_hours_to_print_has_the_fields_of_its_document() -> None:
         assert set(asdict(row)) == set(part.model_fields)
         part.model_validate(asdict(row))
     named = Naming("identified", ("viscous",), (), 0.9, (0.5, 0.6), "").document()
-    assert set(named) == set(NamedChange.model_fields) and NamedChange.model_validate(named).theta_now == 0.6
+    assert set(named.plain()) == set(NamedChange.model_fields) and named.theta_now == 0.6
