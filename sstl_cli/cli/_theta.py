@@ -10,6 +10,7 @@ from sstl_cli.cli.render import Screen
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from sstl_cli.core.documents.mapping import AsideRow
     from sstl_cli.mapping.pairs import Pairs
 
 SHOWN = 10
@@ -50,6 +51,8 @@ def note_aside(screen: Screen, pairs: Pairs) -> None:
         screen.note_some(f"{len(told)} of {pairs.rows} rows set aside:", told, SHOWN)
 
 
-def aside_fields(pairs: Pairs) -> dict[str, object]:
+def aside_rows(pairs: Pairs) -> list[AsideRow]:
     """Return the same for a JSON document."""
-    return {"rows": pairs.rows, "set_aside": len(pairs.aside), "set_aside_runs": [{"run_id": k, "why": v} for k, v in pairs.aside.items()]}
+    from sstl_cli.core.documents.mapping import AsideRow
+
+    return [AsideRow(run_id=run, why=why) for run, why in pairs.aside.items()]

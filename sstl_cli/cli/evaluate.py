@@ -16,6 +16,7 @@ from sstl_cli.cli.render import Screen
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from sstl_cli.core.documents.base import Part
     from sstl_cli.mapping.evaluation import Evaluation
     from sstl_cli.mapping.header import Header
     from sstl_cli.steps.evaluate import Related
@@ -65,30 +66,36 @@ def evaluate(asked: Asked) -> None:
         raise UsageError("--out, --predictions, --all and --max-rmse need a model", fix="give MODEL", code="E514")
     require_outputs(asked.force, asked.out, asked.predictions)
     table = _theta.read(asked.theta)
-    document: dict[str, object] = {"schema": "sstl.evaluate/1"}
 
+    from sstl_cli.core.documents.mapping import EvaluateDocument, WrittenPart
     from sstl_cli.steps import evaluate as step
 
-    pairs, gate = None, None
-    total = float("nan")
+    parts: list[Part] = []
+    pairs, total = None, None
     if asked.tables:
         related = step.run_tables(table, asked.where)
-        document.update(step.tables_document(related))
+        parts.append(step.tables_document(related))
         _show_tables(screen, related)
         pairs = related.pairs
     if model is not None:
         header, found = _judged(screen, asked, model, table)
-        written = {"out": asked.out, "predictions": asked.predictions}
-        document.update({k: str(v) if v else None for k, v in written.items()}, **step.document(found, header))
-        pairs, total = found.pairs, float(found.score(header.default).told[2])
-    if pairs is not None:
-        _theta.note_aside(screen, pairs)
-        document.update(_theta.aside_fields(pairs))
-    if asked.max_rmse is not None and total > asked.max_rmse:
+        out, predictions = (str(path) if path else None for path in (asked.out, asked.predictions))
+        judged = step.document(found, header)
+        parts += [WrittenPart(out=out, predictions=predictions), judged]
+        pairs, total = found.pairs, judged.rmse_total
+    # one of both was asked for
+    assert pairs is not None
+    _theta.note_aside(screen, pairs)
+    aside = _theta.aside_rows(pairs)
+    told, gate = {}, None
+    if asked.max_rmse is not None and total is not None and total > asked.max_rmse:
         missed = f"Total RMSE {total:.4g} is above --max-rmse {asked.max_rmse:g}"
-        document["gate"] = missed
+        told["gate"] = missed
         gate = GateError(missed, where=str(model), code="E513")
-    screen.finish(document, aside=pairs is not None and bool(pairs.aside), gate=gate)
+    document = EvaluateDocument.joined(
+        *parts, schema="sstl.evaluate/1", rows=pairs.rows, set_aside=len(aside), set_aside_runs=aside, **told
+    )
+    screen.finish(document, aside=bool(aside), gate=gate)
 
 
 def _judged(screen: Screen, asked: Asked, model: Path, table: pa.Table) -> tuple[Header, Evaluation]:

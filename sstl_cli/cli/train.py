@@ -14,6 +14,7 @@ from sstl_cli.cli.options import Config, Force, Json, Out, Seed
 from sstl_cli.cli.render import Screen, many
 
 if TYPE_CHECKING:
+    from sstl_cli.core.documents.mapping import TrainDocument
     from sstl_cli.steps.train import Result
 
 EPILOG = "Example: sstl train theta.parquet --out mapping.safetensors --seeds 20 --history history.parquet"
@@ -98,26 +99,30 @@ def _show(screen: Screen, result: Result, out: Path) -> None:
     _theta.note_aside(screen, result.pairs)
 
 
-def _document(result: Result, out: Path, history: Path | None) -> dict[str, object]:
-    header = result.model.header
-    return {
-        "schema": "sstl.train/1",
-        "out": str(out),
-        "history": str(history) if history else None,
-        "pairs": len(result.pairs),
-        "configurations": result.counts,
-        "seed": header.seed,
-        "seeds": list(header.seeds),
-        "default": header.default,
-        "variants": [{**v.model_dump(), "best_epoch": result.epochs.get(v.name)} for v in header.variants],
-        "tendons": list(header.tendons),
-        "strategy": header.strategy,
-        "strategy_rmse": header.strategy_rmse,
-        "left_out": header.left_out or None,
-        "per_seed_split": header.per_seed_split,
-        "beta_act_n": header.beta_act,
-        "input_low": header.input_low,
-        "input_high": header.input_high,
-        "data_sha256": header.data_sha256,
-        **_theta.aside_fields(result.pairs),
-    }
+def _document(result: Result, out: Path, history: Path | None) -> TrainDocument:
+    from sstl_cli.core.documents.mapping import TrainDocument, TrainedVariant
+
+    header, aside = result.model.header, _theta.aside_rows(result.pairs)
+    return TrainDocument(
+        schema="sstl.train/1",
+        out=str(out),
+        history=str(history) if history else None,
+        pairs=len(result.pairs),
+        configurations=result.counts,
+        seed=header.seed,
+        seeds=list(header.seeds),
+        default=header.default,
+        variants=[TrainedVariant(**v.model_dump(), best_epoch=result.epochs.get(v.name)) for v in header.variants],
+        tendons=list(header.tendons),
+        strategy=header.strategy,
+        strategy_rmse=header.strategy_rmse,
+        left_out=header.left_out or None,
+        per_seed_split=header.per_seed_split,
+        beta_act_n=header.beta_act,
+        input_low=list(header.input_low),
+        input_high=list(header.input_high),
+        data_sha256=header.data_sha256,
+        rows=result.pairs.rows,
+        set_aside=len(aside),
+        set_aside_runs=aside,
+    )

@@ -7,6 +7,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from sstl_cli.core.documents.mapping import ComparisonPart, CorrelationPart, JudgedPart, SummaryPart, TablesPart, VariantScore
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.tables import EVALUATION
 from sstl_cli.mapping.evaluation import Evaluation, evaluate
@@ -84,41 +85,43 @@ def predictions_table(found: Evaluation) -> pa.Table:
     return pa.concat_tables(pieces)
 
 
-def document(found: Evaluation, header: Header) -> dict[str, object]:
-    """Return how the variants of a model do, as plain values."""
+def document(found: Evaluation, header: Header) -> JudgedPart:
+    """Return how the variants of a model do."""
     names = ("gamma_p", "gamma_r", "total")
-    told = found.score(header.default).told
-    return {
-        "default": header.default,
-        "pairs": len(found.pairs),
-        "seeds": list(header.seeds),
-        "per_seed_split": header.per_seed_split,
-        "left_out": header.left_out or None,
-        **{f"rmse_{n}": float(v) for n, v in zip(names, told, strict=True)},
-        "outside_range_pct": found.outside_pct(),
-        "outside_range": [c for c, o in zip(found.pairs.config_id, found.outside, strict=True) if o],
-        "variants": [
-            {
-                "variant": s.variant,
-                "title": s.title,
-                "rmse_mean": dict(zip(names, s.mean.tolist(), strict=True)),
-                "rmse_sd_over_seeds": dict(zip(names, s.spread.tolist(), strict=True)),
-                "abs_error_sd_over_samples": dict(zip(names, s.scatter.tolist(), strict=False)),
-                "rmse_of_mean_over_seeds": dict(zip(names, s.ensemble.tolist(), strict=True)),
-            }
+    gamma_p, gamma_r, total = found.score(header.default).told.tolist()
+    return JudgedPart(
+        default=header.default,
+        pairs=len(found.pairs),
+        seeds=list(header.seeds),
+        per_seed_split=header.per_seed_split,
+        left_out=header.left_out or None,
+        rmse_gamma_p=gamma_p,
+        rmse_gamma_r=gamma_r,
+        rmse_total=total,
+        outside_range_pct=found.outside_pct(),
+        outside_range=[c for c, o in zip(found.pairs.config_id, found.outside, strict=True) if o],
+        variants=[
+            VariantScore(
+                variant=s.variant,
+                title=s.title,
+                rmse_mean=dict(zip(names, s.mean.tolist(), strict=True)),
+                rmse_sd_over_seeds=dict(zip(names, s.spread.tolist(), strict=True)),
+                abs_error_sd_over_samples=dict(zip(names, s.scatter.tolist(), strict=False)),
+                rmse_of_mean_over_seeds=dict(zip(names, s.ensemble.tolist(), strict=True)),
+            )
             for s in found.scores
         ],
-        "comparisons": [asdict(c) for c in found.comparisons],
-    }
+        comparisons=[ComparisonPart(**asdict(c)) for c in found.comparisons],
+    )
 
 
-def tables_document(found: Related) -> dict[str, object]:
-    """Return Tables I and II as plain values."""
+def tables_document(found: Related) -> TablesPart:
+    """Return Tables I and II."""
     r = found.relations
-    return {
-        "table_i": {d: asdict(c) for d, c in r.correlation.items()},
-        "table_ii": {s: {q: asdict(v) for q, v in rows.items()} for s, rows in r.slopes.items()},
-    }
+    return TablesPart(
+        table_i={d: CorrelationPart(**asdict(c)) for d, c in r.correlation.items()},
+        table_ii={s: {q: SummaryPart(**asdict(v)) for q, v in rows.items()} for s, rows in r.slopes.items()},
+    )
 
 
 def _pairs(theta: pa.Table, where: str) -> Pairs:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -34,6 +34,19 @@ class Document(Part):
     data_set_aside: list[DataSetAside] | None = Field(
         default=None, description="what the reading of logs set aside, where it did; the exit code is 3 then"
     )
+
+    @classmethod
+    def joined(cls, *parts: Part, **fields: object) -> Self:
+        """Return a document from parts that it inherits from and fields of its own, all of it checked.
+
+        A field that no part was given stays away.
+        """
+        return cls.model_validate({name: value for part in parts for name, value in part.plain().items()} | fields)
+
+    def plain(self) -> dict[str, Any]:
+        """Return what JSON is written from: the schema id, before inherited fields too, then the fields that were given."""
+        found = super().plain()
+        return {"schema": found.pop("schema"), **found}
 
     @classmethod
     def schema_name(cls) -> str:

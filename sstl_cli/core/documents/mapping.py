@@ -145,15 +145,16 @@ class SummaryPart(Part):
     max: float | None
 
 
-class EvaluateDocument(Document):
-    """A mapping judged on held-out configurations, or Tables I and II (``sstl evaluate``)."""
+class TablesPart(Part):
+    """Tables I and II of a Theta table."""
 
-    schema_id: Literal["sstl.evaluate/1"] = Field(alias="schema")
-    rows: int
-    set_aside: int
-    set_aside_runs: list[AsideRow]
-    out: str | None = Field(default=None, description="table of the errors of every variant and seed, if one was written")
-    predictions: str | None = Field(default=None, description="table of true and predicted slopes, if one was written")
+    table_i: dict[str, CorrelationPart] | None = Field(default=None, description="by direction (pull, release)")
+    table_ii: dict[str, dict[str, SummaryPart]] | None = Field(default=None, description="by system, then by quantity")
+
+
+class JudgedPart(Part):
+    """How the variants of a mapping do."""
+
     default: str | None = Field(default=None, description="the variant that is used where none is asked for; the errors here are its own")
     pairs: int | None = Field(default=None, description="configurations that were judged, one a tendon")
     seeds: list[int] | None = None
@@ -166,6 +167,21 @@ class EvaluateDocument(Document):
     outside_range: list[str] | None = Field(default=None, description="configurations outside the trained range")
     variants: list[VariantScore] = []
     comparisons: list[ComparisonPart] = []
-    table_i: dict[str, CorrelationPart] | None = Field(default=None, description="by direction (pull, release)")
-    table_ii: dict[str, dict[str, SummaryPart]] | None = Field(default=None, description="by system, then by quantity")
+
+
+class WrittenPart(Part):
+    """The tables that were written of a mapping's errors."""
+
+    out: str | None = Field(default=None, description="table of the errors of every variant and seed, if one was written")
+    predictions: str | None = Field(default=None, description="table of true and predicted slopes, if one was written")
+
+
+# fields stand in the order of the bases, the last one first
+class EvaluateDocument(JudgedPart, WrittenPart, TablesPart, Document):
+    """A mapping judged on held-out configurations, or Tables I and II (``sstl evaluate``)."""
+
+    schema_id: Literal["sstl.evaluate/1"] = Field(alias="schema")
+    rows: int
+    set_aside: int
+    set_aside_runs: list[AsideRow]
     gate: str | None = Field(default=None, description="the gate that was missed")
