@@ -111,8 +111,7 @@ def _import(screen: Screen, asked: Asked, out: Path) -> NoReturn:
         write_runs(out, result.runs, provenance, asked.force, lambda: bool(result.tendons))
     other = no_tensions(chosen)
     _show(screen, result, out, len(files) - len({bad.path for bad in result.bad}), other)
-    document = {"schema": "sstl.import/1", "out": str(out), **result.document(), **({"not_a_tension": other} if other else {})}
-    screen.finish(document, aside=result.set_aside)
+    screen.finish(result.document(str(out), other), aside=result.set_aside)
 
 
 def _mapping(screen: Screen, asked: Asked) -> Mapping:
@@ -154,6 +153,7 @@ def _show(screen: Screen, result: Import, out: Path, files: int, other: dict[str
 
 def _guess(screen: Screen, asked: Asked) -> NoReturn:
     """Propose a mapping, and end."""
+    from sstl_cli.core.documents.logs import GuessDocument, QuestionPart
     from sstl_cli.core.files import keep_safe, require_outputs, write_text
     from sstl_cli.importers.base import members, require_recording
     from sstl_cli.importers.guess import guess
@@ -172,15 +172,14 @@ def _guess(screen: Screen, asked: Asked) -> NoReturn:
         screen.note(line)
     for question in found.questions:
         screen.note(f"line {question.line} asks: {question.text}")
-    screen.finish(
-        {
-            "schema": "sstl.import-guess/1",
-            "file": str(files[0]),
-            "files": [str(f) for f in files],
-            "format": found.format,
-            "mapping": found.toml,
-            "reasons": found.reasons,
-            "questions": [{"line": q.line, "target": q.target, "text": q.text} for q in found.questions],
-            "preview": found.preview,
-        }
+    document = GuessDocument(
+        schema="sstl.import-guess/1",
+        file=str(files[0]),
+        files=[str(f) for f in files],
+        format=found.format,
+        mapping=found.toml,
+        reasons=found.reasons,
+        questions=[QuestionPart(line=q.line, target=q.target, text=q.text) for q in found.questions],
+        preview=found.preview,
     )
+    screen.finish(document)

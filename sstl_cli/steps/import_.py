@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from sstl_cli.core.aside import Aside
+from sstl_cli.core.documents.logs import ClockPart, ImportDocument, Recording
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import note, too_short, too_small
@@ -26,16 +27,6 @@ from sstl_cli.importers.window import windowed
 
 # samples of one file that may wait in memory until it is known to be sound
 HELD_SAMPLES = 2_000_000
-
-
-@dataclass(frozen=True)
-class Recording:
-    """What one recording gave: its file or files by name, the id of their format, runs and samples."""
-
-    file: str
-    format: str
-    runs: int
-    samples: int
 
 
 @dataclass(frozen=True)
@@ -59,25 +50,28 @@ class Import:
         """What else is worth saying, each once."""
         return list(dict.fromkeys(self.counts.remarks))
 
-    def document(self) -> dict[str, object]:
-        """Return the account as plain values."""
+    def document(self, out: str, other: dict[str, str]) -> ImportDocument:
+        """Return the account of runs written to ``out``; ``other`` are the units of columns that hold no tension."""
         c = self.counts
-        return {
-            "recordings": [asdict(r) for r in self.recordings],
-            "runs": c.runs,
-            "samples_in": c.samples_in,
-            "samples_out": c.samples_out,
-            "set_aside": c.set_aside,
-            "set_aside_pct": c.set_aside_pct,
-            "set_aside_by": dict(sorted(c.notes.set_aside.items())),
-            "values_set_aside": dict(sorted(c.blanked.items())),
-            "found": c.found,
-            "step_s": c.step_s,
-            "gap_s": c.gap_s,
-            "clocks": [r.document() for r in self.clocks],
-            "files_set_aside": [{"file": b.path.name, "code": b.error.code, "message": b.error.what, "fix": b.error.fix} for b in self.bad],
-            "remarks": self.remarks,
-        }
+        told = ImportDocument(
+            schema="sstl.import/1",
+            out=out,
+            recordings=self.recordings,
+            runs=c.runs,
+            samples_in=c.samples_in,
+            samples_out=c.samples_out,
+            set_aside=c.set_aside,
+            set_aside_pct=c.set_aside_pct,
+            set_aside_by=dict(sorted(c.notes.set_aside.items())),
+            values_set_aside=dict(sorted(c.blanked.items())),
+            found=c.found,
+            step_s=c.step_s,
+            gap_s=c.gap_s,
+            clocks=[ClockPart(**r.document()) for r in self.clocks],
+            files_set_aside=[{"file": b.path.name, "code": b.error.code, "message": b.error.what, "fix": b.error.fix} for b in self.bad],
+            remarks=self.remarks,
+        )
+        return told.model_copy(update={"not_a_tension": other}) if other else told
 
 
 def run(

@@ -120,7 +120,7 @@ def test_repeated_time_keeps_the_row_asked_for(tmp_path: Path) -> None:
     path = write(tmp_path / "x.csv", [(0, 1, 1), (0, 2, 2), (0.1, 3, 3), (0.2, 4, 4), (0.2, 5, 5), (0.2, 6, 6)])
     result, (last,) = load(path)
     np.testing.assert_array_equal(last.tension_in_n, [2, 3, 6])
-    assert result.document()["set_aside"] == 3
+    assert result.counts.set_aside == 3
     _, (first,) = load(path, time={"repeated": "first"})
     np.testing.assert_array_equal(first.tension_in_n, [1, 3, 4])
     with pytest.raises(SstlError, match="repeated"):
@@ -131,7 +131,7 @@ def test_gaps(tmp_path: Path) -> None:
     path = write(tmp_path / "x.csv", [*even(30), *even(30, 5.0)])
     result, runs = load(path)
     assert [len(r) for r in runs] == [30, 30] and [r.run_id for r in runs] == ["x", "x-2"]
-    assert result.document()["set_aside"] == 0 and result.document()["found"]["gaps"] == 1
+    assert result.counts.set_aside == 0 and result.counts.found["gaps"] == 1
     _, (filled,) = load(path, time={"on_gap": "fill"})
     np.testing.assert_allclose(np.diff(filled.time_s), 0.1, rtol=1e-6)
     assert len(filled) == 80

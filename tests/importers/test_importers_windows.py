@@ -85,7 +85,7 @@ def test_only_refreshed_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         result, (one,) = load(path, repair={"refreshed": "tension_out_n"})
         np.testing.assert_array_equal(one.tension_out_n, np.arange(20))
         np.testing.assert_array_equal(one.tension_in_n, 10 * np.arange(20))
-        assert result.document()["set_aside_by"] == {"not refreshed by the sensor": 180}
+        assert result.document("log.parquet", {}).set_aside_by == {"not refreshed by the sensor": 180}
 
 
 def test_unix_time_beside_a_clock_from_zero(tmp_path: Path) -> None:

@@ -65,8 +65,8 @@ class ImportDocument(Document):
     gap_s: float | None
     clocks: list[ClockPart]
     files_set_aside: list[dict[str, str]] = Field(default=[], description="files of a batch with the error of each")
-    not_a_tension: dict[str, str] | None = Field(default=None, description="unit of a column that holds no tension")
     remarks: list[str]
+    not_a_tension: dict[str, str] | None = Field(default=None, description="unit of a column that holds no tension")
 
 
 class QuestionPart(Part):
@@ -82,10 +82,10 @@ class GuessDocument(Document):
 
     schema_id: Literal["sstl.import-guess/1"] = Field(alias="schema")
     file: str
+    files: list[str] = Field(default=[], description="all files that were looked at")
     format: str
     mapping: str = Field(description="the mapping as TOML")
     reasons: list[str]
-    files: list[str] = Field(default=[], description="all files that were looked at")
     questions: list[QuestionPart] = Field(default=[], description="lines marked (?)")
     preview: list[str]
 
