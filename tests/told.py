@@ -58,10 +58,13 @@ def guarded(show: Callable[[Screen, Any], None]) -> Callable[[Screen, Any], None
     """Return what shows a document as the program does, if the document fits its model and every field of it is declared."""
 
     def shown(screen: Screen, document: Any) -> None:
+        if isinstance(document, type):
+            # its schema is shown
+            return show(screen, document)
         plain = document.plain() if isinstance(document, Part) else document
         model = documents.get(str(plain["schema"]))
         found = sorted(set(undeclared(model.model_validate_json(dumps(plain)))))
         assert not found, f"{plain['schema']} has fields that it does not declare: {', '.join(found)}"
-        show(screen, document)
+        return show(screen, document)
 
     return shown

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     # pydantic is not imported for a call that shows no document
     from sstl_cli.core.documents.base import Document
 
+    # a document is shown as its fields, a class of documents as its JSON Schema
+    Shown = Document | type[Document] | Mapping[str, object]
+
 T = TypeVar("T")
 PIPE_COLUMNS = 200
 SHOWN_ASIDE = 20
@@ -86,7 +89,7 @@ class Screen:
         if notes:
             self.say(notes)
 
-    def document(self, document: Document | Mapping[str, object]) -> None:
+    def document(self, document: Shown) -> None:
         """Print a JSON document, if asked for."""
         if self.as_json:
             from sstl_cli.core.files import dumps
@@ -96,7 +99,7 @@ class Screen:
 
     def finish(
         self,
-        document: Document | Mapping[str, object],
+        document: Shown,
         code: int = EXIT_DONE,
         *,
         missed: Sequence[str] = (),
@@ -156,8 +159,10 @@ class Screen:
             bar.close()
 
 
-def _plain(document: Document | Mapping[str, object]) -> Mapping[str, object]:
-    return document if isinstance(document, Mapping) else document.plain()
+def _plain(document: Shown) -> Mapping[str, object]:
+    if isinstance(document, Mapping):
+        return document
+    return document.json_schema() if isinstance(document, type) else document.plain()
 
 
 def begin() -> None:

@@ -24,14 +24,15 @@ def schema(
 ) -> None:
     """Print the JSON Schema of a document (draft 2020-12); every document of --json validates against its own."""
     from sstl_cli.core.documents import catalogue, get
+    from sstl_cli.core.documents.effects import SchemaEntry, SchemasDocument
 
     screen = Screen(as_json)
     if name is not None:
         model = get(name)
         # a schema is JSON in any case
         screen.as_json = True
-        screen.finish(model.json_schema())
+        screen.finish(model)
     rows = [(known, model.schema_name(), (model.__doc__ or "").splitlines()[0].replace("``", "'")) for known, model in catalogue().items()]
     screen.say(f"{len(rows)} documents; 'sstl schema NAME' prints what is in one.")
     screen.table("", ("name", "schema", "what"), rows)
-    screen.finish({"schema": "sstl.schemas/1", "documents": [{"name": n, "id": i, "what": w} for n, i, w in rows]})
+    screen.finish(SchemasDocument(schema="sstl.schemas/1", documents=[SchemaEntry(name=n, id=i, what=w) for n, i, w in rows]))
