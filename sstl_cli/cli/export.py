@@ -16,6 +16,7 @@ from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
     from sstl_cli.control.controller import Options, Theta
+    from sstl_cli.core.documents.control import ExportDocument
 
 EPILOG = "Example: sstl export theta.parquet --format c --config-id CP-040 --out firmware/"
 FOR_LOGS = ("csv", "mat", "mcap")
@@ -58,9 +59,11 @@ class Asked:
         """The output as a path; its name tells a folder that is still to be made."""
         return Path(self.out_name)
 
-    def named(self) -> dict[str, object]:
-        """Return what every document of an export begins with."""
-        return {"schema": "sstl.export/1", "format": self.format_, "input": str(self.source)}
+    def written(self) -> ExportDocument:
+        """Return the document of an export that is one file and nothing else."""
+        from sstl_cli.core.documents.control import ExportDocument
+
+        return ExportDocument(schema="sstl.export/1", format=self.format_, input=str(self.source), out=[str(self.out)])
 
 
 @gathered
@@ -82,7 +85,7 @@ def export(asked: Asked) -> None:
 
         export_log.run(source, asked.out, asked.format_, asked.force)
         screen.say(f"Wrote the log as {asked.format_} -> {asked.out}")
-        screen.finish({**asked.named(), "out": [str(asked.out)]})
+        screen.finish(asked.written())
     if asked.format_ == "onnx":
         from sstl_cli.core.files import atomic
         from sstl_cli.mapping import export_onnx
@@ -90,7 +93,7 @@ def export(asked: Asked) -> None:
         with atomic(asked.out, asked.force) as temporary:
             export_onnx(source, temporary)
         screen.say(f"Wrote the mapping -> {asked.out}")
-        screen.finish({**asked.named(), "out": [str(asked.out)]})
+        screen.finish(asked.written())
     _controller(screen, asked)
 
 
@@ -107,10 +110,12 @@ def _refuse(form: str) -> None:
 
 def _controller(screen: Screen, asked: Asked) -> NoReturn:
     """Write the lines of a controller as C or JSON, and end."""
+    from sstl_cli.core.documents.control import ExportDocument
     from sstl_cli.steps import export_controller as step
 
-    options = shared.controller_options(asked.source, asked.settings)
-    cases, aside = shared.load_cases(asked.source, asked.model, asked.biases, asked.config_id)
+    source = asked.source
+    options = shared.controller_options(source, asked.settings)
+    cases, aside = shared.load_cases(source, asked.model, asked.biases, asked.config_id)
     lines, chosen = step.lines_for(cases, asked.method)
     aside.update({c.config_id: f"method '{chosen}' is not possible" for c in cases if c.config_id not in lines})
     if asked.format_ == "json":
@@ -124,14 +129,16 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
     screen.say(f"Wrote the controller (method {chosen}) of {shown} -> {', '.join(map(str, written))}")
     if aside:
         screen.note(f"set aside {len(aside)}: " + "; ".join(f"{k}: {v}" for k, v in list(aside.items())[:5]))
-    document = {
-        **asked.named(),
-        "out": [str(p) for p in written],
-        "method": chosen,
-        "configurations": list(lines),
-        "set_aside": aside,
-        "options": options.model_dump(mode="json"),
-    }
+    document = ExportDocument(
+        schema="sstl.export/1",
+        format=asked.format_,
+        input=str(source),
+        out=[str(p) for p in written],
+        method=chosen,
+        configurations=list(lines),
+        set_aside=aside,
+        options=options.model_dump(mode="json"),
+    )
     # C source drives one configuration: that others are set aside takes nothing from it
     screen.finish(document, aside=bool(aside) and asked.format_ == "json")
 

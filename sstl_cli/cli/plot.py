@@ -43,6 +43,7 @@ def plot(
     require_writable(out, force)
     fonts_beside(out)
 
+    from sstl_cli.core.documents.outputs import PlotDocument
     from sstl_cli.reporting.drawing import save
     from sstl_cli.reporting.load import load
     from sstl_cli.steps.plot import run
@@ -51,4 +52,4 @@ def plot(
     with atomic(out, force) as temporary:
         save(choice.module, choice.data, temporary, form, choice.title)
     screen.say(f"wrote {out}: {choice.alt}")
-    screen.finish({"schema": "sstl.plot/1", "out": str(out), "kind": choice.kind, "description": choice.alt})
+    screen.finish(PlotDocument(schema="sstl.plot/1", out=str(out), kind=choice.kind, description=choice.alt))

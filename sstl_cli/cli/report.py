@@ -34,6 +34,7 @@ def report(
     require_writable(out, force)
     fonts_beside(out)
 
+    from sstl_cli.core.documents.outputs import ReportDocument
     from sstl_cli.reporting.load import load
     from sstl_cli.steps.report import DEFAULT_TITLE, run
 
@@ -44,12 +45,11 @@ def report(
     for document in inputs.diagnosis:
         screen.note_versions(document.package_version, document.file)
     screen.say(f"wrote {out} ({size / 1e6:.2f} MB): {', '.join(page.sections)}")
-    screen.finish(
-        {
-            "schema": "sstl.report/1",
-            "out": str(out),
-            "bytes": size,
-            "sections": list(page.sections),
-            "inputs": [{"kind": k, "file": n, "sha256": h} for k, n, h in inputs.files],
-        }
+    told = ReportDocument(
+        schema="sstl.report/1",
+        out=str(out),
+        bytes=size,
+        sections=list(page.sections),
+        inputs=[{"kind": k, "file": n, "sha256": h} for k, n, h in inputs.files],
     )
+    screen.finish(told)

@@ -42,6 +42,7 @@ class Asked:
 def simulate(asked: Asked) -> None:
     """Simulate the recordings that a scenario describes and write them as a log."""
     from sstl_cli.cli.origin import files_among, provenance
+    from sstl_cli.core.documents.logs import SimulateDocument
     from sstl_cli.core.files import require_writable
     from sstl_cli.core.runs import Run, write_runs
     from sstl_cli.physics.plan import plan
@@ -67,15 +68,9 @@ def simulate(asked: Asked) -> None:
     screen.say(
         f"Simulated {many(total, 'run')} ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}"
     )
-    document = {
-        "schema": "sstl.simulate/1",
-        "out": str(out),
-        "runs": total,
-        "samples": samples,
-        "simulator": loaded.simulator,
-        "effects": effects,
-        "seed": seed,
-    }
+    document = SimulateDocument(
+        schema="sstl.simulate/1", out=str(out), runs=total, samples=samples, simulator=loaded.simulator, effects=effects, seed=seed
+    )
     screen.finish(document)
 
 
