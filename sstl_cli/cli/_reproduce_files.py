@@ -182,14 +182,15 @@ def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Pro
 
 
 def extras(found: Reproduction) -> dict[str, object]:
-    """Return what the JSON document holds beside the entries."""
+    """Return what the JSON document holds beside the entries, checked."""
+    from sstl_cli.core.documents.outputs import BesidePart
     from sstl_cli.paper.contests import contests
     from sstl_cli.paper.spread import stored
 
-    document: dict[str, object] = {}
+    told: dict[str, object] = {}
     if found.mapping is not None:
         m = found.mapping
-        document["mapping"] = {
+        told["mapping"] = {
             "best": m.best,
             "bayes_total": m.limit.total,
             "bayes_total_here": m.limit_here.total,
@@ -197,22 +198,20 @@ def extras(found: Reproduction) -> dict[str, object]:
             "left_out": {p: {n: e.total for n, e in v.items()} for p, v in m.left_out.items()},
         }
     if found.rig:
-        document["rig"] = {
+        told["rig"] = {
             "seeds": [d.seed for d in found.rig],
             "committed_seeds": stored("R").seeds,
             "outside": [o.text() for o in found.outside],
         }
     if found.closed:
-        document["closed"] = [{**asdict(c), "right": c.right} for c in found.closed]
+        told["closed"] = [{**asdict(c), "right": c.right} for c in found.closed]
     if found.gap is not None:
-        document["gap"] = {**asdict(found.gap), "shrink_pct": found.gap.shrink_pct}
-    if found.better:
-        document["better"] = [asdict(r) for r in found.better]
+        told["gap"] = {**asdict(found.gap), "shrink_pct": found.gap.shrink_pct}
     if found.calibration is not None:
         c = found.calibration
         fitted = {f"{effect}.{p}": v for (effect, p), v in c.presliding.values.items()}
-        document["identified"] = {"loop_lag": asdict(c.lag), "presliding": {**fitted, "rms_n": c.presliding.rms_n}}
-    for name, rows in (("probe", found.probes), ("tendons", found.tendons), ("distal", found.distal)):
+        told["identified"] = {"loop_lag": asdict(c.lag), "presliding": {**fitted, "rms_n": c.presliding.rms_n}}
+    for name, rows in (("better", found.better), ("probe", found.probes), ("tendons", found.tendons), ("distal", found.distal)):
         if rows:
-            document[name] = [asdict(row) for row in rows]
-    return document
+            told[name] = [asdict(row) for row in rows]
+    return BesidePart.model_validate(told).plain()

@@ -96,13 +96,13 @@ class ClosedPart(Part):
     missing: list[str]
     status: str
     named: list[str]
-    right: bool
     confidence: float | None
     sentence: str
     withheld_n: list[float]
     promised_n: list[float | None]
     tracked_n: list[float | None]
     tried: list[str] = Field(default=[], description="where nothing is named: what was put in on trial for the second of each pair")
+    right: bool
 
 
 class EntryPart(Part):
@@ -167,22 +167,75 @@ class DistalPart(Part):
     identified_per_n: float
 
 
-class ReproduceDocument(Document):
-    """The paper's tables beside the published values (``sstl reproduce``)."""
+class ContestPart(Part):
+    """Two variants of Table III compared over data sets."""
 
-    schema_id: Literal["sstl.reproduce/1"] = Field(alias="schema")
+    first: str
+    second: str
+    difference: float = Field(description="mean of Total of the first minus the second")
+    sd: float = Field(description="standard deviation of that difference")
+    wins: float = Field(description="share of the data sets in which the first is better")
+    p: float = Field(description="of the t test")
+    p_holm: float = Field(description="the same after Holm's correction")
+
+
+class MappedPart(Part):
+    """Table III beside the least error that the data allow, and beside mappings trained without one location."""
+
+    best: str
+    bayes_total: float | None = Field(description="Total of the Bayes-optimal predictor on the generator")
+    bayes_total_here: float | None = Field(description="the same on the rows at hand")
+    tests: list[ContestPart]
+    left_out: dict[str, dict[str, float | None]] = Field(description="Total by the location that was left out and by variant")
+
+
+class SharePart(Part):
+    """One part of the explanation of Table IV, and what it is worth."""
+
+    part: str
+    alone: float = Field(description="distance to the paper with this part alone (N)")
+    without: float = Field(description="with all but this part (N)")
+    share_pct: float = Field(description="Shapley share in %; those of all parts add up to 100")
+
+
+class GapPart(Part):
+    """Distance to the paper's Table IV, and what explains it."""
+
+    stated: float = Field(description="with the stated settings (N)")
+    fitted: float = Field(description="with the fitted settings (N)")
+    shares: list[SharePart]
+    shrink_pct: float = Field(description="how much less the fitted distance is, in %")
+
+
+class BesidePart(Part):
+    """What is told beside the entries, of what was rebuilt."""
+
+    mapping: MappedPart | None = None
+    rig: RigPart | None = None
+    closed: list[ClosedPart] = []
+    gap: GapPart | None = None
+    better: list[RungPart] = []
+    identified: dict[str, dict[str, float]] = {}
+    probe: list[ProbedPart] = []
+    tendons: list[TendonsPart] = []
+    distal: list[DistalPart] = []
+
+
+class RebuiltPart(Part):
+    """The entries beside the published values, and what they say."""
+
+    tables: list[str] = []
     seed: int
     seeds: int
-    tables: list[str] = []
     verdicts: dict[str, int] = {}
     facts: list[str] = []
     entries: list[EntryPart] = []
     written: list[str] = []
+
+
+# fields stand in the order of the bases, the last one first
+class ReproduceDocument(BesidePart, RebuiltPart, Document):
+    """The paper's tables beside the published values (``sstl reproduce``)."""
+
+    schema_id: Literal["sstl.reproduce/1"] = Field(alias="schema")
     spread: str | None = None
-    rig: RigPart | None = None
-    closed: list[ClosedPart] = []
-    identified: dict[str, dict[str, float]] = {}
-    better: list[RungPart] = []
-    probe: list[ProbedPart] = []
-    tendons: list[TendonsPart] = []
-    distal: list[DistalPart] = []
