@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sstl_cli import __version__
 from sstl_cli.mapping import training
-from sstl_cli.mapping.header import Header, VariantHeader
+from sstl_cli.mapping.header import Header, Pair, VariantHeader
 from sstl_cli.mapping.inference import Group, MappingModel, distance
 from sstl_cli.mapping.pairs import Pairs
 from sstl_cli.mapping.split import FIT, VALIDATION, Splits
@@ -74,6 +74,7 @@ def train(
     scores = {n: float(np.mean(r)) for n, r in kept.rmse.items()}
     training_rows = splits.mask(pairs.config_id, FIT + VALIDATION).any(axis=0)
     seen = pairs.take(np.flatnonzero(training_rows))
+    inputs = _range(seen.sstl)
     header = Header(
         package_version=__version__,
         default=min(scores, key=lambda n: scores[n]),
@@ -98,7 +99,11 @@ def train(
         epochs=options.epochs,
         learning_rate=options.learning_rate,
         weight_decay=options.weight_decay,
-        **_range(seen.sstl),
+        input_low=inputs.low,
+        input_high=inputs.high,
+        centre=inputs.centre,
+        precision=inputs.precision,
+        reach=inputs.reach,
     )
     return Trained(MappingModel(header, kept.groups), kept.curves)
 
@@ -127,19 +132,28 @@ def _attempt(
     return _Attempt(strategy, (found.group,), tuple(("", c) for c in found.curves), found.rmse_validation)
 
 
-def _range(x: Array) -> dict[str, object]:
+@dataclass(frozen=True)
+class _Range:
+    """The box of the trained inputs, and their centre, inverse covariance and largest distance from it."""
+
+    low: Pair
+    high: Pair
+    centre: Pair
+    precision: tuple[Pair, Pair]
+    reach: float
+
+
+def _range(x: Array) -> _Range:
     """Return box, centre, inverse covariance and largest distance of the trained inputs."""
     centre: Array = x.mean(axis=0)
     # where inputs do not spread, the pseudo-inverse leaves that direction to the box
     precision = np.asarray(np.linalg.pinv(np.cov(x.T, bias=True), rcond=1e-12, hermitian=True), np.float64)
     reach = distance(x, centre, precision).max() * (1 + 1e-9)
-    return {
-        "input_low": tuple(x.min(axis=0).tolist()),
-        "input_high": tuple(x.max(axis=0).tolist()),
-        "centre": tuple(centre.tolist()),
-        "precision": tuple(tuple(r) for r in precision.tolist()),
-        "reach": float(reach),
-    }
+    return _Range(_pair(x.min(axis=0)), _pair(x.max(axis=0)), _pair(centre), (_pair(precision[0]), _pair(precision[1])), float(reach))
+
+
+def _pair(values: Array) -> Pair:
+    return float(values[0]), float(values[1])
 
 
 def _biases(beta: Array) -> tuple[float, float] | None:
