@@ -119,9 +119,10 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
     lines, chosen = step.lines_for(cases, asked.method)
     aside.update({c.config_id: f"method '{chosen}' is not possible" for c in cases if c.config_id not in lines})
     if asked.format_ == "json":
+        from sstl_cli.control import parameters
         from sstl_cli.core.files import write_json
 
-        write_json(asked.out, step.to_json(lines, chosen, options), asked.force)
+        write_json(asked.out, parameters.document(lines, options, chosen).plain(), asked.force)
         written = [asked.out]
     else:
         written = _write_c(asked, lines, chosen, options)

@@ -48,6 +48,10 @@ class Document(Model):
         """Return one configuration; the only one where none is named."""
         return self.configurations[index_of([c.config_id for c in self.configurations], config_id)]
 
+    def plain(self) -> dict[str, Any]:
+        """Return what JSON is written from."""
+        return self.model_dump(by_alias=True, mode="json")
+
 
 def index_of(config_ids: list[str], wanted: str | None) -> int:
     """Return the position of the wanted configuration, or of the only one.
@@ -67,13 +71,13 @@ def index_of(config_ids: list[str], wanted: str | None) -> int:
     return config_ids.index(wanted)
 
 
-def document(lines: Mapping[str, Theta], options: Options, method: str) -> dict[str, object]:
-    """Return the JSON document for named configurations."""
+def document(lines: Mapping[str, Theta], options: Options, method: str) -> Document:
+    """Return the document for named configurations."""
     entries = tuple(
         Entry(config_id=name, method=method, theta=Lines(gamma_p=t.gamma_p, beta_p=t.beta_p, gamma_r=t.gamma_r, beta_r=t.beta_r))
         for name, t in lines.items()
     )
-    return Document(schema=SCHEMA, options=options, configurations=entries).model_dump(by_alias=True, mode="json")
+    return Document(schema=SCHEMA, options=options, configurations=entries)
 
 
 def read(content: Any, where: str) -> Document:

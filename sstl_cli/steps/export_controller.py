@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from sstl_cli.control import parameters
 from sstl_cli.control.c_source import CSource, Real, c_source
 from sstl_cli.control.controller import IDENTITY, Controller, Options, Theta
 from sstl_cli.core.errors import SstlError
@@ -43,8 +42,3 @@ def lines_for(cases: Sequence[Case], method: str | None) -> tuple[dict[str, Thet
 def to_c(config_id: str, lines: Theta, method: str, options: Options, real: Real, header_name: str) -> CSource:
     """Return header and source of one configuration."""
     return c_source(Controller(lines, options, method != "none"), config_id, method, real, header_name)
-
-
-def to_json(lines: Mapping[str, Theta], method: str, options: Options) -> dict[str, object]:
-    """Return the document of schema sstl.controller/1."""
-    return parameters.document(lines, options, method)

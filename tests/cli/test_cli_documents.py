@@ -247,7 +247,7 @@ def test_a_full_disk_behind_the_output_is_one_line(words) -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
 def test_narration_that_cannot_be_written_ends_nothing(tmp_path: Path) -> None:
-    (tmp_path / "p.json").write_text(json.dumps(parameters.document({"A": Theta(0.6, 0.1, 1.6, 0.1)}, Options(), "DI")))
+    (tmp_path / "p.json").write_text(json.dumps(parameters.document({"A": Theta(0.6, 0.1, 1.6, 0.1)}, Options(), "DI").plain()))
     rows = [f"r,act,{0.01 * k:.2f},{5 - 4 * np.cos(0.02 * k):.4f},{3 - 2 * np.cos(0.02 * k - 0.1):.4f}" for k in range(1200)]
     (tmp_path / "l.csv").write_text("\n".join(["run_id,system,time_s,tension_in_n,tension_out_n", *rows, "r,act,12,inf,1"]) + "\n")
     # unless Python is told not to, it keeps what could not be written and tries again at its end

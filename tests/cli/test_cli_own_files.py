@@ -162,7 +162,7 @@ def test_the_unit_of_an_output_that_is_no_tension_is_read_from_the_csv(folder: P
 def controller_file(path: Path, **lines: float) -> Path:
     """Write parameters of a controller for two configurations, the lines of the second changed."""
     sound = {"gamma_p": 0.7, "beta_p": 0.1, "gamma_r": 1.3, "beta_r": -0.1}
-    document = parameters.document({"a": Theta(**sound), "b": Theta(**sound)}, Options(), "DI")
+    document = parameters.document({"a": Theta(**sound), "b": Theta(**sound)}, Options(), "DI").plain()
     document["configurations"][1]["theta"].update(lines)
     path.write_text(json.dumps(document))
     return path

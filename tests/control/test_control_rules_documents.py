@@ -35,7 +35,7 @@ def test_constants_of_the_c_code() -> None:
 
 
 def test_documents_choose_and_drive() -> None:
-    made = document({"A": LINES, "B": EVEN}, Options(t_max_n=50.0), "none")
+    made = document({"A": LINES, "B": EVEN}, Options(t_max_n=50.0), "none").plain()
     found = read_document(made, "here")
     assert found.choose("B").lines() == EVEN and index_of(["A"], None) == 0
     assert controller_of(found.choose("A"), found.options).step(12.0, 12.0) == (12.0, "PP")
