@@ -69,7 +69,13 @@ def simulate(asked: Asked) -> None:
         f"Simulated {many(total, 'run')} ({samples} samples) with the {_simulator(loaded.simulator, {**loaded.effects, **effects})} -> {out}"
     )
     document = SimulateDocument(
-        schema="sstl.simulate/1", out=str(out), runs=total, samples=samples, simulator=loaded.simulator, effects=effects, seed=seed
+        schema="sstl.simulate/1",
+        out=str(out),
+        runs=total,
+        samples=samples,
+        simulator=loaded.simulator,
+        effects={name: dict(values) for name, values in effects.items()},
+        seed=seed,
     )
     screen.finish(document)
 
