@@ -248,8 +248,7 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     fine_out = block_mean(bridged(run.tension_out_n, ~faults_out.bad), thin)[:n]
     into = input_of(run, faults_in, thin, factor, n, dt)
     out = latent_means(bridged(run.tension_out_n, ~faults_out.bad), good, fresh_out, faults_out.rounding_n, thin, n, dt)
-    raw_weight = good.astype(float)
-    raw_weight[faults_in.clipped | faults_out.clipped] = 0.0
+    raw_weight = (good & ~(faults_in.clipped | faults_out.clipped)).astype(float)
     # a clipped input turns unseen, as it may in a gap; where the output is not known either, the model waits for it
     lost = block_mean(gap, thin)[:n] > 0
     turned = hiding(lost, into.u, into.rate * dt, faults_in.noise_n) + stretches(block_mean(faults_in.clipped.astype(float), thin)[:n] > 0)

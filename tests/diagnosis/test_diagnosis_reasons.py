@@ -55,7 +55,10 @@ def test_several_effects_of_which_no_size_is_usual_are_strained():
 
 
 def test_reasons_tell_what_was_found_and_what_is_left():
-    assert explained(ROWS, ("viscous",)) == "adding viscous gains 90 nats and leaves 87 % of the noise beyond it and what the law may be off by"
+    assert (
+        explained(ROWS, ("viscous",))
+        == "adding viscous gains 90 nats and leaves 87 % of the noise beyond it and what the law may be off by"
+    )
     most = "even the best candidate, viscous, which explains 70 % of the squared error, leaves more than noise can be"
     assert left(ROWS, ("viscous",)) == f"{most} (mean by run, 7 sigma)"
     # the tests are those of the most evident model
@@ -140,7 +143,9 @@ def test_a_fault_of_the_recorder_is_told_by_what_it_carries_and_a_lag_by_what_it
     assert explained(seen, ("saturation",)) == "saturation carries 25 % of the squared error beyond the noise"
     assert explained(seen, ("lag",)) == "lag takes 40 % off the error of the channel beside"
     # what fits within the noise leaves nothing beyond it
-    assert explained(replace(ROWS, candidates=(replace(ROW, chi2=0.9),)), ROW.ids).endswith("leaves 0 % of the noise beyond it and what the law may be off by")
+    assert explained(replace(ROWS, candidates=(replace(ROW, chi2=0.9),)), ROW.ids).endswith(
+        "leaves 0 % of the noise beyond it and what the law may be off by"
+    )
     assert (
         partly(replace(ROWS, candidates=(replace(ROW, share=0.3),)), ROW.ids)
         == "viscous explains only 30 % of the squared error beyond the noise"
