@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sstl_cli.cli.render import Screen
+    from sstl_cli.core.documents.outputs import BesidePart
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.paper.grid import Grid
     from sstl_cli.paper.reproduce import Reproduction
@@ -138,6 +139,7 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
 
     if out is None:
         raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
+    from sstl_cli.core.documents.outputs import ReproduceDocument
     from sstl_cli.core.files import write_text
     from sstl_cli.paper import data_seeds
     from sstl_cli.paper.spread import FILES, Draw, of_draws, parse
@@ -167,7 +169,7 @@ def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, sc
     measured = of_draws(draws)
     write_text(out / name, measured.csv(), force)
     screen.line(f"spread over {seeds} data sets -> {out / name}")
-    screen.finish({"schema": "sstl.reproduce/1", "spread": str(out / name), "seeds": seeds, "seed": seed})
+    screen.finish(ReproduceDocument(schema="sstl.reproduce/1", spread=str(out / name), seed=seed, seeds=seeds))
 
 
 def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Provenance, force: bool) -> list[str]:
@@ -181,8 +183,8 @@ def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Pro
     return list(GAP_LOGS)
 
 
-def extras(found: Reproduction) -> dict[str, object]:
-    """Return what the JSON document holds beside the entries, checked."""
+def extras(found: Reproduction) -> BesidePart:
+    """Return what the JSON document holds beside the entries."""
     from sstl_cli.core.documents.outputs import BesidePart
     from sstl_cli.paper.contests import contests
     from sstl_cli.paper.spread import stored
@@ -214,4 +216,4 @@ def extras(found: Reproduction) -> dict[str, object]:
     for name, rows in (("better", found.better), ("probe", found.probes), ("tendons", found.tendons), ("distal", found.distal)):
         if rows:
             told[name] = [asdict(row) for row in rows]
-    return BesidePart.model_validate(told).plain()
+    return BesidePart.model_validate(told)

@@ -6,7 +6,7 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, NoReturn, TextIO, TypeVar
@@ -20,10 +20,11 @@ from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, GateError
 
 if TYPE_CHECKING:
     # pydantic is not imported for a call that shows no document
+    from sstl_cli.core.aside import Aside
     from sstl_cli.core.documents.base import Document
 
     # a document is shown as its fields, a class of documents as its JSON Schema
-    Shown = Document | type[Document] | Mapping[str, object]
+    Shown = Document | type[Document]
 
 T = TypeVar("T")
 PIPE_COLUMNS = 200
@@ -94,7 +95,8 @@ class Screen:
         if self.as_json:
             from sstl_cli.core.files import dumps
 
-            print(dumps(_plain(document), ascii_only=not takes_all_text(), one_line=self.lines))
+            plain = document.json_schema() if isinstance(document, type) else document.plain()
+            print(dumps(plain, ascii_only=not takes_all_text(), one_line=self.lines))
             self.shown = True
 
     def finish(
@@ -129,7 +131,7 @@ class Screen:
         if len(entries) > SHOWN_ASIDE:
             lost = sum(e.samples for e in entries[SHOWN_ASIDE:])
             self.note(f"set aside: and {len(entries) - SHOWN_ASIDE} more, {lost} samples")
-        self.document({**_plain(document), "data_set_aside": [asdict(e) for e in entries]} if entries else document)
+        self.document(_with_aside(document, entries))
         if "verbose" in _asked:
             self.note(f"took {time.monotonic() - _began:.1f} s{_memory()}")
         if gate is not None:
@@ -159,10 +161,13 @@ class Screen:
             bar.close()
 
 
-def _plain(document: Shown) -> Mapping[str, object]:
-    if isinstance(document, Mapping):
+def _with_aside(document: Shown, entries: Sequence[Aside]) -> Shown:
+    """Return a document with what the reading of logs set aside, where it did."""
+    if not entries or isinstance(document, type):
         return document
-    return document.json_schema() if isinstance(document, type) else document.plain()
+    from sstl_cli.core.documents.base import DataSetAside
+
+    return document.model_copy(update={"data_set_aside": [DataSetAside(**asdict(e)) for e in entries]})
 
 
 def begin() -> None:

@@ -94,6 +94,7 @@ def reproduce(asked: Asked) -> None:
 def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, made: Provenance) -> NoReturn:
     """Show what was rebuilt, write what was asked for, and end: as an error if block R left the committed spread."""
     from sstl_cli.cli import _reproduce_files as files
+    from sstl_cli.core.documents.outputs import ReproduceDocument
     from sstl_cli.paper import show
     from sstl_cli.paper.compare import count
 
@@ -109,17 +110,17 @@ def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, ma
         written += files.write_gap_logs(asked.gap_logs, found, asked.seed, made, asked.force)
         log, other = (asked.gap_logs / name for name in files.GAP_LOGS)
         screen.say(f"two logs; next: sstl diagnose {log} --against {other}")
-    document = {
-        "schema": "sstl.reproduce/1",
-        "tables": list(options.tables),
-        "seed": asked.seed,
-        "seeds": asked.seeds,
-        "verdicts": shown.counts,
-        "facts": shown.facts,
-        "entries": [c.record() for c in found.compared],
-        "written": written,
-        **files.extras(found),
-    }
+    document = ReproduceDocument.joined(
+        files.extras(found),
+        schema="sstl.reproduce/1",
+        tables=list(options.tables),
+        seed=asked.seed,
+        seeds=asked.seeds,
+        verdicts=shown.counts,
+        facts=shown.facts,
+        entries=[c.record() for c in found.compared],
+        written=written,
+    )
     screen.finish(document, gate=_missed(screen, found))
 
 

@@ -144,7 +144,7 @@ def test_a_field_that_is_not_declared_fails() -> None:
         checked({**document, "data_set_aside": [{**row, "reason": ""}]})
     # wherever the program shows one while a test runs it, too
     with pytest.raises(AssertionError, match=r"sstl\.plot/1 has fields that it does not declare: \.colour"):
-        Screen(True).document({**document, "colour": "blue"})
+        Screen(True).document(documents.get("plot").joined(**document, colour="blue"))
     # what is published lets it pass: a later version may have added it
     published = documents.get("plot").json_schema()
     assert jsonschema.Draft202012Validator(published).is_valid({**document, "colour": "blue"}) and closed(published) != published

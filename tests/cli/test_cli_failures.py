@@ -18,6 +18,7 @@ from cli_calls import run_here, sstl
 
 from sstl_cli.cli import app as program
 from sstl_cli.cli.render import Screen
+from sstl_cli.core.documents.mapping import EvaluateDocument
 from sstl_cli.core.tables import COMMAND
 
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
@@ -305,7 +306,7 @@ def test_json_keeps_stdout_for_the_document(capsys) -> None:
     screen.note("told\x1b")
     with pytest.raises(typer.Exit) as end:
         known = {"schema": "sstl.evaluate/1", "set_aside": 0, "set_aside_runs": []}
-        screen.finish({**known, "rmse_total": np.float64("nan"), "rows": pa.scalar(1).as_py()}, 3)
+        screen.finish(EvaluateDocument.joined(**known, rmse_total=np.float64("nan"), rows=pa.scalar(1).as_py()), 3)
     printed = capsys.readouterr()
     assert end.value.exit_code == 3 and json.loads(printed.out) == {**known, "rmse_total": None, "rows": 1}
     assert printed.err == "told\\x1b\n"

@@ -114,7 +114,7 @@ def test_figure_7_has_every_location_and_method(found):
 
 
 def test_document_parts(found):
-    made = files.extras(found)
+    made = files.extras(found).plain()
     assert list(made) == ["rig", "closed", "gap"] and set(made) <= set(ReproduceDocument.model_fields)
     assert made["rig"]["seeds"] == [1] and made["rig"]["outside"] == []
     assert [c["right"] for c in made["closed"]] == [True, True, False]
@@ -173,7 +173,7 @@ def test_what_lies_beyond_the_paper_fits_80_columns_and_the_document(beyond):
     assert "0.3000 +-0.0001" in text(grids[0]) and "0.185" in text(grids[0])
     said = " ".join(show.facts(beyond))
     assert "sinusoid 0.25 N (target 0.45)" in said and "calibrated at two speeds: 0.25 s by Theta" in said
-    made = files.extras(beyond)
+    made = files.extras(beyond).plain()
     assert set(ReproduceDocument.model_fields) >= {"identified", "better", "probe", "tendons", "distal"} == set(made)
     ReproduceDocument(schema="sstl.reproduce/1", seed=1, seeds=5, **made)
 

@@ -44,9 +44,10 @@ class Document(Part):
         return cls.model_validate({name: value for part in parts for name, value in part.plain().items()} | fields)
 
     def plain(self) -> dict[str, Any]:
-        """Return what JSON is written from: the schema id, before inherited fields too, then the fields that were given."""
+        """Return what JSON is written from: the schema id, the fields that were given, inherited ones too, and what was set aside."""
         found = super().plain()
-        return {"schema": found.pop("schema"), **found}
+        aside = {name: found.pop(name) for name in ("data_set_aside",) if name in found}
+        return {"schema": found.pop("schema"), **found, **aside}
 
     @classmethod
     def schema_name(cls) -> str:

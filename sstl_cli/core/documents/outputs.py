@@ -224,6 +224,7 @@ class BesidePart(Part):
 class RebuiltPart(Part):
     """The entries beside the published values, and what they say."""
 
+    spread: str | None = None
     tables: list[str] = []
     seed: int
     seeds: int
@@ -238,4 +239,3 @@ class ReproduceDocument(BesidePart, RebuiltPart, Document):
     """The paper's tables beside the published values (``sstl reproduce``)."""
 
     schema_id: Literal["sstl.reproduce/1"] = Field(alias="schema")
-    spread: str | None = None
