@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sstl_cli.api.catalogue import effects
     from sstl_cli.api.control import Biases, ControllerOptions, compensate
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
+    from sstl_cli.api.exporting import Controllers, controllers
     from sstl_cli.api.log import Log, Scenario, read, simulate
     from sstl_cli.api.mapping import Mapping, relate, train
     from sstl_cli.api.planning import PlanDocument, StagesDocument, plan, stages
@@ -32,14 +33,16 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 __all__ = [
-    "Biases", "ControllerOptions", "Diagnosis", "Guess", "Log", "Mapping", "PlanDocument", "Scenario", "SstlError", "StagesDocument",
-    "compensate", "diagnose", "effects", "guess", "import_", "plan", "read", "relate", "simulate", "stages", "train",
+    "Biases", "ControllerOptions", "Controllers", "Diagnosis", "Guess", "Log", "Mapping", "PlanDocument", "Scenario", "SstlError",
+    "StagesDocument", "compensate", "controllers", "diagnose", "effects", "guess", "import_", "plan", "read", "relate", "simulate", "stages", "train",
 ]  # fmt: skip
 
 _HOMES = {
     "Biases": "sstl_cli.api.control",
     "ControllerOptions": "sstl_cli.api.control",
     "compensate": "sstl_cli.api.control",
+    "Controllers": "sstl_cli.api.exporting",
+    "controllers": "sstl_cli.api.exporting",
     "effects": "sstl_cli.api.catalogue",
     "Guess": "sstl_cli.api.recordings",
     "guess": "sstl_cli.api.recordings",

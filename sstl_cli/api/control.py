@@ -34,7 +34,7 @@ References = Sequence[str | PathLike[str]] | Named[str, pd.DataFrame]
 
 
 @dataclasses.dataclass(frozen=True)
-class _Source:
+class Source:
     """What drives the controller: configurations, why others are set aside, options that are stored, a simulator."""
 
     cases: list[Case]
@@ -109,9 +109,9 @@ def compensate(
     for name in methods or ():
         if name not in METHODS:
             raise SstlError(f"no method '{name}' ({nearest(name, METHODS)})", code="E404")
-    source = _source(theta)
+    source = source_of(theta)
     used = source.options if options is None else options
-    known = _biases(biases)
+    known = biases_of(biases)
     where = str(theta) if isinstance(theta, str | PathLike) else type(theta).__name__
     cases, aside = setup.chosen(source.cases, source.aside, None if mapping is None else mapping.model, known, config_id, where)
     truth = compensating.cases_of(table_of(plant))[0] if isinstance(plant, pd.DataFrame) else cases
@@ -132,18 +132,19 @@ def compensate(
     return frame
 
 
-def _source(theta: pd.DataFrame | Scenario | str | PathLike[str]) -> _Source:
+def source_of(theta: pd.DataFrame | Scenario | str | PathLike[str]) -> Source:
     """Return the lines of a Theta table, of a simulator or of a parameter file."""
     if isinstance(theta, pd.DataFrame):
-        return _Source(*compensating.cases_of(table_of(theta)), ControllerOptions())
+        return Source(*compensating.cases_of(table_of(theta)), ControllerOptions())
     if not isinstance(theta, Scenario) and Path(theta).suffix == ".json":
         stored = parameters.read(read_json(Path(theta), parameters.SCHEMA), str(theta))
-        return _Source(setup.stored_cases(stored.configurations), {}, stored.options)
+        return Source(setup.stored_cases(stored.configurations), {}, stored.options)
     model = theta if isinstance(theta, Scenario) else load(str(theta))
-    return _Source(*modelled.cases_of(model), ControllerOptions(), model)
+    return Source(*modelled.cases_of(model), ControllerOptions(), model)
 
 
-def _biases(given: Biases | pd.DataFrame | None) -> Biases:
+def biases_of(given: Biases | pd.DataFrame | None) -> Biases:
+    """Return the biases that go with the slopes of a mapping, means of a Theta table where one is given."""
     if isinstance(given, pd.DataFrame):
         return Biases(known=compensating.mean_biases(compensating.cases_of(table_of(given))[0]))
     return given or Biases()

@@ -216,6 +216,25 @@ class Log:
         tendons = any(r.tendon is not None for r in self.runs)
         write_runs(Path(path), self.runs, Provenance("python", None, self.inputs), force, lambda: tendons)
 
+    def export(self, path: str | PathLike[str], force: bool = False) -> None:
+        """Write the log for other programs, by the ending of the file: ``.csv``, ``.mat`` (MATLAB, version 5) or ``.mcap``.
+
+        Raises
+        ------
+        SstlError
+            For another ending, no run, one that does not fit the format, or a file that is there without ``force``.
+        """
+        from sstl_cli.steps import export_log
+
+        out = Path(path)
+        if not self.runs:
+            raise SstlError("no run to write", where=str(out), fix="check the input for usable samples", code="E120")
+        first = self.runs[0]
+        about = export_log.About.of(
+            {"unit_in": first.unit_in, "unit_out": first.unit_out}, any(r.tendon is not None for r in self.runs), "log"
+        )
+        export_log.write(self.runs, about, out, out.suffix[1:].lower(), force)
+
     def __len__(self) -> int:
         return len(self.runs)
 

@@ -11,9 +11,10 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import ArrayLike, NDArray
 
+from sstl_cli.core.files import atomic
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.tables import THETA
-from sstl_cli.mapping import MappingModel, load_model, save_model
+from sstl_cli.mapping import MappingModel, export_onnx, load_model, save_model
 from sstl_cli.mapping.variants import LAMBDA, chosen
 from sstl_cli.steps import evaluate as evaluating
 from sstl_cli.steps import train as training
@@ -81,6 +82,17 @@ class Mapping:
     def save(self, path: str | PathLike[str], force: bool = False) -> None:
         """Write the mapping as safetensors, whole or not at all."""
         save_model(Path(path), self.model, force)
+
+    def export(self, path: str | PathLike[str], force: bool = False) -> None:
+        """Write the default prediction as an ONNX graph, whole or not at all.
+
+        Raises
+        ------
+        SstlError
+            Without the extra ``onnx``, or if the file exists and ``force`` is not given.
+        """
+        with atomic(Path(path), force) as temporary:
+            export_onnx(self.model, temporary)
 
     def __repr__(self) -> str:
         header = self.model.header

@@ -88,10 +88,11 @@ def export(asked: Asked) -> None:
         screen.finish(asked.written())
     if asked.format_ == "onnx":
         from sstl_cli.core.files import atomic
-        from sstl_cli.mapping import export_onnx
+        from sstl_cli.mapping import export_onnx, load_model
 
+        model = load_model(source)
         with atomic(asked.out, asked.force) as temporary:
-            export_onnx(source, temporary)
+            export_onnx(model, temporary)
         screen.say(f"Wrote the mapping -> {asked.out}")
         screen.finish(asked.written())
     _controller(screen, asked)

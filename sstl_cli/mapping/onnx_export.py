@@ -9,13 +9,12 @@ import numpy as np
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.mapping.inference import MappingModel
-from sstl_cli.mapping.weights import load_model
 
 OPSET = 17
 IR_VERSION = 8
 
 
-def export_onnx(model_path: Path | str, out_path: Path | str) -> None:
+def export_onnx(model: MappingModel, out_path: Path | str) -> None:
     """Write the default prediction of a model (mean over seeds of its default variant) as ONNX, in double precision.
 
     Input ``gamma_sstl`` of shape (n, 2); output ``gamma_act`` of shape (n, 2), or one output
@@ -24,9 +23,8 @@ def export_onnx(model_path: Path | str, out_path: Path | str) -> None:
     Raises
     ------
     SstlError
-        E520 without the extra ``onnx``; what ``load_model`` raises; E106 if the file cannot be written.
+        E520 without the extra ``onnx``; E106 if the file cannot be written.
     """
-    model = load_model(model_path)
     try:
         import onnx
     except ImportError:

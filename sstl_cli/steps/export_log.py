@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,21 @@ class Export:
     samples: int
 
 
+@dataclass(frozen=True)
+class About:
+    """What is known of a log before its runs are: the unit of every column, whether runs name a tendon, its name for messages."""
+
+    units: dict[str, str]
+    tendons: bool
+    where: str
+
+    @classmethod
+    def of(cls, stated: dict[str, str], tendons: bool, where: str) -> About:
+        """Return it with the units of its tensions as stated; one that is no tension has its own."""
+        own = {"tension_in_n": stated["unit_in"], "tension_out_n": stated["unit_out"]}
+        return cls({c.name: c.unit for c in LOG.columns} | own, tendons, where)
+
+
 def run(path_in: Path, path_out: Path, fmt: str, force: bool = False) -> Export:
     """Write a log table in another format, run by run.
 
@@ -54,33 +69,35 @@ def run(path_in: Path, path_out: Path, fmt: str, force: bool = False) -> Export:
     SstlError
         If the log cannot be read, does not fit the format, or the output cannot be written.
     """
+    _known(fmt)
+    # a file that holds no log is told before a run of it is read
+    schema = open_table(path_in, LOG).file.schema_arrow
+    return write(read_runs(path_in), About.of(units_of(schema), TENDON.name in schema.names, str(path_in)), path_out, fmt, force)
+
+
+def write(runs: Iterable[Run], about: About, path_out: Path, fmt: str, force: bool = False) -> Export:
+    """Write runs in another format; parameters and errors as those of ``run``."""
+    writer = _known(fmt)
+    counted = _Counted(runs)
+    with atomic(path_out, force) as temporary:
+        writer(counted, temporary, about)
+    return Export(path_out, fmt, counted.runs, counted.samples)
+
+
+def _known(fmt: str) -> Callable[[_Counted, Path, About], None]:
     writers = {"csv": _csv, "mat": _mat, "mcap": _mcap}
     if fmt not in writers:
         raise UsageError(f"unknown format '{fmt}'", where="--format", fix=nearest(fmt, FORMATS), code="E360")
-    counted = _Counted(read_runs(path_in))
-    with atomic(path_out, force) as temporary:
-        writers[fmt](counted, temporary, path_in)
-    return Export(path_out, fmt, counted.runs, counted.samples)
+    return writers[fmt]
 
 
 export_log = run
 
 
-def _schema(source: Path) -> Any:
-    """Return the Arrow schema of a log; SstlError where the file holds none, before a run of it is read."""
-    return open_table(source, LOG).file.schema_arrow
-
-
-def _units(source: Path) -> dict[str, str]:
-    """Return the unit of every column of a log; an input or output that is no tension has its own."""
-    stated = units_of(_schema(source))
-    return {c.name: c.unit for c in LOG.columns} | {"tension_in_n": stated["unit_in"], "tension_out_n": stated["unit_out"]}
-
-
 class _Counted:
     """Runs passed on and counted."""
 
-    def __init__(self, source: Iterator[Run]) -> None:
+    def __init__(self, source: Iterable[Run]) -> None:
         self.source, self.runs, self.samples = source, 0, 0
 
     def __iter__(self) -> Iterator[Run]:
@@ -100,12 +117,12 @@ def safe_cell(text: str | None) -> str:
     return "'" + text if text.startswith(_FORMULA) else text
 
 
-def _csv(runs: _Counted, path: Path, source: Path) -> None:
+def _csv(runs: _Counted, path: Path, about: About) -> None:
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        names = [*_CSV_COLUMNS, *([TENDON.name] if TENDON.name in _schema(source).names else [])]
+        names = [*_CSV_COLUMNS, *([TENDON.name] if about.tendons else [])]
         writer.writerow(names)
-        units = _units(source)
+        units = about.units
         if (units["tension_in_n"], units["tension_out_n"]) != ("N", "N"):
             # a row of units, which import reads; without it the numbers would come back as newtons
             writer.writerow([safe_cell(units.get(n, "")) for n in names])
@@ -121,7 +138,7 @@ def _csv(runs: _Counted, path: Path, source: Path) -> None:
             writer.writerows(zip(*columns, strict=True))
 
 
-def _mat(runs: _Counted, path: Path, source: Path) -> None:
+def _mat(runs: _Counted, path: Path, about: About) -> None:
     from scipy.io import savemat
 
     fields = [*LABELS, *SIGNALS]
@@ -137,7 +154,7 @@ def _mat(runs: _Counted, path: Path, source: Path) -> None:
         if size > MAX_MAT_BYTES:
             raise SstlError(
                 "is larger than the 2 GiB that a MATLAB file of version 5 holds",
-                where=str(source),
+                where=about.where,
                 fix="split the log, or export csv or mcap",
                 code="E361",
             )
@@ -145,20 +162,20 @@ def _mat(runs: _Counted, path: Path, source: Path) -> None:
     table = np.empty(len(held), dtype=[(f, object) for f in fields])
     for i, items in enumerate(held):
         table[i] = items
-    savemat(path, {"runs": table, "units": {n: _units(source)[n] for n in SIGNALS}}, long_field_names=True)
+    savemat(path, {"runs": table, "units": {n: about.units[n] for n in SIGNALS}}, long_field_names=True)
     with open(path, "r+b") as file:
         # the library writes the date here; the same log must give the same bytes
         file.write(b"MATLAB 5.0 MAT-file, written by sstl export".ljust(116))
 
 
-def _mcap(runs: _Counted, path: Path, source: Path) -> None:
+def _mcap(runs: _Counted, path: Path, about: About) -> None:
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        raise SstlError("MCAP needs the library 'mcap'", where=str(source), fix="pip install 'sstl-cli[robot]'", code="E308") from None
+        raise SstlError("MCAP needs the library 'mcap'", where=about.where, fix="pip install 'sstl-cli[robot]'", code="E308") from None
 
     names = [n for n in SIGNALS if n != "time_s"]
-    units = _units(source)
+    units = about.units
     schema = {
         "type": "object",
         "properties": {n: {"type": "number", "description": units[n]} for n in SIGNALS}
@@ -178,7 +195,7 @@ def _mcap(runs: _Counted, path: Path, source: Path) -> None:
             if float(one.time_s[-1]) - begin > MAX_MCAP_S:
                 raise SstlError(
                     "time goes beyond what MCAP can hold (584 years)",
-                    where=f"{source}, run {one.run_id!r}",
+                    where=f"{about.where}, run {one.run_id!r}",
                     fix="is time_s in s? export csv or mat instead",
                     code="E362",
                 )

@@ -21,7 +21,7 @@ import pytest
 from program import inside
 
 import sstl_cli as sstl
-from sstl_cli.api import catalogue, control, diagnosis, log, mapping, planning, recordings
+from sstl_cli.api import catalogue, control, diagnosis, exporting, log, mapping, planning, recordings
 from sstl_cli.cli import app as program
 from sstl_cli.core import sound
 from sstl_cli.core.errors import SstlError
@@ -36,8 +36,9 @@ NAMES = [
     "compensate", "diagnose", "effects", "guess", "import_", "plan", "read", "relate", "simulate", "stages", "train",
 ]  # fmt: skip
 MEMBERS = {
-    "Log": ["check", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "write"],
-    "Mapping": ["evaluate", "history", "load", "model", "predict", "predictions", "save", "variants"],
+    "Log": ["check", "export", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "write"],
+    "Mapping": ["evaluate", "export", "history", "load", "model", "predict", "predictions", "save", "variants"],
+    "Controllers": ["lines", "method", "options", "set_aside", "write", "write_c"],
     "Diagnosis": [
         "candidates",
         "gap",
@@ -95,6 +96,7 @@ def test_public_names_stay() -> None:
         assert set(members) <= known, name
     assert list(inspect.signature(sstl.diagnose).parameters)[:2] == ["log", "sim"]
     assert next(iter(inspect.signature(sstl.train).parameters)) == "theta"
+    assert list(inspect.signature(sstl.controllers).parameters)[:2] == ["theta", "mapping"]
 
 
 def test_every_public_name_has_a_docstring_and_an_unknown_one_says_so() -> None:
@@ -114,7 +116,9 @@ def test_importing_is_cheap_and_loads_nothing_heavy() -> None:
     assert min(float(text.split()[0]) for text in done) < 0.2
 
 
-@pytest.mark.parametrize("module", [sstl, log, mapping, diagnosis, control, catalogue, planning, recordings], ids=lambda m: m.__name__)
+@pytest.mark.parametrize(
+    "module", [sstl, log, mapping, diagnosis, control, catalogue, exporting, planning, recordings], ids=lambda m: m.__name__
+)
 def test_doctests(module) -> None:
     tried = doctest.testmod(module)
     assert tried.failed == 0

@@ -23,6 +23,7 @@ SIDES = {
     "effects list": ["effects"],
     "effects show": ["effects"],
     "evaluate": ["Mapping.evaluate", "Mapping.predictions", "relate"],
+    "export": ["controllers", "Controllers.write_c", "Controllers.write", "Log.export", "Mapping.export", "ControllerOptions", "Biases"],
     "import": ["import_", "guess"],
     "plot": ["Log.plot", "Diagnosis.plot"],
     "report": ["Diagnosis.report"],
@@ -53,6 +54,14 @@ NAMED = {
     "diagnose --max-rate": "diagnose.max_rate_n_per_s",
     "diagnose --no-physics": "diagnose.physics",
     "evaluate --tables": "relate",
+    "export --bias-theta": "controllers.biases",
+    "export --dt": "ControllerOptions.dt_s",
+    "export --format": "Controllers.write_c",
+    "export --lead": "ControllerOptions.lead_s",
+    "export --max-jump": "ControllerOptions.max_jump_n",
+    "export --max-rate": "ControllerOptions.max_rate_n_s",
+    "export --model": "controllers.mapping",
+    "export --t-max": "ControllerOptions.t_max_n",
     "evaluate --all": "Mapping.evaluate.everything",
     "evaluate --predictions": "Mapping.predictions",
     "import --map": "import_.mapping",
@@ -84,13 +93,14 @@ ALONE = {
     "evaluate --max-rmse": A_GATE,
 }
 # commands of their own kind; docs/python.md says why of each
-COMMANDS_ALONE = {"batch", "blind", "doctor", "export", "info", "reproduce", "schema", "watch"}
+COMMANDS_ALONE = {"batch", "blind", "doctor", "info", "reproduce", "schema", "watch"}
 # parameters that stand for an argument of the command, or for nothing that it could take
 ARGUMENTS = {
     "diagnose.log", "evaluate.theta", "import_.files", "guess.files", "Mapping.evaluate.theta", "Mapping.predictions.theta",
-    "stages.commands", "train.theta", "Diagnosis.report.path",
+    "stages.commands", "train.theta", "Diagnosis.report.path", "controllers.theta", "Controllers.write.path", "Controllers.write_c.path",
+    "Log.export.path", "Mapping.export.path",
     # as an object: files and options of their own hold the same
-    "compensate.options", "Biases.known", "ControllerOptions.observer", "ControllerOptions.widths", "ControllerOptions.band_n",
+    "compensate.options", "controllers.options", "Biases.known", "ControllerOptions.observer", "ControllerOptions.widths", "ControllerOptions.band_n",
     "ControllerOptions.deadband_n", "ControllerOptions.tolerance_n", "ControllerOptions.hold_s", "ControllerOptions.ramp_n_s",
 }  # fmt: skip
 

@@ -153,12 +153,12 @@ def test_onnx_agrees_with_predict(path, trained, tmp_path, variant):
     runtime = pytest.importorskip("onnxruntime")
     again(path, default=variant)
     model, out = load_model(path), tmp_path / "model.onnx"
-    export_onnx(path, out)
+    export_onnx(load_model(path), out)
     x = np.vstack([trained.pairs.sstl, np.random.default_rng(0).uniform([0.1, 1], [0.5, 6], (200, 2))])
     found = runtime.InferenceSession(out).run(None, {"gamma_sstl": x})[0]
     np.testing.assert_allclose(found, model.predict(x), atol=1e-9)
     first = out.read_bytes()
-    export_onnx(path, out)
+    export_onnx(load_model(path), out)
     assert out.read_bytes() == first
 
 
@@ -168,7 +168,7 @@ def test_onnx_has_one_output_a_tendon(tmp_path, strategy):
     data = theta(with_tendons(rows(6), 0.1))
     result = step.run(data, step.Config(seeds=2, epochs=10, strategy=strategy))
     save_model(tmp_path / "m.safetensors", result.model)
-    export_onnx(tmp_path / "m.safetensors", tmp_path / "m.onnx")
+    export_onnx(load_model(tmp_path / "m.safetensors"), tmp_path / "m.onnx")
     session = runtime.InferenceSession(tmp_path / "m.onnx")
     x = result.pairs.sstl[:5]
     for output, tendon in zip(session.get_outputs(), "AB", strict=True):
@@ -179,5 +179,5 @@ def test_onnx_has_one_output_a_tendon(tmp_path, strategy):
 def test_onnx_without_its_extra_says_what_to_install(path, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnx", None)
     with pytest.raises(SstlError, match=r"E520.*sstl-cli\[onnx\]"):
-        export_onnx(path, tmp_path / "m.onnx")
+        export_onnx(load_model(path), tmp_path / "m.onnx")
     assert not (tmp_path / "m.onnx").exists()
