@@ -15,7 +15,7 @@ from sstl_cli.cli.options import Config, Force, Json
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
-    from sstl_cli.control.controller import Options, Theta
+    from sstl_cli.control.controllers import Controllers
     from sstl_cli.core.documents.control import ExportDocument
 
 EPILOG = "Example: sstl export theta.parquet --format c --config-id CP-040 --out firmware/"
@@ -117,18 +117,15 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
     source = asked.source
     options = shared.controller_options(source, asked.settings)
     cases, aside = shared.load_cases(source, asked.model, asked.biases, asked.config_id)
-    lines, chosen = step.lines_for(cases, asked.method)
-    aside.update({c.config_id: f"method '{chosen}' is not possible" for c in cases if c.config_id not in lines})
+    found = step.controllers(cases, aside, asked.method, options)
+    lines, aside = found.lines, found.set_aside
     if asked.format_ == "json":
-        from sstl_cli.control import parameters
-        from sstl_cli.core.files import write_json
-
-        write_json(asked.out, parameters.document(lines, options, chosen).plain(), asked.force)
+        found.write(asked.out, asked.force)
         written = [asked.out]
     else:
-        written = _write_c(asked, lines, chosen, options)
+        written = _write_c(asked, found)
     shown = ", ".join(list(lines)[:6]) + (", ..." if len(lines) > 6 else "")
-    screen.say(f"Wrote the controller (method {chosen}) of {shown} -> {', '.join(map(str, written))}")
+    screen.say(f"Wrote the controller (method {found.method}) of {shown} -> {', '.join(map(str, written))}")
     if aside:
         screen.note(f"set aside {len(aside)}: " + "; ".join(f"{k}: {v}" for k, v in list(aside.items())[:5]))
     document = ExportDocument(
@@ -136,7 +133,7 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
         format=asked.format_,
         input=str(source),
         out=[str(p) for p in written],
-        method=chosen,
+        method=found.method,
         configurations=list(lines),
         set_aside=aside,
         options=options.model_dump(mode="json"),
@@ -145,32 +142,19 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
     screen.finish(document, aside=bool(aside) and asked.format_ == "json")
 
 
-def _write_c(asked: Asked, lines: dict[str, Theta], method: str, options: Options) -> list[Path]:
+def _write_c(asked: Asked, found: Controllers) -> list[Path]:
     """Write the C source of one configuration; return its header and its source."""
-    import re
-
-    from sstl_cli.control.parameters import index_of
-    from sstl_cli.core.errors import UsageError
-    from sstl_cli.core.files import make_folder, require_followed, require_outputs, require_writable, write_text
-    from sstl_cli.steps import export_controller as step
+    from sstl_cli.control.controllers import c_name
+    from sstl_cli.core.files import make_folder, require_followed, require_writable
 
     require_followed(asked.out)
-    name = list(lines)[index_of(list(lines), asked.config_id)]
-    out = asked.out
+    name, out = found.chosen(asked.config_id), asked.out
     if out.exists() and not out.is_dir():
         # the files take its name with other endings: a device would be none of them
         require_writable(out, force=True)
     folder = out.is_dir() or asked.out_name.endswith(("/", os.sep))
-    if out.suffix and not folder and out.suffix not in (".c", ".h"):
-        raise UsageError("is not a name for C source", where=str(out), fix="give a folder or a .c file", code="E412")
-    base = out / "sstl_controller" if folder else out.with_suffix("")
-    if not re.fullmatch(r"[A-Za-z0-9_.-]+", base.name):
-        raise UsageError(f"'{base.name}' is not a portable file name", where="--out", fix="use letters, digits, _ . -", code="E412")
-    header, source = base.with_name(base.name + ".h"), base.with_name(base.name + ".c")
-    code = step.to_c(name, lines[name], method, options, asked.real, header.name)
     if folder:
         make_folder(out)
-    require_outputs(asked.force, header, source)
-    write_text(header, code.header, asked.force)
-    write_text(source, code.source, asked.force)
-    return [header, source]
+    else:
+        c_name(out, "--out")
+    return list(found.write_c(out / "sstl_controller" if folder else out, name, asked.real, asked.force))

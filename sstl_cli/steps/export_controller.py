@@ -1,11 +1,11 @@
-"""Turn a configuration's lines into something a rig can run: C99 source or a JSON document."""
+"""Choose the lines that drive each configuration of a rig."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from sstl_cli.control.c_source import CSource, Real, c_source
-from sstl_cli.control.controller import IDENTITY, Controller, Options, Theta
+from sstl_cli.control.controller import IDENTITY, Options, Theta
+from sstl_cli.control.controllers import Controllers
 from sstl_cli.core.errors import SstlError
 from sstl_cli.steps.compensate import Case
 
@@ -39,6 +39,14 @@ def lines_for(cases: Sequence[Case], method: str | None) -> tuple[dict[str, Thet
     return found, chosen
 
 
-def to_c(config_id: str, lines: Theta, method: str, options: Options, real: Real, header_name: str) -> CSource:
-    """Return header and source of one configuration."""
-    return c_source(Controller(lines, options, method != "none"), config_id, method, real, header_name)
+def controllers(cases: Sequence[Case], aside: Mapping[str, str], method: str | None, options: Options) -> Controllers:
+    """Return the controllers of cases, and those that were set aside before with those that the method cannot drive.
+
+    Raises
+    ------
+    SstlError
+        If the method is possible for no case.
+    """
+    lines, chosen = lines_for(cases, method)
+    undriven = {c.config_id: f"method '{chosen}' is not possible" for c in cases if c.config_id not in lines}
+    return Controllers(lines, chosen, options, {**aside, **undriven})

@@ -52,6 +52,9 @@ def test_controllers_are_those_of_the_command(log: sstl.Log, tmp_path: Path) -> 
     assert again.lines == found.lines and again.options == found.options
     with pytest.raises(sstl.SstlError, match="2 configurations"):
         found.write_c(tmp_path / "c")
+    for name in ("c.v2", "d e.c"):
+        with pytest.raises(sstl.SstlError, match="E412"):
+            found.write_c(tmp_path / name, config_id="CP-080")
     with pytest.raises(sstl.SstlError, match="no method 'PI'"):
         sstl.controllers(log.segment(), method="PI")
 
