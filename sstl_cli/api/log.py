@@ -15,7 +15,7 @@ import pyarrow as pa
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.provenance import Provenance, inputs_of
-from sstl_cli.core.runs import SIGNALS, Run, read_logs, run_table, runs_of, write_runs
+from sstl_cli.core.runs import SIGNALS, Run, read_logs, require_units_of, run_table, runs_of, write_runs
 from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions, samples
@@ -222,7 +222,8 @@ class Log:
         Raises
         ------
         SstlError
-            For another ending, no run, one that does not fit the format, or a file that is there without ``force``.
+            For another ending, no run, runs in other units than the first, one that does not fit the format, or a file that is there
+            without ``force``.
         """
         from sstl_cli.steps import export_log
 
@@ -230,6 +231,8 @@ class Log:
         if not self.runs:
             raise SstlError("no run to write", where=str(out), fix="check the input for usable samples", code="E120")
         first = self.runs[0]
+        for run in self.runs:
+            require_units_of(run, first, out)
         about = export_log.About.of(
             {"unit_in": first.unit_in, "unit_out": first.unit_out}, any(r.tendon is not None for r in self.runs), "log"
         )

@@ -131,17 +131,22 @@ def write_runs(
             if run.tendon is not None and not named:
                 where = f"{path}, run {run.run_id!r}"
                 raise SstlError("names a tendon, the runs before it do not", where=where, fix="put it first", code="E127")
-            if run.units != first.units:
-                raise SstlError(
-                    f"is in {run.unit_in} and {run.unit_out}, the runs before it in {first.unit_in} and {first.unit_out}",
-                    where=f"{path}, run {run.run_id!r}",
-                    fix="give runs of other units a log of their own",
-                    code="E128",
-                )
+            require_units_of(run, first, path)
             writer.write(run_table(run, named))
             samples += len(run)
             run = next(iterator, None)
     return samples
+
+
+def require_units_of(run: Run, first: Run, path: Path) -> None:
+    """Raise SstlError E128 if a run is in other units than the first one of its log: one column has one unit."""
+    if run.units != first.units:
+        raise SstlError(
+            f"is in {run.unit_in} and {run.unit_out}, the runs before it in {first.unit_in} and {first.unit_out}",
+            where=f"{path}, run {run.run_id!r}",
+            fix="give runs of other units a log of their own",
+            code="E128",
+        )
 
 
 def read_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,9 @@ def test_a_log_of_no_run_or_for_no_known_program_is_refused(log: sstl.Log, tmp_p
         log.export(tmp_path / "log.xlsx")
     with pytest.raises(sstl.SstlError, match="no run to write"):
         sstl.Log(()).export(tmp_path / "log.csv")
+    other = (log.runs[0], replace(log.runs[1], unit_out="mm"))
+    with pytest.raises(sstl.SstlError, match="E128|is in N and mm"):
+        sstl.Log(other).export(tmp_path / "log.csv")
     assert not list(tmp_path.iterdir())
 
 
