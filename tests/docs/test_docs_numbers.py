@@ -87,17 +87,26 @@ def test_the_front_page_says_of_the_confidence_what_the_table_of_calibration_doe
     assert "as often right as it says" in blind_table.confidence([{**r, "ece": 0.01} for r in rows])
 
 
-def test_the_front_page_says_what_later_cases_did() -> None:
-    front, page = ((ROOT / p).read_text(encoding="utf-8") for p in ("README.md", "docs/blind.md"))
-    front = front.split("How often is the diagnosis right?")[1].split("<!-- blind begins")[0]
-    commit, nulls, wrong, named, held = re.search(
-        r"drawn anew for (\w+),.* nothing was missing\s(\d+ of \d+) got `none`.*?(\d+ of \d+) got a wrong.*"
-        r"of (\d+ single effects above 0.6 times the noise \d+) were named, and (\d+) are in the set", front, re.S
+def test_the_front_page_says_what_the_published_set_did() -> None:
+    page = told("blind.md", "published")
+
+    def last(row: str) -> tuple[int, int]:
+        k, n = re.search(
+            rf"^\| {row} \|.*\| (\d+) of (\d+) \([^|]*\|$", page.split("Cases that their recordings could decide")[0], re.M
+        ).groups()
+        return int(k), int(n)
+
+    front = (ROOT / "README.md").read_text(encoding="utf-8").split("How often is the diagnosis right?")[1].split("<!-- blind begins")[0]
+    numbers = re.search(
+        r"(\d+) of (\d+) got `none`.*?(\d+) of (\d+) got\sa wrong name; of single effects above 0.6 times the noise two of three were named, "
+        r"and (\d+) of (\d+) are in the set", front, re.S
     ).groups()  # fmt: skip
-    singles, hits = re.match(r"(\d+) .* (\d+)$", named, re.S).groups()
-    told_there = " ".join(re.search(rf"drawn anew for {commit}.*?\n\n", page, re.S)[0].split())
-    assert f"{nulls} nulls `none`" in told_there and f"a wrong name in {wrong} cases" in told_there
-    assert f"{hits} of {singles} singles above 0.6 times the noise" in told_there and f"and {held} in the set" in told_there
+    sound, nulls, wrong, lacking, held, singles = map(int, numbers)
+    targets = {m[0]: (int(m[1]), int(m[2])) for m in re.findall(r"^\| ([^|]+) \| [\d.]+ % \| (\d+) of (\d+) ", page, re.M)}
+    assert (nulls - sound, nulls) == targets["false alarm"] and (wrong, lacking) == targets["wrong commits"]
+    k, n = targets["isolation above 0.6 x noise"]
+    assert n == singles and round(3.0 * k / n) == 2
+    assert held == last("in the group at 1.2 x noise")[0] + last("in the group at 4 x noise")[0]
 
 
 def test_a_full_set_is_made_as_the_published_one_was() -> None:
