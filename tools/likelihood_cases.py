@@ -98,7 +98,7 @@ def heard(made: Source, effects: Effects, h: Hypothesis = NOTHING, values: Array
     nominal = np.array([made.bench.theta[int(c[1:]) - 1] for c in problem.configs])
     base = fit(sim, plain, h, first_theta(sim, nominal) if not h.free else nominal, np.zeros(0) if values is None else values)
     measured = noise_of.measured(problem.records, sim.phases(base.theta, base.effects).slide)
-    sim, base, found = hearing.heard(sim, [base], measured)
+    sim, base, found, _ = hearing.heard(sim, [base], measured)
     return Null(sim.problem, sim, settle(sim, found, base), found)
 
 

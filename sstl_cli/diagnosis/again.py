@@ -40,10 +40,7 @@ def beside_the_best(found: Search, most: int, workers: int) -> Search:
 
 def _noise(found: Search, leaders: Sequence[Fit]) -> Noise:
     """Return the most likely noise beside the leading models; what the smoother was told of an input's sensor stays."""
-    told = {r.system for r in found.sim.problem.records if r.told_n}
-    believed = {**found.measured.input, **{k: v for k, v in found.noise.input.items() if k in told}}
-    measured = replace(found.measured, input=believed, spread=found.noise.spread)
-    return hearing.beside(found.sim, [found.base, *leaders], measured)
+    return hearing.beside(found.sim, [found.base, *leaders], replace(found.measured, spread=found.noise.spread))
 
 
 def judged(found: Search, noise: Noise, workers: int) -> Search:

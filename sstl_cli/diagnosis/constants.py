@@ -258,8 +258,9 @@ LEAST_SCALE = 1e-6
 DIFFERENCE, FLAT, TRIES, CURVATURE_STEP = 0.03, 0.5, 120, 0.1
 # samples that hold six numbers; rounds of leaving disturbed holds out
 ENOUGH, HOLD_ROUNDS = 4000, 5
-# of the slow noise of an input: steps (s) in which its readings are asked, tries, how near (natural logarithm) is near enough
-HEARD_S, HEARD_TRIES, HEARD_NEAR = 0.5 / ANALYSIS_HZ, 25, 0.1
+# of the slow noise of an input: steps (s) in which its readings are asked, for how long it may last (s), tries beside the best level,
+# how near (natural logarithm) is near enough
+HEARD_S, HEARD_TIMES_S, HEARD_TRIES, HEARD_NEAR = 0.5 / ANALYSIS_HZ, CORRELATIONS_S[1:-1:2], 5, 0.1
 # lag (s) and inverse slew rate (s/N) next to none, by how many halvings of the slowest a lag is looked for from them, and by how
 # many steps a slew rate from the fastest that is asked for: what does nothing yet has no slope, and just below it there is a cliff
 NO_LOOP, LOOP_HALVINGS, LOOP_SLEWS = (1e-4, 1e-6), 7, 25

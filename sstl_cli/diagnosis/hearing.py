@@ -7,68 +7,123 @@ does not know.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.constants import (
     ALIKE,
     AT_MOST,
+    DECIDES_NATS,
     EDGE,
     ENOUGH,
-    FLAT,
     HEARD_NEAR,
     HEARD_S,
+    HEARD_TIMES_S,
     HEARD_TRIES,
+    LEVELS,
     MEASURED,
+    PARTS,
     SHORT_ITERATIONS,
-    UNMEASURED,
+    UNKNOWN_COLOUR,
     UNSEEN,
 )
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.latent import Slow
-from sstl_cli.diagnosis.noise import some
-from sstl_cli.diagnosis.records import Record, sampled, told
+from sstl_cli.diagnosis.noise import strain
+from sstl_cli.diagnosis.records import Record, content, sampled, told
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
 Array = NDArray[np.float64]
+NO_DEARER: Mapping[str, float] = MappingProxyType({})
 
 
-def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simulator, Fit, Noise]:
-    """Return simulator, base and noise; where the input's sensor has slow noise, the input is smoothed again, told of it.
+def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simulator, Fit, Noise, Noise]:
+    """Return simulator, base, noise and what is measured of it; where the input's sensor has slow noise, the input is smoothed again, told of it.
 
-    Not where the output follows the input as it was smoothed before more closely: then what is slow moves the line as well.
-    Every way the same models are asked, with the same columns projected out.
+    Its readings tell how much of it there is for each time that it may last; how long that is, and whether it is the sensor's at all,
+    tells the output: not where that follows the input as it was smoothed before more closely (then what is slow moves the line as
+    well). Every way the same models are asked, with the same columns projected out.
     """
     columns = _columns(sim, coarse)
-    noise, nats = _likely(sim, coarse, measured, columns)
-    own = entering(sim.problem.records, noise, measured)
-    plain, told_of = sim.problem, set[str]()
+    asked = _Asked(sim, tuple(coarse), measured, columns, *_likely(sim, coarse, measured, columns))
+    noise, records = asked.noise, sim.problem.records
+    seen = [entering(records, noise, measured, tau) for tau in HEARD_TIMES_S]
     # readings of a movement that is not quite smooth take some of the noise for movement: what comes out may know better
-    for sensors in (own, _alike(own, noise)) if own else ():
-        problem = told(plain, {k: Slow(s.coloured_n, s.correlation_s) for k, s in sensors.items()})
-        believed = replace(measured, input={**measured.input, **sensors}, spread=noise.spread)
-        found, cost = _likely(replace(sim, problem=problem), coarse, believed, columns)
-        better = {k for k in sensors if cost[k] < nats[k]}
-        pairs = zip(sim.problem.records, problem.records, strict=True)
-        sim = replace(sim, problem=replace(problem, records=tuple(b if b.system in better else a for a, b in pairs)))
-        noise, nats = _either(found, noise, better), {k: cost[k] if k in better else v for k, v in nats.items()}
-        told_of |= better
-    if not told_of:
-        return sim, coarse[0], noise
+    for sensors in (*seen, _alike(noise, measured, [k for k in noise.output if _part(records, k)])):
+        asked = asked.told_of(sensors)
+    if strain(asked.noise, measured) > 1.0:
+        for sensors, dearer in _louder(records, {k: s for k, s in noise.input.items() if k not in asked.told}):
+            asked = asked.told_of(sensors, dearer)
+    if not asked.told:
+        return sim, coarse[0], noise, measured
+    sim, noise = asked.sim, asked.noise
     base = fit(sim, coarse[0].whiten, coarse[0].hypothesis, coarse[0].theta, coarse[0].values, SHORT_ITERATIONS)
-    return sim, base, noise
+    return sim, base, noise, replace(measured, input={**measured.input, **{k: noise.input[k] for k in asked.told}})
 
 
-def _alike(sensors: dict[str, Sensor], noise: Noise) -> dict[str, Sensor]:
-    """Return sensors of inputs whose slow noise is that of the output beside: sensors of a rig are alike."""
-    out = noise.output
-    return {k: replace(s, coloured_n=out[k].coloured_n, correlation_s=out[k].correlation_s) for k, s in sensors.items()}
+@dataclass(frozen=True)
+class _Asked:
+    """The simulator whose smoother was told of what the output likes best so far, the noise beside it and its cost (nats) by system."""
+
+    sim: Simulator
+    coarse: tuple[Fit, ...]
+    measured: Noise
+    columns: Array
+    noise: Noise
+    nats: dict[str, float]
+    told: frozenset[str] = frozenset()
+
+    def told_of(self, sensors: Mapping[str, Sensor], dearer: Mapping[str, float] = NO_DEARER) -> _Asked:
+        """Return what is liked best once these sensors of inputs were tried, system by system, at what they cost (nats) besides."""
+        if not sensors:
+            return self
+        problem = told(self.sim.problem, {k: Slow(s.coloured_n, s.correlation_s) for k, s in sensors.items()})
+        believed = replace(self.measured, input={**self.measured.input, **sensors}, spread=self.noise.spread)
+        found, cost = _likely(replace(self.sim, problem=problem), self.coarse, believed, self.columns)
+        cost = {k: v + dearer.get(k, 0.0) for k, v in cost.items()}
+        better = {k for k in sensors if cost[k] < self.nats[k]}
+        pairs = zip(self.sim.problem.records, problem.records, strict=True)
+        records = tuple(b if b.system in better else a for a, b in pairs)
+        return replace(
+            self,
+            sim=replace(self.sim, problem=replace(problem, records=records)),
+            noise=_either(found, self.noise, better),
+            nats={k: cost[k] if k in better else v for k, v in self.nats.items()},
+            told=self.told | better,
+        )
+
+
+def _alike(noise: Noise, measured: Noise, systems: Collection[str]) -> dict[str, Sensor]:
+    """Return sensors of inputs whose slow noise is that of the output beside, where that is seen: sensors of a rig are mostly alike."""
+    out = {k: noise.output[k] for k in systems if _is_noise(k, noise, measured)}
+    seen = {k: s for k, s in out.items() if s.coloured_n > UNSEEN * s.white_n}
+    return {k: replace(noise.input[k], coloured_n=s.coloured_n, correlation_s=s.correlation_s) for k, s in seen.items()}
+
+
+def _louder(records: Sequence[Record], inputs: Mapping[str, Sensor]) -> Iterator[tuple[dict[str, Sensor], dict[str, float]]]:
+    """Yield sensors of inputs that are louder and louder, and what that costs (nats) by their own readings, beyond what decides.
+
+    Fast movement is not as smooth as the law of the latent input has it, and its readings say little of slow noise.
+    """
+    lasting_s, parts = HEARD_TIMES_S[1], {k: part for k in inputs if (part := _part(records, k))}
+    quiet = {k: _readings_nats(part, LEVELS[0] * inputs[k].white_n, lasting_s) for k, part in parts.items()}
+    for level in LEVELS[LEVELS > UNKNOWN_COLOUR][::2] if parts else ():
+        sensors = {k: replace(inputs[k], coloured_n=level * inputs[k].white_n, correlation_s=lasting_s) for k in parts}
+        nats = {k: _readings_nats(parts[k], s.coloured_n, lasting_s) - quiet[k] + DECIDES_NATS for k, s in sensors.items()}
+        yield sensors, nats
+
+
+def _is_noise(system: str, noise: Noise, measured: Noise) -> bool:
+    """Whether the slow noise of an output stayed as it was measured; where it had to leave that as far as it may the models miss more than noise."""
+    off = abs(float(np.log(noise.output[system].coloured_n / measured.output[system].coloured_n)))
+    return off < (1.0 - EDGE) * AT_MOST * measured.open.get(system, MEASURED)
 
 
 def _either(one: Noise, other: Noise, those: set[str]) -> Noise:
@@ -102,44 +157,51 @@ def _likely(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Arr
     return noise_of.likely(sim.problem.records, phases, sim.y - sim.predict(best.theta, best.effects), columns, measured)
 
 
-def entering(records: Sequence[Record], noise: Noise, measured: Noise) -> dict[str, Sensor]:
-    """Return the sensors of the inputs whose slow noise can be told from their own readings, by system.
+def entering(records: Sequence[Record], noise: Noise, measured: Noise, lasting_s: float) -> dict[str, Sensor]:
+    """Return the sensors of the inputs whose slow noise shows in their own readings if it lasts so long (s), by system.
 
-    The input is smooth but for few corners (see latent): what wanders beside is the sensor's. Sensors of a rig are alike, so
-    that of the output is where to look; not where it had to leave what was measured for as far as it may: then the models miss
-    more than noise, and what is known of it is little.
+    The input is smooth but for few corners (see latent): what wanders beside is the sensor's.
     """
     found = {}
-    for system, out in noise.output.items():
-        wide = measured.open.get(system, MEASURED)
-        off = abs(float(np.log(out.coloured_n / measured.output[system].coloured_n)))
-        if out.coloured_n > UNSEEN * out.white_n and off < (1.0 - EDGE) * AT_MOST * wide:
-            part = [r for r, _ in some([(r, slice(0, len(r))) for r in records if r.system == system])]
-            # an input without noise was not smoothed
-            if all(r.error_n.any() for r in part):
-                found[system] = _likeliest(part, noise.input[system], out)
+    for system in noise.output:
+        part = _part(records, system)
+        if part:
+            out = (noise if _is_noise(system, noise, measured) else measured).output[system]
+            sensor, nats = _likeliest(part, noise.input[system], out, lasting_s)
+            if nats > DECIDES_NATS:
+                found[system] = sensor
     return found
 
 
-def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor) -> Sensor:
-    def sensor(p: Array) -> Sensor:
-        size, slow = (float(v) for v in np.exp(np.clip(p, -AT_MOST * UNMEASURED, AT_MOST * ALIKE)))
-        return Sensor(into.white_n, out.coloured_n * size, out.correlation_s * slow)
+def _part(records: Sequence[Record], system: str) -> list[Record]:
+    """Return a few runs of a system, since how well slow noise shows depends on the movement; none where an input without noise was not smoothed."""
+    own = sorted((r for r in records if r.system == system), key=content)
+    part = own[:: -(-len(own) // PARTS)]
+    return part if all(r.error_n.any() for r in part) else []
 
-    def cost(p: Array) -> float:
-        s = sensor(p)
-        slow, left, nats = Slow(s.coloured_n, s.correlation_s), ENOUGH // 2, 0.0
-        for r in records:
-            if left > 0:
-                every = max(1, round(HEARD_S / r.raw.dt_s))
-                nats += sampled(r, every, left, slow).nats
-                left -= len(r.raw) // every
-        return nats + 0.5 * float(np.sum((p / ALIKE) ** 2))
 
-    options = {
-        "initial_simplex": ALIKE * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
-        "maxfev": HEARD_TRIES,
-        "xatol": HEARD_NEAR,
-        "fatol": FLAT,
-    }
-    return sensor(np.asarray(minimize(cost, np.zeros(2), method="Nelder-Mead", options=options).x))
+def _readings_nats(records: Sequence[Record], coloured_n: float, lasting_s: float) -> float:
+    """Return minus the log likelihood of the readings of inputs beside slow noise of a size (N) that lasts so long (s)."""
+    most, slow = ENOUGH // len(records), Slow(coloured_n, lasting_s)
+    return sum(sampled(r, max(1, round(HEARD_S / r.raw.dt_s)), most, slow).nats for r in records)
+
+
+def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor, lasting_s: float) -> tuple[Sensor, float]:
+    """Return the sensor of an input as its readings have it, and by how much (nats) they do rather than without slow noise.
+
+    Mostly it is as loud as that of the output (Cauchy's prior of the logarithm, as in holds).
+    """
+    none = LEVELS[0] * into.white_n
+    like = np.log(max(out.coloured_n, none))
+
+    def cost(level: float) -> float:
+        return _readings_nats(records, float(np.exp(level)), lasting_s) + float(np.log1p(((level - like) / ALIKE) ** 2))
+
+    # as loud as that of the output and as its own readings have it are two valleys
+    levels = np.sort([*np.log(LEVELS[::2] * into.white_n), like])
+    costs = [cost(x) for x in levels]
+    at = int(np.argmin(costs))
+    bounds = levels[max(at - 1, 0)], levels[min(at + 1, len(levels) - 1)]
+    found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"maxiter": HEARD_TRIES, "xatol": HEARD_NEAR})
+    level, least = (float(found.x), float(found.fun)) if found.fun < costs[at] else (float(levels[at]), costs[at])
+    return Sensor(into.white_n, float(np.exp(level)), lasting_s), _readings_nats(records, none, lasting_s) - least

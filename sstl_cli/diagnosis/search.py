@@ -111,7 +111,7 @@ def _begun(
             fit(sim, plain, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
             for f in rough[:LEADERS]
         ]
-        sim, first, noise = hearing.heard(sim, [first, *rich], measured)
+        sim, first, noise, measured = hearing.heard(sim, [first, *rich], measured)
     return _first_round(Search(sim, noise, measured, settle(sim, noise, first), {}, {}), rough, chosen, workers)
 
 

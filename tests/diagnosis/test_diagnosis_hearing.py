@@ -86,6 +86,25 @@ def test_a_smooth_input_with_white_noise_is_left_as_it_is():
     assert all(r.told_n < 0.3 * SLOW for r in found.problem.records)
 
 
+def unlike(seed, fastest_hz, slow_s):
+    """Return a run of a play whose input swings; the sensor of its output has no slow noise."""
+    rng = np.random.default_rng(seed)
+    swings = rng.uniform((0.02, 0.0, 1.0), (fastest_hz, 2.0 * np.pi, 3.5), (4, 3))
+    u = 14.0 + sum(size * np.sin(2.0 * np.pi * hz * TIME + phase) for hz, phase, size in swings)
+    seen = (x + WHITE * rng.standard_normal(len(TIME)) for x in (u + wander(rng, SLOW, slow_s), played(u, 0.5)))
+    return Run(f"r{seed}", "act", TIME, *seen, config_id="a", trajectory=f"m{seed}")
+
+
+# of slow movement the readings tell what is noise, of fast movement the output does
+@pytest.mark.parametrize(("seed", "fastest_hz", "slow_s"), [(11, 0.4, 0.3), (25, 1.2, 0.4)])
+def test_noise_of_an_input_whose_output_has_none_is_found_and_nothing_is_missing(seed, fastest_hz, slow_s):
+    runs = [unlike(seed, fastest_hz, slow_s), unlike(seed + 1, fastest_hz, slow_s)]
+    found = run(runs, DiagnoseOptions(max_effects=1, effects=("viscous", "const_friction", "stribeck")))
+    assert found.verdict.status == "none"
+    assert all(0.4 * SLOW < r.told_n < 1.5 * SLOW for r in found.evidence.problem.records)
+    assert found.evidence.search.noise.output["act"].coloured_n < 0.5 * WHITE
+
+
 @pytest.mark.slow
 def test_a_model_of_such_a_record_says_none_of_it_and_of_its_like():
     runs = [recorded(k, 1.0, 0.0) for k in (7, 8, 9)]

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import hearing
-from sstl_cli.diagnosis.constants import AT_MOST, MEASURED, UNSEEN
+from sstl_cli.diagnosis.constants import AT_MOST, DECIDES_NATS, LEVELS, MEASURED, UNKNOWN_COLOUR, UNSEEN
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.whitening import Noise, Sensor
@@ -59,39 +59,73 @@ def test_columns_are_thetas_and_what_each_model_may_change_as_far_as_it_shows():
 
 
 @pytest.mark.parametrize(
-    ("out", "looked"),
-    [
-        (SENSOR, True),
-        # too little beside the white noise to be seen
-        (replace(SENSOR, coloured_n=0.9 * UNSEEN * 0.02), False),
-        # so far from what was measured that it holds what the models miss
-        (replace(SENSOR, coloured_n=0.01 * float(np.exp(AT_MOST * MEASURED))), False),
-        (replace(SENSOR, coloured_n=0.01 * float(np.exp(0.9 * AT_MOST * MEASURED))), True),
-        (replace(SENSOR, coloured_n=0.01 * float(np.exp(-0.7 * AT_MOST * MEASURED))), True),
-    ],
+    ("off", "believed"), [(0.0, True), (0.9 * AT_MOST * MEASURED, True), (-0.7 * AT_MOST * MEASURED, True), (AT_MOST * MEASURED, False)]
 )
-def test_slow_noise_is_looked_for_where_the_output_s_sensor_has_some_and_is_believed(monkeypatch, out, looked):
-    monkeypatch.setattr(hearing, "_likeliest", lambda records, into, out: (len(records), into, out))
-    found = hearing.entering(SIM.problem.records, read(out), MEASURED_NOISE)
-    # of runs of 2000 samples two hold enough
-    assert found == ({"act": (2, MEASURED_NOISE.input["act"], out)} if looked else {})
+def test_an_input_is_asked_whatever_its_output_s_sensor_has_which_is_believed_unless_it_holds_what_the_models_miss(
+    monkeypatch, off, believed
+):
+    monkeypatch.setattr(
+        hearing, "_likeliest", lambda records, into, out, tau: (replace(out, white_n=into.white_n, correlation_s=tau * len(records)), 5.0)
+    )
+    out = replace(SENSOR, coloured_n=0.01 * float(np.exp(off)))
+    found = hearing.entering(SIM.problem.records, read(out), MEASURED_NOISE, 0.3)
+    # all four runs are asked
+    assert found == {"act": Sensor(0.01, (out if believed else SENSOR).coloured_n, 1.2)}
+    alike = hearing._alike(read(out), MEASURED_NOISE, {"act"})
+    assert alike == ({"act": replace(out, white_n=0.01)} if believed else {})
 
 
-def test_where_the_measured_noise_may_be_anything_it_is_believed_further_and_a_clean_input_is_left_alone(monkeypatch):
-    monkeypatch.setattr(hearing, "_likeliest", lambda *_: "asked")
+def test_where_the_measured_noise_may_be_anything_it_is_believed_further():
     far = read(replace(SENSOR, coloured_n=0.01 * float(np.exp(2.0 * AT_MOST * MEASURED))))
-    assert hearing.entering(SIM.problem.records, far, replace(MEASURED_NOISE, open={"act": 1.0})) == {"act": "asked"}
+    assert hearing._is_noise("act", far, replace(MEASURED_NOISE, open={"act": 1.0})) and not hearing._is_noise("act", far, MEASURED_NOISE)
+
+
+def test_what_is_too_little_to_be_seen_or_to_be_believed_is_told_to_nobody(monkeypatch):
+    little = replace(SENSOR, coloured_n=0.9 * UNSEEN * SENSOR.white_n)
+    assert hearing._alike(read(little), MEASURED_NOISE, {"act"}) == {}
+    monkeypatch.setattr(hearing, "_likeliest", lambda *_: (SENSOR, 0.9 * DECIDES_NATS))
+    assert hearing.entering(SIM.problem.records, read(SENSOR), MEASURED_NOISE, 0.3) == {}
+
+
+def test_louder_inputs_are_dearer_by_what_their_readings_say_against_them_and_by_what_decides():
+    assert not list(hearing._louder(SIM.problem.records, {}))
+    (first, cost), *more = hearing._louder(SIM.problem.records, MEASURED_NOISE.input)
+    levels = [first["act"].coloured_n, *(s["act"].coloured_n for s, _ in more)]
+    assert levels == sorted(levels) and levels[0] > UNKNOWN_COLOUR * 0.01 and {s["act"].white_n for s, _ in more} == {0.01}
+    # straight lines are no noise, and the more of it they would have to hide the less
+    costs = [cost["act"], *(c["act"] for _, c in more)]
+    assert costs == sorted(costs) and costs[0] > DECIDES_NATS
+    part = hearing._part(SIM.problem.records, "act")
+    told = hearing._readings_nats(part, levels[-1], first["act"].correlation_s) - hearing._readings_nats(part, LEVELS[0] * 0.01, 0.4)
+    assert costs[-1] == pytest.approx(told + DECIDES_NATS)
     clean = tuple(replace(r, error_n=np.zeros(len(r))) for r in SIM.problem.records)
-    assert hearing.entering(clean, read(SENSOR), MEASURED_NOISE) == {}
+    assert not list(hearing._louder(clean, MEASURED_NOISE.input))
+
+
+def test_what_is_told_has_to_be_worth_what_it_costs_besides(monkeypatch):
+    nats = iter([{"act": -10.0}, {"act": -14.0}, {"act": -14.0}])
+    monkeypatch.setattr(hearing, "_likely", lambda *_: (MEASURED_NOISE, next(nats)))
+    asked = hearing._Asked(SIM, (made(),), MEASURED_NOISE, np.zeros((8000, 1)), MEASURED_NOISE, next(nats))
+    assert not asked.told_of({"act": SENSOR}, {"act": 5.0}).told
+    after = asked.told_of({"act": SENSOR}, {"act": 3.0})
+    assert after.told == {"act"} and after.nats == {"act": -11.0} and all(r.told_n == SENSOR.coloured_n for r in after.sim.problem.records)
+    assert asked.told_of({}) is asked
+
+
+def test_a_clean_input_is_left_alone(monkeypatch):
+    monkeypatch.setattr(hearing, "_likeliest", lambda *_: "asked")
+    clean = tuple(replace(r, error_n=np.zeros(len(r))) for r in SIM.problem.records)
+    assert hearing.entering(clean, read(SENSOR), MEASURED_NOISE, 0.3) == {}
 
 
 def test_an_input_without_slow_noise_is_not_said_to_have_as_much_as_the_output():
     into, out = Sensor(0.01, 0.0, 0.2), Sensor(NOISE_N, 0.05, 0.2)
-    found = hearing._likeliest(SIM.problem.records[:1], into, out)
-    assert found.white_n == 0.01 and found.coloured_n < 0.5 * out.coloured_n
+    found, nats = hearing._likeliest(SIM.problem.records[:1], into, out, 0.2)
+    assert found.white_n == 0.01 and found.coloured_n < 0.5 * out.coloured_n and nats < DECIDES_NATS
 
 
-def test_slow_noise_of_an_input_is_found_as_large_and_as_slow_as_it_is():
+@pytest.mark.parametrize("out", [Sensor(NOISE_N, 0.04, 0.3), Sensor(0.03, 0.0005, 5.0), Sensor(0.002, 0.4, 1.0)])
+def test_slow_noise_of_an_input_is_found_as_large_as_it_is_beside_any_output(out):
     rng = np.random.default_rng(6)
     t = np.arange(0.0, 40.0, 0.02)
     memory = np.exp(-0.02 / 0.2)
@@ -99,8 +133,8 @@ def test_slow_noise_of_an_input_is_found_as_large_and_as_slow_as_it_is():
     # straight lines between corners a few seconds apart
     u = np.interp(t, np.arange(0.0, 45.0, 4.0), rng.uniform(3.0, 25.0, 12)) + slow + 0.01 * rng.standard_normal(len(t))
     records = prepare([Run("r", "act", t, u, 0.6 * u, config_id="a")]).records
-    found = hearing._likeliest(records, Sensor(0.01, 0.0, 0.2), Sensor(NOISE_N, 0.04, 0.3))
-    assert found.coloured_n == pytest.approx(0.05, rel=0.25) and 0.08 < found.correlation_s < 0.3 and found.white_n == 0.01
+    found, nats = hearing._likeliest(records, Sensor(0.01, 0.0, 0.2), out, 0.2)
+    assert found == Sensor(0.01, pytest.approx(0.05, rel=0.25), 0.2) and nats > 25.0
 
 
 def test_noise_that_models_leave_is_as_large_as_it_was_made_and_what_they_can_change_is_none():
@@ -120,5 +154,5 @@ def test_without_slow_noise_nothing_is_smoothed_again():
     sim = replace(SIM)
     sim.y = base.prediction + base.residual
     measured = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 0.01 * NOISE_N, 0.1)}, {"act": 1.0})
-    found, fitted, at = hearing.heard(sim, [base], measured)
-    assert found is sim and fitted is base and at.output["act"].white_n == pytest.approx(NOISE_N, rel=0.1)
+    found, fitted, at, known = hearing.heard(sim, [base], measured)
+    assert found is sim and fitted is base and known is measured and at.output["act"].white_n == pytest.approx(NOISE_N, rel=0.1)
