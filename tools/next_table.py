@@ -29,6 +29,7 @@ from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import DECIDABLE, MENU
 from sstl_cli.diagnosis.following import Limits, within
+from sstl_cli.diagnosis.gathering import gather
 from sstl_cli.physics.scenario import Scenario, Trajectory
 from sstl_cli.physics.trajectories import tension_path, times
 from sstl_cli.steps import diagnose
@@ -53,7 +54,7 @@ def recorded(case: Case, movements: list[tuple[str, Trajectory]], hz: float) -> 
 
 def settled(case: Case, more: list[Run], truth: str, other: str) -> bool:
     """Whether the log with the new runs has the truth at 49:1 over the other candidate."""
-    found = diagnose.gather([*case.runs, *more], options(case)).search
+    found = gather([*case.runs, *more], options(case)).search
     if truth not in found.singles or other not in found.singles:
         return False
     return found.best((truth,)).evidence - found.best((other,)).evidence >= ODDS

@@ -17,6 +17,7 @@ from benchmarks.harness import Row, faster, seconds
 from benchmarks.peers import mujoco_fit
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.free import free_parameters
+from sstl_cli.diagnosis.question import candidates
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effects import get
@@ -34,7 +35,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     runs = list(step.run(load("default").model_copy(update={"sampling_hz": rate}), EFFECT, 1))
     samples = sum(len(r) for r in runs)
     options = diagnose.DiagnoseOptions()
-    ids = diagnose.candidates(options)
+    ids = candidates(options)
     found: list[Any] = []
 
     def ours() -> None:
@@ -129,7 +130,7 @@ def _clock(runs: Sequence[Run], samples: int, quick: bool) -> list[Row]:
 def _exponents(quick: bool) -> list[Row]:
     """Return how the time grows with samples in a run, with runs, and with candidates."""
     sizes = (1, 2) if quick else (1, 2, 4)
-    able = [i for i in diagnose.candidates(diagnose.DiagnoseOptions()) if get(i).fitted and get(i).channel == "out"]
+    able = [i for i in candidates(diagnose.DiagnoseOptions()) if get(i).fitted and get(i).channel == "out"]
     rows = []
     for what, goal, jobs in (
         ("samples", 1.05, [(_recorded(k, 1), tuple(able)) for k in sizes]),

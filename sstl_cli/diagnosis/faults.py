@@ -13,10 +13,13 @@ from scipy.special import gammainccinv
 from sstl_cli.diagnosis.constants import CLIPPED_SIGMA, DECIDES_NATS, FEW, FINE_STEP, HALF, LEAST_GAP, LEAST_SHARE
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import RECORDER, CandidateRow
+from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.noise import of_readings
 from sstl_cli.diagnosis.readings import gaps
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.records import Record
+from sstl_cli.physics.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -206,3 +209,31 @@ def once(found: Search, recorder: Sequence[RecorderEffect], beside: Callable[[We
         told = {e.id for e in recorder if e.id not in lead.ids or left.get(e.id, 0.0) > HALF * e.removed_n2}
     singles = {k: v for k, v in found.singles.items() if k not in told}
     return replace(found, singles=singles, combined={k: v for k, v in found.combined.items() if not told & set(k)})
+
+
+def beyond(found: Search, scenario: Scenario, lacking: int | None = None, beside: Fit | None = None) -> list[RecorderEffect]:
+    """Return the faults of the recorder beyond those that a simulator knows, candidates or not, largest first.
+
+    They are what the base misses of readings, or a model that they stand beside.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The simulator, in the units of the recording.
+    lacking : int, optional
+        The run (its place) that is left out.
+    beside : Fit, optional
+        The model that they stand beside (default: the base).
+    """
+    sim = found.sim
+    known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
+    # readings are compared one by one, not their means over a step of the simulation
+    read = of_readings(sim.problem.records, found.noise)
+    runs = [i for i in range(len(sim.problem.records)) if i != lacking]
+    at = beside or found.base
+    predictions = sim.predict_fine(at.theta, at.effects)
+    records = tuple(sim.problem.records[i] for i in runs)
+    own = [(read.output[r.system], r) for r in records]
+    noise_n = [max(float(np.hypot(s.white_n * r.louder, s.coloured_n * r.slower)), 1e-9) for s, r in own]
+    seen = recorder_effects(records, [predictions[i] for i in runs], noise_n, known)
+    return [e for e in seen if e.id not in scenario.effects]

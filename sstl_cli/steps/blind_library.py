@@ -30,7 +30,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.steps.blind_make import draw_job
 
 if TYPE_CHECKING:
-    from sstl_cli.steps.diagnose import DiagnoseOptions
+    from sstl_cli.diagnosis.question import Question
 
 PLAN = "sstl.blind.library.plan/1"
 COMMAND = "sstl blind library"
@@ -141,8 +141,8 @@ def gather(job: Job) -> list[Example]:
         return [*_searched(case_name(job), case.truth, runs, options, again=not job.habits)]
 
 
-def _searched(name: str, truth: CaseTruth, runs: Sequence[Run], options: DiagnoseOptions, again: bool) -> Generator[Example]:
-    from sstl_cli.steps.diagnose import gather as evidence
+def _searched(name: str, truth: CaseTruth, runs: Sequence[Run], options: Question, again: bool) -> Generator[Example]:
+    from sstl_cli.diagnosis.gathering import gather as evidence
 
     found = labelled(name, truth, evidence(runs, options).rows.named)
     yield found

@@ -17,26 +17,19 @@ from sstl_cli.core.documents.gate import Remark
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.provenance import by_another
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, downstream, faults, features, following, misfit, odd, scale, scaling, search, variation, verdict
+from sstl_cli.diagnosis import downstream, faults, following, gathering, odd, variation, verdict
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
-from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.noise import of_readings
-from sstl_cli.diagnosis.propagation import propagates
-from sstl_cli.diagnosis.records import Problem, Record, prepare
+from sstl_cli.diagnosis.gathering import Evidence
+from sstl_cli.diagnosis.question import Question
 from sstl_cli.diagnosis.residuals import leftover
-from sstl_cli.diagnosis.scale import Scale
-from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.identification import gate
 from sstl_cli.identification.gate.rules import limit, overflow
-from sstl_cli.physics.effect import TRANSITION
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario, Variation
 from sstl_cli.steps.diagnose_accepted import accepted, known, model
 from sstl_cli.steps.diagnose_document import document
-from sstl_cli.steps.diagnose_given import Evidence, Given
+from sstl_cli.steps.diagnose_given import Given
 
 # stages that a limit on time may leave out
 ODD, DOWNSTREAM = "odd runs", "downstream"
@@ -45,19 +38,13 @@ ONE_THREAD: ContextDecorator = threadpool_limits.wrap(limits=1, user_api="blas")
 
 
 @dataclass(frozen=True)
-class DiagnoseOptions:
-    """What to compare: a simulator, the candidates, how many effects may be combined, and the user's own odds.
+class DiagnoseOptions(Question):
+    """What to compare, the user's own odds, and what else is said of it.
 
     ``odd_runs`` asks for the runs without which the verdict differs; after ``max_seconds`` no further stage begins that can be
     left out.
     """
 
-    sim: Scenario | None = None
-    effects: tuple[str, ...] | None = None
-    exclude: tuple[str, ...] = ()
-    max_effects: int = 3
-    workers: int = 1
-    position: bool = False
     prior: Mapping[str, float] = field(default_factory=dict)
     physics: bool = True
     max_tension_n: float | None = None
@@ -99,7 +86,7 @@ class Diagnosis:
     @property
     def given(self) -> Scenario:
         """The simulator that was given, or the one that was assumed."""
-        return self.options.sim or scaling.in_proportion(self.evidence.problem.unit_n)
+        return self.options.given(self.evidence.problem.unit_n)
 
 
 def odds(table: Mapping[str, Any], where: str) -> dict[str, float]:
@@ -121,18 +108,6 @@ def odds(table: Mapping[str, Any], where: str) -> dict[str, float]:
     return found
 
 
-def _weights(options: DiagnoseOptions) -> Weights:
-    """Return the weights of the verdict: a model that a diagnosis accepted makes it a question of what has changed."""
-    return learned(options.sim is not None and options.sim.package_version is not None)
-
-
-def candidates(options: DiagnoseOptions) -> list[str]:
-    """Return the ids of the effects to compare; those that the simulator contains are compared as changes of them."""
-    ids = [get(e).id for e in options.effects] if options.effects else list(catalogue())
-    excluded = {get(e).id for e in options.exclude}
-    return [i for i in ids if i not in excluded]
-
-
 @ONE_THREAD
 def run(
     runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float], None] = lambda _: None, since: float | None = None
@@ -152,9 +127,9 @@ def run(
     remarks = _to_answer(gate.remarks(runs)) if options.physics else ()
     runs, failed = _passed(runs, remarks)
     deadline = Deadline(options.max_seconds, since)
-    found = gather(runs, options, advance, deadline.passed)
+    found = gathering.gather(runs, options, advance, deadline.passed)
     found.problem.set_aside.update(failed)
-    said = verdict.verdict(found.rows, _weights(options), options.prior or None)
+    said = verdict.verdict(found.rows, options.weights, options.prior or None)
     body = document(
         Given(
             **vars(found),
@@ -163,7 +138,7 @@ def run(
             remarks=[Remark(**asdict(r)) for r in remarks],
             limits=following.Limits(options.max_tension_n, options.max_rate_n_per_s),
             passed=deadline.passed,
-            shows_d2=_weights(options).shows_d2,
+            shows_d2=options.weights.shows_d2,
         )
     )
     result = Diagnosis(found, said, options, body)
@@ -199,95 +174,6 @@ def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[R
     return kept, failed
 
 
-def gather(
-    runs: Sequence[Run],
-    options: DiagnoseOptions,
-    advance: Callable[[float], None] = lambda _: None,
-    passed: Callable[[str], bool] = lambda _: False,
-    before: Evidence | None = None,
-) -> Evidence:
-    """Return everything that a verdict on recorded runs is made from; what has ``passed`` (see core.deadline) is left out.
-
-    Parameters
-    ----------
-    before : Evidence, optional
-        What was found of these runs, perhaps beside others: they are not made ready again.
-
-    Raises
-    ------
-    SstlError
-        If no run can be used.
-    """
-    recorded, output = tuple(runs), options.sim.output if options.sim else None
-    own = scale.given(runs, output) or scale.scale_of(runs)
-    if own is not None:
-        runs = scale.in_newtons(runs, own)
-    unit_n = scaling.unit_of(runs)
-    scenario = options.sim or scaling.in_proportion(unit_n)
-    prepared = prepare(scaling.scaled(runs, unit_n), unit_n, _ready(before, own, unit_n))
-    problem = misfit.applied(prepared, scenario.misfits, unit_n)
-    # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
-    ids = [i for i in candidates(options) if own is None or output is not None or i != "gain_error"]
-    fitted = [i for i in ids if get(i).sought and get(i).channel in _shown(problem)]
-    if any(r.slip is not None for r in problem.records):
-        # which element slips next is known only where a tension drives the line
-        fitted = [i for i in fitted if get(i).stage != TRANSITION]
-    mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
-    nominal = np.array([scenario.theta_of(c) for c in problem.configs])
-    # what holds keep says what the input does at corners
-    sim, theta = likelier(Simulator(problem, mechanics, fixed, scenario.dispersion), nominal)
-    if scenario.misfits:
-        # of a bend that it has not seen a model says nothing
-        seen = {c.id for c in scenario.configurations}
-        had = np.array([n if c in seen else t for c, n, t in zip(problem.configs, nominal, theta, strict=True)])
-        sim = variation.applied(replace(sim, accepted=had), theta, scenario.wander, unit_n)
-    found = search.run(sim, fitted, theta, min(options.max_effects, 3), advance, options.workers, passed=passed)
-    # the noise that was found may have changed what the input is taken to be
-    problem = found.sim.problem
-    # of the recorder and beside the output there are no changes: what the simulator claims is as it says
-    ids = [i for i in ids if i not in scenario.effects]
-    faulty = _faults(found, scenario)
-    found = faults.once(found, faulty, lambda w: _faults(found, scenario, beside=w.fit))
-    recorder = [e for e in faulty if e.id in ids and e.id not in found.singles]
-    beside = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
-    if options.position:
-        beside = [*beside, *channels.position_gaps(found.sim, found.base, ids)]
-    rows = features.rows(found, _beside(found, faulty, beside), 1.0 if propagates(problem) else 0.0)
-    rows = replace(rows, barred={**rows.barred, **{e.id: e.id for e in faulty if e.id not in ids}})
-    return Evidence(problem, found, nominal, tuple(recorder), tuple(beside), rows, prepared, own, recorded)
-
-
-def _ready(before: Evidence | None, own: Scale | None, unit_n: float) -> dict[str, Record]:
-    """Return the records that were made before on the same scale."""
-    if before is None or (before.scale, before.prepared.unit_n) != (own, unit_n):
-        return {}
-    return {r.run_id: r for r in before.prepared.records}
-
-
-def _faults(found: Search, scenario: Scenario, lacking: int | None = None, beside: Fit | None = None) -> list[faults.RecorderEffect]:
-    """Return the faults of the recorder beyond those that a simulator knows, candidates or not; without the run ``lacking``.
-
-    They are what the base misses of readings, or a model that they stand ``beside``.
-    """
-    sim = found.sim
-    known = {k: v / sim.problem.unit_n**2 for k, v in scenario.faults.items()}
-    # readings are compared one by one, not their means over a step of the simulation
-    read = of_readings(sim.problem.records, found.noise)
-    runs = [i for i in range(len(sim.problem.records)) if i != lacking]
-    at = beside or found.base
-    predictions = sim.predict_fine(at.theta, at.effects)
-    records = tuple(sim.problem.records[i] for i in runs)
-    own = [(read.output[r.system], r) for r in records]
-    noise_n = [max(float(np.hypot(s.white_n * r.louder, s.coloured_n * r.slower)), 1e-9) for s, r in own]
-    seen = faults.recorder_effects(records, [predictions[i] for i in runs], noise_n, known)
-    return [e for e in seen if e.id not in scenario.effects]
-
-
-def _beside(found: Search, recorder: Sequence[faults.RecorderEffect], gaps: Sequence[channels.ChannelGap]) -> list[features.CandidateRow]:
-    """Return the candidates that are not fitted to the output."""
-    return [e.row() for e in recorder if e.id not in found.singles] + [g.row() for g in gaps if g.effect not in found.singles]
-
-
 def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
     """Return the runs without which the verdict differs, and what it is then; None where that was not looked at.
 
@@ -296,16 +182,18 @@ def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
     found, said, options = result.evidence, result.verdict, result.options
     if len(found.problem.records) < FEWEST_RUNS or deadline.passed(ODD):
         return None
-    decide = partial(verdict.verdict, weights=_weights(options), prior=options.prior or None)
+    decide = partial(verdict.verdict, weights=options.weights, prior=options.prior or None)
     given = options.sim or Scenario()
-    rows = odd.rows_without(found.search, found.rows, lambda i: _beside(found.search, _faults(found.search, given, i), found.beside))
+    rows = odd.rows_without(
+        found.search, found.rows, lambda i: gathering.beside(found.search, faults.beyond(found.search, given, i), found.beside)
+    )
     suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
     confirmed: list[OddRun] = []
     for suspect in suspects[:CONFIRMED_RUNS]:
         if deadline.passed(ODD):
             return confirmed or None
         try:
-            then = decide(gather([r for r in found.runs if r.run_id != suspect.run_id], options, before=found).rows)
+            then = decide(gathering.gather([r for r in found.runs if r.run_id != suspect.run_id], options, before=found).rows)
         except SstlError:
             # the others alone cannot be diagnosed
             continue
@@ -324,7 +212,7 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
         return scenario
     known = replace(options, sim=scenario, max_effects=1)
     # the base alone
-    once = gather(found.runs, replace(known, exclude=tuple(catalogue())), before=found).search
+    once = gathering.gather(found.runs, replace(known, exclude=tuple(catalogue())), before=found).search
     kept, unit_n = scenario.wander, found.problem.unit_n
 
     def varying(whole: Variation) -> Scenario:
@@ -332,7 +220,7 @@ def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scen
         return scenario.model_copy(update={"wander": kept.model_copy(update={"whole": own.whole})})
 
     whole = variation.of_the_whole(once.sim, once.base, variation.ways(found.search.singles.values()))
-    again = gather(found.runs, replace(known, sim=varying(whole)), before=found)
+    again = gathering.gather(found.runs, replace(known, sim=varying(whole)), before=found)
     scenario = varying(variation.seen_in(whole, (v[0] for v in again.search.singles.values())))
     usual = dict(scenario.dispersion)
     # models that add to it without being more evident are as right as it is
@@ -370,10 +258,3 @@ def _before(result: Diagnosis, found: Scenario) -> Scenario:
     given, theta = result.given, result.evidence.search.base.theta.tolist()
     tuned = tuple(c.model_copy(update={"theta": t}) for c, t in zip(found.configurations, theta, strict=True))
     return found.model_copy(update={"configurations": tuned, "effects": given.effects, "rig": given.rig})
-
-
-def _shown(problem: Problem) -> tuple[str, ...]:
-    """Return the channels whose effects the output can show: between tendons only if the others were recorded too."""
-    act = [r for r in problem.records if r.system == "act"]
-    together = bool(act) and all("neighbour_n" in r.raw.extra for r in act)
-    return ("out", "neighbour") if together else ("out",)

@@ -11,6 +11,7 @@ from sstl_cli.diagnosis import by_run, discrepancy, misfit, nameless, scaling, v
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.free import LINE, LOOP
+from sstl_cli.diagnosis.gathering import Evidence
 from sstl_cli.diagnosis.latent import WHITE_ONLY
 from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.reasons import without_name
@@ -19,7 +20,6 @@ from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
-from sstl_cli.steps.diagnose_given import Evidence
 from sstl_cli.steps.diagnose_movements import with_movements
 
 

@@ -9,37 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.documents.gate import Remark
-from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import features, following
-from sstl_cli.diagnosis.channels import ChannelGap
+from sstl_cli.diagnosis import following
 from sstl_cli.diagnosis.constants import DECIDABLE
-from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.features import Ids
 from sstl_cli.diagnosis.fit import Fit
-from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.records import Problem
-from sstl_cli.diagnosis.scale import Scale
+from sstl_cli.diagnosis.gathering import Evidence
 from sstl_cli.diagnosis.verdict import Verdict
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """All that was found before anything is said: fits, faults of the recorder, channels beside, and their rows.
-
-    ``prepared`` is the problem as the runs alone pose it: no noise, no simulator has a part in it.
-    """
-
-    problem: Problem
-    search: Search
-    nominal: Array
-    recorder: tuple[RecorderEffect, ...]
-    beside: tuple[ChannelGap, ...]
-    rows: features.Rows
-    prepared: Problem
-    scale: Scale | None = None
-    runs: tuple[Run, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

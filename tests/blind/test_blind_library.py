@@ -113,7 +113,7 @@ def test_a_case_whose_effect_is_clear_is_searched_again_without_it(monkeypatch):
         return SimpleNamespace(rows=rows(None if "slack" in options.exclude else "slack", np.random.default_rng(1)))
 
     monkeypatch.setattr(blind_library, "draw_job", lambda job: case)
-    monkeypatch.setattr("sstl_cli.steps.diagnose.gather", evidence)
+    monkeypatch.setattr("sstl_cli.diagnosis.gathering.gather", evidence)
     found = blind_library.gather(Job(Entry("single", ("slack",), 4.0), 77, "bristle", True))
     assert asked == [("viscous",), ("slack", "viscous")]
     assert [(c.name, c.kind, c.answer) for c in found] == [("bristle-77", "single", ("slack",)), ("bristle-77-without", "without", ("?",))]

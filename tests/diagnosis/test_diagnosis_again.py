@@ -9,13 +9,14 @@ import pytest
 from rig_logs import record
 
 from sstl_cli.diagnosis.again import beside_the_best
+from sstl_cli.diagnosis.gathering import gather
 from sstl_cli.diagnosis.noise import strain
+from sstl_cli.diagnosis.question import Question
 from sstl_cli.physics.scenario import Trajectory
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather
 
 MOVES = (Trajectory(kind="random", duration_s=16.0, low_n=2.0), Trajectory(kind="ramp_hold", duration_s=12.0))
 PAIR = {"crosstalk": {"c_in_to_out": 0.01}, "pulley_friction": {"m_p": 0.06, "m_r": 0.06}}
-OPTIONS = DiagnoseOptions(effects=(*PAIR, "zero_offset"), max_effects=2, physics=False)
+OPTIONS = Question(effects=(*PAIR, "zero_offset"), max_effects=2)
 
 
 @pytest.mark.slow

@@ -7,13 +7,14 @@ import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.clock import before, cornered, hiding, on_grid, paced, since_first, tops
+from sstl_cli.diagnosis.gathering import gather
+from sstl_cli.diagnosis.question import Question
 from sstl_cli.diagnosis.readings import _alike
 from sstl_cli.diagnosis.recorder import slow_noise, white_noise
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.transmission import play
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather
 
 PERIOD = 0.02
 
@@ -183,7 +184,7 @@ def test_the_extreme_that_a_hold_keeps_may_lie_between_two_samples(between):
     u = np.concatenate((u, u[::-1]))[::20][: len(time)]
     run = Run("a", "act", time, *(c + 0.005 * rng.standard_normal(len(time)) for c in (u, y)))
     # 6 N/s: a sample misses up to 60 mN of a peak, the hold half of that, six times the noise
-    assert gather([run], DiagnoseOptions(effects=("crosstalk",), max_effects=1)).rows.log.base_chi2 < 1.2
+    assert gather([run], Question(effects=("crosstalk",), max_effects=1)).rows.log.base_chi2 < 1.2
 
 
 def test_a_clock_that_goes_on_tells_when_each_run_began():

@@ -9,9 +9,10 @@ import pytest
 from scipy.signal import lfilter
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.gathering import gather
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.residuals import leftover
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather, run
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
 DT = 0.01
 TIME = np.arange(0.0, 48.0, DT)

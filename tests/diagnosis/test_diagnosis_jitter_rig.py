@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from rig_logs import record
 
+from sstl_cli.diagnosis.gathering import gather
+from sstl_cli.diagnosis.question import Question
 from sstl_cli.diagnosis.records import prepare
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather
 
 
 def jittered(share):
@@ -28,7 +29,7 @@ def test_nothing_is_missing_of_a_rig_whose_clock_jitters_unseen():
     late = prepare(jittered(0.08)).records[0]
     assert 0.5 * 0.08 < late.jitter_s / late.dt_s < 1.2 * 0.08
     assert prepare(jittered(0.0)).records[0].jitter_s == 0.0
-    found = gather(jittered(0.08), DiagnoseOptions(max_effects=1, workers=1))
+    found = gather(jittered(0.08), Question(max_effects=1, workers=1))
     # without it several effects gain a hundred nats
     assert max(c.evidence for c in found.rows.candidates) < 8.0
     assert found.rows.log.base_chi2 < 1.2

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.gathering import gather
+from sstl_cli.diagnosis.question import Question
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.jumps import weakening
 from sstl_cli.physics.transmission.model import drive_of
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather
 
 T = np.arange(0.0, 60.0, 0.02)
 
@@ -40,7 +41,7 @@ def jumping(seed):
 
 
 def test_jumps_at_moments_that_no_fit_meets_are_of_the_family():
-    found = gather([jumping(1), jumping(2)], DiagnoseOptions(max_effects=1)).search.singles
+    found = gather([jumping(1), jumping(2)], Question(max_effects=1)).search.singles
     mean, exact = found["stick_slip"]
     assert mean.fit.free[0].parameter.name == "mean_ratio" and mean.evidence > exact.evidence + 1000.0
     rivals = [w[0].evidence for i, w in found.items() if i not in ("stick_slip", "stribeck", "dwell_aging")]

@@ -7,8 +7,9 @@ import pytest
 from scipy.signal import butter, lfilter
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.gathering import gather
 from sstl_cli.diagnosis.verdict import IDENTIFIED
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather, run
+from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
 # the mechanics are made ten times finer than they are read
 DT, FINE = 0.01, 10

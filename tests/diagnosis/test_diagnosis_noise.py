@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from rig_logs import SHORT, record
 
+from sstl_cli.diagnosis import faults
 from sstl_cli.diagnosis.noise import measured
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps import diagnose
 
 
 @pytest.mark.parametrize("hz", [1000.0, 4000.0])
@@ -20,6 +20,6 @@ def test_readings_are_held_against_the_noise_of_a_reading_at_any_rate(hz, monkey
     sim = SimpleNamespace(problem=problem, predict_fine=lambda theta, effects: [None] * len(problem.records))
     found = SimpleNamespace(sim=sim, noise=known, base=SimpleNamespace(theta=None, effects={}))
     told = []
-    monkeypatch.setattr(diagnose.faults, "recorder_effects", lambda r, p, noise_n, known: told.append(noise_n) or [])
-    assert diagnose._faults(found, Scenario()) == []
+    monkeypatch.setattr(faults, "recorder_effects", lambda r, p, noise_n, known: told.append(noise_n) or [])
+    assert faults.beyond(found, Scenario()) == []
     assert told[0] == pytest.approx([0.02] * len(told[0]), rel=0.15)

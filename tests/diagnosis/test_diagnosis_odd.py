@@ -20,7 +20,7 @@ from sstl_cli.core.documents.diagnosis import Verdict as Told
 from sstl_cli.core.files import dumps
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import write_runs
-from sstl_cli.diagnosis import odd
+from sstl_cli.diagnosis import gathering, odd
 from sstl_cli.diagnosis.constants import CONFIRMED_RUNS
 from sstl_cli.diagnosis.evidence import weigh
 from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
@@ -141,16 +141,16 @@ def test_the_run_that_alone_has_a_gap_is_named(runs, how):
 
 def test_no_run_is_odd_where_all_are_alike_and_nothing_is_diagnosed_again(runs, monkeypatch):
     calls = []
-    real = diagnose.gather
-    monkeypatch.setattr(diagnose, "gather", lambda *a, **b: calls.append(a) or real(*a, **b))
+    real = gathering.gather
+    monkeypatch.setattr(gathering, "gather", lambda *a, **b: calls.append(a) or real(*a, **b))
     assert diagnose.run(runs, OPTIONS).document()["verdict"]["odd_runs"] == [] and len(calls) == 1
 
 
 @pytest.mark.slow
 def test_few_runs_are_confirmed_and_the_confirmation_asks_for_no_more(runs, monkeypatch):
     calls = []
-    real = diagnose.gather
-    monkeypatch.setattr(diagnose, "gather", lambda *a, **b: calls.append(a) or real(*a, **b))
+    real = gathering.gather
+    monkeypatch.setattr(gathering, "gather", lambda *a, **b: calls.append(a) or real(*a, **b))
     every = [odd.Suspect(r.run_id, 0.5) for r in runs]
     monkeypatch.setattr(odd, "suspects", lambda *_: every)
     # whoever is left out, the others still say the same

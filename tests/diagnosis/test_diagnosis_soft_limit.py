@@ -9,7 +9,7 @@ import pytest
 from made_fits import NOISE_N, made, named, simulator
 from rig_logs import RAMPS, record
 
-from sstl_cli.diagnosis import faults
+from sstl_cli.diagnosis import faults, gathering
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.found import Search
@@ -73,4 +73,4 @@ def test_a_fault_of_the_recorder_is_no_model_as_well_unless_that_leads():
     # what leads leaves most of what the readings show: a channel that overflows is no amplifier
     assert list(faults.once(leads, [fault], much).singles) == ["sensor_nonlinearity"]
     # one row of each name
-    assert [r.ids for r in diagnose._beside(once, [fault], [])] == [("saturation",)] and diagnose._beside(kept, [fault], []) == []
+    assert [r.ids for r in gathering.beside(once, [fault], [])] == [("saturation",)] and gathering.beside(kept, [fault], []) == []

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.gathering import gather
+from sstl_cli.diagnosis.question import Question
 from sstl_cli.diagnosis.verdict import verdict
 from sstl_cli.diagnosis.weights import learned
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.filters import first_order
 from sstl_cli.physics.transmission import activate, predict
 from sstl_cli.physics.transmission.model import drive_of
-from sstl_cli.steps.diagnose import DiagnoseOptions, gather
 
 FEW = ("const_friction", "zero_offset", "viscous", "channel_delay", "channel_lowpass", "presliding", "pulley_friction")
 RATE_HZ, FINER, SECONDS = 100, 20, 20
@@ -33,7 +34,7 @@ def recorded(lag_s, noise_n, seed, effects):
 
 
 def said(lag_s, noise_n, seed, effects):
-    found = gather(recorded(lag_s, noise_n, seed, effects), DiagnoseOptions(effects=FEW, max_effects=1))
+    found = gather(recorded(lag_s, noise_n, seed, effects), Question(effects=FEW, max_effects=1))
     return verdict(found.rows, learned())
 
 
