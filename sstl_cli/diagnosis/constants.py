@@ -239,6 +239,8 @@ RICH_RIDGE = 1e-4
 # shares of the time that screening, coarse fits and combinations take, for the progress that is shown
 SCREENED, FITTED = 0.2, 0.3
 COMBINED = SCREENED
+# so many effects stand together at most: each more costs as much as all combinations before
+MOST_EFFECTS = 3
 # what the models leave is looked at for so many of the best of each size; the others have lost by what they gain
 EXAMINED = 6
 # rounds in which the shares of a mixture settle
@@ -316,6 +318,8 @@ REPEATABLE = 0.995
 # a movement that has to be slowed down to last longer than this is none (s); so many tries, each a little slower than asked for
 LONGEST_S = 1200.0
 SLOWINGS, SLOWER = 4, 0.98
+# a scenario takes no larger tension (N)
+MOST_N = 1000.0
 # digits of tensions (N), angles (rad) and rates (Hz) in a plan
 TENSION_DIGITS, ANGLE_DIGITS, RATE_DIGITS = 3, 4, 6
 # sampling and stroke of the controller's task; its period is that of the sinusoid to be tracked, so that friction at speed is

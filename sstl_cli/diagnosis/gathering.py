@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import channels, faults, features, misfit, scale, scaling, search, variation
 from sstl_cli.diagnosis.channels import ChannelGap
+from sstl_cli.diagnosis.constants import MOST_EFFECTS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.found import Search
@@ -76,7 +77,7 @@ def gather(
     ids = [i for i in candidates(asked) if own is None or output is not None or i != "gain_error"]
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
     sim, theta = _begun(problem, scenario, nominal)
-    found = search.run(sim, _fitted(ids, problem), theta, min(asked.max_effects, 3), advance, asked.workers, passed=passed)
+    found = search.run(sim, _fitted(ids, problem), theta, min(asked.max_effects, MOST_EFFECTS), advance, asked.workers, passed=passed)
     # the noise that was found may have changed what the input is taken to be
     problem = found.sim.problem
     # of the recorder and beside the output there are no changes: what the simulator claims is as it says

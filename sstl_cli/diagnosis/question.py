@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sstl_cli.diagnosis import scaling
+from sstl_cli.diagnosis.constants import MOST_EFFECTS
 from sstl_cli.diagnosis.weights import Weights, learned
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
@@ -20,7 +21,7 @@ class Question:
     sim: Scenario | None = None
     effects: tuple[str, ...] | None = None
     exclude: tuple[str, ...] = ()
-    max_effects: int = 3
+    max_effects: int = MOST_EFFECTS
     workers: int = 1
     position: bool = False
 

@@ -20,6 +20,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.processes import processes
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis import accepted
 from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED
 from sstl_cli.paper import block_r
 from sstl_cli.paper.bench import Bench, Cogging, ModelBench, RigBench
@@ -27,7 +28,7 @@ from sstl_cli.paper.rig import GAP, TABLE_II, bends, trapezoid
 from sstl_cli.paper.scores import distance, tracking_entries
 from sstl_cli.paper.settings import METHODS
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps import diagnose, diagnose_accepted
+from sstl_cli.steps import diagnose
 
 Key = tuple[str, str, str]
 #: entries of Table IV
@@ -189,7 +190,7 @@ def _on_trial(scenario: Scenario, found: diagnose.Diagnosis) -> tuple[Scenario, 
     put_in = () if _named(found) else tuple(found.body.verdict.effects) or likeliest(found)
     if not put_in:
         return scenario, ()
-    return _bare(diagnose_accepted.model(found.evidence, replace(found.verdict, effects=put_in), found.given)), put_in
+    return _bare(accepted.model(found.evidence, replace(found.verdict, effects=put_in), found.given)), put_in
 
 
 def _named(found: diagnose.Diagnosis) -> tuple[str, ...]:

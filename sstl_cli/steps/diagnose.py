@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ContextDecorator
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sstl_cli.core.deadline import Deadline
@@ -17,22 +16,21 @@ from sstl_cli.core.documents.gate import Remark
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.provenance import by_another
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import downstream, faults, following, gathering, odd, variation, verdict
-from sstl_cli.diagnosis.constants import CONFIRMED_RUNS, EXAMINED, FEWEST_RUNS
+from sstl_cli.diagnosis import following, gathering, left_out, verdict, worth
+from sstl_cli.diagnosis.accepted import accepted, known, model
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.gathering import Evidence
+from sstl_cli.diagnosis.own_record import tried
 from sstl_cli.diagnosis.question import Question
-from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.identification import gate
 from sstl_cli.identification.gate.rules import limit, overflow
-from sstl_cli.physics.effects import catalogue, get
-from sstl_cli.physics.scenario import Scenario, Variation
-from sstl_cli.steps.diagnose_accepted import accepted, known, model
+from sstl_cli.physics.effects import get
+from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps.diagnose_document import document
 from sstl_cli.steps.diagnose_given import Given
 
-# stages that a limit on time may leave out
-ODD, DOWNSTREAM = "odd runs", "downstream"
+# a stage that a limit on time may leave out
+DOWNSTREAM = "downstream"
 # the matrices are small, and threads of a linear algebra wait for those of the workers: two diagnoses side by side took 1.5 times as long
 ONE_THREAD: ContextDecorator = threadpool_limits.wrap(limits=1, user_api="blas")
 
@@ -142,11 +140,11 @@ def run(
         )
     )
     result = Diagnosis(found, said, options, body)
-    worth, notes = _downstream(result, deadline)
+    task, notes = _downstream(result, deadline)
     if options.odd_runs:
-        body = body.model_copy(update={"verdict": body.verdict.model_copy(update={"odd_runs": odd_runs(result, deadline)})})
+        body = body.model_copy(update={"verdict": body.verdict.model_copy(update={"odd_runs": _odd_runs(result, deadline)})})
     notes += [*by_another(options.sim and options.sim.package_version, "the simulator"), *_unsaid(options.sim), *deadline.notes]
-    more: dict[str, object] = {"notes": [*(body.notes or []), *notes]} | ({} if worth is None else {"downstream": worth})
+    more: dict[str, object] = {"notes": [*(body.notes or []), *notes]} | ({} if task is None else {"downstream": task})
     return replace(result, body=body.model_copy(update=more))
 
 
@@ -174,87 +172,23 @@ def _passed(runs: Sequence[Run], remarks: Sequence[gate.Remark]) -> tuple[list[R
     return kept, failed
 
 
-def odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
-    """Return the runs without which the verdict differs, and what it is then; None where that was not looked at.
-
-    Runs whose absence would make a difference to first order are left out of a diagnosis of their own.
-    """
-    found, said, options = result.evidence, result.verdict, result.options
-    if len(found.problem.records) < FEWEST_RUNS or deadline.passed(ODD):
+def _odd_runs(result: Diagnosis, deadline: Deadline) -> list[OddRun] | None:
+    """Return the runs without which the verdict differs, and what it is then; None where that was not looked at."""
+    prior = result.options.prior or None
+    found = left_out.differing(result.evidence, result.verdict, result.options, prior, deadline.passed)
+    if found is None:
         return None
-    decide = partial(verdict.verdict, weights=options.weights, prior=options.prior or None)
-    given = options.sim or Scenario()
-    rows = odd.rows_without(
-        found.search, found.rows, lambda i: gathering.beside(found.search, faults.beyond(found.search, given, i), found.beside)
-    )
-    suspects = odd.suspects(said, found.rows, [r.run_id for r in found.problem.records], rows, decide)
-    confirmed: list[OddRun] = []
-    for suspect in suspects[:CONFIRMED_RUNS]:
-        if deadline.passed(ODD):
-            return confirmed or None
-        try:
-            then = decide(gathering.gather([r for r in found.runs if r.run_id != suspect.run_id], options, before=found).rows)
-        except SstlError:
-            # the others alone cannot be diagnosed
-            continue
-        if odd.differs(said, then):
-            confirmed.append(OddRun(run_id=suspect.run_id, status=then.status, effects=list(then.effects)))
-    return confirmed
-
-
-def tried(found: Evidence, scenario: Scenario, options: DiagnoseOptions) -> Scenario:
-    """Return an accepted simulator that knows what its own record shows beyond chance, where nothing has changed.
-
-    What exceeds chance there has to be larger than that to mean a change: how much the rig seems to be another as a whole,
-    tests of what is left (overdispersion, McCullagh and Nelder 1989, section 4.5), faults of the recorder.
-    """
-    if scenario.wander is None:
-        return scenario
-    known = replace(options, sim=scenario, max_effects=1)
-    # the base alone
-    once = gathering.gather(found.runs, replace(known, exclude=tuple(catalogue())), before=found).search
-    kept, unit_n = scenario.wander, found.problem.unit_n
-
-    def varying(whole: Variation) -> Scenario:
-        own = variation.rescaled(kept.model_copy(update={"whole": whole}), unit_n)
-        return scenario.model_copy(update={"wander": kept.model_copy(update={"whole": own.whole})})
-
-    whole = variation.of_the_whole(once.sim, once.base, variation.ways(found.search.singles.values()))
-    again = gathering.gather(found.runs, replace(known, sim=varying(whole)), before=found)
-    scenario = varying(variation.seen_in(whole, (v[0] for v in again.search.singles.values())))
-    usual = dict(scenario.dispersion)
-    # models that add to it without being more evident are as right as it is
-    tries = [(s, f) for s in (once, again.search) for f in [s.base, *(w.fit for w in s.ranked()[:EXAMINED])]]
-    for s, f in tries:
-        for t in leftover(s.sim, f).tests:
-            usual[t.name] = max(usual.get(t.name, 1.0), float(t.dispersion))
-    readings = sum(len(r.raw) for r in again.problem.records)
-    carried = {e.id: scenario.faults.get(e.id, 0.0) + e.at_most_n2 * again.problem.unit_n**2 / readings for e in again.recorder}
-    return scenario.model_copy(update={"dispersion": usual, "faults": {**scenario.faults, **carried}})
+    return [OddRun(run_id=x.run_id, status=x.verdict.status, effects=list(x.verdict.effects)) for x in found]
 
 
 def _downstream(result: Diagnosis, deadline: Deadline) -> tuple[Downstream | None, list[str]]:
-    """Return what the named effect is worth to a controller, on the configuration nearest the middle; or why that is not known."""
+    """Return what the named effect is worth to a controller; or why that is not known."""
     fitted = result.accepted
-    if (
-        result.evidence.problem.unit_n != 1.0
-        or fitted is result.evidence.search.base
-        or not fitted.hypothesis.foretold
-        or deadline.passed(DOWNSTREAM)
-    ):
+    if not worth.can_be_asked(result.evidence, fitted) or deadline.passed(DOWNSTREAM):
         return None, []
-    middle = int(np.argsort(fitted.theta)[len(fitted.theta) // 2])
-    name, accepted_model = result.evidence.problem.configs[middle], result.bare()
     try:
-        found = downstream.tracking(accepted_model, name, _before(result, accepted_model))
+        name, found = worth.of_the_middle(result.evidence, fitted, result.bare(), result.given)
     except SstlError as error:
         return None, [f"downstream: {error.what}"]
     tracked = [Tracked(reference=t.reference, rmse_without_n=t.rmse_without_n, rmse_with_n=t.rmse_with_n) for t in found]
     return Downstream(config_id=name, tracking=tracked), []
-
-
-def _before(result: Diagnosis, found: Scenario) -> Scenario:
-    """Return an accepted simulator as it was given, theta re-tuned, without what was found."""
-    given, theta = result.given, result.evidence.search.base.theta.tolist()
-    tuned = tuple(c.model_copy(update={"theta": t}) for c, t in zip(found.configurations, theta, strict=True))
-    return found.model_copy(update={"configurations": tuned, "effects": given.effects, "rig": given.rig})

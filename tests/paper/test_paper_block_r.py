@@ -255,9 +255,7 @@ def test_what_is_ambiguous_is_put_in_on_trial_and_not_named(monkeypatch):
     found = SimpleNamespace(body=SimpleNamespace(verdict=said), evidence=None, verdict=Verdict(AMBIGUOUS, (), None, (), {}, ""), given=None)
     monkeypatch.setattr(diagnosed.diagnose, "run", lambda recorded, options: found)
     assert diagnosed.completed(given, [], 1) == (given, found)
-    monkeypatch.setattr(
-        diagnosed.diagnose_accepted, "model", lambda evidence, verdict, asked: model if verdict.effects == ("presliding",) else None
-    )
+    monkeypatch.setattr(diagnosed.accepted, "model", lambda evidence, verdict, asked: model if verdict.effects == ("presliding",) else None)
     assert diagnosed._on_trial(given, found) == (diagnosed._bare(model), ("presliding",))
     assert not Closed((UNNAMED,), "ambiguous", (), None, "", (1.0, 1.0), (1.0, 1.0), (1.0, 1.0)).right
 

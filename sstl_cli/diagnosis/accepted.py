@@ -13,6 +13,7 @@ from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.free import LINE, LOOP
 from sstl_cli.diagnosis.gathering import Evidence
 from sstl_cli.diagnosis.latent import WHITE_ONLY
+from sstl_cli.diagnosis.movements import with_movements
 from sstl_cli.diagnosis.noise import of_readings, white_only
 from sstl_cli.diagnosis.reasons import without_name
 from sstl_cli.diagnosis.records import told
@@ -20,7 +21,6 @@ from sstl_cli.diagnosis.residuals import leftover
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Configuration, OutputScale, Scenario
-from sstl_cli.steps.diagnose_movements import with_movements
 
 
 def accepted(found: Evidence, said: verdict.Verdict) -> Fit:
