@@ -54,6 +54,10 @@ EXPLAINED, LEAST_REVERSALS = 0.7, 3
 BREAKAWAY_SHARE = 0.1
 BEFORE_TURN = 2.0 * BREAKAWAY_SHARE
 
+# of a plan: a size is stated as told from its nearest rival if it brings this share of the distance that decides, which a search
+# of few rounds need not meet
+SETTLED = 0.75
+
 # === read: what counts as a reading, a fault of the recorder, a run that can be judged
 
 # the line has no dynamics above: what is faster costs time and tells nothing
@@ -280,6 +284,11 @@ LAG_LONGEST_S, LAG_POINTS, LAG_ROUNDS = 2.0, 21, 3
 # of two runs the other one alone would decide: neither is odd; and runs that are left out in a diagnosis of their own, each of
 # which costs as much as the whole
 FEWEST_RUNS, CONFIRMED_RUNS = 3, 1
+
+# of a plan: the nearest rivals in the linear picture that are refitted, beside look-alikes; rounds in which the size settles from
+# which an effect is told from them, how near (natural logarithm of the distance) is near enough, and the distance that is taken
+# for the next size where there is next to none
+NEAR_RIVALS, SIZE_ROUNDS, SIZE_NEAR, LEAST_D2 = 3, 3, 0.2, 1e-3
 
 # === shown: bands of tables and tests, and what is listed
 
