@@ -24,6 +24,7 @@ from sstl_cli.diagnosis.fit import Fit, fit, settle
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.hypotheses import Hypothesis, full, variants
+from sstl_cli.diagnosis.neighbours import with_neighbours
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.starts import grid
@@ -33,7 +34,6 @@ from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Ten
 from sstl_cli.physics.transmission import activate, measure, predict, predict_position
 from sstl_cli.physics.transmission.model import drive_of
 from sstl_cli.steps import simulate
-from sstl_cli.steps.diagnose_tendons import with_neighbours
 
 Array = NDArray[np.float64]
 Strengths = dict[str, float]

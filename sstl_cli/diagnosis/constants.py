@@ -117,6 +117,8 @@ FEWEST_CONTRASTS = 2
 # windows of a stroke in which an output may rest: so many standard deviations of a difference long, so many at least
 WINDOW_TRAVEL, FEWEST_WINDOWS = 6.0, 20
 
+# a neighbour's run must cover this share of a run to have been recorded with it
+COVERED = 0.95
 # an output leaves its hold where the mean over so many samples spans more than so many usual steps from one to the next; shorter runs
 # show neither
 SMOOTHED, LEFT_STEPS, SHORTEST_LEFT = 9, 8.0, 20

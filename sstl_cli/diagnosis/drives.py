@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.latent import block_mean
+from sstl_cli.diagnosis.neighbours import NEIGHBOUR
 from sstl_cli.diagnosis.records import Record, starts_of
 from sstl_cli.physics.effect import Drive, Mechanics
 from sstl_cli.physics.transmission.model import drive_of, knots
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 
 def neighbour_of(r: Record) -> Array | None:
     """Return the tension (N, shape (n * factor,)) of the tendons recorded beside, None where that is not known."""
-    beside = r.raw.extra.get("neighbour_n")
+    beside = r.raw.extra.get(NEIGHBOUR)
     return None if beside is None else block_mean(beside, r.thin)[: len(r.u)]
 
 

@@ -15,6 +15,7 @@ from sstl_cli.diagnosis.constants import MOST_EFFECTS
 from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.found import Search
+from sstl_cli.diagnosis.neighbours import NEIGHBOUR
 from sstl_cli.diagnosis.propagation import propagates
 from sstl_cli.diagnosis.question import Question, candidates
 from sstl_cli.diagnosis.records import Problem, Record, prepare
@@ -126,7 +127,7 @@ def _fitted(ids: Sequence[str], problem: Problem) -> list[str]:
 def _shown(problem: Problem) -> tuple[str, ...]:
     """Return the channels whose effects the output can show: between tendons only if the others were recorded too."""
     act = [r for r in problem.records if r.system == "act"]
-    together = bool(act) and all("neighbour_n" in r.raw.extra for r in act)
+    together = bool(act) and all(NEIGHBOUR in r.raw.extra for r in act)
     return ("out", "neighbour") if together else ("out",)
 
 

@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from sstl_cli.core.documents.diagnosis import DiagnosisDocument, TendonBlock, Verdict
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.neighbours import with_neighbours
 from sstl_cli.physics.effects import catalogue
 from sstl_cli.physics.scenario import Scenario
 from sstl_cli.steps import diagnose
@@ -19,9 +18,6 @@ from sstl_cli.steps.diagnose import DiagnoseOptions, Diagnosis
 
 # of a tendon's document, what its block repeats
 BLOCK = ("sentence", "verdict", "gap", "where", "candidates", "next_experiment", "beside", "downstream", "notes")
-# a neighbour's run must cover this share of a run to have been recorded with it
-COVERED = 0.95
-NEIGHBOUR = "neighbour_n"
 
 
 @dataclass(frozen=True)
@@ -120,40 +116,6 @@ def _run(runs: Sequence[Run], options: DiagnoseOptions, advance: Callable[[float
         "analysis": leading.analysis and leading.analysis.model_copy(update={"set_aside": _set_aside(runs, found, failed)}),
     }
     return TendonsDiagnosis(found[first], leading.model_copy(update=told))
-
-
-def with_neighbours(run: Run, runs: Sequence[Run]) -> Run:
-    """Return a run with the summed input tension (N) of the other tendons as ``extra['neighbour_n']``.
-
-    The other tendons' runs must share configuration and trajectory, and cover the run's time; a tendon with none or
-    with several such runs leaves the run as it is: what pulled beside it is not known.
-    """
-    if run.config_id is None:
-        return run
-    others = {r.tendon or "" for r in runs if r.system == "act"} - {run.tendon or ""}
-    total = np.zeros(len(run))
-    for name in sorted(others):
-        beside = [
-            r
-            for r in runs
-            if r.system == "act"
-            and (r.tendon or "") == name
-            and r.config_id == run.config_id
-            and r.trajectory == run.trajectory
-            and _covers(r, run)
-        ]
-        if len(beside) != 1:
-            return run
-        good = np.isfinite(beside[0].tension_in_n) & np.isfinite(beside[0].time_s)
-        total += np.interp(run.time_s, beside[0].time_s[good], beside[0].tension_in_n[good])
-    return replace(run, extra={**run.extra, NEIGHBOUR: total})
-
-
-def _covers(other: Run, run: Run) -> bool:
-    if len(other) < 2 or len(run) < 2:
-        return False
-    overlap = min(other.time_s[-1], run.time_s[-1]) - max(other.time_s[0], run.time_s[0])
-    return bool(overlap >= COVERED * (run.time_s[-1] - run.time_s[0]))
 
 
 def lines(document: DiagnosisDocument) -> list[str]:

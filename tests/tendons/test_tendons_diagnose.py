@@ -18,6 +18,7 @@ from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.files import dumps
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import write_runs
+from sstl_cli.diagnosis.neighbours import with_neighbours
 from sstl_cli.steps import diagnose, diagnose_tendons
 from sstl_cli.steps.diagnose import DiagnoseOptions
 
@@ -84,14 +85,14 @@ def test_the_command_says_so_and_its_gates_see_the_worst(runs, tmp_path):
 def test_neighbours_are_found_by_configuration_movement_and_time(runs):
     own = next(r for r in runs if r.run_id == "c1-steps-A")
     other = next(r for r in runs if r.run_id == "c1-steps-B")
-    beside = diagnose_tendons.with_neighbours(own, runs).extra["neighbour_n"]
+    beside = with_neighbours(own, runs).extra["neighbour_n"]
     np.testing.assert_allclose(beside, other.tension_in_n)
     without = [r for r in runs if r.run_id != "c1-steps-B"]
-    assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, without).extra
+    assert "neighbour_n" not in with_neighbours(own, without).extra
     twice = [*runs, replace(other, run_id="again")]
-    assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, twice).extra
+    assert "neighbour_n" not in with_neighbours(own, twice).extra
     later = [replace(r, time_s=r.time_s + 30.0) if r is other else r for r in runs]
-    assert "neighbour_n" not in diagnose_tendons.with_neighbours(own, later).extra
+    assert "neighbour_n" not in with_neighbours(own, later).extra
 
 
 def test_a_picture_names_its_tendon_and_another_can_be_asked_for(found, tmp_path, monkeypatch):
