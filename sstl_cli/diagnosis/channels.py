@@ -60,6 +60,11 @@ class ChannelGap:
     noise: float
     gain: float
 
+    @property
+    def fall_pct(self) -> float:
+        """By how many percent the error falls."""
+        return 100.0 * (1.0 - self.rmse_with / max(self.rmse_base, 1e-300))
+
     def row(self) -> CandidateRow:
         """Return the gap as a candidate of the verdict."""
         k = len(self.values)

@@ -299,6 +299,8 @@ SINCE_S = np.array([0.1, 0.3, 1.0, 3.0])
 BANDS_HZ = np.array([0.1, 0.5, 2.0, 8.0])
 # beyond it the number of standard deviations says nothing more
 MOST_SIGMA = 100.0
+# what is left above the noise floor of less than this share of the error is nothing that could be explained
+REDUCIBLE = 1e-3
 # edges of bands (s, Hz) of the table where the error lies
 TABLE_SINCE_S = (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, np.inf)
 TABLE_HZ = (0.0, 0.05, 0.2, 1.0, 5.0, np.inf)
@@ -307,6 +309,9 @@ FAST_PCT = 95
 STILL_N = 1e-6
 # effects, places and sizes that a sentence lists, candidates of the table of cosines
 LISTED, PLACES, ISOLATED = 4, 3, 12
+# tests of what is left that are told where the cause is not known; rivals whose distance from the likeliest is worked out, and as
+# many of the most evident
+TESTS, RIVALS = 4, 5
 
 # === moved: movements that are proposed, and the task of the controller
 

@@ -51,6 +51,11 @@ class RecorderEffect:
             return self.removed_n2
         return self.removed_n2 * float(gammainccinv(self.events + 1.0, np.exp(-DECIDES_NATS))) / self.events
 
+    @property
+    def fall_pct(self) -> float:
+        """By how many percent the error (RMS) of all readings falls without the fault."""
+        return 100.0 * (1.0 - float(np.sqrt(max(1.0 - self.removed_n2 / max(self.total_n2, 1e-300), 0.0))))
+
     def row(self) -> CandidateRow:
         """Return the fault as a candidate of the verdict."""
         return CandidateRow((self.id,), RECORDER, 1, self.nats, self.nats, self.nats, 1.0, 0.0, 0.0, 0, 1.0, self.share)

@@ -6,7 +6,7 @@ in squared standard deviations of this rig's noise (D^2), at the highest rate th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,13 +29,15 @@ from sstl_cli.diagnosis.constants import (
     TENSION_DIGITS,
 )
 from sstl_cli.diagnosis.evidence import Weighed
+from sstl_cli.diagnosis.features import Rows
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.limit import distance2
 from sstl_cli.diagnosis.noise import of_readings
+from sstl_cli.diagnosis.reasons import without_name
 from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.verdict import Verdict
+from sstl_cli.diagnosis.verdict import IDENTIFIED, NOTHING, Verdict
 from sstl_cli.diagnosis.whitening import Noise, whitener
 from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
 from sstl_cli.physics.trajectories import SPAN_HZ, span_hz, tension_path, times
@@ -87,6 +89,26 @@ def rivals(models: Iterable[Weighed], verdict: Verdict) -> list[Weighed]:
     return sorted(
         (w for w in models if len(w.ids) == 1 and w.fit.hypothesis.foretold), key=lambda w: (w.ids not in group, -p.get(w.ids, 0.0))
     )
+
+
+def proposed(found: Search, rows: Rows, said: Verdict, limits: Limits | None, passed: Callable[[str], bool]) -> Experiment | None:
+    """Return the movement that separates the two leading rivals, if any of the menu can.
+
+    Where the two are told apart here, were laws exact, a movement that shows less of the difference would add nothing.
+
+    Parameters
+    ----------
+    passed : callable
+        Whether a stage that can be left out has to be (see core.deadline).
+    """
+    ranked = rivals(found.ranked(), said)
+    # whoever is behind what has no name need not be told from one another, and where nothing propagates only a larger stroke helps
+    settled = said.status in (NOTHING, IDENTIFIED) or without_name(found, rows) is not None or rows.log.propagates < 1.0
+    if settled or len(ranked) < 2 or passed("next experiment"):
+        return None
+    first, second = ranked[:2]
+    experiment = best_experiment(found, first, second, limits)
+    return None if experiment is None or max(experiment.d2, DECIDABLE) <= experiment.d2_here else experiment
 
 
 def isolability(found: Search, most: int = ISOLATED) -> tuple[list[str], Array]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import BANDS_HZ, FEW, PARTS, SINCE_S
+from sstl_cli.diagnosis.constants import BANDS_HZ, FEW, PARTS, SINCE_S, TESTS
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.where import PHASES, phases
@@ -56,6 +56,10 @@ class Leftover:
     def worst(self) -> Misfit:
         """Return the test that fails most clearly."""
         return max(self.tests, key=lambda t: t.z)
+
+    def told(self) -> list[Misfit]:
+        """Return the tests that fail most clearly; what chance makes now and then is not left over."""
+        return [t for t in sorted(self.tests, key=lambda t: -t.z)[:TESTS] if t.z > 2.0]
 
 
 def leftover(sim: Simulator, f: Fit, at_most: bool = False) -> Leftover:

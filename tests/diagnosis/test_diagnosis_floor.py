@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sstl_cli.diagnosis.floor import interval
 from sstl_cli.diagnosis.whitening import Noise
 from sstl_cli.steps.diagnose_document import _estimated
-from sstl_cli.steps.diagnose_numbers import floor_interval
 
 
 def floor_of(spread):
     """Return the interval of a floor that is what the smoother leaves."""
-    return floor_interval(Noise({}, {}, {"act": 0.02}, {"act": {"smoother": spread}}), lambda noise: noise.smoother["act"])
+    return interval(Noise({}, {}, {"act": 0.02}, {"act": {"smoother": spread}}), lambda noise: noise.smoother["act"])
 
 
 def test_a_floor_is_known_as_well_as_its_noise():

@@ -1,0 +1,56 @@
+"""Whether a bend has changed since a model was accepted: theta then, and beside what is named now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF
+from sstl_cli.diagnosis.evidence import strengths_charge
+from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations
+from sstl_cli.diagnosis.found import NOTHING
+from sstl_cli.diagnosis.judged import Judged
+from sstl_cli.diagnosis.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Bends:
+    """Theta (rad) of the accepted model by bend that it has seen, with what is named now where that has parameters, and whether it changed."""
+
+    before: dict[str, float]
+    with_effect: dict[str, float] | None
+    changed: bool
+
+
+def since(g: Judged, given_n: float, retuned_n: float) -> Bends | None:
+    """Return theta of a model that was accepted before, and whether it has changed; None without one.
+
+    It has where the odds of one that is fitted are beyond doubt (49 to 1, each bend charged for). Where nothing is named it has to explain at
+    least half of the squared error of the model as given; beside effects that are named it is theirs: alone it would follow them.
+
+    Parameters
+    ----------
+    given_n, retuned_n : float
+        Errors (RMS, in one unit) of the model as given and re-tuned.
+    """
+    had, f, sim = g.search.sim.accepted, g.accepted, g.search.sim
+    if had is None:
+        return None
+    seen = [i for i, (a, n) in enumerate(zip(had, g.nominal, strict=True)) if a == n]
+    nats = _lost(sim, f, had) if f.free else fit(sim, f.whiten, NOTHING, had, np.zeros(0), 0).cost - f.cost
+    changed = bool(seen) and bool(nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0)) > DECIDES_NATS)
+    if not f.free:
+        changed = changed and retuned_n**2 <= (1.0 - HALF) * given_n**2
+    before, beside = ({g.problem.configs[i]: float(theta[i]) for i in seen} for theta in (had, f.theta))
+    return Bends(before, beside if f.free else None, changed)
+
+
+def _lost(sim: Simulator, f: Fit, theta: Array) -> float:
+    """Return what a fit loses (nats, to second order) at another theta, its own parameters following."""
+    a, _ = normal_equations(sim, f.whiten(f.jacobian), np.zeros(len(f.residual)))
+    a += 1e-9 * np.diag(np.diag(a) + 1e-12)
+    return held(a, np.arange(len(theta)), theta - f.theta)[0]

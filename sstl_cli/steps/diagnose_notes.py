@@ -1,0 +1,80 @@
+"""What is to be known beside the numbers of a diagnosis, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from sstl_cli.core.documents.diagnosis import Gap
+from sstl_cli.core.numbers import quantity
+from sstl_cli.diagnosis import by_run
+from sstl_cli.diagnosis.free import ASIDE, Free
+from sstl_cli.diagnosis.reasons import also, without_name
+from sstl_cli.diagnosis.verdict import AMBIGUOUS, IDENTIFIED, UNDECIDED
+from sstl_cli.physics.effects import get
+from sstl_cli.steps.diagnose_given import Given
+
+
+def of(g: Given) -> list[str]:
+    """Return what the record, the models and the verdict leave to be said."""
+    p, folds, notes = g.problem, g.search.held_out.folds, []
+    if any(r.slip is not None for r in p.records):
+        notes.append("driven by the recorded motion: its direction sets the sign of friction, reversals are left out")
+    if not folds.honest:
+        notes.append(f"held out: {folds.kind}; repeats of one excitation protect little against a wrong name")
+    if len(p.configs) == 1:
+        notes.append("one configuration: offsets, constant and terminal friction cannot be told apart by their spread")
+    if len(p.systems) == 1:
+        notes.append(f"only {p.systems[0]} was recorded: effects of the other system cannot show")
+    if p.set_aside:
+        notes.append(f"{len(p.set_aside)} runs set aside")
+    if (differs := by_run.shown(g.search.sim, g.accepted)) is not None:
+        notes.append(_by_run(g, *differs))
+    if g.verdict.status in (IDENTIFIED, AMBIGUOUS) and (alike := also(g.rows, g.verdict.effects)):
+        notes.append(alike)
+    if g.verdict.status == UNDECIDED and (own := without_name(g.search, g.rows)) is not None:
+        loop = f"loop_friction = {g.search.sim.loop_friction(own.fit.effects):.4g}"
+        notes.append(f"friction of the loop is a constant of the rig: with {loop} in [rig] of --sim other effects can be asked for")
+    notes += [
+        f"{get(i).id}: {x.parameter.name} lies outside its usual range {x.parameter.low:g}..{quantity(f'{x.parameter.high:g}', x.parameter.unit)}"
+        for k, x in enumerate(g.accepted.free)
+        for i in (x.effect.id,)
+        if x.effect.id not in ASIDE and g.accepted.at_bound(k) and not x.parameter.shape
+    ]
+    return notes
+
+
+def _by_run(g: Given, kind: Free, parts: Mapping[str, float]) -> str:
+    """Return what each run has of its own, in words."""
+    friction, unit_n = kind is by_run.FRICTION, g.problem.unit_n
+    what = "friction" if friction else f"zero of the {'output' if kind is by_run.OUTPUT else 'input'} sensor"
+    told = (f"{run} {100.0 * x:+.1f} %" if friction else f"{run} {x * unit_n:+.3g}" for run, x in parts.items())
+    return f"{what} of each run is fitted to it, nobody can foretell that of another: {', '.join(told)}"
+
+
+def of_units(g: Given) -> list[str]:
+    """Return in which units a recording was fitted, where not in those that it has."""
+    notes, scale = [], g.scale
+    if scale is not None:
+        said = ", ".join(f"{k} {v:.4g} {scale.unit}/N" for k, v in scale.per_n.items())
+        notes.append(f"the scale of the output is nobody's fault and was fitted: {said}; parameters are in newtons")
+    if g.problem.unit_n != 1.0:
+        notes.append(f"fitted in units of {g.problem.unit_n:g} N: the catalogue's ranges are for 3 to 60 N")
+    return notes
+
+
+def below_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
+    """Return the note on an error that is smaller than the noise floor as it was estimated, if the named effects leave one.
+
+    Examples
+    --------
+    >>> gap = Gap.model_construct(rmse_with_effect_n=0.0226, noise_floor_n=0.0235, noise_floor_low_n=0.0221, noise_floor_high_n=0.025)
+    >>> below_floor(gap, ("zero_offset",), "N")
+    ['the error with the effect is below the noise floor, which is known to 0.0221..0.025 N: nothing above noise is left']
+    >>> below_floor(gap, (), "N")
+    []
+    """
+    left, floor, low, high = gap.rmse_with_effect_n, gap.noise_floor_n, gap.noise_floor_low_n, gap.noise_floor_high_n
+    if not effects or left is None or floor is None or left >= floor:
+        return []
+    known = "which is an estimate" if low is None else f"which is known to {low:.3g}..{high:.3g} {unit}"
+    return [f"the error with the effect is below the noise floor, {known}: nothing above noise is left"]
