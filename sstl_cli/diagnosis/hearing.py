@@ -49,7 +49,7 @@ def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simul
 
     Its readings tell how much of it there is for each time that it may last; how long that is, and whether it is the sensor's at all,
     tells the output: not where that follows the input as it was smoothed before more closely (then what is slow moves the line as
-    well). Every way the same models are asked, with the same columns projected out.
+    well), nor where it is still left with more than noise. Every way the same models are asked, with the same columns projected out.
     """
     columns = _columns(sim, coarse)
     asked = _Asked(sim, tuple(coarse), measured, columns, *_likely(sim, coarse, measured, columns))
@@ -88,7 +88,8 @@ class _Asked:
         believed = replace(self.measured, input={**self.measured.input, **sensors}, spread=self.noise.spread)
         found, cost = _likely(replace(self.sim, problem=problem), self.coarse, believed, self.columns)
         cost = {k: v + dearer.get(k, 0.0) for k, v in cost.items()}
-        better = {k for k in sensors if cost[k] < self.nats[k]}
+        # an input explains what noise of the output had to take up only if that is then what was measured
+        better = {k for k in sensors if cost[k] < self.nats[k] and _is_noise(k, found, self.measured)}
         pairs = zip(self.sim.problem.records, problem.records, strict=True)
         records = tuple(b if b.system in better else a for a, b in pairs)
         return replace(

@@ -112,6 +112,13 @@ def test_what_is_told_has_to_be_worth_what_it_costs_besides(monkeypatch):
     assert asked.told_of({}) is asked
 
 
+def test_an_input_whose_output_is_still_left_with_more_than_noise_is_told_of_nothing(monkeypatch):
+    far = read(replace(SENSOR, coloured_n=SENSOR.coloured_n * float(np.exp(AT_MOST * MEASURED))))
+    monkeypatch.setattr(hearing, "_likely", lambda *_: (far, {"act": -1e4}))
+    asked = hearing._Asked(SIM, (made(),), MEASURED_NOISE, np.zeros((8000, 1)), far, {"act": 0.0})
+    assert not asked.told_of({"act": SENSOR}).told
+
+
 def test_a_clean_input_is_left_alone(monkeypatch):
     monkeypatch.setattr(hearing, "_likeliest", lambda *_: "asked")
     clean = tuple(replace(r, error_n=np.zeros(len(r))) for r in SIM.problem.records)

@@ -36,7 +36,7 @@ def test_broken_band_sensor_is_told_from_its_healthy_twin(tmp_path: Path) -> Non
     assert faulty["gap"]["rmse_base_n"] > 4.0 * healthy["gap"]["rmse_base_n"]
 
 
-def test_constant_friction_is_found_in_size_where_two_laws_are_both_off(tmp_path: Path) -> None:
+def test_constant_friction_is_found_in_size_where_two_laws_that_are_both_off_are_about_as_likely(tmp_path: Path) -> None:
     files = sorted((DATA / "pneu-cylinder").glob("*.csv"))
     runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)
     # half-widths from 1 to 7 bar (README of the data): NAPN 3.3 to 11.6 N, KDN 5.6 to 6.7 N. The model's slopes hold friction in
@@ -50,10 +50,7 @@ def test_constant_friction_is_found_in_size_where_two_laws_are_both_off(tmp_path
         width = next(p["estimate"] for p in laws["const_friction"]["parameters"] if p["name"] in ("w_l_n", "w_in_n", "w_end_n"))
         assert abs(width - at_no_load) < 1.0
         nats = {k: c["evidence_nats"] for k, c in laws.items()}
-        if cylinder == "KDN":
-            assert min(nats.values()) > 0.9 * max(nats.values())
-        else:
-            assert nats["load_dependent_friction"] > nats["const_friction"]
+        assert min(nats.values()) > 0.9 * max(nats.values())
         # no name is certain
         assert found["verdict"]["status"] == "unknown"
 
