@@ -67,7 +67,7 @@ def in_proportion(unit_n: float) -> Scenario:
 
 
 def restore(document: Any, unit_n: float) -> Any:
-    """Return a diagnosis with every tension in N again: keys that end in ``_n``, and parameters by their unit."""
+    """Return a diagnosis with every tension in N again: keys that end in ``_n``, and parameters by their unit; not within a scenario."""
     if unit_n == 1.0:
         return document
     if isinstance(document, list):
@@ -82,6 +82,9 @@ def restore(document: Any, unit_n: float) -> Any:
         number = isinstance(item, int | float | np.ndarray) and not isinstance(item, bool)
         if key.endswith("_n") and isinstance(item, dict) and {"estimate", "ci95"} <= item.keys():
             found[key] = {**item, **_times(item, unit_n)}
+        elif key == "scenario":
+            # it stays as it is fitted: ``tension_factor`` beside it says what one N of it is
+            found[key] = item
         elif key == "size" and "parameter" in document:
             found[key] = item * power
         else:

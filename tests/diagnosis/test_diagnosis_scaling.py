@@ -100,3 +100,9 @@ def test_effects_of_a_simulator_are_brought_to_the_unit_and_back():
     assert found["gain_error"] == {"g_act": 1.1} and parameter(
         found["tendon_elasticity"]["compliance_per_kn"], "1/kN", 50.0
     ) == pytest.approx(0.01)
+
+
+def test_a_proposed_movement_keeps_its_tensions_beside_the_factor_that_says_their_unit():
+    # both were multiplied, so that a movement was driven to the square of the factor
+    proposed = {"rmse_n": 2.0, "scenario": {"low_n": 1.0, "rig": {"ea_n": 8000.0}}, "tension_factor": 10.0}
+    assert restore({"next_experiment": proposed}, 10.0) == {"next_experiment": {**proposed, "rmse_n": 20.0}}
