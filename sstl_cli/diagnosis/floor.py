@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sstl_cli.diagnosis.faults import RecorderEffect
+from sstl_cli.diagnosis.hearing import columns
 from sstl_cli.diagnosis.judged import Judged
 from sstl_cli.diagnosis.noise import floor_n, likely
 from sstl_cli.diagnosis.rounding import unrounded
@@ -74,12 +75,8 @@ def _sensors(g: Judged) -> list[Noise]:
     f = g.accepted
     if f is g.search.base:
         return [g.search.noise]
-    columns = np.zeros((len(f.residual), len(f.theta) + len(f.free)))
-    columns[np.arange(len(columns)), g.search.sim.config] = f.jacobian[:, 0]
-    columns[:, len(f.theta) :] = f.jacobian[:, 1:]
-    columns = columns[:, np.any(columns * g.search.sim.weight[:, None] != 0.0, axis=0)]
     phases = g.search.sim.phases(f.theta, f.effects, g.search.noise)
-    return [g.search.noise, likely(g.problem.records, phases, f.residual, columns, g.search.measured)[0]]
+    return [g.search.noise, likely(g.problem.records, phases, f.residual, columns(g.search.sim, [f]), g.search.measured)[0]]
 
 
 def interval(noise: Noise, floor: Callable[[Noise], float]) -> tuple[float, float] | tuple[None, None]:

@@ -35,7 +35,6 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.latent import Slow
-from sstl_cli.diagnosis.noise import strain
 from sstl_cli.diagnosis.records import Record, content, sampled, told
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise, Sensor
@@ -51,15 +50,15 @@ def heard(sim: Simulator, coarse: Sequence[Fit], measured: Noise) -> tuple[Simul
     tells the output: not where that follows the input as it was smoothed before more closely (then what is slow moves the line as
     well), nor where it is still left with more than noise. Every way the same models are asked, with the same columns projected out.
     """
-    columns = _columns(sim, coarse)
-    asked = _Asked(sim, tuple(coarse), measured, columns, *_likely(sim, coarse, measured, columns))
-    noise, records = asked.noise, sim.problem.records
-    seen = [entering(records, noise, measured, tau) for tau in HEARD_TIMES_S]
+    moved = columns(sim, coarse)
+    asked = _Asked(sim, tuple(coarse), measured, moved, *_likely(sim, coarse, measured, moved))
+    noise, runs = asked.noise, _smoothed(sim.problem.records, asked.noise.output)
+    seen = [entering(runs, noise, measured, tau) for tau in HEARD_TIMES_S]
     # readings of a movement that is not quite smooth take some of the noise for movement: what comes out may know better
-    for sensors in (*seen, _alike(noise, measured, [k for k in noise.output if _part(records, k)])):
+    for sensors in (*seen, _alike(noise, measured, runs)):
         asked = asked.told_of(sensors)
-    if strain(asked.noise, measured) > 1.0:
-        for sensors, dearer in _louder(records, {k: s for k, s in noise.input.items() if k not in asked.told}):
+    if noise_of.strain(asked.noise, measured) > 1.0:
+        for sensors, dearer in _louder({k: part for k, part in runs.items() if k not in asked.told}, noise.input):
             asked = asked.told_of(sensors, dearer)
     if not asked.told:
         return sim, coarse[0], noise, measured
@@ -108,16 +107,16 @@ def _alike(noise: Noise, measured: Noise, systems: Collection[str]) -> dict[str,
     return {k: replace(noise.input[k], coloured_n=s.coloured_n, correlation_s=s.correlation_s) for k, s in seen.items()}
 
 
-def _louder(records: Sequence[Record], inputs: Mapping[str, Sensor]) -> Iterator[tuple[dict[str, Sensor], dict[str, float]]]:
+def _louder(runs: Mapping[str, Sequence[Record]], inputs: Mapping[str, Sensor]) -> Iterator[tuple[dict[str, Sensor], dict[str, float]]]:
     """Yield sensors of inputs that are louder and louder, and what that costs (nats) by their own readings, beyond what decides.
 
     Fast movement is not as smooth as the law of the latent input has it, and its readings say little of slow noise.
     """
-    lasting_s, parts = HEARD_TIMES_S[1], {k: part for k in inputs if (part := _part(records, k))}
-    quiet = {k: _readings_nats(part, LEVELS[0] * inputs[k].white_n, lasting_s) for k, part in parts.items()}
-    for level in LEVELS[LEVELS > UNKNOWN_COLOUR][::2] if parts else ():
-        sensors = {k: replace(inputs[k], coloured_n=level * inputs[k].white_n, correlation_s=lasting_s) for k in parts}
-        nats = {k: _readings_nats(parts[k], s.coloured_n, lasting_s) - quiet[k] + DECIDES_NATS for k, s in sensors.items()}
+    lasting_s = HEARD_TIMES_S[1]
+    quiet = {k: _readings_nats(part, LEVELS[0] * inputs[k].white_n, lasting_s) for k, part in runs.items()}
+    for level in LEVELS[LEVELS > UNKNOWN_COLOUR][::2] if runs else ():
+        sensors = {k: replace(inputs[k], coloured_n=level * inputs[k].white_n, correlation_s=lasting_s) for k in runs}
+        nats = {k: _readings_nats(runs[k], s.coloured_n, lasting_s) - quiet[k] + DECIDES_NATS for k, s in sensors.items()}
         yield sensors, nats
 
 
@@ -135,20 +134,20 @@ def _either(one: Noise, other: Noise, those: set[str]) -> Noise:
 
 def beside(sim: Simulator, fits: Sequence[Fit], measured: Noise) -> Noise:
     """Return the most likely noise in what fits together leave: the base, the best one and others."""
-    return _likely(sim, fits, measured, _columns(sim, fits))[0]
+    return _likely(sim, fits, measured, columns(sim, fits))[0]
 
 
 def _leading(coarse: Sequence[Fit]) -> Fit:
     return coarse[1] if len(coarse) > 1 else coarse[0]
 
 
-def _columns(sim: Simulator, coarse: Sequence[Fit]) -> Array:
+def columns(sim: Simulator, coarse: Sequence[Fit]) -> Array:
     """Return what the best few models could still change, shape (samples, k)."""
     base, best = coarse[0], _leading(coarse)
     own = np.zeros((len(sim.y), len(base.theta)))
     own[np.arange(len(sim.y)), sim.config] = best.jacobian[:, 0]
-    columns = np.concatenate([own, best.jacobian[:, 1:], *(f.jacobian[:, 1:] for f in coarse[2:])], axis=1)
-    return np.asarray(columns[:, np.any(columns * sim.weight[:, None] != 0.0, axis=0)])
+    found = np.concatenate([own, best.jacobian[:, 1:], *(f.jacobian[:, 1:] for f in coarse[2:])], axis=1)
+    return np.asarray(found[:, np.any(found * sim.weight[:, None] != 0.0, axis=0)])
 
 
 def _likely(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Array) -> tuple[Noise, dict[str, float]]:
@@ -158,27 +157,29 @@ def _likely(sim: Simulator, coarse: Sequence[Fit], measured: Noise, columns: Arr
     return noise_of.likely(sim.problem.records, phases, sim.y - sim.predict(best.theta, best.effects), columns, measured)
 
 
-def entering(records: Sequence[Record], noise: Noise, measured: Noise, lasting_s: float) -> dict[str, Sensor]:
-    """Return the sensors of the inputs whose slow noise shows in their own readings if it lasts so long (s), by system.
+def entering(runs: Mapping[str, Sequence[Record]], noise: Noise, measured: Noise, lasting_s: float) -> dict[str, Sensor]:
+    """Return the sensors of the inputs whose slow noise shows in the readings of their ``runs`` if it lasts so long (s), by system.
 
     The input is smooth but for few corners (see latent): what wanders beside is the sensor's.
     """
     found = {}
-    for system in noise.output:
-        part = _part(records, system)
-        if part:
-            out = (noise if _is_noise(system, noise, measured) else measured).output[system]
-            sensor, nats = _likeliest(part, noise.input[system], out, lasting_s)
-            if nats > DECIDES_NATS:
-                found[system] = sensor
+    for system, part in runs.items():
+        out = (noise if _is_noise(system, noise, measured) else measured).output[system]
+        sensor, nats = _likeliest(part, noise.input[system], out, lasting_s)
+        if nats > DECIDES_NATS:
+            found[system] = sensor
     return found
 
 
-def _part(records: Sequence[Record], system: str) -> list[Record]:
-    """Return a few runs of a system, since how well slow noise shows depends on the movement; none where an input without noise was not smoothed."""
-    own = sorted((r for r in records if r.system == system), key=content)
-    part = own[:: -(-len(own) // PARTS)]
-    return part if all(r.error_n.any() for r in part) else []
+def _smoothed(records: Sequence[Record], systems: Collection[str]) -> dict[str, list[Record]]:
+    """Return a few runs of each system, since how well slow noise shows depends on the movement; an input without noise was not smoothed."""
+    found = {}
+    for system in systems:
+        own = sorted((r for r in records if r.system == system), key=content)
+        part = own[:: -(-len(own) // PARTS)]
+        if all(r.error_n.any() for r in part):
+            found[system] = part
+    return found
 
 
 def _readings_nats(records: Sequence[Record], coloured_n: float, lasting_s: float) -> float:
@@ -192,11 +193,13 @@ def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor, lasting_s: 
 
     Mostly it is as loud as that of the output (Cauchy's prior of the logarithm, as in holds).
     """
-    none = LEVELS[0] * into.white_n
-    like = np.log(max(out.coloured_n, none))
+    like = np.log(max(out.coloured_n, LEVELS[0] * into.white_n))
+
+    def unlike(level: float) -> float:
+        return float(np.log1p(((level - like) / ALIKE) ** 2))
 
     def cost(level: float) -> float:
-        return _readings_nats(records, float(np.exp(level)), lasting_s) + float(np.log1p(((level - like) / ALIKE) ** 2))
+        return _readings_nats(records, float(np.exp(level)), lasting_s) + unlike(level)
 
     # as loud as that of the output and as its own readings have it are two valleys
     levels = np.sort([*np.log(LEVELS[::2] * into.white_n), like])
@@ -205,4 +208,5 @@ def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor, lasting_s: 
     bounds = levels[max(at - 1, 0)], levels[min(at + 1, len(levels) - 1)]
     found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"maxiter": HEARD_TRIES, "xatol": HEARD_NEAR})
     level, least = (float(found.x), float(found.fun)) if found.fun < costs[at] else (float(levels[at]), costs[at])
-    return Sensor(into.white_n, float(np.exp(level)), lasting_s), _readings_nats(records, none, lasting_s) - least
+    # the lowest level is none
+    return Sensor(into.white_n, float(np.exp(level)), lasting_s), costs[0] - unlike(levels[0]) - least

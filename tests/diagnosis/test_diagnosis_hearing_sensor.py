@@ -19,6 +19,7 @@ from sstl_cli.diagnosis.whitening import Noise, Sensor
 SIM = simulator()
 ZERO, FRICTION = full("zero_offset", ("act",)), variants("const_friction", ("act",))[0]
 SENSOR = Sensor(0.02, 0.01, 0.2)
+RUNS = hearing._smoothed(SIM.problem.records, {"act"})
 MEASURED_NOISE = Noise({"act": Sensor(0.01, 0.005, 0.2)}, {"act": SENSOR}, {"act": 1.0})
 
 
@@ -46,7 +47,7 @@ def test_the_noise_of_some_systems_is_of_one_and_of_the_rest_of_the_other():
 def test_columns_are_thetas_and_what_each_model_may_change_as_far_as_it_shows():
     base, best, third = made(), made(0.0, ZERO, (0.0, 0.1)), made(0.0, FRICTION, (0.1,))
     assert hearing._leading([base]) is base and hearing._leading([base, best, third]) is best
-    found = hearing._columns(SIM, [base, best, third])
+    found = hearing.columns(SIM, [base, best, third])
     assert found.shape == (8000, 5)
     for c in (0, 1):
         assert found[:, c] == pytest.approx(np.where(SIM.config == c, best.jacobian[:, 0], 0.0))
@@ -54,8 +55,8 @@ def test_columns_are_thetas_and_what_each_model_may_change_as_far_as_it_shows():
     # what shows only where nothing was read does not show
     blind = replace(SIM)
     blind.weight = np.where(SIM.config == 0, 1.0, 0.0)
-    assert hearing._columns(blind, [base, best, third]).shape == (8000, 4)
-    assert hearing._columns(SIM, [base]).shape == (8000, 2)
+    assert hearing.columns(blind, [base, best, third]).shape == (8000, 4)
+    assert hearing.columns(SIM, [base]).shape == (8000, 2)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,7 @@ def test_an_input_is_asked_whatever_its_output_s_sensor_has_which_is_believed_un
         hearing, "_likeliest", lambda records, into, out, tau: (replace(out, white_n=into.white_n, correlation_s=tau * len(records)), 5.0)
     )
     out = replace(SENSOR, coloured_n=0.01 * float(np.exp(off)))
-    found = hearing.entering(SIM.problem.records, read(out), MEASURED_NOISE, 0.3)
+    found = hearing.entering(RUNS, read(out), MEASURED_NOISE, 0.3)
     # all four runs are asked
     assert found == {"act": Sensor(0.01, (out if believed else SENSOR).coloured_n, 1.2)}
     alike = hearing._alike(read(out), MEASURED_NOISE, {"act"})
@@ -84,22 +85,22 @@ def test_what_is_too_little_to_be_seen_or_to_be_believed_is_told_to_nobody(monke
     little = replace(SENSOR, coloured_n=0.9 * UNSEEN * SENSOR.white_n)
     assert hearing._alike(read(little), MEASURED_NOISE, {"act"}) == {}
     monkeypatch.setattr(hearing, "_likeliest", lambda *_: (SENSOR, 0.9 * DECIDES_NATS))
-    assert hearing.entering(SIM.problem.records, read(SENSOR), MEASURED_NOISE, 0.3) == {}
+    assert hearing.entering(RUNS, read(SENSOR), MEASURED_NOISE, 0.3) == {}
 
 
 def test_louder_inputs_are_dearer_by_what_their_readings_say_against_them_and_by_what_decides():
-    assert not list(hearing._louder(SIM.problem.records, {}))
-    (first, cost), *more = hearing._louder(SIM.problem.records, MEASURED_NOISE.input)
+    assert not list(hearing._louder({}, MEASURED_NOISE.input))
+    (first, cost), *more = hearing._louder(RUNS, MEASURED_NOISE.input)
     levels = [first["act"].coloured_n, *(s["act"].coloured_n for s, _ in more)]
     assert levels == sorted(levels) and levels[0] > UNKNOWN_COLOUR * 0.01 and {s["act"].white_n for s, _ in more} == {0.01}
     # straight lines are no noise, and the more of it they would have to hide the less
     costs = [cost["act"], *(c["act"] for _, c in more)]
     assert costs == sorted(costs) and costs[0] > DECIDES_NATS
-    part = hearing._part(SIM.problem.records, "act")
+    part = RUNS["act"]
     told = hearing._readings_nats(part, levels[-1], first["act"].correlation_s) - hearing._readings_nats(part, LEVELS[0] * 0.01, 0.4)
     assert costs[-1] == pytest.approx(told + DECIDES_NATS)
     clean = tuple(replace(r, error_n=np.zeros(len(r))) for r in SIM.problem.records)
-    assert not list(hearing._louder(clean, MEASURED_NOISE.input))
+    assert not list(hearing._louder(hearing._smoothed(clean, {"act"}), MEASURED_NOISE.input))
 
 
 def test_what_is_told_has_to_be_worth_what_it_costs_besides(monkeypatch):
@@ -122,7 +123,7 @@ def test_an_input_whose_output_is_still_left_with_more_than_noise_is_told_of_not
 def test_a_clean_input_is_left_alone(monkeypatch):
     monkeypatch.setattr(hearing, "_likeliest", lambda *_: "asked")
     clean = tuple(replace(r, error_n=np.zeros(len(r))) for r in SIM.problem.records)
-    assert hearing.entering(clean, read(SENSOR), MEASURED_NOISE, 0.3) == {}
+    assert hearing.entering(hearing._smoothed(clean, {"act"}), read(SENSOR), MEASURED_NOISE, 0.3) == {}
 
 
 def test_an_input_without_slow_noise_is_not_said_to_have_as_much_as_the_output():
@@ -150,9 +151,9 @@ def test_noise_that_models_leave_is_as_large_as_it_was_made_and_what_they_can_ch
     # an offset that the second model can take up, and a theta that both can
     sim.y = sim.predict(THETA + 0.002, {}) + 0.1 + noise(1)
     measured = Noise({"act": Sensor(1e-4, 1e-6, 0.1)}, {"act": Sensor(NOISE_N, 0.1 * NOISE_N, 0.1)}, {"act": 1.0})
-    found, nats = hearing._likely(sim, [base, best], measured, hearing._columns(sim, [base, best]))
+    found, nats = hearing._likely(sim, [base, best], measured, hearing.columns(sim, [base, best]))
     assert found.output["act"].white_n == pytest.approx(NOISE_N, rel=0.1) and found.output["act"].coloured_n < 0.3 * NOISE_N
-    _, more = hearing._likely(sim, [base], measured, hearing._columns(sim, [base]))
+    _, more = hearing._likely(sim, [base], measured, hearing.columns(sim, [base]))
     assert more["act"] > nats["act"] + 100.0
 
 

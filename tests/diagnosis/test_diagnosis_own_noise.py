@@ -6,23 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from sstl_cli.blind import cases
 from sstl_cli.blind.schedule import Entry
 from sstl_cli.physics.given import NoiseSpec
+from sstl_cli.physics.noise import NoiseModel, sensor_noise
 from sstl_cli.steps.diagnose import DiagnoseOptions, run
 
 SEED = 902
-# white, slow noise (N) and how long that lasts (s)
-QUIET, SLOW, QUICK, LONG = (0.01, 0.0, 0.3), (0.01, 0.02, 0.3), (0.01, 0.025, 0.1), (0.01, 0.01, 1.0)
-
-
-def noise(rng, time_s, white_n, slow_n, slow_s):
-    memory = np.exp(-np.median(np.diff(time_s)) / slow_s)
-    fresh = np.sqrt(1.0 - memory**2) * rng.standard_normal(len(time_s))
-    slow = lfilter([1.0], [1.0, -memory], fresh, zi=[memory * rng.standard_normal()])[0]
-    return white_n * rng.standard_normal(len(time_s)) + slow_n * slow
+QUIET, SLOW, QUICK, LONG = NoiseModel(0.01), NoiseModel(0.01, 0.02, 0.3), NoiseModel(0.01, 0.025, 0.1), NoiseModel(0.01, 0.01, 1.0)
 
 
 @pytest.mark.slow
@@ -33,9 +25,11 @@ def test_nothing_is_missing_whichever_sensor_is_the_noisy_one(simulator, into, o
     source, _ = cases.rebuild(case.truth)
     bench = replace(source.bench, noise=NoiseSpec(0.0, 0.0, 0.3, 0.0))
     rng = np.random.default_rng(7)
-    runs = [
-        replace(r, tension_in_n=r.tension_in_n + noise(rng, r.time_s, *into), tension_out_n=r.tension_out_n + noise(rng, r.time_s, *out))
-        for r in replace(source, bench=bench).record(bench.runs, {})
-    ]
+
+    def noisy(r):
+        into_n, out_n = (sensor_noise(model, len(r), 1.0 / bench.rate_hz, rng) for model in (into, out))
+        return replace(r, tension_in_n=r.tension_in_n + into_n, tension_out_n=r.tension_out_n + out_n)
+
+    runs = [noisy(r) for r in replace(source, bench=bench).record(bench.runs, {})]
     found = run(runs, DiagnoseOptions(sim=case.sim)).verdict
     assert (found.status, found.effects) == ("none", ())
