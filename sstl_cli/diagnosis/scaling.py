@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
+from sstl_cli.core.documents.base import Part
+from sstl_cli.core.documents.quantity import Quantity
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import HIGH_N, LOW_N, TARGET_N, UNSEEN_SHARE
+from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
@@ -66,36 +69,78 @@ def in_proportion(unit_n: float) -> Scenario:
     return usual.with_rig(ea_n=usual.rig.ea_n * unit_n, load_n_per_mm=usual.rig.load_n_per_mm * unit_n)
 
 
-def restore(document: Any, unit_n: float) -> Any:
-    """Return a diagnosis with every tension in N again: keys that end in ``_n``, and parameters by their unit; not within a scenario."""
-    if unit_n == 1.0:
-        return document
-    if isinstance(document, list):
-        return [restore(item, unit_n) for item in document]
-    if not isinstance(document, dict):
-        return document
-    power = unit_n ** POWERS.get(document["unit"], 0) if isinstance(document.get("unit"), str) else 1.0
-    if {"name", "unit", "estimate", "ci95"} <= document.keys():
-        return {**document, **_times(document, power)}
-    found = {}
-    for key, item in document.items():
-        number = isinstance(item, int | float | np.ndarray) and not isinstance(item, bool)
-        if key.endswith("_n") and isinstance(item, dict) and {"estimate", "ci95"} <= item.keys():
-            found[key] = {**item, **_times(item, unit_n)}
-        elif key == "scenario":
-            # it stays as it is fitted: ``tension_factor`` beside it says what one N of it is
-            found[key] = item
-        elif key == "size" and "parameter" in document:
-            found[key] = item * power
-        else:
-            found[key] = item * unit_n if key.endswith("_n") and number else restore(item, unit_n)
-    return found
+@dataclass(frozen=True)
+class Units:
+    """The units of a recording: how many N one N of the fit is, and the scale of an output that is no force."""
+
+    unit_n: float = 1.0
+    output: Scale | None = None
+
+    @property
+    def systems(self) -> Collection[str]:
+        """The systems whose outputs have a scale of their own."""
+        return () if self.output is None else self.output.per_n
+
+    def of(self, quantity: Quantity, unit: str | None, system: str | None) -> tuple[float, float]:
+        """Return factor and origin that bring a number of the fit to the units of the recording.
+
+        Parameters
+        ----------
+        unit : str, optional
+            What the field ``unit`` beside it says.
+        system : str, optional
+            The system that it is of; what is of several goes by the typical scale.
+        """
+        if quantity is Quantity.OWN:
+            return self.unit_n ** POWERS.get(unit or "", 0), 0.0
+        if quantity is Quantity.INPUT or self.output is None:
+            return self.unit_n, 0.0
+        factor = self.unit_n * self.output.per_n.get(system or "", self.output.typical)
+        if quantity is Quantity.OUTPUT:
+            return abs(factor), 0.0
+        return factor, self.output.origin.get(system or "", 0.0) if quantity is Quantity.READING else 0.0
 
 
-def _times(estimated: Mapping[str, Any], factor: float) -> dict[str, Any]:
-    """Return an estimate and its interval, where there is one, times a factor."""
-    interval = estimated["ci95"]
-    return {
-        "estimate": estimated["estimate"] * factor,
-        "ci95": None if interval is None else [None if v is None else v * factor for v in interval],
-    }
+P = TypeVar("P", bound=Part)
+
+
+def restored(part: P, units: Units, system: str | None = None) -> P:
+    """Return a part of a document in the units of the recording: every field goes as its ``Quantity`` says.
+
+    Parameters
+    ----------
+    system : str, optional
+        The system that the part is of, where it does not say so itself.
+    """
+    if units == Units():
+        return part
+    system = getattr(part, "system", None) or system
+    changed: dict[str, object] = {}
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        quantity = next((m for m in field.metadata if isinstance(m, Quantity)), None)
+        if name in part.model_fields_set and value is not None:
+            changed[name] = (
+                _inside(value, units, system)
+                if quantity is None
+                else _times(value, *units.of(quantity, getattr(part, "unit", None), system))
+            )
+    return part.model_copy(update=changed)
+
+
+def _inside(value: object, units: Units, system: str | None) -> object:
+    """Return a field with the parts within it restored; what a dictionary holds by the name of a system is of that system."""
+    if isinstance(value, Part):
+        return restored(value, units, system)
+    if isinstance(value, list | tuple):
+        return type(value)(_inside(v, units, system) for v in value)
+    if isinstance(value, dict):
+        return {k: _inside(v, units, k if k in units.systems else system) for k, v in value.items()}
+    return value
+
+
+def _times(value: float | Sequence[float | None] | None, factor: float, origin: float) -> object:
+    """Return a number, or several, times a factor, from an origin; what is not known stays so."""
+    if isinstance(value, list | tuple):
+        return type(value)(_times(v, factor, origin) for v in value)
+    return None if value is None else origin + factor * float(value)  # type: ignore[arg-type]

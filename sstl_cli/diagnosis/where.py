@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.documents.diagnosis import Band, Place
+from sstl_cli.core.documents.diagnosis import Band, Place, TensionBand
 from sstl_cli.diagnosis.constants import FAST_PCT, HELD, STILL_N, TABLE_HZ, TABLE_SINCE_S
 from sstl_cli.diagnosis.simulator import Simulator
 
@@ -68,20 +68,24 @@ def bands(sim: Simulator, error: Array) -> dict[str, list[Band]]:
     squared = sim.weight * error**2
     speed = np.concatenate(rate)
     out = {
-        "tension_n": _by(np.concatenate(u), squared, quantiles=True),
-        "rate_n_s": _by(np.abs(speed), squared, quantiles=True),
+        "tension_n": _of_tension(np.concatenate(u), squared),
+        "rate_n_s": _of_tension(np.abs(speed), squared),
         "direction": _named({"release": speed < 0, "pull": speed >= 0}, squared),
-        "time_since_reversal_s": _by(np.concatenate(since), squared, edges=list(TABLE_SINCE_S)),
-        "time_in_run": _by(np.concatenate(time), squared, edges=[0, 0.25, 0.5, 0.75, 1.0]),
+        "time_since_reversal_s": _by(np.concatenate(since), squared, np.array(TABLE_SINCE_S)),
+        "time_in_run": _by(np.concatenate(time), squared, np.array([0, 0.25, 0.5, 0.75, 1.0])),
         "frequency_hz": _frequencies(sim, error),
     }
     return out
 
 
-def _by(x: Array, squared: Array, quantiles: bool = False, edges: list[float] | None = None) -> list[Band]:
-    at = np.quantile(x, [0, 0.25, 0.5, 0.75, 1.0]) if quantiles or edges is None else np.array(edges, float)
-    bins = np.clip(np.searchsorted(at, x, side="right") - 1, 0, len(at) - 2)
-    return _ranges(at, np.bincount(bins, squared, len(at) - 1).astype(float))
+def _of_tension(x: Array, squared: Array) -> list[Band]:
+    """Return the share of each quarter of the samples, by tension (N) or its rate (N/s)."""
+    return [TensionBand(low=b.low, high=b.high, share_pct=b.share_pct) for b in _by(x, squared, np.quantile(x, [0, 0.25, 0.5, 0.75, 1.0]))]
+
+
+def _by(x: Array, squared: Array, edges: Array) -> list[Band]:
+    bins = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    return _ranges(edges, np.bincount(bins, squared, len(edges) - 1).astype(float))
 
 
 def _named(groups: dict[str, NDArray[np.bool_]], squared: Array) -> list[Band]:

@@ -16,7 +16,7 @@ from sstl_cli.core.documents.gate import Remark
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.provenance import by_another
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import following, gathering, left_out, verdict, worth
+from sstl_cli.diagnosis import following, gathering, left_out, scaling, verdict, worth
 from sstl_cli.diagnosis.accepted import accepted, known, model
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.gathering import Evidence
@@ -26,7 +26,7 @@ from sstl_cli.identification import gate
 from sstl_cli.identification.gate.rules import limit, overflow
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps.diagnose_document import document
+from sstl_cli.steps.diagnose_document import document, units_of
 from sstl_cli.steps.diagnose_given import Given
 
 # a stage that a limit on time may leave out
@@ -191,4 +191,4 @@ def _downstream(result: Diagnosis, deadline: Deadline) -> tuple[Downstream | Non
     except SstlError as error:
         return None, [f"downstream: {error.what}"]
     tracked = [Tracked(reference=t.reference, rmse_without_n=t.rmse_without_n, rmse_with_n=t.rmse_with_n) for t in found]
-    return Downstream(config_id=name, tracking=tracked), []
+    return scaling.restored(Downstream(config_id=name, tracking=tracked), units_of(result.evidence)), []

@@ -12,6 +12,8 @@ from sstl_cli.core.documents.diagnosis import (
     Cosines,
     DiagnosisDocument,
     Estimated,
+    EstimatedInput,
+    EstimatedOutput,
     Gap,
     LeastShown,
     LeftOver,
@@ -26,6 +28,7 @@ from sstl_cli.diagnosis.compared import compared, only_beside
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.floor import above_noise, log_interval
+from sstl_cli.diagnosis.gathering import Evidence
 from sstl_cli.diagnosis.judged import by_size
 from sstl_cli.diagnosis.noise import of_readings
 from sstl_cli.diagnosis.verdict import NONE, NOTHING, UNDECIDED
@@ -47,11 +50,11 @@ def document(g: Given) -> DiagnosisDocument:
         schema="sstl.diagnosis/1",
         package_version=__version__,
         verdict=_verdict(g),
-        gap=rows.gap_beside(g, _gap(g, gap.sizes(g, errors, code)), only),
+        gap=_gap(g, gap.sizes(g, errors, code)),
         where=where.shares(sim, errors.base, code) if g.fault is None else recorded.shares(sim, g.search.base.theta, code),
         where_samples=ANALYSED if g.fault is None else RECORDED,
         where_bands=where.bands(sim, errors.base),
-        candidates=rows.candidates(g, fitted, only),
+        candidates=rows.candidates(g, fitted),
         next_experiment=_next(g),
         unit="N" if g.scale is None else g.scale.unit,
         remarks=list(g.remarks),
@@ -62,8 +65,7 @@ def document(g: Given) -> DiagnosisDocument:
         loops=drawn.loops(g),
         residuals=drawn.residuals(g),
     )
-    beside = rows.beside(g)
-    restored = _in_own_units(g, found if beside is None else found.model_copy(update={"beside": beside}))
+    restored = rows.with_beside(g, scaling.restored(found, units_of(g)), only)
     said = [*(restored.notes or []), *notes.below_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
     analysis = None if restored.analysis is None else restored.analysis.model_copy(update=_theta(g, restored.gap))
     restored = restored.model_copy(update={"notes": said, "analysis": analysis})
@@ -79,13 +81,9 @@ def _theta(g: Given, found: Gap) -> dict[str, object]:
     return {"theta_before": had.before, **beside, "theta_changed": had.changed}
 
 
-def _in_own_units(g: Given, found: DiagnosisDocument) -> DiagnosisDocument:
-    """Return a diagnosis with its tensions in the units of the recording, its errors in the unit of the output."""
-    if g.problem.unit_n != 1.0:
-        found = DiagnosisDocument(**scaling.restore(found.plain(), g.problem.unit_n))
-    if g.scale is None:
-        return found
-    return found.model_copy(update={"gap": Gap(**scaling.restore(found.gap.plain(), g.scale.typical))})
+def units_of(g: Evidence) -> scaling.Units:
+    """Return the units of the recording."""
+    return scaling.Units(g.problem.unit_n, g.scale)
 
 
 def _analysis(g: Given) -> Analysis:
@@ -172,17 +170,20 @@ def _noise(g: Given) -> dict[str, dict[str, dict[str, Estimated]]]:
     for system in sorted(noise.output):
         sensors = (("input", noise.input[system]), ("output", noise.output[system]))
         spread = noise.spread.get(system, {})
-        found[system] = {side: {k: _estimated(v, spread.get(f"{side}.{k}")) for k, v in asdict(sensor).items()} for side, sensor in sensors}
+        found[system] = {
+            side: {k: _estimated(side, k, v, spread.get(f"{side}.{k}")) for k, v in asdict(sensor).items()} for side, sensor in sensors
+        }
     return found
 
 
-def _estimated(value: float, spread: float | None) -> Estimated:
+def _estimated(side: str, name: str, value: float, spread: float | None) -> Estimated:
     """Return a number of a sensor with its interval; what was not fitted is what differences of its readings say."""
+    of = Estimated if name == "correlation_s" else EstimatedInput if side == "input" else EstimatedOutput
     if spread is None:
-        return Estimated(estimate=value, ci95=None, why="as differences of readings show it: it is not fitted with the rest")
+        return of(estimate=value, ci95=None, why="as differences of readings show it: it is not fitted with the rest")
     if not 0.0 < spread < np.inf:
-        return Estimated(estimate=value, ci95=None, why="the readings show no noise")
-    return Estimated(estimate=value, ci95=log_interval(value, spread))
+        return of(estimate=value, ci95=None, why="the readings show no noise")
+    return of(estimate=value, ci95=log_interval(value, spread))
 
 
 def _next(g: Given) -> NextExperiment | None:

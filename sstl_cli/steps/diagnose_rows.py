@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from sstl_cli.core.documents.diagnosis import Beside, Candidate, Gap, Parameter
+from sstl_cli.core.documents.diagnosis import Beside, Candidate, DiagnosisDocument, Gap, Parameter
 from sstl_cli.core.groups import ANALYSED, RECORDED
 from sstl_cli.core.numbers import quantity, small
+from sstl_cli.diagnosis import scaling
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.compared import Compared
 from sstl_cli.diagnosis.faults import RecorderEffect
@@ -17,10 +19,37 @@ from sstl_cli.steps.diagnose_given import Given, name
 UNTOLD = "no interval is worked out for the channels beside"
 
 
-def candidates(g: Given, fitted: Sequence[Compared], only: Sequence[ChannelGap]) -> list[Candidate]:
-    """Return those of the output, faults of the recorder, and what only channels beside show; the most probable first."""
-    rows = [*(_row(c) for c in fitted), *(_recorder_row(g, r) for r in g.recorder), *(_beside_row(g, gap) for gap in only)]
+def candidates(g: Given, fitted: Sequence[Compared]) -> list[Candidate]:
+    """Return those of the output and faults of the recorder, the most probable first."""
+    return _ordered([*(_row(c) for c in fitted), *(_recorder_row(g, r) for r in g.recorder)])
+
+
+def with_beside(g: Given, document: DiagnosisDocument, only: Sequence[ChannelGap]) -> DiagnosisDocument:
+    """Return a diagnosis in the units of the recording with what the channels beside the output show; ``only`` they show the last."""
+    if not g.beside:
+        return document
+    own = [_in_recording(x, g.problem.unit_n) for x in only]
+    return document.model_copy(
+        update={
+            "gap": gap_beside(g, document.gap, own),
+            "candidates": _ordered([*document.candidates, *(_beside_row(g, x) for x in own)]),
+            "beside": _beside(_in_recording(max(g.beside, key=lambda x: x.gain), g.problem.unit_n)),
+        }
+    )
+
+
+def _ordered(rows: Sequence[Candidate]) -> list[Candidate]:
     return sorted(rows, key=lambda row: -(row.probability or 0.0))
+
+
+def _in_recording(x: ChannelGap, unit_n: float) -> ChannelGap:
+    """Return what an effect makes of a channel in the units of the recording."""
+
+    def own(error: float) -> float:
+        return scaling.parameter(error, x.unit, unit_n)
+
+    values = {k: scaling.parameter(v, get(x.effect).parameter(k).unit, unit_n) for k, v in x.values.items()}
+    return replace(x, values=values, rmse_base=own(x.rmse_base), rmse_with=own(x.rmse_with), noise=own(x.noise))
 
 
 def _row(c: Compared) -> Candidate:
@@ -100,11 +129,8 @@ def _counted(effect_id: str, values: Mapping[str, float], why: str) -> list[Para
     ]
 
 
-def beside(g: Given) -> Beside | None:
-    """Return what the likeliest effect beside the output does to its channel, where there is any."""
-    if not g.beside:
-        return None
-    best = max(g.beside, key=lambda x: x.gain)
+def _beside(best: ChannelGap) -> Beside:
+    """Return what an effect beside the output does to its channel."""
     return Beside(
         channel=best.channel,
         unit=best.unit,

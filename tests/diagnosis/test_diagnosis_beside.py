@@ -6,10 +6,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from sstl_cli.core.documents.diagnosis import Gap
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap
 from sstl_cli.diagnosis.channels import ChannelGap
 from sstl_cli.diagnosis.sentence import _fall
-from sstl_cli.steps.diagnose_rows import gap_beside, notes_beside
+from sstl_cli.steps.diagnose_rows import gap_beside, notes_beside, with_beside
 
 OF_OUTPUT = {
     "rmse_base_n": 0.5, "rmse_retuned_n": 0.022, "rmse_with_effect_n": 0.022, "noise_floor_n": 0.02, "shrink_pct": 0.0, "shrink_ci95_pct": None,
@@ -39,3 +39,18 @@ def test_the_fall_of_a_position_is_said_to_be_its_own():
         "the error of channel position_in falls from 0.4 mm to 0.01 mm; errors in newtons are of the output, which the effect does not change"
     ]
     assert _fall(gap) == "  error of channel position_in (mm) falls by 97.5 %"
+
+
+def test_what_a_channel_beside_shows_is_in_the_units_of_the_recording():
+    """Where tensions were fitted in a unit of their own, errors and parameters of the channel beside stayed in it."""
+    lag = ChannelGap("tension_in", "N", "tension_loop_lag", {"tau_s": 0.2}, 0.4, 0.01, 0.008, 900.0)
+    long = ChannelGap("position_in", "mm", "tendon_elasticity", {"compliance_per_kn": 0.5}, 0.4, 0.01, 0.008, 800.0)
+    g = SimpleNamespace(
+        beside=(long, lag), problem=SimpleNamespace(unit_n=10.0), verdict=SimpleNamespace(effects=("tension_loop_lag",), probabilities={})
+    )
+    found = with_beside(g, DiagnosisDocument.model_construct(gap=Gap.model_validate(OF_OUTPUT), candidates=[]), (long, lag))
+    assert (found.gap.rmse_base_n, found.gap.rmse_with_effect_n, found.gap.noise_floor_n) == pytest.approx((4.0, 0.1, 0.08))
+    assert (found.beside.channel, found.beside.rmse_base, found.beside.parameters) == ("tension_in", 4.0, {"tau_s": 0.2})
+    by_id = {c.id: c for c in found.candidates}
+    assert by_id["tension_loop_lag"].rmse_held_out_n == pytest.approx(0.1) and by_id["tendon_elasticity"].rmse_held_out_n is None
+    assert by_id["tendon_elasticity"].parameters[0].estimate == pytest.approx(0.05)

@@ -10,6 +10,7 @@ import pytest
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.scale import Scale, given, in_newtons, scale_of
 from sstl_cli.physics.scenario import OutputScale
+from sstl_cli.steps import diagnose
 
 PER_N, ORIGIN = {"act": 3.0, "sstl": -0.5}, {"act": 5.0, "sstl": 2.0}
 
@@ -63,3 +64,34 @@ def test_the_scale_of_an_accepted_model_holds_for_its_unit_and_its_systems_only(
     # several units are several sensors
     two = accepted.model_copy(update={"unit": "V, mm"})
     assert given([run("a"), run("b", unit="mm")], two).unit == "V, mm"
+
+
+def document(log):
+    options = diagnose.DiagnoseOptions(effects=("zero_drift",), max_effects=1, physics=False)
+    return diagnose.run(log, options).body
+
+
+def test_every_number_of_a_document_is_in_the_unit_of_the_recording():
+    """Ranges of tension, loops and residuals stayed in the unit of the fit; of an output in volts all but the gap did."""
+    log = [run("a", unit="N"), run("b", period=5.0, unit="N")]
+    usual = document(log)
+    large = document([replace(r, tension_in_n=50.0 * r.tension_in_n, tension_out_n=50.0 * r.tension_out_n) for r in log])
+    volts = document([replace(r, tension_out_n=3.0 * r.tension_out_n + 5.0, unit_out="V") for r in log])
+    assert large.notes != usual.notes and (usual.unit, large.unit, volts.unit) == ("N", "N", "V")
+    for found, force, per_n, origin in ((large, 50.0, 1.0, 0.0), (volts, 1.0, 3.0, 5.0)):
+        out = force * per_n
+        assert found.gap.rmse_retuned_n == pytest.approx(out * usual.gap.rmse_retuned_n, rel=0.05)
+        assert found.where[0].rmse_n == pytest.approx(out * usual.where[0].rmse_n, rel=0.3)
+        assert found.candidates[0].rmse_held_out_n == pytest.approx(out * usual.candidates[0].rmse_held_out_n, rel=0.3)
+        for quantity in ("tension_n", "rate_n_s"):
+            ranges = ([x.high for x in d.where_bands[quantity]] for d in (found, usual))
+            assert next(ranges) == pytest.approx([force * x for x in next(ranges)], rel=0.02, abs=0.1 * force)
+        loop, plain = found.loops[0], usual.loops[0]
+        assert loop.tension_in_n == pytest.approx(force * np.array(plain.tension_in_n), rel=0.01)
+        assert loop.measured_n == pytest.approx(out * np.array(plain.measured_n) + origin, rel=0.01)
+        left = ([float(np.std(x.base_n)) for x in d.residuals] for d in (found, usual))
+        assert next(left) == pytest.approx([out * x for x in next(left)], rel=0.05)
+        noise = (d.analysis.noise["act"] for d in (found, usual))
+        here, there = next(noise), next(noise)
+        assert here["input"]["white_n"].estimate == pytest.approx(force * there["input"]["white_n"].estimate, rel=0.05)
+        assert here["output"]["white_n"].estimate == pytest.approx(out * there["output"]["white_n"].estimate, rel=0.05)

@@ -5,48 +5,93 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sstl_cli.core.documents.diagnosis import (
+    Analysis,
+    Band,
+    Estimated,
+    EstimatedInput,
+    EstimatedOutput,
+    Gap,
+    LeastShown,
+    LoopCurves,
+    NextExperiment,
+    Parameter,
+    Place,
+    ResidualCurves,
+    TensionBand,
+)
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import scaling
-from sstl_cli.diagnosis.scaling import in_proportion, mechanics, parameter, restore, scaled, unit_of
+from sstl_cli.diagnosis.scale import Scale
+from sstl_cli.diagnosis.scaling import Units, in_proportion, mechanics, parameter, restored, scaled, unit_of
 from sstl_cli.physics.effect import FORCE_UNITS
 from sstl_cli.physics.scenario import Scenario
 
-DOCUMENT = {
-    "unit": "N",
-    "gap": {"rmse_base_n": 2.0, "shrink_pct": 40.0, "held_out": True},
-    "candidates": [
-        {"parameters": [
-            {"name": "w_l_n", "unit": "N", "estimate": 3.0, "ci95": [2.0, 4.0]},
-            {"name": "alpha", "unit": "1", "estimate": 0.1, "ci95": None},
-            {"name": "c_t_per_n", "unit": "1/N", "estimate": 0.5, "ci95": None},
-        ]},
-    ],
-    "analysis": {"noise": {"act": {"output": {
-        "white_n": {"estimate": 0.2, "ci95": [0.1, 0.3]}, "correlation_s": {"estimate": 0.4, "ci95": None},
-    }}}},
-    "verdict": {"would_have_shown": [
-        {"effect": "const_friction", "parameter": "w_l_n", "unit": "N", "size": 0.2, "gap_n": 0.1},
-        {"effect": "gain_error", "parameter": "g_act", "unit": "1", "size": 0.01, "gap_n": 0.1},
-    ]},
-}  # fmt: skip
+NOTHING_KNOWN = {"shrink_pct": None, "shrink_ci95_pct": None, "explained_of_reducible_pct": None, "held_out": True}
+
+
+def a_gap(base_n, with_n, floor_n, **more):
+    return Gap(rmse_base_n=base_n, rmse_retuned_n=None, rmse_with_effect_n=with_n, noise_floor_n=floor_n, **{**NOTHING_KNOWN, **more})
+
+
+def of_noise(kind, n):
+    return kind(estimate=n, ci95=(0.5 * n, 2.0 * n))
+
+
+def an_analysis(system):
+    sensors = {"input": {"white_n": of_noise(EstimatedInput, 0.2)}, "output": {"white_n": of_noise(EstimatedOutput, 0.2)}}
+    sensors["output"]["correlation_s"] = Estimated(estimate=0.4, ci95=None)
+    return Analysis(rate_hz=50.0, samples=9, runs=1, set_aside={}, theta={"C": 0.5}, noise={system: sensors})
+
+
+def a_parameter(unit, estimate, ci95=None):
+    return Parameter(name="p", unit=unit, estimate=estimate, ci95=ci95, at_bound=False)
 
 
 def test_every_tension_and_every_interval_is_in_the_recordings_units_again():
-    found = restore(DOCUMENT, 100.0)
-    assert found["gap"] == {"rmse_base_n": 200.0, "shrink_pct": 40.0, "held_out": True}
-    width, alpha, compliance = found["candidates"][0]["parameters"]
-    assert (width["estimate"], width["ci95"]) == (300.0, [200.0, 400.0])
-    assert (alpha["estimate"], alpha["ci95"]) == (0.1, None)
-    assert compliance["estimate"] == pytest.approx(0.005) and compliance["ci95"] is None
-    output = found["analysis"]["noise"]["act"]["output"]
-    assert output["white_n"] == {"estimate": 20.0, "ci95": [10.0, 30.0]}
-    assert output["correlation_s"] == {"estimate": 0.4, "ci95": None}
-    friction, gain = found["verdict"]["would_have_shown"]
-    assert (friction["size"], friction["gap_n"]) == (20.0, 10.0) and (gain["size"], gain["gap_n"]) == (0.01, 10.0)
+    units = Units(100.0)
+    found = restored(a_gap(2.0, None, 0.5, shrink_pct=40.0), units)
+    assert (found.rmse_base_n, found.rmse_with_effect_n, found.noise_floor_n, found.shrink_pct) == (200.0, None, 50.0, 40.0)
+    assert found.model_fields_set == a_gap(2.0, None, 0.5).model_fields_set
+    parameters = [restored(p, units) for p in (a_parameter("N", 3.0, (2.0, None)), a_parameter("1", 0.1), a_parameter("1/N", 0.5))]
+    assert [(p.estimate, p.ci95) for p in parameters] == [(300.0, (200.0, None)), (0.1, None), (pytest.approx(0.005), None)]
+    noise = restored(an_analysis("act"), units).noise["act"]
+    assert (noise["input"]["white_n"].estimate, noise["output"]["white_n"].ci95, noise["output"]["correlation_s"].estimate) == (
+        20.0, (10.0, 40.0), 0.4,
+    )  # fmt: skip
+    friction = restored(LeastShown(effect="const_friction", parameter="w_l_n", unit="N", size=0.2, gap_n=0.1), units)
+    gain = restored(LeastShown(effect="gain_error", parameter="g_act", unit="1", size=0.01, gap_n=0.1), units)
+    assert (friction.size, friction.gap_n) == (20.0, 10.0) and (gain.size, gain.gap_n) == (0.01, 10.0)
+
+
+def test_what_a_report_draws_and_the_tensions_of_its_ranges_are_in_the_recordings_units():
+    loop = LoopCurves(run_id="r", system="act", tension_in_n=[1.0, 2.0], measured_n=[0.5, 1.0], base_n=[0.4, 0.8], with_effect_n=[0.5, 0.9])
+    left = ResidualCurves(run_id="r", system="act", time_s=[0.0, 0.1], tension_in_n=[1.0, 2.0], base_n=[0.1, 0.2], effect_n=[0.0, 0.1])
+    drawn, rest = restored(loop, Units(10.0)), restored(left, Units(10.0))
+    assert (drawn.tension_in_n, drawn.measured_n, drawn.base_n, drawn.with_effect_n) == ([10.0, 20.0], [5.0, 10.0], [4.0, 8.0], [5.0, 9.0])
+    assert (rest.time_s, rest.tension_in_n, rest.base_n, rest.effect_n) == ([0.0, 0.1], [10.0, 20.0], [1.0, 2.0], [0.0, 1.0])
+    ranges = [restored(kind(low=1.0, high=2.0, share_pct=30.0), Units(10.0)) for kind in (TensionBand, Band)]
+    assert [(b.low, b.high, b.share_pct) for b in ranges] == [(10.0, 20.0, 30.0), (1.0, 2.0, 30.0)]
+
+
+def test_an_output_that_is_no_force_is_told_in_its_own_unit_from_its_own_origin():
+    # 8 counts a newton and 500 counts at rest in actuation, 3 from 100 in the loop; errors of both go by the middle of the two (2.5)
+    # and the loop's sensor sits the other way round: its readings fall, its errors are as large
+    units = Units(10.0, Scale("counts", {"act": 8.0, "sstl": -3.0}, {"act": 500.0, "sstl": 100.0}))
+    loop = LoopCurves(run_id="r", system="act", tension_in_n=[1.0], measured_n=[4.0], base_n=[3.0], with_effect_n=[4.0])
+    drawn = restored(loop, units)
+    assert (drawn.tension_in_n, drawn.measured_n, drawn.base_n) == ([10.0], [820.0], [740.0])
+    left = ResidualCurves(run_id="r", system="sstl", time_s=[0.0], tension_in_n=[1.0], base_n=[0.1], effect_n=[0.2])
+    assert restored(left, units).base_n == [pytest.approx(-3.0)]
+    place = Place(system="sstl", phase="pull", config_id=None, share_pct=50.0, rmse_n=0.5)
+    assert restored(place, units).rmse_n == 15.0 and restored(a_gap(2.0, 1.0, 0.5), units).rmse_base_n == 50.0
+    noise = restored(an_analysis("sstl"), units).noise["sstl"]
+    assert (noise["input"]["white_n"].estimate, noise["output"]["white_n"].estimate) == (2.0, pytest.approx(6.0))
 
 
 def test_a_log_of_usual_forces_stays_as_it_is():
-    assert restore(DOCUMENT, 1.0) is DOCUMENT
+    document = a_gap(2.0, 1.0, 0.5)
+    assert restored(document, Units()) is document
 
 
 @pytest.mark.parametrize(
@@ -104,5 +149,6 @@ def test_effects_of_a_simulator_are_brought_to_the_unit_and_back():
 
 def test_a_proposed_movement_keeps_its_tensions_beside_the_factor_that_says_their_unit():
     # both were multiplied, so that a movement was driven to the square of the factor
-    proposed = {"rmse_n": 2.0, "scenario": {"low_n": 1.0, "rig": {"ea_n": 8000.0}}, "tension_factor": 10.0}
-    assert restore({"next_experiment": proposed}, 10.0) == {"next_experiment": {**proposed, "rmse_n": 20.0}}
+    scenario = {"low_n": 1.0, "rig": {"ea_n": 8000.0}}
+    proposed = NextExperiment(separates=["a", "b"], trajectory="fast", why="", scenario=scenario, tension_factor=10.0)
+    assert restored(proposed, Units(10.0)) == proposed

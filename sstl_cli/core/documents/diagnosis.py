@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
 from sstl_cli.core.documents.base import Document, Part
 from sstl_cli.core.documents.gate import Remark
+from sstl_cli.core.documents.quantity import Quantity
 
 Interval = tuple[float | None, float | None]
 Status = Literal["identified", "ambiguous", "unknown", "none"]
@@ -29,8 +30,8 @@ class LeastShown(Part):
     effect: str
     parameter: str
     unit: str
-    size: float
-    gap_n: float
+    size: Annotated[float, Quantity.OWN]
+    gap_n: Annotated[float, Quantity.OUTPUT]
 
 
 class LeftOver(Part):
@@ -71,13 +72,15 @@ class Verdict(Part):
 class Gap(Part):
     """The error of the simulator step by step, in the unit of the output (newtons where it is N)."""
 
-    rmse_base_n: float | None = Field(description="as given")
-    rmse_retuned_n: float | None = Field(description="after re-tuning what the simulator has")
-    rmse_with_effect_n: float | None = Field(description="with the named effects added")
-    noise_floor_n: float | None
-    noise_floor_low_n: float | None = Field(default=None, description="ends of its 95 % interval; null where none is known")
-    noise_floor_high_n: float | None = None
-    known_misfit_n: float | None = Field(
+    rmse_base_n: Annotated[float | None, Quantity.OUTPUT] = Field(description="as given")
+    rmse_retuned_n: Annotated[float | None, Quantity.OUTPUT] = Field(description="after re-tuning what the simulator has")
+    rmse_with_effect_n: Annotated[float | None, Quantity.OUTPUT] = Field(description="with the named effects added")
+    noise_floor_n: Annotated[float | None, Quantity.OUTPUT]
+    noise_floor_low_n: Annotated[float | None, Quantity.OUTPUT] = Field(
+        default=None, description="ends of its 95 % interval; null where none is known"
+    )
+    noise_floor_high_n: Annotated[float | None, Quantity.OUTPUT] = None
+    known_misfit_n: Annotated[float | None, Quantity.OUTPUT] = Field(
         default=None, description="with an accepted model as simulator: what it is known to leave of such a record, null otherwise"
     )
     shrink_pct: float | None = Field(description="fall of the held-out error from re-tuned to with effect")
@@ -105,7 +108,7 @@ class Place(Part):
     phase: str
     config_id: str | None
     share_pct: float
-    rmse_n: float
+    rmse_n: Annotated[float, Quantity.OUTPUT]
 
 
 class Band(Part):
@@ -120,14 +123,21 @@ class Band(Part):
     share_pct: float
 
 
+class TensionBand(Band):
+    """A range of the input tension, or of its rate."""
+
+    low: Annotated[float | None, Quantity.INPUT] = Field(default=None, alias="from")
+    high: Annotated[float | None, Quantity.INPUT] = Field(default=None, alias="to")
+
+
 class Parameter(Part):
     """An estimated parameter of a candidate with its 95 % interval."""
 
     name: str
     effect: str | None = Field(default=None, description="effect of the candidate that the parameter is of")
     unit: str
-    estimate: float | None
-    ci95: Interval | None
+    estimate: Annotated[float | None, Quantity.OWN]
+    ci95: Annotated[Interval | None, Quantity.OWN]
     why: str | None = Field(default=None, description="why the interval is null")
     at_bound: bool
     identifiability: Identifiability | None = None
@@ -138,7 +148,7 @@ class Candidate(Part):
 
     id: str
     probability: float | None
-    rmse_held_out_n: float | None
+    rmse_held_out_n: Annotated[float | None, Quantity.OUTPUT]
     shrink_pct: float | None
     samples: str | None = Field(default=None, description="what these two are of, as gap.samples")
     evidence_nats: float | None = Field(default=None, description="its gain less what its parameters are charged")
@@ -177,6 +187,20 @@ class Estimated(Part):
     estimate: float
     ci95: Interval | None
     why: str | None = None
+
+
+class EstimatedInput(Estimated):
+    """The same of noise of an input's sensor, in N."""
+
+    estimate: Annotated[float, Quantity.INPUT]
+    ci95: Annotated[Interval | None, Quantity.INPUT]
+
+
+class EstimatedOutput(Estimated):
+    """The same of noise of an output's sensor, in the unit of the output."""
+
+    estimate: Annotated[float, Quantity.OUTPUT]
+    ci95: Annotated[Interval | None, Quantity.OUTPUT]
 
 
 class OutputScale(Part):
@@ -225,10 +249,10 @@ class LoopCurves(Part):
 
     run_id: str
     system: str
-    tension_in_n: list[float]
-    measured_n: list[float]
-    base_n: list[float]
-    with_effect_n: list[float]
+    tension_in_n: Annotated[list[float], Quantity.INPUT]
+    measured_n: Annotated[list[float], Quantity.READING]
+    base_n: Annotated[list[float], Quantity.READING]
+    with_effect_n: Annotated[list[float], Quantity.READING]
 
 
 class ResidualCurves(Part):
@@ -237,9 +261,9 @@ class ResidualCurves(Part):
     run_id: str
     system: str
     time_s: list[float]
-    tension_in_n: list[float]
-    base_n: list[float]
-    effect_n: list[float]
+    tension_in_n: Annotated[list[float], Quantity.INPUT]
+    base_n: Annotated[list[float], Quantity.DIFFERENCE]
+    effect_n: Annotated[list[float], Quantity.DIFFERENCE]
 
 
 class Beside(Part):
@@ -258,8 +282,8 @@ class Tracked(Part):
     """The tracking error of a reference with a controller designed without and with the named effect."""
 
     reference: str
-    rmse_without_n: float
-    rmse_with_n: float
+    rmse_without_n: Annotated[float, Quantity.OUTPUT]
+    rmse_with_n: Annotated[float, Quantity.OUTPUT]
 
 
 class Downstream(Part):
