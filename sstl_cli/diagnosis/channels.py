@@ -6,7 +6,7 @@ recorded reference; the position only on request, because a simulator need not c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,8 +89,8 @@ class _Piece:
         return np.asarray((self.given - late)[self.known])
 
 
-def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
-    """Return the lag of the tension loop where the input follows a recorded reference."""
+def loop_gaps(records: Sequence[Record], had: Mapping[str, float] | None = None) -> list[ChannelGap]:
+    """Return the lag of the tension loop where the input follows a recorded reference; ``had`` is that of the simulator, if it has one."""
     following = [r for r in records if r.raw.tension_ref_n is not None and _tracks(r.raw)]
     pieces = [p for r in following for p in _pieces(r)]
     if not pieces:
@@ -100,7 +100,8 @@ def loop_gaps(records: Sequence[Record]) -> list[ChannelGap]:
     def residual(p: Array) -> Array:
         return np.concatenate([piece.left(max(p[0], 0.0), max(p[1], 0.0)) for piece in pieces])
 
-    base = residual(np.zeros(2))
+    known = had or {}
+    base = residual(np.array([known.get("tau_s", 0.0), known.get("inverse_slew_s_per_n", 0.0)]))
     low, high = np.zeros(2), np.array(SLOWEST_LOOP)
     fits = [least_squares(residual, s, bounds=(low, high), x_scale=LAG_SCALES) for s in _starts(residual, pieces)]
     best = min(fits, key=lambda f: f.cost)
@@ -146,7 +147,8 @@ def _tracks(run: Run) -> bool:
 def position_gaps(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> list[ChannelGap]:
     """Return what each effect makes of a position recorded beside the tensions, where a line is claimed to be rigid.
 
-    The base predicts the travel of the load alone, with free origin and stiffness for each run.
+    The base predicts the travel of the load alone, with free origin and stiffness for each run, and what the simulator claims beside it;
+    an effect that is among that is a change of its parameters.
     """
     effects = [get(i) for i in candidates if get(i).position is not None]
     records = [r for r in sim.problem.records if r.raw.position_in_mm is not None]
@@ -248,15 +250,16 @@ def _position_residual(sim: Simulator, lines: Sequence[_Line], extra: dict[str, 
 
 def _fit_position(sim: Simulator, lines: Sequence[_Line], effect: Effect) -> tuple[Array, Effect, dict[str, float]]:
     parameters = [p for p in effect.parameters if p.name not in ("c_t_per_n",)]
+    there = sim.fixed.get(effect.id, {})
 
     def residual(p: Array) -> Array:
         values = {q.name: float(np.clip(v, q.low, q.high)) for q, v in zip(parameters, p, strict=True)}
-        return _position_residual(sim, lines, {effect.id: values})
+        return _position_residual(sim, lines, {effect.id: {**there, **values}})
 
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
+    had = [np.clip([there[p.name] for p in parameters], low, high)] if there else []
     best = None
-    for share in POSITION_STARTS:
-        start = low + share * (high - low)
+    for start in [*had, *(low + share * (high - low) for share in POSITION_STARTS)]:
         done = least_squares(
             residual, start, bounds=(low, high), x_scale=high - low, diff_step=np.full(len(start), POSITION_STEP), max_nfev=POSITION_TRIES
         )

@@ -81,16 +81,17 @@ def gather(
     found = search.run(sim, _fitted(ids, problem), theta, min(asked.max_effects, MOST_EFFECTS), advance, asked.workers, passed=passed)
     # the noise that was found may have changed what the input is taken to be
     problem = found.sim.problem
-    # of the recorder and beside the output there are no changes: what the simulator claims is as it says
-    ids = [i for i in ids if i not in scenario.effects]
+    # of the recorder there are no changes: what the simulator claims is as it says
+    new = [i for i in ids if i not in scenario.effects]
     faulty = faults.beyond(found, scenario)
     found = faults.once(found, faulty, lambda w: faults.beyond(found, scenario, beside=w.fit))
-    recorder = [e for e in faulty if e.id in ids and e.id not in found.singles]
-    gaps = channels.loop_gaps(problem.records) if "tension_loop_lag" in ids else []
+    recorder = [e for e in faulty if e.id in new and e.id not in found.singles]
+    lag = found.sim.fixed.get("tension_loop_lag")
+    gaps = channels.loop_gaps(problem.records, lag) if "tension_loop_lag" in ids else []
     if asked.position:
         gaps = [*gaps, *channels.position_gaps(found.sim, found.base, ids)]
     rows = features.rows(found, beside(found, faulty, gaps), 1.0 if propagates(problem) else 0.0)
-    rows = replace(rows, barred={**rows.barred, **{e.id: e.id for e in faulty if e.id not in ids}})
+    rows = replace(rows, barred={**rows.barred, **{e.id: e.id for e in faulty if e.id not in new}})
     return Evidence(problem, found, nominal, tuple(recorder), tuple(gaps), rows, prepared, own, recorded)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -49,6 +49,11 @@ def scaled(runs: Sequence[Run], unit_n: float) -> list[Run]:
 def parameter(value: float, unit: str, unit_n: float) -> float:
     """Return a parameter of the scaled fit in the units of the recording."""
     return value * unit_n ** POWERS.get(unit, 0)
+
+
+def in_recording(effect_id: str, values: Mapping[str, float], unit_n: float) -> dict[str, float]:
+    """Return the parameters of an effect of the scaled fit in the units of the recording."""
+    return {k: parameter(v, get(effect_id).parameter(k).unit, unit_n) for k, v in values.items()}
 
 
 def effects(simulator: Scenario, unit_n: float) -> dict[str, dict[str, float]]:

@@ -48,7 +48,7 @@ def _in_recording(x: ChannelGap, unit_n: float) -> ChannelGap:
     def own(error: float) -> float:
         return scaling.parameter(error, x.unit, unit_n)
 
-    values = {k: scaling.parameter(v, get(x.effect).parameter(k).unit, unit_n) for k, v in x.values.items()}
+    values = scaling.in_recording(x.effect, x.values, unit_n)
     return replace(x, values=values, rmse_base=own(x.rmse_base), rmse_with=own(x.rmse_with), noise=own(x.noise))
 
 
@@ -106,10 +106,17 @@ def _beside_row(g: Given, gap: ChannelGap) -> Candidate:
         shrink_pct=gap.fall_pct,
         samples=f"{gap.channel} beside",
         d2=None,
+        change=_change(g, gap),
         sensor=gap.channel,
         parameters=_counted(gap.effect, gap.values, UNTOLD),
         identifiability="identifiable",
     )
+
+
+def _change(g: Given, gap: ChannelGap) -> dict[str, float] | None:
+    """Return by how much the parameters of an effect that the simulator contains differ from what it says."""
+    there = scaling.in_recording(gap.effect, g.search.sim.fixed.get(gap.effect, {}), g.problem.unit_n)
+    return {k: v - there[k] for k, v in gap.values.items()} if there else None
 
 
 def _counted(effect_id: str, values: Mapping[str, float], why: str) -> list[Parameter]:

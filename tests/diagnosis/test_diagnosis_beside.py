@@ -45,8 +45,12 @@ def test_what_a_channel_beside_shows_is_in_the_units_of_the_recording():
     """Where tensions were fitted in a unit of their own, errors and parameters of the channel beside stayed in it."""
     lag = ChannelGap("tension_in", "N", "tension_loop_lag", {"tau_s": 0.2}, 0.4, 0.01, 0.008, 900.0)
     long = ChannelGap("position_in", "mm", "tendon_elasticity", {"compliance_per_kn": 0.5}, 0.4, 0.01, 0.008, 800.0)
+    sim = SimpleNamespace(fixed={"tendon_elasticity": {"compliance_per_kn": 0.2}})
     g = SimpleNamespace(
-        beside=(long, lag), problem=SimpleNamespace(unit_n=10.0), verdict=SimpleNamespace(effects=("tension_loop_lag",), probabilities={})
+        beside=(long, lag),
+        problem=SimpleNamespace(unit_n=10.0),
+        search=SimpleNamespace(sim=sim),
+        verdict=SimpleNamespace(effects=("tension_loop_lag",), probabilities={}),
     )
     found = with_beside(g, DiagnosisDocument.model_construct(gap=Gap.model_validate(OF_OUTPUT), candidates=[]), (long, lag))
     assert (found.gap.rmse_base_n, found.gap.rmse_with_effect_n, found.gap.noise_floor_n) == pytest.approx((4.0, 0.1, 0.08))
@@ -54,3 +58,5 @@ def test_what_a_channel_beside_shows_is_in_the_units_of_the_recording():
     by_id = {c.id: c for c in found.candidates}
     assert by_id["tension_loop_lag"].rmse_held_out_n == pytest.approx(0.1) and by_id["tendon_elasticity"].rmse_held_out_n is None
     assert by_id["tendon_elasticity"].parameters[0].estimate == pytest.approx(0.05)
+    # of what the simulator has it is a change
+    assert by_id["tendon_elasticity"].change == pytest.approx({"compliance_per_kn": 0.03}) and by_id["tension_loop_lag"].change is None

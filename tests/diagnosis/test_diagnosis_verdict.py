@@ -272,15 +272,20 @@ def test_an_effect_beside_closes_a_gap_over_the_noise_of_its_channel():
 def test_a_fault_that_is_no_cause_leaves_its_probability_to_what_has_a_name_if_anything_has():
     fault, cause = row("quantisation", kind=RECORDER, share=0.1), row("viscous", evidence=900.0, share=0.7)
     p = {("quantisation",): 0.6, ("viscous",): 0.2, ("crosstalk",): 0.1, NONE: 0.05, UNKNOWN: 0.05}
-    found = _causes(rows(fault, cause), p)
+    found = _causes(rows(fault, cause, log=FAILING), p)
     assert found == pytest.approx({("viscous",): 0.6, ("crosstalk",): 0.3, NONE: 0.05, UNKNOWN: 0.05})
     # where nothing else has any it keeps it
     alone = {("quantisation",): 0.9, ("viscous",): 0.0, NONE: 0.05, UNKNOWN: 0.05}
-    assert _causes(rows(fault, cause), alone) == alone
+    assert _causes(rows(fault, cause, log=FAILING), alone) == alone
     # half of the error, or as much as the output's model explains, is a cause; and so is all where nothing of the output decides
     for other, model in ((replace(fault, share=HALF), cause), (replace(fault, share=0.3), replace(cause, share=0.3))):
-        assert _causes(rows(other, model), p) == p
-    assert _causes(rows(fault, replace(cause, evidence=DECIDES_NATS)), p) == p
+        assert _causes(rows(other, model, log=FAILING), p) == p
+    assert _causes(rows(fault, replace(cause, evidence=DECIDES_NATS), log=FAILING), p) == p
+    # the sound samples leave as much beyond the noise as noise (half of 0.7), in the nine or seven tenths that are not the fault's
+    assert _causes(rows(replace(fault, share=0.26), cause, log=FAILING), p) == p
+    assert ("quantisation",) not in _causes(rows(replace(fault, share=0.25), cause, log=FAILING), p)
+    # where they leave the noise alone there is nothing that a model could explain more of
+    assert _causes(rows(fault, cause), p) == p
 
 
 @pytest.mark.parametrize(("apart", "told"), [(201.0 * DECIDES_NATS + 1.0, True), (201.0 * DECIDES_NATS - 1.0, False)])
