@@ -90,11 +90,20 @@ def limit_of(pairs: Sequence[Pair]) -> Limit:
     short = {i: pairs[i].short(line) for i, line in lines.items() if i not in silent}
     if not short:
         return Limit(level, there, 0.0, noise)
-    beyond = np.concatenate([s[there[i]] for i, s in short.items()])
+    beyond = np.concatenate([_since_entering(s, there[i]) for i, s in short.items()])
     off = np.concatenate([s[~there[i]] for i, s in short.items()])
     found = Limit(level, there, max(float(beyond.mean()), 0.0), max(float(np.sqrt(np.mean(off**2))), noise))
     heard = [i for i in range(len(pairs)) if i not in silent]
     return found if found.nats() <= DOUBT_NATS else _with_knee(pairs, found, noise, heard)
+
+
+def _since_entering(short: Array, there: Mask) -> Array:
+    """Return by how much (N) a line goes beyond a level where readings rest there, above what it was off by on the way to it.
+
+    A limit holds nothing back before it is reached; friction that is other than the line's does, over the rise as at the top.
+    """
+    parts = [short[a:b] - max(float(short[max(a - (b - a), 0) : a].mean()) if a else 0.0, 0.0) for a, b in stretches(there)]
+    return np.concatenate(parts)
 
 
 def _with_knee(pairs: Sequence[Pair], found: Limit, noise: float, heard: Sequence[int]) -> Limit:

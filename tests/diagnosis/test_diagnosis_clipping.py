@@ -9,7 +9,7 @@ import pytest
 from rig_logs import record
 
 from sstl_cli.diagnosis.clipping import Limit, Pair, _line, _piled, _resting, limit_of
-from sstl_cli.diagnosis.constants import DOUBT_NATS
+from sstl_cli.diagnosis.constants import CLIPPED_LEAST, DOUBT_NATS
 from sstl_cli.diagnosis.faults import recorder_effects
 from sstl_cli.diagnosis.readings import _usual
 from sstl_cli.diagnosis.records import prepare
@@ -20,10 +20,10 @@ CLEAN = {hz: record({}, seed=3, hz=hz, white=0.0) for hz in (50.0,)}
 
 
 def play(x, wrap=0.4):
-    """Return what a tube with dry friction passes on of an input."""
+    """Return what a tube with dry friction, which may change over time, passes on of an input."""
     out, v = np.empty(len(x)), x[0]
-    for k, u in enumerate(x):
-        v = min(max(v, np.exp(-wrap) * u), np.exp(wrap) * u)
+    for k, (u, w) in enumerate(zip(x, np.broadcast_to(wrap, len(x)), strict=True)):
+        v = min(max(v, np.exp(-w) * u), np.exp(w) * u)
         out[k] = v
     return out
 
@@ -236,3 +236,14 @@ def test_a_run_that_only_comes_down_from_its_highest_tells_no_limit():
         [Pair(read(a, 3), read(np.minimum(b, level), 4), NOISE_N, True), Pair(read(x, 1), read(np.minimum(y, level), 2), NOISE_N, True)]
     )
     assert told.nats() > DOUBT_NATS and abs(told.level_n - level) < NOISE_N and told.there[1].any()
+
+
+@pytest.mark.parametrize("over_s", [1.0, 2.0, 3.5])
+def test_friction_that_falls_towards_the_highest_top_is_no_limit_of_the_input(over_s):
+    """It lets the output go beyond the line over the rise as at the top: a `saturation` beyond doubt that was none."""
+    x = 6.0 + np.where(T > 22.5, 16.0, 14.0) * (1.0 - np.cos(2.0 * np.pi * T / 7.5))
+    wrap = 0.4 - 0.03 * np.clip((T - 26.25 + over_s) / over_s, 0.0, 1.0) * np.clip((30.0 - T) / 2.0, 0.0, 1.0)
+    worn = limit_of([Pair(read(x, 1), read(play(x, wrap), 2), NOISE_N, is_out=False)])
+    assert worn.there[0].sum() >= CLIPPED_LEAST and worn.nats() < DOUBT_NATS
+    held = limit_of([Pair(read(np.minimum(x, 37.5), 1), read(play(x), 2), NOISE_N, is_out=False)])
+    assert held.nats() > 10.0 * DOUBT_NATS and held.level_n == pytest.approx(37.5, abs=0.01)
