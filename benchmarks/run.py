@@ -27,8 +27,8 @@ from benchmarks.harness import Row, fell  # noqa: E402
 
 RESULTS = HERE / "results.json"
 PAGES = (ROOT / "docs" / "performance.md",)
-ORDER = ("segment", "importing", "simulate", "rig", "train", "compensate", "streaming", "diagnose", "start", "scaling")
-PACKAGES = ("numpy", "scipy", "scikit-learn", "pandas", "pyarrow", "numba", "torch", "mujoco", "lmfit")
+ORDER = ("segment", "importing", "simulate", "rig", "train", "compensate", "streaming", "diagnose", "algebra", "start", "scaling")
+PACKAGES = ("numpy", "scipy", "scikit-learn", "pandas", "pyarrow", "numba", "torch", "mujoco", "lmfit", "statsmodels")
 
 
 def names() -> list[str]:
