@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from sstl_cli.identification.gate.clear_gain import clear_alone, clear_everywhere, scaled_anew
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
@@ -56,6 +57,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             most = usual[e.system] if abs(math.log(g / usual[e.system])) < max(LEVELS, WITHIN * abs(math.log(usual[e.system]))) else g
             severity: Severity = "failure" if abs(math.log(most)) > math.log(IMPOSSIBLE) else "remark"
             groups.setdefault((severity, round(math.log(most) / math.log(ALIKE) / 2.0)), []).append((g, e))
+    told = {e.run_id for hit in groups.values() for _, e in hit}
+    yield from _clear([e for e in log if e.run_id not in told], bool(told))
     for (severity, _), hit in groups.items():
         g = sorted(v for v, _ in hit)[len(hit) // 2]
         error = 2.0 * _error([v for v, _ in hit], hit[0][1])
@@ -70,6 +73,43 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1, so output and input "
             f"differ by a factor of {g:.3g}; probably {what}",
             mend,
+        )  # fmt: skip
+
+
+def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:
+    """Yield gains that are small, or stand beside a zero, and leave nothing but noise; those of all runs where ``others`` have none of another size."""
+    yield from _anew(log)
+    every = {} if others else clear_everywhere(log)
+    found = every or clear_alone(log)
+    hit = [e for e in log if e.run_id in found]
+    if not hit:
+        return
+    g = float(np.median(list(found.values())))
+    ids = tuple(e.run_id for e in hit)
+    what, mend = _between(g, hit[0], [e for e in log if e.run_id not in found and e.system == hit[0].system] or hit, 0.0)
+    if every:
+        what = "the calibration of one of the two is wrong, or it is in another unit"
+        mend = f"{stated(1, 'counts', f', gain = {1.0 / g:.4g}')} or {stated(0, 'counts', f', gain = {g:.4g}')}"
+    yield Remark(
+        ids, RULE, "failure" if abs(math.log(g)) > math.log(IMPOSSIBLE) else "remark", g * g, "1",
+        f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1{'' if every else ' and the other runs show it'}, so output and "
+        f"input differ by a factor of {g:.3g}, which with friction leaves nothing but noise; probably {what}",
+        mend,
+    )  # fmt: skip
+
+
+def _anew(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output has a gain and a zero of its own, as the current or voltage of a transmitter has."""
+    hit = [(found, e) for e in log if (found := scaled_anew(e)) is not None]
+    if hit:
+        g, zero = (float(np.median([found[i] for found, _ in hit])) for i in (0, 1))
+        ids = tuple(e.run_id for _, e in hit)
+        yield Remark(
+            ids, RULE, "failure" if abs(math.log(g)) > math.log(IMPOSSIBLE) else "remark", g * g, "1",
+            f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1, and both lines meet where the input reads nothing "
+            f"and the output {zero:.3g}; the output probably has a gain of {g:.3g} and an offset of {zero:.3g}, as the mA (4 to 20) or V of a transmitter have, "
+            "and is not in N",
+            stated(1, "counts", f", gain = {1.0 / g:.4g}, offset = {zero:.3g}"),
         )  # fmt: skip
 
 
@@ -96,7 +136,7 @@ def _adopted(g: float, e: Evidence, rig: float) -> float:
 def alone(log: Sequence[Evidence]) -> set[str]:
     """Return the names of runs whose gain stands alone among those of the others."""
     gains = [(gain_of(e), e) for e in log]
-    return {e.run_id for g, e in gains if g > 0.0 and abs(math.log(g)) > SINGLE and _others_fit(e, gains)}
+    return {e.run_id for g, e in gains if g > 0.0 and abs(math.log(g)) > SINGLE and _others_fit(e, gains)} | set(clear_alone(log))
 
 
 def _others_fit(e: Evidence, gains: list[tuple[float, Evidence]]) -> bool:
@@ -210,9 +250,11 @@ def _between(g: float, e: Evidence, rest: list[Evidence], error: float) -> tuple
     units = {i: force_unit(f, min(max(FITS, error), FITS_MOST)) for i, f in ((0, g), (1, 1.0 / g))}
     said = [f"the {WORDS[i]} is in {units[i]}, not N" if units[i] else f"the {WORDS[i]} has another gain" for i in (0, 1)]
     mends = [stated(i, units[i] or "counts", "" if units[i] else f", gain = {f:.4g}") for i, f in ((0, g), (1, 1.0 / g))]
-    if abs(inner + size) < CHANGED and not abs(outer) > CHANGED:
+    # a small gain changes the noise by as little
+    off = min(CHANGED, 0.5 * abs(size))
+    if abs(inner + size) < off and not abs(outer) > off:
         return said[0], mends[0]
-    if abs(inner) < CHANGED and not abs(outer - size) > CHANGED:
+    if abs(inner) < off and not abs(outer - size) > off:
         return said[1] if units[1] else f"the output was amplified {g:.3g} times as much as in the other runs", mends[1]
     small = f"{said[0]}, or {said[1] if units[1] else f'the output was amplified {g:.3g} times as much as in the other runs'}"
     return small, f"{mends[0]} or {mends[1]} (for this file)"

@@ -1,0 +1,96 @@
+"""Gains that leave nothing but noise: sizes that friction that is no play may hide are clear here, beside other runs or in all of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+
+# calibrations of both sensors are within 15 % of each other (0.85 to 1.15 in the catalogue), and the same in all runs of a rig
+SENSORS = -math.log(0.85)
+# friction against the way of the pull and of the release differs by 20 % of its mean at the most, which leaves a gain of that part of n theta
+TURNED = 0.2
+# a pulley in the loop takes up to a quarter in one direction alone: half of that is gain
+PULLEY = 0.5 * math.log(1.25)
+# of the logarithm: what gains of one sensor scatter by, and how much further from the rest one of them must be
+SAME, STEP = 0.05, 0.12
+# times the noise that friction alone and with a zero leaves at the least where the gain leaves but noise
+FAR = 6.0
+# runs that must agree where all of them have the gain, and those that must have none beside one that has it
+AGREE, BESIDE = 3, 2
+# the part of the input's largest reading within which lines of friction meet: friction vanishes at no tension, so that where its lines meet there the
+# output's own reading is its zero
+NOTHING = 0.02
+# part of the output's variance that such lines leave, and times the noise
+EXACT, TO_NOISE = 1e-3, 1.3
+# zeros of sound sensors go up to 2 N in the catalogue: beyond twice that (N), and a tenth of the span, it is another scale's
+OFFSET_N, OFFSET_SHARE = 2.5, 0.1
+
+
+def clear_gain(e: Evidence) -> float:
+    """Return the logarithm of the gain of a run that is explained to its noise by friction and a gain alone, NaN where it is not.
+
+    Of a run that friction alone explains it is that of its lines.
+    """
+    if not e.tendon_like or not e.slopes.known:
+        return math.nan
+    c, found = e.causes, math.log(e.slopes.gain)
+    if c.enough:
+        return found if abs(found) < SENSORS else math.nan
+    without = min(c.friction.rms_n, c.zero_in.rms_n, c.zero_out.rms_n, c.reversed.rms_n)
+    exact = c.noise_alone(c.gain.rms_n) and without > FAR * c.noise_n
+    return c.gain.size if exact and abs(found - c.gain.size) < SAME else math.nan
+
+
+def allowed(e: Evidence) -> float:
+    """Return how far from 1 (logarithm) sensors, friction that differs by direction and the pulley of a loop put a gain together."""
+    return SENSORS + TURNED * e.slopes.friction + (PULLEY if e.system == "sstl" else 0.0)
+
+
+def clear_alone(log: Sequence[Evidence]) -> dict[str, float]:
+    """Return the gains of single runs that stand alone, clear beyond doubt, where the other runs of the system agree on another one."""
+    known = [(g, e) for e in log if math.isfinite(g := clear_gain(e))]
+    found = {}
+    for g, e in known:
+        others = [(v, o) for v, o in known if o is not e and (o.system, o.tendon) == (e.system, e.tendon)]
+        if len(others) < BESIDE or max(v for v, _ in others) - min(v for v, _ in others) > SAME:
+            continue
+        # a direction that rubs more moves the gain with the friction
+        by = max(STEP + TURNED * abs(e.slopes.friction - o.slopes.friction) for _, o in others)
+        if min(abs(g - v) for v, _ in others) > by:
+            found[e.run_id] = math.exp(g)
+    return found
+
+
+def clear_everywhere(log: Sequence[Evidence]) -> dict[str, float]:
+    """Return the gains of all runs where every run that tells has the same one, and no rig's sensors, directions and pulley make it."""
+    known = [(g, e) for e in log if math.isfinite(g := clear_gain(e))]
+    if len(known) < AGREE:
+        return {}
+    gains = sorted(g for g, _ in known)
+    beyond = all(abs(g) > allowed(e) for g, e in known)
+    if not beyond or gains[-1] - gains[0] > SAME:
+        return {}
+    usual = gains[len(gains) // 2]
+    return {e.run_id: math.exp(usual) for e in log if e.tendon_like and not e.causes.enough}
+
+
+def scaled_anew(e: Evidence) -> tuple[float, float] | None:
+    """Return gain and zero (N) of an output that has both, as that of a transmitter has (4 to 20 mA), None where the run does not show them.
+
+    One of them alone leaves much, and lines free in both leave but noise and meet where the input reads nothing.
+    """
+    p, c = e.play, e.causes
+    if p is None or not e.tendon_like or c.enough or not 0.0 < p.gamma_p < p.gamma_r:
+        return None
+    rms = min(p.rms_n, p.delayed_rms_n)
+    exact = 1.0 - p.explained < EXACT and rms < TO_NOISE * c.noise_n
+    if not exact or min(v.rms_n for v in (*c.slips, c.reversed) if math.isfinite(v.rms_n)) < FAR * c.noise_n:
+        return None
+    at = (p.beta_p - p.beta_r) / (p.gamma_r - p.gamma_p)
+    zero, gain = p.beta_p + p.gamma_p * at, 0.5 * math.log(p.gamma_p * p.gamma_r)
+    wrap = 0.5 * math.log(p.gamma_r / p.gamma_p)
+    beyond = abs(gain) > SENSORS + TURNED * wrap + PULLEY
+    far = abs(zero) > max(OFFSET_N, OFFSET_SHARE * e.ranges[1].span)
+    return (math.exp(gain), zero) if beyond and far and abs(at) < NOTHING * e.ranges[0].largest else None

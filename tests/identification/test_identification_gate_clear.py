@@ -1,0 +1,64 @@
+"""Gains that leave nothing but noise, in one run or in all, and beside a zero of the same channel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_loops import multisine, play
+from identification_slips import lines
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification.gate import remarks
+
+
+def bend(name: str, theta: float, seed: int, gain: float = 1.0, zero: float = 0.0, low: float = 3.0) -> Run:
+    """Return one pass over a bend, the output read with a gain and a zero."""
+    t, x = multisine(seed, low, 26.0, seconds=90.0)
+    t, x = t[: len(t) // 3], x[::3]
+    noise = 0.02 * np.random.default_rng(seed).standard_normal((2, len(t)))
+    return Run(
+        f"{name}-{seed}", "act", t, x + noise[0], zero + gain * (play(x, lines(theta)) + noise[1]), config_id=name, trajectory="rand"
+    )
+
+
+@pytest.mark.parametrize("gain", [1.3, 1.35, 2.0, 0.7])
+def test_gain_of_one_run_beside_two_others_is_told(gain: float) -> None:
+    log = [bend("a", 0.3, 1), bend("a", 0.3, 2), bend("b", 0.5, 3, gain)]
+    (said,) = remarks(log)
+    assert (said.rule, said.run_ids) == ("gain", ("b-3",))
+    assert np.sqrt(said.number) == pytest.approx(gain, rel=0.02)
+
+
+def test_gain_that_all_runs_have_is_told_beyond_what_sensors_and_directions_make() -> None:
+    def log(gain: float) -> list[Run]:
+        return [bend(n, theta, s, gain) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]
+
+    (said,) = remarks(log(1.4))
+    assert (said.rule, said.severity, len(said.run_ids)) == ("gain", "remark", 3)
+    assert not remarks(log(1.15))
+    assert not remarks(log(0.87))
+
+
+def test_friction_that_differs_by_direction_is_no_gain() -> None:
+    def turned(r: Run, theta: float) -> Run:
+        pull, release = np.exp(-0.8 * theta), np.exp(1.2 * theta)
+        y = play(r.tension_in_n, (float(pull), 0.0, float(release), 0.0))
+        return replace(r, tension_out_n=y + 0.02 * np.random.default_rng(9).standard_normal(len(y)))
+
+    log = [(bend("a", 0.3, 1), 0.3), (bend("a", 0.3, 2), 0.3), (bend("b", 1.0, 3), 1.0)]
+    assert not remarks([turned(r, theta) for r, theta in log])
+
+
+def test_current_of_a_transmitter_is_told_with_gain_and_zero() -> None:
+    log = [bend(n, theta, s, 0.32, 4.0, low=0.2) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]
+    (said,) = remarks(log)
+    assert (said.rule, said.severity, len(said.run_ids)) == ("gain", "failure", 3)
+    assert "offset of 4" in said.sentence
+    assert "gain = 3.1" in said.mend
+
+
+@pytest.mark.parametrize(("gain", "zero"), [(1.15, 2.0), (0.85, -0.1), (1.0, 2.0)])
+def test_gain_and_zero_of_sound_sensors_are_not_told(gain: float, zero: float) -> None:
+    assert not remarks([bend(n, theta, s, gain, zero) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))])
