@@ -2,7 +2,8 @@
 
 A file in ``rules/`` with ``RULE``, ``RANK`` and ``look(log)`` is found by itself. Rules are asked in the order of
 their rank; a run that one of them fails is not judged by those after it, so that one slip is told once. The last ones have no
-cause to name: they are silent of a run of which another rule says something.
+cause to name: they are silent of a run of which another rule says something. One with ``AFTER`` is silent of runs that one of these
+rules has named: that explains them.
 """
 
 from __future__ import annotations
@@ -51,10 +52,13 @@ def judge(log: Sequence[Evidence]) -> tuple[Remark, ...]:
     """Return the remarks on evidence that was collected run by run."""
     found: list[Remark] = []
     named: set[str] = set()
+    by: dict[str, set[str]] = {}
     left = list(log)
     for rule in catalogue():
-        new = [r for r in rule.look(left) if rule.RANK < UNNAMED or not named & set(r.run_ids)]
+        explained = set().union(*(by.get(name, set()) for name in getattr(rule, "AFTER", ())))
+        new = [r for r in rule.look([e for e in left if e.run_id not in explained]) if rule.RANK < UNNAMED or not named & set(r.run_ids)]
         found += new
+        by[rule.RULE] = {name for r in new for name in r.run_ids}
         # what is said of most runs tells nothing of one of them
         named |= {name for r in new if 2 * len(r.run_ids) <= len(log) for name in r.run_ids}
         told = {name for r in new if r.failed for name in r.run_ids}

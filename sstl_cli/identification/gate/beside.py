@@ -31,6 +31,12 @@ def follows_of(position: Array | None, x: Array) -> float:
     return float(np.corrcoef(position[good], x[good])[0, 1])
 
 
+def off_of(column: Array | None, x: Array) -> float:
+    """Return by how much a column's readings are off those of the input (RMS, share of the input's span), NaN where it is not recorded or never moves."""
+    pair = _recorded(column, x)
+    return math.nan if pair is None else float(np.sqrt(np.mean((pair[1] - pair[0]) ** 2))) / max(float(np.ptp(x)), 1e-300)
+
+
 def _recorded(reference: Array | None, x: Array) -> tuple[Array, Array] | None:
     """Return reference and input where the reference was recorded, None where that is too little or never moves."""
     if reference is None:

@@ -23,7 +23,9 @@ GAIN, NO_GAIN = 0.45, 0.1
 # how far (logarithm) a run's gain may be from that of the widest movement
 APART = 0.2
 # n theta that divides single from double passes where nothing else does: theta is 0.3 to 0.7 in published rigs
-BETWEEN, SINGLE, DOUBLE = 0.8, 0.35, 0.9
+BETWEEN, SINGLE = 0.8, 0.35
+# n theta that no single pass reaches: mu of 0.2 over a full turn, or 0.4 over a half one, is 1.26; up to there size alone tells nothing
+DOUBLE = 1.26
 # part of the log's widest movement over which a run must go for the size of its friction to count
 WIDE = 0.5
 

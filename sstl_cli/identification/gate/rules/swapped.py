@@ -10,6 +10,8 @@ from sstl_cli.identification.gate.remark import Remark, names
 RULE, RANK = "swapped", 27
 # residual of the exchanged record over that of the record as it is, and as a share of the span
 BETTER, GOOD = 0.5, 0.06
+# what the exchanged record may leave of what the record leaves, both without a delay, where most runs are exchanged and friction explains none: cables are exchanged for all of them
+LIKELIER = 0.8
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -17,9 +19,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     hit = [e for e in log if e.usable and e.play is not None and _exchanged(e)]
     if not hit:
         return
+    hit = _with_rest(hit, log)
     slope = max((e.slopes.gamma_p for e in hit if e.slopes.gamma_p == e.slopes.gamma_p), default=float("nan"))
     said = f" (slope of the pull {slope:.3g}, above 1)" if slope > 1.0 else ""
-    share = max(e.swapped_rms / max(_as_recorded(e), 1e-300) for e in hit)
+    share = max(e.swapped_rms / max(_as_recorded(e), 1e-300) for e in hit if _exchanged(e))
     number, unit = (slope, "1") if slope > 1.0 else (100.0 * share, "%")
     yield Remark(
         tuple(e.run_id for e in hit), RULE, "failure", number, unit,
@@ -27,6 +30,14 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         f"{100 * share:.0f} % of the error; input and output are probably swapped",
         "tension_in_n = (the column of tension_out_n); tension_out_n = (the column of tension_in_n)",
     )  # fmt: skip
+
+
+def _with_rest(hit: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the exchanged runs, with those that alone would not tell where most are exchanged and none is explained as it stands."""
+    usable = [e for e in log if e.usable and e.play is not None and e.both_tensions]
+    if 2 * len(hit) <= len(usable) or any(e.causes.enough for e in usable):
+        return hit
+    return [e for e in usable if e in hit or e.swapped_rms < LIKELIER * e.forward_rms]
 
 
 def _as_recorded(e: Evidence) -> float:

@@ -10,6 +10,12 @@ from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.dead import lost_by
 
 RULE, RANK = "unrelated", 48
+# rules that say why an output does not follow as it stands
+AFTER = (
+    "limit", "overflow", "gain", "gain_change", "zero_change", "folded", "lead", "slow", "curved", "drift", "zero", "filled", "dead", "stuck", "joined",
+)  # fmt: skip
+# share of the output's variance that lines, a delay and a drift explain of no other recording's output
+RELATED = 0.95
 # how much the output must move (share of the input): within backlash it shows but presliding
 MOVES = 0.15
 # part of the run that an output may be late by if the delay explains it but half
@@ -54,7 +60,7 @@ def unrelated(e: Evidence) -> bool:
     flipped = e.correlation < -0.4 and not e.flipped_rms > SIGN * e.forward_rms
     if not e.tendon_like or flipped or e.but_noise(1):
         return False
-    return follows(e) and unexplained(e) > NOTHING
+    return follows(e) and unexplained(e) > NOTHING and not explained_by(e) >= RELATED
 
 
 def unexplained(e: Evidence) -> float:
