@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_loops import multisine, play
-from identification_slips import lines, rig
+from identification_slips import bend, lines, rig
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import remarks
@@ -83,3 +83,80 @@ def test_a_single_pass_over_a_large_bend_is_no_double_one() -> None:
         return Run(f"r{seed}", "act", t, x + noise[0], play(x, lines(theta)) + noise[1], config_id="a", trajectory=f"m{seed}")
 
     assert not remarks([pass_of(0.93, s) for s in (1, 2, 3)])
+
+
+def repeated(name: str, system: str, theta: float, period: float, seed: int, noise: float = 0.012) -> Run:
+    """Return a bend driven by a sine of 9 N about 13 N."""
+    t = np.arange(0.0, 20.0, 0.01 / 3.0)
+    x = 13.0 + 9.0 * np.sin(2.0 * np.pi * t / period)
+    white = noise * np.random.default_rng(seed).standard_normal((2, len(t)))
+    wrap = theta * (2 if system == "sstl" else 1)
+    return Run(name, system, t, x + white[0], play(x, lines(wrap)) + white[1], config_id="a", trajectory="sine")
+
+
+def late(r: Run, by_s: float) -> Run:
+    k = round(by_s / float(r.time_s[1] - r.time_s[0]))
+    return replace(r, time_s=r.time_s[k:], tension_in_n=r.tension_in_n[k:], tension_out_n=r.tension_out_n[: len(r) - k])
+
+
+def shaken(r: Run) -> Run:
+    """Return a recording three times as fast: one that a delay of a second takes far from its input."""
+    return replace(r, time_s=r.time_s / 3.0)
+
+
+def test_a_delay_that_all_runs_share_is_told_before_a_sign_or_energy() -> None:
+    log = [
+        late(r, 1.2)
+        for r in (*map(shaken, rig()[:3]), shaken(bend("b080", 0.6, "act", 77, movement=9)), repeated("sine", "act", 0.4, 2.0, 5))
+    ]
+    said = remarks(log)
+    assert [r.rule for r in said] == ["lead"]
+    assert said[0].number == pytest.approx(1.2, rel=0.05)
+    assert len(said[0].run_ids) == 5
+
+
+def test_an_output_at_another_rate_is_no_other_recording() -> None:
+    def doubled(r: Run) -> Run:
+        half = len(r) // 2
+        return replace(r, time_s=r.time_s[:half], tension_in_n=r.tension_in_n[:half], tension_out_n=r.tension_out_n[::2][:half])
+
+    said = remarks([doubled(r) for r in rig()])
+    assert "unrelated" not in {r.rule for r in said}
+    told = next(r for r in said if r.rule == "drift")
+    assert told.number == pytest.approx(2.0)
+    assert len(told.run_ids) >= 4
+
+
+def test_a_label_of_one_run_is_told_though_presliding_hides_its_slopes() -> None:
+    def gives(x: np.ndarray, theta: float) -> np.ndarray:
+        """Strands that slide one after the other."""
+        return np.mean([play(x, lines(theta * k)) for k in np.linspace(0.4, 1.6, 25)], axis=0)
+
+    def run(name: str, system: str, theta: float, seed: int, slides: bool = False) -> Run:
+        t, x = multisine(seed, 4.0, 25.0, seconds=90.0)
+        t, x = t[: len(t) // 3], x[::3]
+        noise = 0.012 * np.random.default_rng(seed).standard_normal((2, len(t)))
+        return Run(
+            name,
+            system,
+            t,
+            x + noise[0],
+            (play(x, lines(theta)) if slides else gives(x, theta)) + noise[1],
+            config_id="a",
+            trajectory=f"m{seed}",
+        )
+
+    log = [run("wrong", "sstl", 0.42, 2), run("b", "act", 0.42, 1, True), run("c", "sstl", 0.9, 3, True), run("d", "sstl", 0.9, 4, True)]
+    (said,) = remarks(log)
+    assert (said.rule, said.run_ids) == ("passes", ("wrong",))
+    assert not remarks([replace(log[0], system="act"), *log[1:]])
+
+
+def test_a_saturated_input_with_noise_on_its_flat_top_is_told_though_its_rests_are_short() -> None:
+    t = np.arange(0.0, 27.0, 0.005)
+    x = np.interp(t % 5.4, [0.0, 2.7, 5.4], [2.5, 34.0, 2.5])
+    noise = 0.012 * np.random.default_rng(2).standard_normal((2, len(t)))
+    y = play(x, lines(0.55)) + noise[1]
+    run = Run("r", "act", t, np.minimum(x, 27.0) + noise[0], y, config_id="a", trajectory="tri")
+    assert "limit" in {r.rule for r in remarks([run])}
+    assert not remarks([replace(run, tension_in_n=x + noise[0])])

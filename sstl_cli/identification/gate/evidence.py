@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from sstl_cli.identification.gate.ahead import Ahead
 from sstl_cli.identification.gate.causes import Causes
+from sstl_cli.identification.gate.clock_rate import ClockRate
 from sstl_cli.identification.gate.curves import Curve
 from sstl_cli.identification.gate.dropouts import Dropouts
 from sstl_cli.identification.gate.filled import Filled
@@ -25,6 +26,8 @@ DRIVEN = 0.15
 PULLED = 0.5
 # and where, as a part of the largest output, its line must meet no tension
 PULLED_FROM = 0.12
+# part of the output's span that friction may leave for its size to be known to some percent, and how far (logarithm) any slip beside it may move that
+ABOUT_LEFT, ABOUT = 0.03, 0.2
 # n theta beyond which no bend goes: more is a gain
 MOST_WRAP = 2.3
 # logarithm of highest over lowest input: twice n theta of a usual bend of one pass
@@ -56,7 +59,7 @@ class Evidence:
 
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
-    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``clock_rate`` with another rate of its clock, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``extremes`` the smallest and largest reading of each channel,
@@ -109,6 +112,7 @@ class Evidence:
     play: PlayFit | None
     causes: Causes
     curve: Curve | None
+    clock_rate: ClockRate | None
     ahead: Ahead | None
     shapes: Shapes
     forward_rms: float
@@ -155,6 +159,22 @@ class Evidence:
         back = p.gamma_r > 1.0 or abs(p.gamma_r) < RESTS * p.gamma_p
         friction = 0.0 < p.gamma_p < 1.0 and back and abs(p.beta_p) < PULLED_FROM * self.ranges[1].largest
         return -math.log(p.gamma_p) if seen and friction else math.nan
+
+    @property
+    def wrap_about(self) -> float:
+        """Return n theta to some percent: ``wrap``, or where presliding hides all lines that of friction which builds up over a path, if any slip beside it leaves it as it is."""
+        if self.wrap > 0.0 or not self.tendon_like:
+            return self.wrap
+        c, (a, b) = self.causes, self.ranges
+        # a slip that takes much away is another story
+        beside = [v for v in (c.gain, c.zero_in, c.zero_out, c.slow, c.creep) if math.isfinite(v.rms_n)]
+        small = c.friction.rms_n < ABOUT_LEFT * b.span and not any(c.holds(v.rms_n) for v in beside)
+        agree = (
+            bool(beside)
+            and max(abs(math.log(v.wrap / c.friction.wrap)) if v.wrap > 0.0 < c.friction.wrap else math.inf for v in beside) < ABOUT
+        )
+        leaves = a.low > 0.0 and math.log(a.high / a.low) > 2.0 * c.friction.wrap
+        return c.friction.wrap if small and agree and leaves else math.nan
 
     @property
     def both_tensions(self) -> bool:

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 REST, REST_SHARE, STRETCHES, LEAST_S, LEAST_POINTS = 3.0, 0.05, 2, 0.5, 8
 # time (s) after which no slow channel catches up any more, and what the other channel must then go on by (part of its span, and noise)
 CAUGHT_UP_S, GOES_ON, NOISES = 0.4, 0.05, 8.0
+# and the time (s) after which a channel that is only late is there: what still rises then and has gone but this part of its way in half of the time to
+# 0.95 of it goes on as it came (0.53, under the top of a sine 0.66), where what catches up slows down (0.82)
+LATE_S, NEARLY, HALFWAY = 0.2, 0.95, 0.74
 # rises (part of its span) of the other channel in two rests, and how far apart it must then end: after a true hold it ends at one level
 RISES, APART = 0.08, 0.12
 # levels of a converter over the span below which an extreme says nothing
@@ -35,7 +38,9 @@ def limits_of(
     """Return the levels (N) that input and output do not pass while the other one goes on, NaN where there is none."""
     t, x, y = points
     into = limit_of(t, x, y, noise, steps[0])
-    if math.isfinite(into) and _slow(t, x, y, noise[1], causes):
+    # one that goes on at its speed is not about to catch up: a low-pass must then explain more of it
+    catches_up = CATCHES_UP * (0.5 if math.isfinite(limit_of(t, x, y, noise, steps[0], as_it_came=True)) else 1.0)
+    if math.isfinite(into) and _slow(t, x, y, noise[1], causes, catches_up):
         into = math.nan
     # an output that hardly leaves its backlash tells no friction to be compared with
     if causes.enough or steps[1] > COARSE * float(np.ptp(y)) or float(np.ptp(y)) < MOVES * float(np.ptp(x)):
@@ -51,11 +56,11 @@ def _cut_off(x: Array, y: Array, noise_n: float, level: float, causes: Causes) -
     return causes.left(found.rms_n) < BETTER * rest
 
 
-def _slow(t: Array, x: Array, y: Array, noise_n: float, causes: Causes) -> bool:
+def _slow(t: Array, x: Array, y: Array, noise_n: float, causes: Causes, part: float) -> bool:
     """Whether an output that follows slowly explains that it goes on while the input rests."""
     dt, floor = median(np.diff(t)), floor_of(noise_n, y)
     left = min(causes.left(best_fit(_lagged(x, dt / tau), y, bundled(FRICTION), floor).rms_n) for tau in SLOW_S)
-    return left < CATCHES_UP * causes.left(causes.friction.rms_n)
+    return left < part * causes.left(causes.friction.rms_n)
 
 
 @njit(cache=True, nogil=True)
@@ -68,11 +73,13 @@ def _lagged(v: Array, part: float) -> Array:
     return out
 
 
-def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step: float = 0.0, driven: bool = False) -> float:
+def limit_of(
+    t: Array, v: Array, other: Array, noise: tuple[float, float], step: float = 0.0, driven: bool = False, as_it_came: bool = False
+) -> float:
     """Return the level (N) of a channel that it does not pass though the other one goes on, NaN where there is none.
 
     An input that is held leaves the output where it is; an output (``driven``) rests in backlash, but not at its largest while
-    the input grows.
+    the input grows. Where it must go on ``as_it_came`` it does not slow down meanwhile.
     """
     high = quantile(v, 0.999)
     if step > COARSE * float(np.ptp(v)):
@@ -93,9 +100,9 @@ def limit_of(t: Array, v: Array, other: Array, noise: tuple[float, float], step:
         came = max(float(other[a]) for a, _ in rests)
         went = [float(np.max(other[a:b])) - came for a, b in rests]
     else:
-        if _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
+        if not as_it_came and _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
             return high
-        went = [_went_on(t[a:b], other[a:b]) for a, b in rests]
+        went = [(_went_on_as_it_came if as_it_came else _went_on)(t[a:b], other[a:b]) for a, b in rests]
     least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
     return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
 
@@ -114,6 +121,19 @@ def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:
 
 def _went_on(t: Array, other: Array) -> float:
     """Return by how much a channel still rises (N) once no slow channel catches up any more."""
-    k = int(np.searchsorted(t, t[0] + CAUGHT_UP_S))
     few = max(1, len(t) // 20)
-    return float(np.max(other[k:]) - median(other[k : k + few])) if k + few < len(t) else 0.0
+    k = int(np.searchsorted(t, t[0] + CAUGHT_UP_S))
+    rise = float(np.max(other[k:]) - median(other[k : k + few])) if k + few < len(t) else 0.0
+    return max(rise, _went_on_as_it_came(t, other))
+
+
+def _went_on_as_it_came(t: Array, other: Array) -> float:
+    """Return by how much a channel still rises (N) once one that is only late is there, if it does not slow down meanwhile."""
+    late = t - t[0] > LATE_S
+    t, v = t[late], other[late]
+    if len(v) < LEAST_POINTS:
+        return 0.0
+    way = v - v[0]
+    top = int(np.argmax(way))
+    at = int(np.argmax(way >= NEARLY * way[top]))
+    return float(way[top]) if at >= LEAST_POINTS and float(way[at // 2]) < HALFWAY / NEARLY * float(way[at]) else 0.0

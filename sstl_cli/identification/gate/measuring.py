@@ -15,6 +15,7 @@ from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import follows_of, off_of, reference_gain, reference_lag, reference_left, span_of
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
 from sstl_cli.identification.gate.changes import Recorded
+from sstl_cli.identification.gate.clock_rate import clock_rate_of
 from sstl_cli.identification.gate.curves import curve_of
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
@@ -57,7 +58,7 @@ def evidence_of(run: Run) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
@@ -133,6 +134,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         play=play,
         causes=causes,
         curve=curve_of(x, y, float(t[-1]), causes, play) if moves else None,
+        clock_rate=clock_rate_of(t, x, y, e.duration_s, noises[1], causes) if moves else None,
         ahead=ahead_of(t, x, y, sensors, block, play, causes) if moves else None,
         shapes=shapes,
         forward_rms=residuals[0],

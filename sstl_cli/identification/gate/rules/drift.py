@@ -35,6 +35,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "second; one of the two clocks probably drifts",
             '[clocks] align = "apply" (with a column that both sides recorded as content)',
         )  # fmt: skip
+    yield from _another_rate(log)
     # stamps that do not rise have no period
     hit = [e for e in log if e.usable and e.samples > 200 and _creeps(e)]
     if hit:
@@ -44,6 +45,20 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id for e in hit])}: the sampling period changes by {100 * worst:.3g} % from the first to the last "
             "tenth of the run; the clock probably drifts",
             "time_s = { rate_hz = (samples a second) }",
+        )  # fmt: skip
+
+
+def _another_rate(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose output's clock runs at a multiple of the input's."""
+    hit = [(e.clock_rate.rate, e) for e in log if e.tendon_like and e.clock_rate is not None]
+    for rate in sorted({r for r, _ in hit}):
+        ids = tuple(e.run_id for r, e in hit if r == rate)
+        times = f"{rate:.3g} times as fast as" if rate > 1.0 else f"{1.0 / rate:.3g} times more slowly than"
+        yield Remark(
+            ids, RULE, "remark", rate, "1",
+            f"{names(ids)}: friction explains the output only if it runs {times} its input; the two channels were probably logged at "
+            "different rates and put side by side row by row",
+            f"tension_out_n = {{ column = ..., time = (its own clock, or row numbers), time_scale = {rate:.3g} times that of the input }}",
         )  # fmt: skip
 
 

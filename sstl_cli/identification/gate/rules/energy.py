@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
@@ -30,7 +31,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         and follows(e)
         and not (unrelated(e) or drift_of(e))
     ]
-    if hit:
+    if hit and not common_delay(log):
         most = max(e.loop_work for e in hit)
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "failure", 100.0 * most, "%",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from statistics import median
 
+from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
@@ -43,6 +44,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     drift = sorted(drifts, key=abs)[len(drifts) // 2] if drifts else 0.0
     # an output that is cut off ends its rise early and no clock is to blame
     cut = {e.run_id for e in limited(log, 1)}
+    common = common_delay(log)
+    if common:
+        yield _clocks([e for e in log if e.tendon_like], common)
+        return
     for early in (True, False):
         # a run too short to show the drift of the others shows its mean as a delay
         hit = [e for e in log if (_moved(e, early) or (early and _ahead(e, log))) and e.run_id not in cut and not _drifted(e, drift)]
@@ -69,13 +74,19 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             continue
         delays = sorted((_size(e) for e in hit), key=abs)
         delay = delays[len(delays) // 2]
-        way = "comes before its input, which no tendon does" if early else "comes too late for friction"
-        yield Remark(
-            tuple(e.run_id for e in hit), RULE, "failure" if early else "remark", delay, "s",
-            f"{names([e.run_id for e in hit])}: the output {way} (by {abs(delay):.3g} s); the two channels probably have "
-            "clocks of their own that do not start together",
-            '[clocks] align = "apply" (with a column that both sides recorded as content)',
-        )  # fmt: skip
+        yield _clocks(hit, delay)
+
+
+def _clocks(hit: Sequence[Evidence], delay: float) -> Remark:
+    """Return what is said of runs whose output is moved in time by ``delay`` (s)."""
+    early = delay < 0.0
+    way = "comes before its input, which no tendon does" if early else "comes too late for friction"
+    return Remark(
+        tuple(e.run_id for e in hit), RULE, "failure" if early else "remark", delay, "s",
+        f"{names([e.run_id for e in hit])}: the output {way} (by {abs(delay):.3g} s); the two channels probably have "
+        "clocks of their own that do not start together",
+        '[clocks] align = "apply" (with a column that both sides recorded as content)',
+    )  # fmt: skip
 
 
 def _commanded(hit: Sequence[Evidence]) -> Iterator[Remark]:

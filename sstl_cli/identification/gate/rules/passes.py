@@ -16,6 +16,8 @@ RULE, RANK = "passes", 50
 # friction per pass of a run over that of the other runs of its bend: 2 or 1/2 where the label is wrong, up to 1.3 in a
 # sensing loop with a pulley
 TWICE, MOST = 1.7, 5.6
+# factor within which friction that presliding hides is known
+NEAR_PASS = 1.25
 # on a nearly straight tube ends and pulleys decide
 LEAST = 0.12
 # logarithm of a gain that sensors may have
@@ -46,6 +48,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     wrong = [] if second_rig(log)[0] else [e for bend in pairs for e in _wrong(bend, known)]
     wrong = _everywhere(wrong, log)
     yield from _told(wrong, "failure", "beside the other runs of the same bend", _shuffled(wrong, pairs), known)
+    if paired and not wrong and not second_rig(log)[0]:
+        yield from _about(log, known)
     if not pairs and known and not second_rig(log)[0]:
         found = [kinds for bend in bends.values() if bend[0].config_id is not None and (kinds := _two_kinds(bend, log)) is not None]
         mixed = [double if double[0].system == "act" else single for single, double in found] if _doubled(found) else []
@@ -53,6 +57,25 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield from _told([e for hit in mixed for e in hit], "failure" if len(mixed) > 1 else "remark", one_bend)
         if not found:
             yield from _alone(sloped, log)
+
+
+def _about(log: Sequence[Evidence], known: list[Evidence]) -> Iterator[Remark]:
+    """Yield the one run whose friction, hidden by presliding, is that of another number of passes beside runs of both labels that tell theirs."""
+    sure = {e.run_id for e in known}
+    hit = []
+    for e in log:
+        bend = [o for o in known if e.config_id is not None and (o.config_id, o.location, o.tendon) == (e.config_id, e.location, e.tendon)]
+        if e.run_id in sure or not e.wrap_about > LEAST or {o.system for o in bend} != {"act", "sstl"}:
+            continue
+        own, other = ([o.wrap for o in bend if (o.system == e.system) == same] for same in (True, False))
+        # nearer to the other label than any run of its own, and by a pass from these
+        away = max(abs(math.log(e.wrap_about / v)) for v in other) < math.log(NEAR_PASS) and min(
+            abs(math.log(e.wrap_about / v)) for v in own
+        ) > math.log(TWICE)
+        if away:
+            hit.append(e)
+    if len(hit) == 1:
+        yield from _told(hit, "remark", "beside the other runs of the same bend")
 
 
 def _everywhere(wrong: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
@@ -204,8 +227,8 @@ def _told(wrong: list[Evidence], severity: Severity, by: str, shuffled: bool = F
                 )
                 mend = "file_name or manifest (the labels of each file anew: config_id, system, trajectory)"
             yield Remark(
-                ids, RULE, severity, e.wrap, "1",
-                f"{names(ids)}: labelled {system}, but {_slopes(e)} (n theta = {e.wrap:.2f}) look like {like} {by}; {why}",
+                ids, RULE, severity, e.wrap_about, "1",
+                f"{names(ids)}: labelled {system}, but {_slopes(e)} (n theta = {e.wrap_about:.2f}) look like {like} {by}; {why}",
                 mend,
             )  # fmt: skip
 
@@ -217,6 +240,8 @@ def _elsewhere(hit: list[Evidence], known: Sequence[Evidence]) -> bool:
 
 
 def _slopes(e: Evidence) -> str:
+    if not e.wrap > 0.0 and e.wrap_about > 0.0:
+        return "the loops"
     if not e.wrap > 0.0:
         return "what passes on to the output"
     if e.slopes.known or e.play is None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
@@ -35,7 +36,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 "; ".join(f"{CHANNELS[i]} = {{ column = ..., sign = -1 }}" for i in which),
             )  # fmt: skip
     told = {name for name, _ in negative}
+    # a movement that repeats, late by half a loop, falls as its input rises
     hit = [e for e in log if e.run_id not in told and e.tendon_like and _mirrored(e)]
+    hit = [] if hit and common_delay(log) else hit
     if hit:
         number = min(e.correlation for e in hit)
         yield Remark(
