@@ -15,6 +15,7 @@ from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
 from sstl_cli.identification.gate.rules.magnitude import impossible
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
+from sstl_cli.identification.gate.sequence import in_turn
 from sstl_cli.identification.gate.stamps import mend_backward, mend_repeated
 
 Array = NDArray[np.float64]
@@ -119,7 +120,11 @@ def _labels(piece: Piece) -> list[Finding]:
     for name, values in piece.labels.items():
         if len(values) > 1:
             shown = ", ".join(map(repr, values[:4]))
-            found.append(Finding(FAILURE, "label changes within the run", name, len(values), shown, "split the run"))
+            fix = "split the run"
+            if in_turn([piece.columns[c] for c in TENSIONS if c in piece.columns]):
+                shown += "; the samples go to and fro between two movements: two recordings are interleaved"
+                fix = "give the rows of each recording a run_id of their own"
+            found.append(Finding(FAILURE, "label changes within the run", name, len(values), shown, fix))
     wrong = [v for v in piece.labels.get("system", []) if v not in ("act", "sstl")]
     if wrong:
         found.append(Finding(FAILURE, "unknown system", "system", len(wrong), f"{wrong[0]!r}", "use 'act' or 'sstl'"))

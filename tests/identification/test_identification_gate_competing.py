@@ -10,6 +10,7 @@ from identification_loops import multisine, play
 from identification_slips import bend, lines, rig
 
 from sstl_cli.core.runs import Run
+from sstl_cli.identification import samples
 from sstl_cli.identification.gate import remarks
 
 
@@ -160,3 +161,32 @@ def test_a_saturated_input_with_noise_on_its_flat_top_is_told_though_its_rests_a
     run = Run("r", "act", t, np.minimum(x, 27.0) + noise[0], y, config_id="a", trajectory="tri")
     assert "limit" in {r.rule for r in remarks([run])}
     assert not remarks([replace(run, tension_in_n=x + noise[0])])
+
+
+def test_rows_of_two_loggers_are_told_as_interleaved_beside_the_label_that_changes() -> None:
+    a, b = rig()[0], bend("b080", 0.6, "act", 77, movement=9)
+    mixed = {n: np.column_stack([getattr(a, n), getattr(b, n)]).ravel() for n in ("time_s", "tension_in_n", "tension_out_n")}
+    mixed["time_s"] = np.arange(len(mixed["time_s"])) * 0.005
+    found = samples.findings(samples.Piece("r", mixed, labels={"trajectory": ["sine", "multi"]}))
+    (told,) = [f for f in found if f.what.startswith("label changes")]
+    assert "interleaved" in told.detail
+    whole = {n: getattr(a, n) for n in mixed}
+    (plain,) = [f for f in samples.findings(samples.Piece("r", whole, labels={"trajectory": ["sine", "multi"]})) if "label" in f.what]
+    assert "interleaved" not in plain.detail
+
+
+def test_all_runs_of_one_slip_are_listed() -> None:
+    log = rig()
+    weak = [replace(r, tension_in_n=1e-3 * r.tension_in_n, tension_out_n=1e-3 * r.tension_out_n) for r in log]
+    still = replace(weak[0], run_id="still", tension_out_n=weak[0].tension_out_n[::-1].copy())
+    named = {name for r in remarks([*weak, still]) if r.rule == "magnitude" for name in r.run_ids}
+    assert named == {r.run_id for r in (*log, still)}
+
+
+def test_two_runs_of_another_rig_are_named_with_the_runs_they_outnumber() -> None:
+    def run(name: str, theta: float, seed: int, kind: str) -> Run:
+        return replace(bend("a", theta, "act", seed, movement=seed), run_id=name, trajectory=kind)
+
+    log = [run("tri", 0.2, 1, "tri"), run("own", 0.2, 2, "multi"), run("q1", 0.8, 3, "multi"), run("q2", 0.8, 4, "multi")]
+    (said,) = [r for r in remarks(log) if r.rule == "labels"]
+    assert set(said.run_ids) == {"own", "q1", "q2"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -42,6 +43,15 @@ def disorder_of(channels: tuple[Array, Array]) -> Disorder:
     if any(_alternates(v) and _between_two(v) for v in channels):
         return "interleaved"
     return "text" if _misplaced(channels) else ""
+
+
+def in_turn(channels: Sequence[Array]) -> bool:
+    """Return whether the rows of two recordings take turns, as two loggers write them into one file by time; of fewer than two channels nothing is known."""
+    return (
+        len(channels) == 2
+        and all(bool(np.isfinite(v).all()) for v in channels)
+        and disorder_of((channels[0], channels[1])) == "interleaved"
+    )
 
 
 def _sorted(v: Array, other: Array) -> bool:

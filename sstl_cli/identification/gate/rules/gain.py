@@ -21,6 +21,8 @@ ALIKE = 1.4
 SINGLE, WITHIN = 0.35, 0.29
 # runs that tell a sensor's gain though others tell none, and their spread (logarithm)
 AGREE, TOGETHER = 3, 0.1
+# runs of which the gain is that of all others that do not tell theirs
+BOTH = 2
 # logarithm of what middle levels may be off beyond friction
 LEVELS = 0.4
 # part of the largest output at which a line may meet no tension: one that meets more of it is part of a loop, no gain
@@ -67,13 +69,25 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         rest = [e for v, e in gains if v > 0.0 and abs(math.log(v)) < SINGLE and e.system == hit[0][1].system]
         if rest:
             what, mend = _between(g, hit[0][1], rest, error)
-        ids = tuple(e.run_id for _, e in hit)
+        ids = _named(g, [e for _, e in hit], gains)
         yield Remark(
             ids, RULE, severity, g * g, "1",
             f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1, so output and input "
             f"differ by a factor of {g:.3g}; probably {what}",
             mend,
         )  # fmt: skip
+
+
+def _named(g: float, hit: list[Evidence], gains: list[tuple[float, Evidence]]) -> tuple[str, ...]:
+    """Return the runs that have a gain: where all runs that tell have it, those of their systems that do not tell as well, which friction alone does not explain."""
+    told = {e.run_id for e in hit}
+    alike = all(v > 0.0 and abs(math.log(v / g)) < SINGLE for v, _ in gains if v > 0.0)
+    if len(hit) < BOTH or not alike:
+        return tuple(e.run_id for e in hit)
+    systems = {e.system for e in hit}
+    return tuple(
+        e.run_id for v, e in gains if e.run_id in told or (e.tendon_like and e.system in systems and not v > 0.0 and not e.causes.enough)
+    )
 
 
 def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:

@@ -150,10 +150,32 @@ def _cells(known: list[Evidence]) -> Iterator[Remark]:
         if apart < max(CELL, ERRORS * 1.5 * error):
             continue
         far = np.abs(logs - np.median(logs))
-        ids = tuple(e.run_id for e, d in zip(runs, far, strict=True) if len(runs) < 3 or d > 0.5 * apart)
+        off = [e for e, d in zip(runs, far, strict=True) if d > 0.5 * apart]
+        # as many runs of the configuration, in other movements, may rub as the odd one does: then it is not the odd one
+        backed = len(runs) > 2 and len(off) == 1 and len(_like(off[0], known)) + 1 >= len(runs) - 1
+        ids = tuple(e.run_id for e in runs if len(runs) < 3 or backed or e in off)
         yield Remark(
             ids, RULE, "remark", 100.0 * apart, "%",
             f"{names(ids)}: runs labelled configuration {runs[0].config_id} ({runs[0].system}, {runs[0].trajectory}) differ by "
-            f"{100 * apart:.0f} % in friction; one of them probably belongs to another configuration",
+            f"{100 * apart:.0f} % in friction; {_which(off[0], runs, known) if backed else 'one of them probably belongs to another configuration'}",
             "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
         )  # fmt: skip
+
+
+def _like(e: Evidence, known: list[Evidence]) -> list[Evidence]:
+    """Return the other runs of a run's configuration and system that rub as it does."""
+    own = [
+        o for o in known if o is not e and (o.config_id, o.system, o.tendon, o.location) == (e.config_id, e.system, e.tendon, e.location)
+    ]
+    return [o for o in own if abs(math.log(o.slopes.friction / e.slopes.friction)) < CELL]
+
+
+def _which(odd: Evidence, runs: list[Evidence], known: list[Evidence]) -> str:
+    """Return which runs rub alike where two groups are as likely to be the other configuration's."""
+    beside = names([odd.run_id, *(o.run_id for o in _like(odd, known))])
+    rest = [e for e in runs if e is not odd]
+    there = float(np.median([e.slopes.friction for e in rest]))
+    return (
+        f"n theta is {odd.slopes.friction:.2f} in {beside} and {there:.2f} in {names([e.run_id for e in rest])}, so that one of the two groups probably belongs to another "
+        "configuration or rig"
+    )

@@ -25,10 +25,9 @@ FEW_SHARE = 0.02
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose larger tension lies outside what tendons carry."""
     groups: dict[tuple[Severity, str], list[Evidence]] = {}
-    for e in log:
-        # loops between tensions that pull: a rod or a brake band may carry more
-        if not e.tendon_like or e.correlation < 0.2:
-            continue
+    # loops between tensions that pull: a rod or a brake band may carry more
+    loops = [e for e in log if e.tendon_like and not e.correlation < 0.2]
+    for e in loops if 2 * len(loops) < len(log) else [e for e in log if e.tendon_like]:
         largest = max(r.largest for r in e.ranges)
         for limit, beyond, severity in (
             (IMPOSSIBLE_N, 1, "failure"), (STRONG_N, 1, "remark"), (NOTHING_N, -1, "failure"), (WEAK_N, -1, "remark"),

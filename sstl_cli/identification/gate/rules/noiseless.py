@@ -25,6 +25,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         measured = {system for system in {e.system for e in log} if _shows(log, system, i)}
         hit = [e for e in log if e.tendon_like and smooth(e, i) and e.system not in measured]
         if hit:
+            hit = [e for e in log if e in hit or _rests_smooth(e, i, hit)]
             e = hit[0]
             number = _noise(e, i) / e.sensors[1 - i].noise_n
             computed = e.sensors[i].computed
@@ -37,6 +38,13 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"{names([h.run_id for h in hit])}: the {WORDS[i]} {has} of the {WORDS[1 - i]}; {why}",
                 line,
             )  # fmt: skip
+
+
+def _rests_smooth(e: Evidence, i: int, hit: Sequence[Evidence]) -> bool:
+    """Whether a channel that rests for long, so that its digits show as steps, is as quiet as that of the other runs of the system."""
+    s, other = e.sensors[i], e.sensors[1 - i]
+    beside = e.tendon_like and any(o.system == e.system for o in hit) and e.hums[1 - i] is None and not (s.held or other.held)
+    return beside and max(s.noise_n, 0.3 * s.step_n) < LESS * other.noise_n
 
 
 def _why(hit: Sequence[Evidence], i: int) -> tuple[str, str]:
