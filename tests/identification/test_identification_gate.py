@@ -128,7 +128,7 @@ SLIPS = {
     "unrelated": mixed,
     "passes": lambda: each(lambda r: replace(r, system="act" if r.system == "sstl" else "sstl")),
     "passes (one)": lambda: first(lambda r: replace(r, system="sstl")),
-    "passes (alone)": lambda: [replace(r, system="act") for r in sample() if r.system == "sstl"],
+    "passes (alone)": lambda: [loop(wrap, "act", seed, run_id=f"r{seed}", config_id="a") for seed, wrap in ((1, 1.4), (2, 1.45))],
     "labels": lambda: relabelled([r.run_id for r in sample() if r.system == "sstl"]),
     "labels (cell)": lambda: [*sample(), replace(loop(0.68, config_id="CP-020", location="CP", trajectory="minor_loops", run_id="x"))],
     "lead_order": lambda: leads([0.5, 0.45, 0.6, 0.48, 0.57, 0.44, 0.52]),
@@ -357,8 +357,8 @@ def passes_of(runs):
 
 def test_a_loop_that_swallows_the_motion_says_that_the_other_run_is_a_single_pass():
     bend = {"config_id": "a", "location": "CP"}
-    single = loop(1.0, "act", 1, run_id="single", **bend)
-    double = loop(1.0, "sstl", 2, run_id="double", **bend)
+    single = loop(1.4, "act", 1, run_id="single", **bend)
+    double = loop(1.4, "sstl", 2, run_id="double", **bend)
     # a movement within the backlash: the output rests and shows no slopes
     x = double.tension_in_n
     rests = double.tension_out_n.mean() + 0.02 * np.random.default_rng(6).standard_normal(len(x))

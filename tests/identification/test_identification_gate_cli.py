@@ -76,7 +76,7 @@ def test_segment_ends_where_no_run_can_be_right(tmp_path):
 
 
 def test_remarks_stand_on_top_and_stop_nothing(tmp_path):
-    write_runs(tmp_path / "log.parquet", [record(*trapezoid(0.2, 40.0, rate=100.0), (0.3, 0.0, 3.3, 0.0), 1)], ORIGIN)
+    write_runs(tmp_path / "log.parquet", [record(*trapezoid(0.2, 40.0, rate=100.0), (0.25, 0.0, 4.2, 0.0), 1)], ORIGIN)
     done = sstl("segment", tmp_path / "log.parquet", "--out", tmp_path / "t.parquet")
     assert done.returncode == 0 and done.stdout.startswith("Remark (passes): run r: labelled act")
     assert (tmp_path / "t.parquet").exists()

@@ -87,7 +87,7 @@ def test_decimals_cut_off_in_one_run_are_told_and_a_coarse_converter_of_all_is_n
 
 def test_several_runs_of_both_systems_with_one_gain_are_told():
     late = ("act-b2", "sstl-b2")
-    assert rules(changed(log(), output(lambda v: 1.3 * v), *late)) == [("odd_run", set(late))]
+    assert rules(changed(log(), output(lambda v: 1.3 * v), *late)) == [("gain", set(late))]
 
 
 def test_an_output_that_runs_backwards_gives_energy():
