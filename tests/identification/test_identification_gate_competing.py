@@ -190,3 +190,12 @@ def test_two_runs_of_another_rig_are_named_with_the_runs_they_outnumber() -> Non
     log = [run("tri", 0.2, 1, "tri"), run("own", 0.2, 2, "multi"), run("q1", 0.8, 3, "multi"), run("q2", 0.8, 4, "multi")]
     (said,) = [r for r in remarks(log) if r.rule == "labels"]
     assert set(said.run_ids) == {"own", "q1", "q2"}
+
+
+def test_the_absolute_value_of_an_output_is_told_where_the_input_goes_through_zero() -> None:
+    r = rig()[2]
+    x, y = r.tension_in_n - 12.0, r.tension_out_n - 11.0
+    (said,) = [one for one in remarks([replace(r, tension_in_n=x, tension_out_n=np.abs(y))]) if one.failed]
+    assert said.rule == "folded"
+    assert "absolute value" in said.sentence
+    assert "folded" not in {one.rule for one in remarks([replace(r, tension_in_n=x, tension_out_n=y)])}

@@ -25,6 +25,8 @@ TURN = 0.1
 # a fold: how near to zero (noise, part of the span) a channel must come, and the part of its way that an output goes against its input as it
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
+# part of its highest reading by which an input that pulls alone may go below zero (a zero that is off)
+BOTH_WAYS = 0.25
 # what friction must leave (part of the span) for a change of gain or zero to be sought
 ODD = 0.01
 
@@ -117,6 +119,9 @@ def _folded(x: Array, y: Array, noise_n: float) -> float:
     back, total = -sum(min(w, 0.0) for w in ways), sum(abs(w) for w in ways)
     if not AGAINST * total < back < (1.0 - AGAINST) * total or back < FAR * noise_n or against_of(x, signed, (noise_n, noise_n)) > WITH:
         return math.nan
+    if float(np.min(x)) < -BOTH_WAYS * float(np.max(x)):
+        # friction of a channel that pushes and pulls is another one, and its zero no tension's
+        return 0.0
     size = best_fit(x, signed, ZERO_OUT, floor_of(noise_n, y)).size
     # a zero within what the sensor is used for
     return size if -2.0 * float(np.max(y)) < size < 0.0 else math.nan

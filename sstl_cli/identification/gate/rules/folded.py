@@ -15,7 +15,19 @@ RULE, RANK = "folded", 33
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output friction explains once its sign is put back."""
     # a connector that lets go turns the output at zero as well
-    hit = [e for e in log if e.tendon_like and math.isfinite(e.shapes.fold_n) and e.dropouts[1] is None]
+    hit = [e for e in log if e.usable and math.isfinite(e.shapes.fold_n) and e.dropouts[1] is None]
+    # what goes to both sides of zero at the input (an angle, a difference of two tendons) has lost its sign, and no zero was wrong
+    both = [e for e in hit if not e.tendon_like]
+    hit = [e for e in hit if e.tendon_like]
+    if both:
+        ids = tuple(e.run_id for e in both)
+        yield Remark(
+            # a size without a sign may be meant where the output is no tension
+            ids, RULE, "failure" if all(e.both_tensions for e in both) else "remark", 0.0, "N",
+            f"{names(ids)}: the output turns back at zero against its input, which itself goes through zero, and goes with it once its sign is changed beyond; "
+            "the absolute value of the output was probably taken",
+            f"{CHANNELS[1]} = {{ column = (the reading with its sign) }}",
+        )  # fmt: skip
     if hit:
         size = hit[0].shapes.fold_n
         yield Remark(

@@ -86,8 +86,15 @@ def _named(g: float, hit: list[Evidence], gains: list[tuple[float, Evidence]]) -
         return tuple(e.run_id for e in hit)
     systems = {e.system for e in hit}
     return tuple(
-        e.run_id for v, e in gains if e.run_id in told or (e.tendon_like and e.system in systems and not v > 0.0 and not e.causes.enough)
+        e.run_id
+        for v, e in gains
+        if e.run_id in told or (e.tendon_like and e.system in systems and not v > 0.0 and _allows(e, math.log(g)))
     )
+
+
+def _allows(e: Evidence, size: float) -> bool:
+    """Whether a run that does not tell a gain (logarithm) may have it: friction alone misses its output, or loses as much where it is hardly released."""
+    return not e.causes.enough or (not e.slopes.known and size < 0.0 and e.causes.friction.wrap > -size)
 
 
 def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:
