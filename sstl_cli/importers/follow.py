@@ -23,7 +23,8 @@ from sstl_cli.importers.plan import Plan, plan_of, recordings
 from sstl_cli.importers.seen import Seen
 from sstl_cli.importers.sources import Labels, labels_of
 from sstl_cli.importers.systems import known_system
-from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, layout_of
+from sstl_cli.importers.text_cells import MISSING, SPACES
+from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
 
 READ_BYTES = 4 << 20
 # the layout of a text is told from its first lines: wait for some

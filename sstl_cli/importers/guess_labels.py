@@ -13,7 +13,7 @@ from sstl_cli.importers.guess_names import said
 from sstl_cli.importers.guess_words import LEAD, PLACED, words
 from sstl_cli.importers.plan import lead_of
 from sstl_cli.importers.systems import known_system
-from sstl_cli.importers.text_layout import unit_in
+from sstl_cli.importers.text_header import unit_in
 
 # names of columns, in small letters and with _ between words, and the label that each may give
 LABEL_OF = {

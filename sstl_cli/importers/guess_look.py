@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.errors import SstlError
+from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_names import Said, said
@@ -19,8 +19,10 @@ from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
 from sstl_cli.importers.guess_words import QUANTITY_OF
-from sstl_cli.importers.text import WITHOUT_ARROW, WITHOUT_MARKS, arrow_in, grouped_in
-from sstl_cli.importers.text_layout import layout_of, unit_in
+from sstl_cli.importers.text import WITHOUT_ARROW, arrow_in, grouped_in
+from sstl_cli.importers.text_cells import WITHOUT_MARKS
+from sstl_cli.importers.text_header import unit_in
+from sstl_cli.importers.text_layout import layout_of
 
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
@@ -66,7 +68,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     channels = [c for c in channels if c.name.removeprefix(prefix) not in told]
     data = {n: v for n, v in data.items() if n not in told}
     if len(data) < 2:
-        raise _too_few(chosen, path)
+        raise _too_few(chosen, path, found)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
     names = [said(c.name, "" if chosen.ID == "text" and c.unit == unit_in(c.name) else c.unit) for c in channels]
     # a clock may begin anew with each run that the labels tell apart
@@ -114,13 +116,19 @@ def _first_texts(chosen: Format, path: Path, name: str) -> tuple[list[str], bool
     return texts, True
 
 
-def _too_few(chosen: Format, path: Path) -> SstlError:
-    """Return that a file holds too few channels of numbers, and what stands in a cell that looks like one."""
-    grouped = grouped_in(path) if chosen.ID == "text" else ""
-    fix = f"{WITHOUT_MARKS} (it holds {grouped!r})" if grouped else "check the file"
-    if chosen.ID == "text" and (arrow := arrow_in(path)):
+def _too_few(chosen: Format, path: Path, found: list[Channel]) -> SstlError:
+    """Return that a file holds too few channels of numbers: which were seen, from which line on, and what stands in a cell that looks like one."""
+    seen = ", ".join(repr(printable(c.name[:24])) + (" (text)" if c.text else "") for c in found[:6]) or "none"
+    what = f"holds fewer than two numeric channels (columns {seen}{', ...' if found[6:] else ''}"
+    if chosen.ID != "text":
+        return SstlError(f"{what})", where=str(path), fix="check the file", code="E333")
+    what = f"{what}; the table seems to begin at line {layout_of(path, Layout()).first_line})"
+    fix = "check the file; if the table begins elsewhere, give a mapping with [text] skip_rows and header"
+    if grouped := grouped_in(path):
+        fix = f"{WITHOUT_MARKS} (it holds {grouped!r})"
+    if arrow := arrow_in(path):
         fix = f"{WITHOUT_ARROW} (it holds {arrow!r})"
-    return SstlError("holds fewer than two numeric channels", where=str(path), fix=fix, code="E333")
+    return SstlError(what, where=str(path), fix=fix, code="E333")
 
 
 def _clock_if_forward(one: Said, values: Array | None) -> Said:
@@ -150,15 +158,20 @@ def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> dict[s
         if error.code not in ("E328", "E314", "E339"):
             raise
     out = {}
+    wrong: list[SstlError] = []
     for name in names:
         try:
             values = _read(chosen, path, [name])[name]
         except SstlError as error:
-            if error.code not in ("E328", "E314"):
+            if error.code not in ("E328", "E314") or error.fix == WITHOUT_MARKS:
                 raise
+            wrong.append(error)
             continue
         if len(values) > 2:
             out[name] = values
+    if len(out) < 2 and (line := next((e for e in wrong if e.code == "E328"), None)):
+        # numbers end there for all channels, as where a logger began anew and wrote its header again
+        raise line
     return out
 
 

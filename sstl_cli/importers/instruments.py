@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # how operators write down a rate; Hz alone may be that of the motion, and FS the full scale
 _RATE = re.compile(
@@ -62,6 +62,13 @@ def _ends(paths: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _scope(sample: list[str], cut: Cut) -> Stated | None:
+    # the file's own lines stand in a block of their own in front
+    starts = [0, *(i + 1 for i, line in enumerate(sample) if not line.strip())]
+    found = ((start, _scope_at(sample[start:], cut)) for start in starts)
+    return next((replace(block, lines=start + block.lines) for start, block in found if block is not None), None)
+
+
+def _scope_at(sample: list[str], cut: Cut) -> Stated | None:
     rows: list[list[str]] = []
     for line in sample:
         row = cut(line)

@@ -14,20 +14,19 @@ import pyarrow.csv as pc
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
+from sstl_cli.importers.text_cells import GROUPED, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
 from sstl_cli.importers.text_footer import footer_of
-from sstl_cli.importers.text_layout import MAX_LINE_BYTES, MISSING, SPACES, TextLayout, cut, layout_of
+from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
 
 ID = "text"
 TITLE = "CSV, TSV or whitespace text"
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 RANK = 90
 BLOCK_BYTES = 4 << 20
-WITHOUT_MARKS = "write numbers without marks between thousands"
+AGAIN = "the header stands there again, as of a recorder that began anew: split the file there"
 # Arduino's serial monitor: 14:03:21.050 -> 102997,31540
 ARROW = "->"
 WITHOUT_ARROW = "write the delimiter in place of the serial monitor's '->', or switch its timestamps off"
-# 1.234,56, 1 234,56 or 1,234.56
-_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
 
 
@@ -206,15 +205,14 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
                 raise SstlError(
                     f"column '{name}' holds {printable(cells[i][:40])!r}, not a number",
                     where=where,
-                    fix=_how_to_mend(cells[i]),
+                    fix=AGAIN if cells[i] == name else _how_to_mend(cells[i]),
                     code="E328",
                 )
 
 
 def grouped_in(path: Path) -> str:
     """Return the first cell of a text log with both a mark between thousands and a decimal sign, '' where no line of its beginning has one."""
-    # 1.234 alone is a number; the last mark of 1.234,5 is another one
-    return next((c for c in _first_cells(path) if (m := _GROUPED.fullmatch(c)) and re.findall(r"\D", c)[-1] != m[1]), "")
+    return next((c for c in _first_cells(path) if grouped_sign(c)), "")
 
 
 def arrow_in(path: Path) -> str:
@@ -234,7 +232,7 @@ def _first_cells(path: Path) -> Iterator[str]:
 
 def _how_to_mend(cell: str) -> str:
     """Return what to do about a cell that is no number."""
-    if _GROUPED.fullmatch(cell.strip()):
+    if GROUPED.fullmatch(cell.strip()):
         return WITHOUT_MARKS
     if ARROW in cell:
         return WITHOUT_ARROW

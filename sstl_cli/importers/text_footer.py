@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sstl_cli.importers.guess_words import words
-from sstl_cli.importers.text_layout import SPACES, TextLayout, cut
+from sstl_cli.importers.text_cells import SPACES, cut
+from sstl_cli.importers.text_layout import TextLayout
 
 # they are a few lines
 TAIL_BYTES = 8192

@@ -13,7 +13,8 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Layout
 from sstl_cli.importers.mapping import mapping_of
 from sstl_cli.importers.sources import read_manifest
-from sstl_cli.importers.text_layout import cut, layout_of
+from sstl_cli.importers.text_cells import cut
+from sstl_cli.importers.text_layout import layout_of
 from sstl_cli.steps import import_
 
 ROWS = "".join(f"{0.01 * i:.2f},{1 + i},{2 + i},{3 + i},act\n" for i in range(40))

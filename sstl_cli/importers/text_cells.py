@@ -1,0 +1,43 @@
+"""Cells of a line of text: how a line is cut, which of them are numbers, and which stand for none."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import re
+
+SPACES = "space"
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
+WITHOUT_MARKS = "write numbers without marks between thousands"
+# 1.234,56, 1 234,56 or 1,234.56
+GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
+MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null", "NULL", "None", "1.#QNAN", "-1.#IND", "nan(ind)")
+_MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
+
+
+def cut(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without the blanks and quotes around them."""
+    cells = line.split() if delimiter == SPACES else line.split(delimiter)
+    if '"' in line and delimiter != SPACES:
+        with contextlib.suppress(csv.Error):
+            # a delimiter between quotes is text
+            return [c.strip() for c in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [""])]
+    return [c.strip().strip('"').strip() for c in cells]
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell is a number, with either decimal sign."""
+    return bool(_NUMBER.match(cell.strip()))
+
+
+def grouped_sign(cell: str) -> str:
+    """Return the decimal sign of a number that has another mark between its thousands, '' where it is no such number."""
+    found = GROUPED.fullmatch(cell)
+    # 1.234 alone is a number; the last mark of 1.234,5 is another one
+    sign = re.findall(r"\D", cell)[-1] if found else ""
+    return sign if found and sign != found[1] else ""
+
+
+def is_missing(cell: str) -> bool:
+    """Return whether a cell says that there is no number."""
+    return cell.strip().lower() in _MISSING

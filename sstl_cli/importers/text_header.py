@@ -1,0 +1,207 @@
+"""The rows above a table of numbers: where they begin, and which of them holds the names and which the units."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.units import is_unit
+from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS
+from sstl_cli.importers.text_cells import SPACES, cut, is_missing, is_number
+
+COMMENTS = ("#", "%", "//")
+# what a row of units holds beside units that are known
+NO_FORCE = STRANGE | {"", "-", "1", "ohm", "w", "t", "date", "k", "ampere", "amperes", "amps"}
+# how a row of units says that a column holds a time of day or a date
+_TIME_OF_DAY = re.compile(r"(?:(?:hh?|HH?)[:.](?:mm|MM)|(?:dd?|DD?|yyyy|YYYY|jjjj|JJJJ|tt|TT)[./-](?:mm?|MM?)).*")
+_UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
+# m/s2, rpm
+_UNIT_LIKE = re.compile(r"\S{1,3}|\S*[/*·^]\S*")
+# what a row of data types holds: DT_DOUBLE, float64, REAL64
+_TYPE = re.compile(r"(?:dt_)?(?:u?int|u?long|u?short|l?real|float|double|single|u?s?byte|bool|d?word|string|char)_?\d*", re.IGNORECASE)
+# of the readings of a column, how many are numbers, and how many rows of numbers in a row are a table of their own
+NUMERIC, RUN_ROWS = 0.8, 3
+
+
+def table_in(sample: Sequence[str], data: Sequence[str], delimiter: str, comment: str) -> tuple[int, int] | None:
+    """Return the first row of the header and the first of the table, where lines before them hold numbers too (an instrument's settings).
+
+    The table is what has the width of the data and numbers in the same columns; the header is what stands directly above it.
+
+    Parameters
+    ----------
+    sample : sequence of str
+        The first lines of the file.
+    data : sequence of str
+        The last of them, which are of the table.
+    comment : str
+        The sign of a comment, empty where it is not known.
+    """
+    rows = [cut(line, delimiter) for line in data]
+    width = Counter(map(len, rows)).most_common(1)[0][0]
+    rows = [row for row in rows if len(row) == width]
+    numeric = [i for i in range(width) if sum(is_number(r[i]) or is_missing(r[i]) for r in rows) >= NUMERIC * len(rows)]
+    numeric = [i for i in numeric if any(is_number(r[i]) for r in rows)]
+    plain = [
+        (i, cut(line, delimiter)) for i, line in enumerate(sample) if line.strip() and not line.lstrip().startswith(comment or COMMENTS)
+    ]
+
+    def fits(row: list[str]) -> bool:
+        return len(row) == width and all(is_number(row[k]) or is_missing(row[k]) for k in numeric) and any(map(is_number, row))
+
+    first = next((i for i, row in plain if any(map(is_number, row))), len(sample))
+    begin = next((i for i, row in plain if fits(row)), 0) if numeric else 0
+    if begin <= first:
+        return None
+    start = _above(sample, begin, width, delimiter)
+    skipped = [row for i, row in plain if i < start]
+    # another table of numbers, such as one of a logger that began anew, is not left out without a word
+    return None if start == begin or _is_table(skipped) else (start, begin)
+
+
+def _above(sample: Sequence[str], begin: int, width: int, delimiter: str) -> int:
+    """Return the first of the rows of names and units that stand directly above a table, ``begin`` where none does."""
+    start, named = begin, False
+    for i in range(begin - 1, -1, -1):
+        if not sample[i].strip():
+            if named:
+                break
+            continue
+        row = _cells(sample[i], width, delimiter)
+        if len(row) != width or not any(row):
+            break
+        if any(map(is_number, row)):
+            # an oscilloscope numbers its channels; below a row of names it would be a damaged reading
+            above = _cells(sample[i - 1], width, delimiter) if i else []
+            return i if not named and _counted(row) and len(above) != width else start
+        start, named = i, named or not _states_units(row)
+    return start
+
+
+def _counted(row: list[str]) -> bool:
+    """Return whether a row is a word and then numbers that go up by whole steps, as channels are numbered."""
+    numbers = [int(c) for c in row[1:] if c.isdigit()]
+    return not is_number(row[0]) and bool(row[0]) and len(numbers) == len(row) - 1 and sorted(set(numbers)) == numbers
+
+
+def _is_table(rows: list[list[str]]) -> bool:
+    """Return whether some rows that follow one another hold numbers alone, as many each."""
+    run, last = 0, 0
+    for row in rows:
+        count = len(row) if len(row) > 1 and all(map(is_number, row)) else 0
+        run = run + 1 if count and count == last else int(bool(count))
+        last = count
+        if run >= RUN_ROWS:
+            return True
+    return False
+
+
+def unit_in(name: str) -> str:
+    """Return the unit written in a column name, as in ``Force [N]`` or ``time_ms`` (empty if none)."""
+    found = _UNIT_IN_NAME.match(name)
+    if not found:
+        return ""
+    unit = found.group(2)
+    if is_unit(unit):
+        return unit
+    # canonical column names end in lower-case units
+    return {"n": "N", "v": "V", "pa": "Pa", "mn": "mN", "kn": "kN"}.get(unit, "") if "_" in name else ""
+
+
+def _row_of_units(names: list[str], units: list[str]) -> bool:
+    """Return whether the second row states the units of a log's own columns."""
+    pairs = dict(zip(names, units, strict=False))
+    return len(names) == len(units) and pairs.get("time_s") == "s" and not pairs.get("run_id", "-") and "tension_out_n" in pairs
+
+
+def stated_unit(cell: str) -> str | None:
+    """Return the unit that a cell of a row of units states, '' for one of something else or none, None where it is a name."""
+    unit = cell.strip().strip("[]()").strip()
+    if is_unit(unit):
+        return unit
+    known = UNIT_CELLS.get(unit.lower(), "")
+    if _TIME_OF_DAY.fullmatch(unit):
+        return ""
+    return known if known else "" if unit.replace("°", "deg").lower() in NO_FORCE else None
+
+
+def names_and_units(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return column names and units from the lines above the data; names that stand there twice are numbered."""
+    plain = tuple(f"col{i + 1}" for i in range(width))
+    rows = [_cells(x, width, delimiter) for x in head]
+    fitting = [r for r in rows if len(r) == width or (len(r) == width - 1 and width > 2)]
+    if not fitting:
+        if rows and delimiter != SPACES and len(rows[-1]) > 1:
+            raise SstlError(
+                f"header names {len(rows[-1])} columns, the data have {width}",
+                where=str(path),
+                fix="correct the header, or skip it with skip_rows",
+                code="E325",
+            )
+        return plain, ("",) * width, False
+    if len(fitting) > 1 and _row_of_units(fitting[-2], fitting[-1]):
+        # a log as export writes it, whose output may be in any unit
+        return tuple(fitting[-2]), tuple(fitting[-1]), True
+    names, below = _chosen(fitting)
+    units = [stated_unit(c) or "" for c in below] + [""] * (width - len(below))
+    full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
+    return numbered(full), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True
+
+
+def _chosen(rows: list[list[str]]) -> tuple[list[str], list[str]]:
+    """Return which of the rows above the data holds the names, and which the units (empty: none).
+
+    Names stand directly above their units, whatever stands below (the type or the hardware of each column).
+    """
+    # a row of types alone is better than no names
+    rows = [r for r in rows if not all(_TYPE.fullmatch(c) for c in r if c)] or rows
+    at = next((i for i in range(len(rows) - 1, 0, -1) if _states_units(rows[i])), 0)
+    if at:
+        return rows[at - 1], rows[at]
+    last = rows[-1]
+    if 2 * len(set(last)) > len(last):
+        return last, []
+    return max(reversed(rows), key=lambda r: len(set(filter(None, r)))), []
+
+
+def _states_units(row: list[str]) -> bool:
+    """Return whether a row holds units: known ones, or of whatever, and of some columns others that are written like one."""
+    cells = [stated_unit(c) for c in row]
+    known = sum(bool(c) for c in cells)
+    odd = all(c is not None or _UNIT_LIKE.fullmatch(r) for c, r in zip(cells, row, strict=True))
+    return known > 0 and (None not in cells or (odd and 2 * known > len(cells)))
+
+
+def _cells(line: str, width: int, delimiter: str) -> list[str]:
+    """Return the cells of a row of the header, which may stand in a comment."""
+    return _named(_spoken(line, width) if delimiter == SPACES else cut(line, delimiter), width)
+
+
+def _named(cells: list[str], width: int) -> list[str]:
+    """Return the cells of a line of names without those that no column of data has: empty ones at its end, and LabVIEW's for comments."""
+    while len(cells) > width and cells[-1] in ("", "Comment"):
+        cells = cells[:-1]
+    return cells
+
+
+def _spoken(line: str, width: int) -> list[str]:
+    """Return the names of a header cut at blanks: where these stand within names, at two of them, or with each bracket beside its name."""
+    for cells in (re.split(r"\s{2,}|\t", line.strip()), re.findall(r"\S+(?:\s+[\[(][^\s\])]*[\])])?", line)):
+        if len(cells) == width:
+            return cells
+    return cut(line, SPACES)
+
+
+def numbered(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of which those that stand there twice are numbered."""
+    counts = Counter(names)
+    out: list[str] = []
+    for name in names:
+        k = 1
+        while counts[name] > 1 and (f"{name}.{k}" in out or f"{name}.{k}" in counts):
+            k += 1
+        out.append(name if counts[name] == 1 else f"{name}.{k}")
+    return tuple(out)

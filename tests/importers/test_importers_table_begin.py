@@ -1,0 +1,110 @@
+"""Where a table begins below an instrument's settings, and which of the rows above it holds the names."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from header_table import T, X, Y, rows
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.guess import guess
+from sstl_cli.importers.mapping import read_mapping
+from sstl_cli.steps.import_ import run
+
+
+def proposed(folder: Path, text: str) -> dict[str, dict[str, object]]:
+    path = folder / "log.csv"
+    path.write_text(text, encoding="utf-8")
+    found = guess([path])
+    (folder / "rig.toml").write_text(found.toml.replace("(?)", ""), encoding="utf-8")
+    columns: dict[str, dict[str, object]] = tomllib.loads(found.toml)["columns"]
+    return columns
+
+
+def test_settings_with_a_number_for_each_channel_are_no_table(tmp_path: Path) -> None:
+    head = (
+        "Model,X1\nSample Interval,0.01\nProbe Attenuation,1,1\nVertical Units,N,N\nVertical Offset,0,0\n,,\nLabel,in,out\nTIME,CH1,CH2\n"
+    )
+    columns = proposed(tmp_path, head + rows(T, X, Y))
+    assert {n: c["column"] for n, c in columns.items()} == {"time_s": "TIME", "tension_in_n": "CH1", "tension_out_n": "CH2"}
+    assert columns["tension_in_n"]["unit"] == "N"
+    [one] = run([tmp_path / "log.csv"], read_mapping(tmp_path / "rig.toml")).runs
+    assert len(one) == len(T) and one.tension_in_n == pytest.approx(X, abs=1e-3)
+
+
+@pytest.mark.parametrize("units", ["second,Volt,Volt,Ampere\n", ""])
+def test_channels_may_be_named_by_numbers(units: str, tmp_path: Path) -> None:
+    columns = proposed(tmp_path, "x-axis,1,2,3\n" + units + rows(T - 1.0, X / 9, Y / 9, 0.5 * X))
+    assert columns["time_s"]["column"] == "x-axis"
+    if units:
+        assert [columns[n]["column"] for n in ("tension_in_n", "tension_out_n")] == ["1", "2"]
+        assert columns["tension_in_n"]["unit"] == "V" and columns["time_s"]["unit"] == "second"
+
+
+def test_the_lines_of_a_file_stand_above_those_of_its_channels(tmp_path: Path) -> None:
+    head = "Name\tScope\nFile\tC:\\a.svdx\nStart of record\t133500000000000000\t12.03.2024\n\n"
+    head += "Name\tfForceDrive\tName\tfForceTip\nData-Type\tREAL64\tData-Type\tREAL64\nSampleTime[ms]\t10\tSampleTime[ms]\t10\nUnit\tN\tUnit\tN\n\n"
+    columns = proposed(tmp_path, head + rows(1e3 * T, X, 1e3 * T, Y, sep="\t"))
+    assert columns["time_s"] == {"column": "time.1", "unit": "ms"}
+    assert [columns[n]["column"] for n in ("tension_in_n", "tension_out_n")] == ["fForceDrive", "fForceTip"]
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Time;Force_Motor;Force_Tip;I\ns;mN;mN;A\nDT_DOUBLE;DT_DOUBLE;DT_DOUBLE;DT_LONG\n",
+        "Time;Force_Motor;Force_Tip;I\ns;mN;mN;A\nCAN=1 MX 0;MX CH1 S2M/100N;MX CH2 S2M/50N;MX CH3\n",
+        '"Pruefer";"mk"\n"Vorkraft";0,5;"N"\n\n"Time";"Force_Motor";"Force_Tip";"Speed"\n"s";"mN";"mN";"mm/min"\n',
+    ],
+)
+def test_names_stand_above_their_units_whatever_is_below(head: str, tmp_path: Path) -> None:
+    columns = proposed(tmp_path, head + rows(T, 1e3 * X, 1e3 * Y, 0.1 * X, sep=";", dec=","))
+    assert columns["time_s"] == {"column": "Time", "unit": "s"}
+    assert columns["tension_in_n"] == {"column": "Force_Motor", "unit": "mN"}
+    assert columns["tension_out_n"] == {"column": "Force_Tip", "unit": "mN"}
+
+
+def test_a_setting_above_the_names_is_no_row_of_units(tmp_path: Path) -> None:
+    columns = proposed(tmp_path, "Firmware,a.b\nVertical Units,N,N\nTIME,CH1,CH2\n" + rows(T, X, Y))
+    assert columns["time_s"]["column"] == "TIME"
+
+
+def test_a_damaged_first_row_is_not_left_out(tmp_path: Path) -> None:
+    with pytest.raises(SstlError, match="line 2.*'#?x'") as raised:
+        (tmp_path / "rig.toml").write_text(
+            '[columns]\ntime_s = "a"\ntension_in_n = "b"\ntension_out_n = "c"\n[constants]\nsystem = "act"\n'
+        )
+        (tmp_path / "log.csv").write_text("a,b,c\nx,1,2\n" + rows(T, X, Y))
+        list(run([tmp_path / "log.csv"], read_mapping(tmp_path / "rig.toml")).runs)
+    assert raised.value.code == "E328"
+
+
+def test_a_header_that_stands_there_again_is_named_with_its_line(tmp_path: Path) -> None:
+    table = "t_ms,in_N,out_N\n" + rows(1e3 * T, X, Y)
+    with pytest.raises(SstlError, match=f"line {len(T) + 2}: column 't_ms'.*header stands there again") as raised:
+        proposed(tmp_path, table + table)
+    assert raised.value.code == "E328"
+    # with another width the first table is not left out in silence
+    wider = "t_ms,in_N,out_N,i\n" + rows(1e3 * T, X, Y, X)
+    with pytest.raises(SstlError) as raised:
+        proposed(tmp_path, table + wider)
+    assert raised.value.code in ("E327", "E333")
+
+
+def test_too_few_channels_say_where_the_table_seems_to_begin(tmp_path: Path) -> None:
+    with pytest.raises(SstlError, match=r"columns 'key' \(text\), 'value'; .* line 2\).*skip_rows and header") as raised:
+        proposed(tmp_path, "key,value\n" + "".join(f"a{i},{i}\n" for i in range(50)))
+    assert raised.value.code == "E333"
+
+
+@pytest.mark.parametrize(("start", "code"), [(1e3, "E323"), (0.0, "E328")])
+def test_marks_between_thousands_do_not_hide_the_delimiter(start: float, code: str, tmp_path: Path) -> None:
+    def grouped(v: float) -> str:
+        return f"{v:,.1f}".replace(",", "#").replace(".", ",").replace("#", ".")
+
+    lines = (f"{grouped(start + 10 * k)};{grouped(1e3 * x)};{grouped(1e3 * y)}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
+    with pytest.raises(SstlError, match="without marks between thousands") as raised:
+        proposed(tmp_path, "Zeit [ms];Kraft Antrieb [mN];Kraft Spitze [mN]\n" + "\n".join(lines) + "\n")
+    assert raised.value.code == code
