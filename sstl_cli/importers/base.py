@@ -30,13 +30,14 @@ Values: TypeAlias = np.ndarray | pa.Array
 
 @dataclass(frozen=True)
 class Channel:
-    """One recorded signal: its name, number of values (None: unknown), unit and own time channel."""
+    """One recorded signal: its name, number of values (None: unknown), unit, own time channel, and what the file calls it beside its name."""
 
     name: str
     rows: int | None = None
     unit: str = ""
     time: str = ""
     text: bool = False
+    label: str = ""
 
 
 @dataclass

@@ -68,6 +68,8 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     if unknown and "config_id" not in labels.values():
         labels[unknown[0]] = "config_id"
         asked.append("does this part of the name tell the bending configuration?")
+    elif len(unknown) == 1 and columns[unknown[0]][0].isdigit():
+        asked.append("the number that varies gets no label: if it only counts runs, deleting this mark is enough")
     elif unknown:
         asked.append("the name has parts that vary and got no label")
     question = "; ".join(dict.fromkeys(filter(None, asked)))

@@ -18,7 +18,7 @@ from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
-from sstl_cli.importers.guess_words import QUANTITY_OF
+from sstl_cli.importers.guess_words import QUANTITY_OF, words
 from sstl_cli.importers.text import WITHOUT_ARROW, arrow_in, grouped_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
@@ -27,6 +27,9 @@ from sstl_cli.importers.text_layout import layout_of
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
 MAX_COLUMNS = 64
+# names of the columns of a long table: which channel a reading is of, and the reading
+KEYS = words("field variable channel signal metric sensor parameter series tag kanal canal canale")
+VALUES = words("value val wert valeur valor valore reading")
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     if len(data) < 2:
         raise _too_few(chosen, path, found)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
-    names = [said(c.name, "" if chosen.ID == "text" and c.unit == unit_in(c.name) else c.unit) for c in channels]
+    names = [_said(c, chosen) for c in channels]
     # a clock may begin anew with each run that the labels tell apart
     one = {n: v[:first] for n, v in data.items()}
     names = [_clock_if_forward(s, one.get(s.name)) for s in names]
@@ -78,6 +81,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
     time = guess_time(names, one, texts, _stamps(chosen, path, texts))
     moving = [s for s in names if s.name in data and s.name != time.channel and moves(data[s.name])]
+    _refuse_long(path, found, moving)
     roles = guess_roles(moving, data)
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:
@@ -86,7 +90,26 @@ def look_at(path: Path, wanted: str | None) -> Look:
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
     if runs:
         time = replace(time, reasons=(f"every '{runs}' holds the same channels: runs of their own", *time.reasons))
+    if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
+        time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
     return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs)
+
+
+def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
+    """Raise SstlError for a table of one row per reading: a column of text says which channel it is of."""
+    keys = [c.name for c in found if c.text and c.name.strip("_").lower() in KEYS]
+    held = [s.name for s in moving if s.name.strip("_").lower() in VALUES]
+    if keys and len(held) == 1 and not any(s.tension and s.name not in held for s in moving):
+        what = f"has one row per field ('{keys[0]}' says which, '{held[0]}' holds it)"
+        fix = f"pivot it first, so that each '{keys[0]}' is a column of its own, and each time one row"
+        raise SstlError(what, where=str(path), fix=fix, code="E333")
+
+
+def _said(channel: Channel, chosen: Format) -> Said:
+    """Return what the name of a channel says, or its label where it has one."""
+    if channel.label:
+        return replace(said(channel.label, channel.unit), name=channel.name)
+    return said(channel.name, "" if chosen.ID == "text" and channel.unit == unit_in(channel.name) else channel.unit)
 
 
 def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int) -> tuple[tuple[LabelColumn, ...], int | None]:

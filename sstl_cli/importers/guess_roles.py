@@ -12,6 +12,8 @@ from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_words import QUANTITY_OF, TREATED, UNIT_WORDS
 
 Array = NDArray[np.float64]
+# of the largest correlation, how much tells as little, and how much more the side that pulls moves
+ALIKE, LARGER = 0.9, 1.1
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
 
 
@@ -225,9 +227,20 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
     # copies of one channel tell nothing
     together[together > 0.9995] = 0
     i, j = sorted(int(k) for k in np.unravel_index(int(np.argmax(together)), together.shape))
+    alike = [k for k in range(len(common)) if max(together[i, k], together[j, k]) >= ALIKE * together[i, j] and k not in (i, j)]
+    if alike and not any(s.words and (s.side or s.quantity or s.unit) for s in names) and together[i, j] > 0:
+        shown = ", ".join(repr(common[k].name) for k in sorted((i, j, *alike)))
+        reason = f"{shown} move alike, and no name says what any of them is: no channel is proposed"
+        return Roles(ask_first="which channel?", ask_second="which channel?", reasons=(reason,))
+    one_unit = (common[i].quantity, common[i].unit) == (common[j].quantity, common[j].unit)
+    moved = [float(np.ptp(table[k])) for k in (i, j)]
+    by_size = ""
+    if one_unit and max(moved) >= LARGER * min(moved):
+        i, j = (i, j) if moved[0] > moved[1] else (j, i)
+        by_size = f" ('{common[i].name}' moves more, as the side that pulls does against friction)"
     reason = (
         f"'{common[i].name}' and '{common[j].name}' move together most (correlation "
-        f"{np.corrcoef(table[i], table[j])[0, 1]:.2f}); which is the input, and whether they are tensions, is a guess"
+        f"{np.corrcoef(table[i], table[j])[0, 1]:.2f}); which is the input{by_size}, and whether they are tensions, is a guess"
     )
     return Roles((common[i],), (common[j],), "is this the input tension?", "is this the output?", (reason,))
 

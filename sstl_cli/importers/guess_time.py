@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_stamps import Stated, is_time
-from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS
+from sstl_cli.importers.guess_stamps import GAP, Stated, is_time
+from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS, words
 
 Array = NDArray[np.float64]
 # behind a line that an import asks for, with the question
@@ -31,6 +31,14 @@ ROUNDED = 1e-3
 # from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
 DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
+# of the steps of a channel that is not named as time, how many may be none
+SWITCHED = 0.9
+EPOCH_WORDS = words("epoch unix unixtime posix")
+# of a clock in two columns, the words for the one that holds the parts of a second
+PARTS = {
+    1e-9: words("nanosec nanosecs nanosecond nanoseconds nsec nsecs nanos ns"),
+    1e-6: words("microsec usec usecs micros microseconds us"),
+}
 
 
 @dataclass(frozen=True)
@@ -80,14 +88,16 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             found = _of(best, data[best.name], reasons, sure=True)
             ask = 'each side has its own clock: add time = "..." to the other tension'
             return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
+        if (parts := _in_parts(best, names, data)) is not None:
+            return _by_rate(parts, reasons)
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
         return _of(best, data[best.name], reasons, sure=True)
-    if clocks:
-        even = [s for s in clocks if _even(data[s.name])]
-        if even:
-            return _of(even[0], data[even[0].name], reasons, sure=False)
+    # a signal that is switched runs forward where it is switched once
+    even = [s for s in clocks if _even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
+    if even:
+        return _of(even[0], data[even[0].name], reasons, sure=_is_epoch(even[0], data[even[0].name]))
     hint = f" ('{texts[0]}' holds text)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
@@ -134,11 +144,10 @@ def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
     stated = best.unit if best.dimension == "time" else ""
     if best.strange:
         return "s", 1.0, f"its unit is {best.strange}: give unit and scale", f"a unit of its own, {best.strange}"
-    for start, unit in EPOCHS:
-        if start <= finite[0] < EPOCH_LAST * start:
-            if stated and unit_of(stated) != unit_of(unit):
-                return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}", "unix time"
-            return unit, 1.0, "", f"unix time in {unit}"
+    if unit := _epoch(finite):
+        if stated and unit_of(stated) != unit_of(unit):
+            return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}", "unix time"
+        return unit, 1.0, "", f"unix time in {unit}"
     if odd := _odd(best):
         return stated or "s", 1.0, f"what is {odd} in its name? give unit and scale", f"its name says {odd}"
     if not stated and any(a <= finite[0] < b for a, b in DAYS) and np.ptp(finite) < 2:
@@ -157,9 +166,41 @@ def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
     return unit, 1.0, f"no unit is stated: {unit} fits steps of {step:g};{counts or ' right?'}", f"step {step:g}"
 
 
+def _epoch(values: Array) -> str:
+    """Return the unit of values that are unix times, '' where they are none."""
+    return next((unit for start, unit in EPOCHS if start <= values[0] < EPOCH_LAST * start), "")
+
+
+def _is_epoch(one: Said, values: Array) -> bool:
+    """Return whether a channel is unix time by its name and its values."""
+    return bool(EPOCH_WORDS.intersection(one.words)) and bool(_epoch(values))
+
+
+def _in_parts(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:
+    """Return the step of a clock of whole seconds and of a column with the parts of a second, None where it is none."""
+    seconds = data[best.name]
+    if _repeats(seconds) <= 0.5 or not np.all(seconds == np.round(seconds)):
+        return None
+    for one in names:
+        scale = next((x for x, known in PARTS.items() if known.intersection(one.words)), 0.0)
+        values = data.get(one.name, np.empty(0))
+        if not scale or one is best or len(values) != len(seconds) or not (values >= 0).all() or (scale * values >= 1).any():
+            continue
+        steps = np.diff(seconds) + scale * np.diff(values)
+        if (steps > 0).all():
+            usual = float(np.median(steps))
+            gaps = steps[steps > GAP * usual]
+            step = float(f"{np.mean(steps[steps <= GAP * usual]):.6g}")
+            by = f"'{best.name}' and '{one.name}' are two parts of one clock (a column with '{best.name}' + {scale:g} '{one.name}' would be read)"
+            return Stated(step, by, len(gaps), float(max(gaps, default=0.0)))
+    return None
+
+
 def _odd(best: Said) -> str:
     """Return what a clock's name says beside time and its unit: a bracket that is no unit of time, a factor, another word (empty: nothing)."""
-    brackets = re.findall(r"[\[({<]([^\[\](){}<>]*)[\])}>]", best.name)
+    # data[2] is the second column of data
+    name = re.sub(r"(?<=\w)\[\d+\]$", "", best.name)
+    brackets = re.findall(r"[\[({<]([^\[\](){}<>]*)[\])}>]", name)
     unknown = next((b for b in brackets if b.strip() and not _unit_of_time(b, best)), "")
     factor = re.search(r"(?:[*×/]|(?<![A-Za-z])x)\s*\d+(?![\w/])", best.name)
     word = next((w for w in best.words if w in NO_CLOCK), "")

@@ -89,7 +89,7 @@ def written(p: Proposal) -> str:
     if "system" not in (*p.named.labels, *told):
         lines.append('system = "act"' + _mark("act: single pass, sstl: double pass"))
     lines += [f"{k} = {json.dumps(v)}" for k, v in p.named.constants if k not in told]
-    only_one = not (p.roles.first and p.roles.second)
+    only_one = any(ask.startswith("only one") for ask in (p.roles.ask_first, p.roles.ask_second))
     if p.pair is not None or only_one:
         lines += ["", "[files]", 'merge = "channels"']
         lines += ['key = "take"'] if p.pair is not None and p.pair.files > 2 else []

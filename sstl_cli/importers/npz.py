@@ -29,7 +29,7 @@ from sstl_cli.importers.base import (
 )
 
 ID = "npz"
-TITLE = "a NumPy archive"
+TITLE = "a NumPy file (.npz or .npy)"
 EXTENSIONS = (".npz", ".npy")
 RANK = 30
 MAX_HEADER_BYTES = 65_536

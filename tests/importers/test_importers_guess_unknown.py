@@ -1,0 +1,91 @@
+"""What a proposal says where names say little: no guess that would look like knowledge."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from header_table import T, X, Y, rows
+from scipy.io import savemat
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.guess import Guess, guess
+from sstl_cli.importers.mapping import read_mapping
+from sstl_cli.steps.import_ import run
+
+
+def proposed(path: Path, text: str = "") -> tuple[dict[str, dict[str, object]], Guess]:
+    if text:
+        path.write_text(text)
+    found = guess([path])
+    return tomllib.loads(found.toml)["columns"], found
+
+
+def asked(found: Guess) -> dict[str, str]:
+    return {q.target: q.text for q in found.questions}
+
+
+def test_labels_of_a_structure_with_time_give_names_and_units(tmp_path: Path) -> None:
+    kind = [("values", object), ("label", object)]
+    signals = np.array([(0.9 * X, "T_ref"), (X, "T_in (mN)"), (Y, "T_out (N)")], dtype=kind)
+    savemat(tmp_path / "a.mat", {"Scope": {"time": T, "signals": signals}})
+    columns, found = proposed(tmp_path / "a.mat")
+    assert columns["tension_in_n"] == {"column": "Scope.signals(2).values", "unit": "mN"}
+    assert columns["tension_out_n"] == {"column": "Scope.signals(3).values", "unit": "N"}
+    assert not {"tension_in_n", "tension_out_n"} & set(asked(found))
+    (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
+    [one] = run([tmp_path / "a.mat"], read_mapping(tmp_path / "rig.toml")).runs
+    assert one.tension_in_n == pytest.approx(X / 1e3)
+
+
+def test_columns_of_a_matrix_that_move_alike_are_not_told_apart(tmp_path: Path) -> None:
+    np.save(tmp_path / "data.npy", np.column_stack([np.arange(len(T)), 5.0 * np.arange(len(T)), 0.02 * X, X, Y]))
+    columns, found = proposed(tmp_path / "data.npy")
+    assert columns["tension_in_n"]["column"] == columns["tension_out_n"]["column"] == "..."
+    assert columns["time_s"] == {"column": "data[2]", "unit": "ms"} and "in its name" not in asked(found)["time_s"]
+    assert "merge" not in found.toml and ".npy" in found.reasons[0]
+
+
+def test_of_two_channels_without_names_the_larger_is_asked_as_the_input(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path / "a.csv", rows(T, Y, X))
+    assert (columns["tension_in_n"]["column"], columns["tension_out_n"]["column"]) == ("col3", "col2")
+    assert {"tension_in_n", "tension_out_n"} <= set(asked(found)) and any("moves more" in r for r in found.reasons)
+
+
+def test_one_row_per_field_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    lines = (f"{t:.3f},{n},{v:.4f}\n" for n, values in (("force_in", X), ("force_out", Y)) for t, v in zip(T, values, strict=True))
+    with pytest.raises(SstlError, match="one row per field .'_field' says which, '_value' holds it.*pivot it first") as raised:
+        proposed(tmp_path / "a.csv", "_time,_field,_value\n" + "".join(lines))
+    assert raised.value.code == "E333"
+
+
+def test_a_stated_rate_beats_a_switched_signal(tmp_path: Path) -> None:
+    head = "# Sample rate: 250 Hz\nSample,Proximal (N),Distal (N),Digital\n"
+    columns, _ = proposed(tmp_path / "a.csv", head + rows(np.arange(len(T)), X, Y, np.arange(len(T)) > 90, digits=4))
+    assert columns["time_s"] == {"rate_hz": 250}
+    columns, found = proposed(tmp_path / "a.csv", head.split("\n")[1] + "\n" + rows(np.arange(len(T)), X, Y, np.arange(len(T)) > 90))
+    assert columns["time_s"] == {"rate_hz": 0} and "time_s" in asked(found)
+
+
+@pytest.mark.parametrize(("gap", "rate"), [(0.0, 100), (0.7, 0)])
+def test_a_clock_in_two_columns_is_told_as_one(gap: float, rate: float, tmp_path: Path) -> None:
+    time = 0.25 + 0.01 * np.arange(len(T)) + gap * (np.arange(len(T)) > 50)
+    sec = np.floor(time + 1e-9)
+    lines = (f"{1712345678 + s:.0f},{max(t - s, 0.0) * 1e9:.0f},{x:.4f},{y:.4f}\n" for t, s, x, y in zip(time, sec, X, Y, strict=True))
+    columns, found = proposed(tmp_path / "a.csv", "stamp.sec,stamp.nanosec,Fin (N),Fout (N)\n" + "".join(lines))
+    assert columns["time_s"] == {"rate_hz": rate} and "'stamp.sec' + 1e-09 'stamp.nanosec'" in asked(found)["time_s"]
+
+
+def test_unix_time_by_name_and_values_is_not_asked(tmp_path: Path) -> None:
+    lines = (f"{1712345678000 + 10 * k},{x:.4f},{y:.4f}\n" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
+    columns, found = proposed(tmp_path / "a.csv", "Epoch_ms,Fin (N),Fout (N)\n" + "".join(lines))
+    assert columns["time_s"] == {"column": "Epoch_ms", "unit": "ms"} and "time_s" not in asked(found)
+
+
+def test_a_run_number_in_names_may_stay_without_a_label(tmp_path: Path) -> None:
+    files = [tmp_path / f"bend{bend}_act_{take:02d}.csv" for bend, take in ((45, 1), (90, 2))]
+    for path in files:
+        path.write_text("Time (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
+    assert "deleting this mark is enough" in asked(guess(files))["file_name"]
