@@ -59,7 +59,11 @@ class ClockReport:
         if not self.estimated:
             return f"clock '{self.clock}' against '{self.reference}': not compared ({self.why_not})"
         used = "applied" if self.used else "not applied"
-        hint = "" if self.shared_content else "; holds the lag of the transmission, as no shared content is named"
+        hint = (
+            ""
+            if self.shared_content
+            else "; not a clock fault where friction delays the output: this holds the lag of the transmission, as no shared content is named"
+        )
         return (
             f"clock '{self.clock}' against '{self.reference}': "
             f"offset {self.offset_s:.6g} s (se {self.offset_se_s:.2g}), "

@@ -52,15 +52,22 @@ def gridded(
 
 @dataclass
 class _Look:
-    """What a first pass over a clock found: its first time, its first and last finite ones (s), and thinned series."""
+    """What a first pass over a clock found: its first time, its first and last finite ones (s), how many, and thinned series."""
 
     first: float = np.nan
     begin: float = np.nan
     end: float = np.nan
+    rows: int = 0
     series: dict[str, Thinned] = field(default_factory=dict)
+
+    @property
+    def span(self) -> tuple[float, float, float, int]:
+        """What two copies of one clock have in common."""
+        return self.first, self.begin, self.end, self.rows
 
     def add(self, time: Array) -> None:
         finite = time[np.isfinite(time)]
+        self.rows += len(finite)
         if np.isnan(self.begin) and len(finite):
             self.begin = float(finite[0])
         if len(finite):
@@ -130,6 +137,9 @@ def _met(
         first, zero = there.first, here.first
         return lambda time: time - first + zero
     if align not in ("report", "apply"):
+        return _as_is
+    if align == "report" and plan.content is None and clock.file == plan.clock.file and here.span == there.span:
+        # channels of one recorder, each with its own copy of the clock: a lag between them is friction's
         return _as_is
     none = (np.empty(0), np.empty(0))
     a, b = (here.series[pair[0].target].arrays(), there.series[pair[1].target].arrays()) if pair else (none, none)

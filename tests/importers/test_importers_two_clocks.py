@@ -130,3 +130,20 @@ def test_memory_does_not_grow_with_the_recording(tmp_path: Path, monkeypatch: py
         tracemalloc.stop()
         assert samples > 0.99 * n
     assert peaks[1] < 1.3 * peaks[0]
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_no_lag_is_told_between_copies_of_one_clock(same: bool, tmp_path: Path) -> None:
+    """Friction delays the output; between channels of one recorder that was told as 0.18 s and -4305 ppm of its clock."""
+    t = np.linspace(0.0, 20.0, 1000)
+    table = np.c_[t, motion(t), t if same else t * (1 + 1e-6), motion(t - 0.2)]
+    np.savetxt(tmp_path / "a.csv", table, header="t1,force,t2,load", comments="", delimiter=",", fmt="%.8f")
+    columns = {
+        "time_s": "t1",
+        "tension_in_n": {"column": "force", "unit": "N"},
+        "tension_out_n": {"column": "load", "unit": "N", "time": "t2"},
+    }
+    result = step.run([tmp_path / "a.csv"], mapping_of({"columns": columns, "constants": {"system": "act"}}, "test"))
+    list(result.runs)
+    assert len(result.clocks) == (0 if same else 1)
+    assert same or "not a clock fault where friction delays the output" in result.clocks[0].sentence()
