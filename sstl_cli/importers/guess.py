@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess_files import Named, name_pattern, side_of, side_words, taken
+from sstl_cli.importers.guess_left import not_mapped
 from sstl_cli.importers.guess_look import Look, look_at
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import Roles, doubted
@@ -65,6 +66,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
+    reasons += not_mapped([look] if pair is None else [pair.first, pair.second], toml)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))
 
 

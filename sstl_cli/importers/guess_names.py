@@ -69,8 +69,8 @@ class Said:
             if re.match(r"model/", self.name, re.I)
             else self.words
         )
-        # log10 is cut into a word and a number
-        found = next((w for w, after in zip(own, (*own[1:], ""), strict=True) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
+        # a name of its unit alone has no word; log10 is cut into a word and a number
+        found = next((w for w, after in zip(own, (*own[1:], ""), strict=False) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
         # T_in_d and T_in*, as control writes what is desired
         desired = "*" if self.name.split("(")[0].split("[")[0].rstrip().endswith("*") else "d" if own[-1:] == ("d",) and self.side else ""
         computed = _COMPUTED.search(_BRACKETS.sub("", self.name))

@@ -151,7 +151,7 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
     with open(path, "rb") as file:
         head = file.read(limit)
         if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            raise SstlError("is UTF-16 text", where=str(path), fix="save it as UTF-8", code="E321")
+            raise SstlError("is UTF-16 text ('Unicode text' of a spreadsheet)", where=str(path), fix="save it as 'CSV UTF-8'", code="E321")
         if b"\0" in head[:65536]:
             raise SstlError("holds binary data, not text", where=str(path), fix="name its --format", code="E322")
         start = 3 if head.startswith(b"\xef\xbb\xbf") else 0
