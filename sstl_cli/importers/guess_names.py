@@ -134,6 +134,9 @@ def said(name: str, stated: str = "") -> Said:
     quantity, side, reference = _meaning(words)
     if quantity == "other" and unit and unit_of(unit)[0] == "force" and _strained(words):
         quantity = "force"
+    if quantity == "force" and unit and unit_of(unit)[0] in ("length", "angle") and any(QUANTITY_OF.get(w) == "position" for w in words):
+        # fActPos [mm]: the f of a programme's float
+        quantity = "position"
     if not unit and not strange:
         unit, strange = _tail(plain, words, quantity)
         if unit in ("counts", "V", "mV") or not quantity:

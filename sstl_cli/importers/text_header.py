@@ -24,6 +24,8 @@ _UNIT_LIKE = re.compile(r"\S{1,3}|\S*[/*·^]\S*")
 _TYPE = re.compile(r"(?:dt_)?(?:u?int|u?long|u?short|l?real|float|double|single|u?s?byte|bool|d?word|string|char)_?\d*", re.IGNORECASE)
 # of the readings of a column, how many are numbers, and how many rows of numbers in a row are a table of their own
 NUMERIC, RUN_ROWS = 0.8, 3
+# larger numbers in a first row are readings beside a damaged one
+MOST_CHANNELS = 64
 
 
 def table_in(sample: Sequence[str], data: Sequence[str], delimiter: str, comment: str) -> tuple[int, int] | None:
@@ -84,14 +86,16 @@ def _above(sample: Sequence[str], begin: int, width: int, delimiter: str) -> int
 def _counted(row: list[str]) -> bool:
     """Return whether a row is a word and then numbers that go up by whole steps, as channels are numbered."""
     numbers = [int(c) for c in row[1:] if c.isdigit()]
-    return not is_number(row[0]) and bool(row[0]) and len(numbers) == len(row) - 1 and sorted(set(numbers)) == numbers
+    if not row[0] or is_number(row[0]) or len(numbers) < len(row) - 1:
+        return False
+    return sorted(set(numbers)) == numbers and numbers[-1:] <= [MOST_CHANNELS]
 
 
 def _is_table(rows: list[list[str]]) -> bool:
-    """Return whether some rows that follow one another hold numbers alone, as many each."""
+    """Return whether some rows that follow one another hold readings alone (numbers, times of day), as many each."""
     run, last = 0, 0
     for row in rows:
-        count = len(row) if len(row) > 1 and all(map(is_number, row)) else 0
+        count = len(row) if len(row) > 1 and all(is_number(c) or c[:1].isdigit() for c in row) else 0
         run = run + 1 if count and count == last else int(bool(count))
         last = count
         if run >= RUN_ROWS:

@@ -43,5 +43,10 @@ def test_the_reference_of_one_of_two_files_is_named(tmp_path: Path) -> None:
     assert any("not mapped: 'setpoint_N'" in r for r in reasons)
 
 
+def test_the_letter_of_a_type_in_front_of_a_position_is_no_force() -> None:
+    one = said("fActPos", "mm")
+    assert one.quantity == "position" and not one.tension and said("fActForce", "N").tension
+
+
 def test_a_name_of_a_unit_alone_has_no_word() -> None:
     assert said("[N]").unmeasured == ""

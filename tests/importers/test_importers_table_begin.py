@@ -71,12 +71,13 @@ def test_a_setting_above_the_names_is_no_row_of_units(tmp_path: Path) -> None:
     assert columns["time_s"]["column"] == "TIME"
 
 
-def test_a_damaged_first_row_is_not_left_out(tmp_path: Path) -> None:
-    with pytest.raises(SstlError, match="line 2.*'#?x'") as raised:
-        (tmp_path / "rig.toml").write_text(
-            '[columns]\ntime_s = "a"\ntension_in_n = "b"\ntension_out_n = "c"\n[constants]\nsystem = "act"\n'
-        )
-        (tmp_path / "log.csv").write_text("a,b,c\nx,1,2\n" + rows(T, X, Y))
+@pytest.mark.parametrize("first", ["a,b,c\nx,1,2\n", "x,90684,102345\n"])
+def test_a_damaged_first_row_is_not_left_out(first: str, tmp_path: Path) -> None:
+    names = ("a", "b", "c") if first.startswith("a") else ("col1", "col2", "col3")
+    columns = "".join(f'{target} = "{name}"\n' for target, name in zip(("time_s", "tension_in_n", "tension_out_n"), names, strict=True))
+    (tmp_path / "rig.toml").write_text(f'[columns]\n{columns}[constants]\nsystem = "act"\n')
+    (tmp_path / "log.csv").write_text(first + rows(T, X, Y))
+    with pytest.raises(SstlError, match="'x', not a number") as raised:
         list(run([tmp_path / "log.csv"], read_mapping(tmp_path / "rig.toml")).runs)
     assert raised.value.code == "E328"
 
@@ -86,11 +87,13 @@ def test_a_header_that_stands_there_again_is_named_with_its_line(tmp_path: Path)
     with pytest.raises(SstlError, match=f"line {len(T) + 2}: column 't_ms'.*header stands there again") as raised:
         proposed(tmp_path, table + table)
     assert raised.value.code == "E328"
-    # with another width the first table is not left out in silence
+    # with another width the first table is not left out in silence, nor one of times in text
     wider = "t_ms,in_N,out_N,i\n" + rows(1e3 * T, X, Y, X)
-    with pytest.raises(SstlError) as raised:
-        proposed(tmp_path, table + wider)
-    assert raised.value.code in ("E327", "E333")
+    times = "".join(f"14:03:{k:02d},{k},{k}\n" for k in range(20))
+    for first in (table, "Time,in_N,out_N\n" + times):
+        with pytest.raises(SstlError) as raised:
+            proposed(tmp_path, first + wider)
+        assert raised.value.code in ("E327", "E333")
 
 
 def test_too_few_channels_say_where_the_table_seems_to_begin(tmp_path: Path) -> None:
