@@ -15,6 +15,7 @@ from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
 from sstl_cli.importers.text_cells import GROUPED, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
+from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_footer import footer_of
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
 
@@ -83,7 +84,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
 def _blocks(
     path: Path, found: TextLayout, parse: pc.ParseOptions, convert: pc.ConvertOptions, numbers: list[str], labels: list[str], notes: Notes
 ) -> Iterator[Block]:
-    with open(path, "rb") as file:
+    with opened(path) as file:
         file.seek(found.first_byte)
         footer = footer_of(path, found)
         notes.aside(f"rows of statistics below the samples ({', '.join(footer.names)})", len(footer.names))
@@ -131,7 +132,7 @@ def _too_long(path: Path, found: TextLayout, offset: int) -> SstlError:
 def _line_at(path: Path, found: TextLayout, offset: int) -> int:
     """Return the number of the line that begins at a byte; lines are counted only where one is wrong."""
     line, left = found.first_line, offset - found.first_byte
-    with open(path, "rb") as file:
+    with opened(path) as file:
         file.seek(found.first_byte)
         while left > 0:
             data = file.read(min(left, BLOCK_BYTES))
@@ -224,7 +225,7 @@ def _first_cells(path: Path) -> Iterator[str]:
     """Yield the cells of the beginning of a text log."""
     found = layout_of(path, Layout())
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
-    with open(path, "rb") as file:
+    with opened(path) as file:
         file.seek(found.first_byte)
         lines = file.read(BLOCK_BYTES).decode("utf-8", "replace").splitlines()
     return (c.strip() for line in lines for c in cut(line, delimiter))

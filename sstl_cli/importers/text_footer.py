@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from sstl_cli.importers.guess_words import words
 from sstl_cli.importers.text_cells import SPACES, cut
+from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_layout import TextLayout
 
 # they are a few lines
@@ -28,12 +30,11 @@ class Footer:
 
 def footer_of(path: Path, found: TextLayout) -> Footer:
     """Return the rows of statistics at the end of a text log whose first column holds numbers."""
-    size = path.stat().st_size
-    start = max(found.first_byte, size - TAIL_BYTES)
     if not found.text or found.text[0]:
         return Footer()
-    with open(path, "rb") as file:
-        file.seek(start)
+    with opened(path) as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(found.first_byte, size - TAIL_BYTES))
         lines = file.read().split(found.line_end)
     names: list[str] = []
     end, at = sys.maxsize, size

@@ -12,6 +12,7 @@ from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import SIGNS
 from sstl_cli.importers.instruments import Measured, labview, oscilloscope, rate_said, stated_by
 from sstl_cli.importers.text_cells import SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
+from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in
 
 MAX_LINE_BYTES = 1 << 20
@@ -46,7 +47,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     Raises
     ------
     SstlError
-        If the file is binary or UTF-16, a line is longer than 1 MiB, or no line holds a number.
+        If the file is binary, a line is longer than 1 MiB, or no line holds a number.
     """
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
     at = header = _end_of_labview(lines, wanted.skip_rows)
@@ -148,10 +149,8 @@ def _no_number(path: Path, data: list[str]) -> SstlError:
 def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
     """Return the first lines in bounded memory, the line end, and the length of a byte-order mark."""
     limit = 2 * MAX_LINE_BYTES
-    with open(path, "rb") as file:
+    with opened(path) as file:
         head = file.read(limit)
-        if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            raise SstlError("is UTF-16 text ('Unicode text' of a spreadsheet)", where=str(path), fix="save it as 'CSV UTF-8'", code="E321")
         if b"\0" in head[:65536]:
             raise SstlError("holds binary data, not text", where=str(path), fix="name its --format", code="E322")
         start = 3 if head.startswith(b"\xef\xbb\xbf") else 0

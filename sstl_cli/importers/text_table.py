@@ -57,11 +57,12 @@ class TextTable:
     @property
     def rows(self) -> int:
         """Number of lines below the header (blank ones included)."""
+        from sstl_cli.importers.text_file import opened
         from sstl_cli.importers.text_layout import layout_of
 
         layout = layout_of(self.path, self._layout)
         lines, last = 0, b""
-        with open(self.path, "rb") as file:
+        with opened(self.path) as file:
             file.seek(layout.first_byte)
             while block := file.read(1 << 22):
                 lines, last = lines + block.count(layout.line_end), block[-1:]

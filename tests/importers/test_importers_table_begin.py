@@ -111,3 +111,21 @@ def test_marks_between_thousands_do_not_hide_the_delimiter(start: float, code: s
     with pytest.raises(SstlError, match="without marks between thousands") as raised:
         proposed(tmp_path, "Zeit [ms];Kraft Antrieb [mN];Kraft Spitze [mN]\n" + "\n".join(lines) + "\n")
     assert raised.value.code == code
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_unicode_text_of_a_spreadsheet_is_read(encoding: str, tmp_path: Path) -> None:
+    text = (
+        "\ufeffTempo [s]\tForza ingresso [N]\tForza uscita [N]\r\n"
+        + rows(T, X, Y, sep="\t", dec=",").replace("\n", "\r\n")
+        + "Media\t9,2\t7,8\r\n"
+    )
+    (tmp_path / "log.txt").write_bytes(text.encode(encoding))
+    found = guess([tmp_path / "log.txt"])
+    assert [q.target for q in found.questions] == ["system"]
+    (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
+    done = run([tmp_path / "log.txt"], read_mapping(tmp_path / "rig.toml"))
+    [one] = done.runs
+    assert one.tension_out_n == pytest.approx(Y, abs=1e-3) and "statistics below the samples (Media)" in str(done.counts.notes)
+    (tmp_path / "log.txt").write_bytes(text.encode(encoding)[:-3])
+    assert len(list(run([tmp_path / "log.txt"], read_mapping(tmp_path / "rig.toml")).runs)) == 1
