@@ -68,8 +68,8 @@ def c_source(
         lines.append(f"static const sstl_real {name} = {_literal(value)}; /* {value:.6g} */")
     tolerance = law.SOLVE_TOLERANCE_N if real == "double" else 1e-5
     lines.append(f"static const sstl_real TOLERANCE = {_literal(tolerance)}; /* {tolerance:g} N */")
-    slack = law.RETURN_SLACK_N
-    lines.append(f"static const sstl_real RETURN_SLACK = {_literal(slack)}; /* {slack:g} N */")
+    slack = law.SLACK_N
+    lines.append(f"static const sstl_real SLACK = {_literal(slack)}; /* {slack:g} N */")
     lines.append(f"static const long HOLD = {int(p[law.P_HOLD])}L; /* samples */")
     suffix = "" if real == "double" else "f"
     values = {

@@ -35,8 +35,9 @@ PB, PP, RB, RP, SAFE = 0, 1, 2, 3, 4
 REF_NOT_FINITE, REF_OUTSIDE, IN_NOT_FINITE, IN_OUTSIDE = 1, 2, 4, 8
 SOLVE_TOLERANCE_N = 1e-12
 SOLVE_STEPS = 80
-# a return ends within one step of the wish; steps that add up to it exactly must not miss it by rounding
-RETURN_SLACK_N = 1e-4
+# tensions this near to a threshold have reached it: backlash that ends where it began (turned twice at one measured tension) and a
+# return by whole steps meet theirs exactly, and rounding, single precision's too, must not decide
+SLACK_N = 1e-4
 
 
 @njit(cache=True)
@@ -138,7 +139,8 @@ def _algorithm_1(p: Array, s: Array, t_ref: float, t_in: float, turned: bool) ->
         # a reversal inside backlash keeps the held output and only turns round
         s[S_THRESHOLD] = (s[S_OUT_REV] - beta) / gamma
     if s[S_BACKLASH] != 0.0:
-        reached = t_in <= s[S_THRESHOLD] if release else t_in >= s[S_THRESHOLD]
+        # on the line, backlash is over
+        reached = t_in <= s[S_THRESHOLD] + SLACK_N if release else t_in >= s[S_THRESHOLD] - SLACK_N
         if reached:
             s[S_BACKLASH] = 0.0
     target = t_ref
@@ -229,7 +231,7 @@ def _issue(p: Array, s: Array) -> float:
     command = min(max(command, 0.0), p[P_T_MAX])
     limit = p[P_STEP_MAX]
     if s[S_RETURNING] != 0.0:
-        if abs(command - s[S_CMD]) <= p[P_RAMP] + RETURN_SLACK_N:
+        if abs(command - s[S_CMD]) <= p[P_RAMP] + SLACK_N:
             s[S_RETURNING] = 0.0
         else:
             limit = min(limit, p[P_RAMP])

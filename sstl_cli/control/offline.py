@@ -83,7 +83,7 @@ def _sound(p: Array, s: Array, t_ref: Array, t_in: Array, command: Array, phase:
                 held = gp * tension + bp if release else gr * tension + br
                 backlash = True
             threshold = (held - beta) / gamma
-        if backlash and (tension <= threshold if release else tension >= threshold):
+        if backlash and (tension <= threshold + law.SLACK_N if release else tension >= threshold - law.SLACK_N):
             backlash = False
         target = 2.0 * ref - held if backlash and doubled else ref
         wish = (target - beta) / gamma

@@ -51,7 +51,8 @@ def paper_controller(reference, measured, lines, doubled=True, t_max=80.0):
         d = direction or 1
         if backlash:
             threshold = (held - beta[d]) / gamma[d]
-            if (d > 0 and t_in >= threshold) or (d < 0 and t_in <= threshold):
+            # within 0.1 mN of the threshold backlash is over, whatever the rounding
+            if (d > 0 and t_in >= threshold - 1e-4) or (d < 0 and t_in <= threshold + 1e-4):
                 backlash = False
         target = 2 * ref - held if backlash and doubled else ref
         commands.append(min(max((target - beta[d]) / gamma[d], 0.0), t_max))

@@ -18,6 +18,9 @@ from sstl_cli.control.references import random, sinusoid, trapezoid
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc on this machine")
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2"]
 LINES = Theta(*TABLE_II)
+# up and down again while the input stays: its tension is the threshold but for rounding
+TURNED = Theta(0.612813, -0.00308335, 1.6332, -0.00757268)
+TWICE = np.array([22.0, 19.5, 19.9, 19.3, 18.9])
 SETTINGS = {
     "paper": Options(),
     "single": Options(doubled=False, deadband_n=0.01),
@@ -79,21 +82,34 @@ def test_c_agrees_with_python_on_every_trajectory(compiled, name, kind):
     assert np.array_equal(phase, done.phase)
 
 
-def hostile(rng, broken, n=1500):
-    """Return reference and measured tension, shape (2, n): smooth or noisy, with impossible values."""
-    smooth = 12 + 8 * np.sin(np.arange(n) * rng.uniform(0.001, 0.1))
-    values = np.stack([smooth, smooth / 0.6]) + rng.standard_normal((2, n)) * rng.choice([0.0, 0.02, 5.0])
+KINDS = ("smooth", "walk held", "walk same", "walk same held", "walk scaled", "walk scaled held", "whole newtons")
+
+
+def hostile(rng, broken, n=1500, kind="smooth"):
+    """Return reference and measured tension, shape (2, n): smooth, noisy or turning within held readings, with impossible values."""
+    if kind == "smooth":
+        smooth = 12 + 8 * np.sin(np.arange(n) * rng.uniform(0.001, 0.1))
+        values = np.stack([smooth, smooth / 0.6]) + rng.standard_normal((2, n)) * rng.choice([0.0, 0.02, 5.0])
+    elif kind == "whole newtons":
+        values = rng.integers(0, 8, (2, n)) * 10.0
+    else:
+        walk = 20 + np.abs((np.cumsum(rng.standard_normal(n)) + 20) % 80 - 40) - 20
+        measured = walk * 1.7 + 1 + rng.normal(0, 0.02, n) if "scaled" in kind else walk
+        if "held" in kind:
+            # "walk held" is a loop behind its reference, its reading renewed every fifth sample
+            measured = np.repeat(np.roll(measured, 0 if "same" in kind else 3)[::5], 5)
+        values = np.stack([walk, measured])
     bad = rng.random((2, n)) < broken
     values[bad] = rng.choice([np.nan, np.inf, -np.inf, 1e300, -1e300, 0.0, -0.5, 81.0, 200.0, 5e-324], bad.sum())
     return values
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.floats(0, 0.3), st.sampled_from(list(SETTINGS)))
-def test_c_agrees_with_python_on_fuzzed_input(compiled, seed, broken, name):
+@given(st.integers(0, 2**32 - 1), st.floats(0, 0.3), st.sampled_from(list(SETTINGS)), st.sampled_from(KINDS))
+def test_c_agrees_with_python_on_fuzzed_input(compiled, seed, broken, name, kind):
     rng = np.random.default_rng(seed)
     n = 1500
-    values = hostile(rng, broken, n)
+    values = hostile(rng, broken, n, kind)
     if rng.random() < 0.5:
         # a loss long enough to ramp down
         at = rng.integers(0, n - 400)
@@ -120,10 +136,10 @@ def compiled_float(tmp_path_factory):
     return {n: build(tmp_path_factory.mktemp(n), Controller(LINES, SETTINGS[n]), real="float") for n in names}
 
 
-def worst(drive, name, seed):
+def worst(drive, name, seed, kind):
     """Return the largest difference in N between float and double on inputs that single precision holds."""
     rng = np.random.default_rng(seed)
-    values = hostile(rng, rng.uniform(0, 0.3) if seed % 2 else 0.0)
+    values = hostile(rng, rng.uniform(0, 0.3) if seed % 2 else 0.0, kind=kind)
     with np.errstate(over="ignore"):
         values = values.astype(np.float32).astype(float)
     return float(np.abs(drive(*values)[0] - Controller(LINES, SETTINGS[name]).replay(*values)[0]).max())
@@ -142,11 +158,22 @@ def test_a_return_that_ends_exactly_at_the_wish_ends_in_both_precisions(compiled
     np.testing.assert_allclose(command, c.replay(reference, measured)[0], atol=5e-3, rtol=0)
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["paper", "single", "play", "all"])
-def test_float_code_takes_the_same_decisions(compiled_float, name):
-    # a decision that hangs on less than single precision may fall otherwise: rare, and never outside the range
-    apart = [seed for seed in range(200) if worst(compiled_float[name], name, seed) > 5e-3]
-    assert len(apart) <= 2, apart
+def test_float_code_takes_the_same_decisions(compiled_float, name, kind):
+    # what hangs on less than single precision may fall otherwise: the end of a return whose ramp has rounded for a thousand
+    # samples, a noisy reference at its deadband. Rare, never outside the range; and no threshold is met by chance alone
+    apart = [seed for seed in range(200) if worst(compiled_float[name], name, seed, kind) > 5e-3]
+    sound = [seed for seed in apart if seed % 2 == 0]
+    assert len(apart) <= 2 and len(sound) <= (kind == "smooth"), apart
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_turned_twice_at_one_measured_tension_backlash_is_over_in_c(tmp_path, real):
+    drive = build(tmp_path, Controller(TURNED), real=real)
+    seen = [drive(TWICE, np.full(5, 22.04 + k * 4e-15 + k % 5 * 1e-6)) for k in range(40)]
+    assert {round(float(command[3]), 2) for command, _ in seen} == {11.82}
+    assert {tuple(phase.tolist()) for _, phase in seen} == {(1, 3, 0, 3, 3)}
 
 
 def test_uncompensated_controller_commands_the_reference(tmp_path):

@@ -44,6 +44,33 @@ def test_thresholds_that_are_just_met(doubled: bool) -> None:
     np.testing.assert_array_equal(c.state, other.state)
 
 
+def test_turned_twice_at_one_measured_tension_backlash_is_over() -> None:
+    # the threshold is that tension but for rounding, which had decided between 1.60 and 11.82 N
+    lines, reference = Theta(0.612813, -0.00308335, 1.6332, -0.00757268), [22.0, 19.5, 19.9, 19.3, 18.9]
+    replayed, stepped = set(), set()
+    for k in range(40):
+        held = np.full(5, 22.04 + k * 4e-15)
+        command, codes = Controller(lines).replay(np.array(reference), held)
+        c = Controller(lines)
+        single = [c.step(ref, t_in) for ref, t_in in zip(reference, held.tolist(), strict=True)]
+        assert command.tolist() == [v for v, _ in single]
+        replayed.add((round(float(command[3]), 2), *codes.tolist()))
+        stepped.add("".join(p for _, p in single))
+    assert replayed == {(11.82, law.PP, law.RP, law.PB, law.RP, law.RP)} and stepped == {"PPRPPBRPRP"}
+
+
+@pytest.mark.parametrize(("short", "phase"), [(0.0, "P"), (0.9, "P"), (1.1, "B")])
+@pytest.mark.parametrize("turn", [1, -1])
+def test_backlash_is_over_within_the_slack_of_its_threshold(turn: int, short: float, phase: str) -> None:
+    # lines 0.5 t and 2 t: turned at 16 N, what is held is 8 or 32 N, which the other line gives at 4 or 64 N
+    reference = np.array([10.0, 11.0, 10.5, 10.4]) if turn < 0 else np.array([10.0, 9.0, 9.5, 9.6])
+    threshold = 4.0 if turn < 0 else 64.0
+    measured = np.array([16.0, 16.0, 16.0, threshold - turn * short * law.SLACK_N])
+    c = Controller(EVEN)
+    assert [c.step(a, b)[1][1] for a, b in zip(reference.tolist(), measured.tolist(), strict=True)] == ["P", "P", "B", phase]
+    assert ["BP"[k % 2] for k in Controller(EVEN).replay(reference, measured)[1]] == ["P", "P", "B", phase]
+
+
 @pytest.mark.parametrize("options", [{"deadband_n": 1.0}, {"tolerance_n": 0.0, "t_max_n": 19.0}, {"tolerance_n": 0.0, "t_max_n": 32.0}])
 def test_replay_meets_limits_as_the_step_does(options: dict[str, float]) -> None:
     reference, measured = coarse(2)

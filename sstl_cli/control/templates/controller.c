@@ -85,7 +85,7 @@ static int algorithm_1(sstl_controller *c, sstl_real t_ref, sstl_real t_in, int 
         }
         c->threshold = (c->out_rev - beta) / gamma;
     }
-    if (c->backlash && (release ? t_in <= c->threshold : t_in >= c->threshold)) {
+    if (c->backlash && (release ? t_in <= c->threshold + SLACK : t_in >= c->threshold - SLACK)) {
         c->backlash = 0;
     }
     if (c->backlash && DOUBLED) {
@@ -188,7 +188,7 @@ static sstl_real issue(sstl_controller *c)
     c->aim = c->wish;
     command = least(most(command, (sstl_real)0.0), T_MAX);
     if (c->returning) {
-        if (@FABS@(command - c->command) <= RAMP + RETURN_SLACK) {
+        if (@FABS@(command - c->command) <= RAMP + SLACK) {
             c->returning = 0;
         } else {
             limit = RAMP;
