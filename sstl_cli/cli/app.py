@@ -21,7 +21,7 @@ from sstl_cli.cli.options import keep_files, name_variables
 from sstl_cli.cli.render import begin, show_error
 from sstl_cli.cli.streams import drop_output, open_streams, settle_errors, tell
 from sstl_cli.core.aside import kept_apart, ledger
-from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError
+from sstl_cli.core.errors import EXIT_DONE, EXIT_FAILED, SstlError, UsageError, cut
 from sstl_cli.core.workers import is_interrupt, last_words_said, stop_on_signals
 
 _NOT_COMMANDS = {"app", "options", "origin", "render", "streams"}
@@ -218,6 +218,8 @@ def _end(error: SstlError) -> NoReturn:
 
 def _usage(error: Any) -> NoReturn:
     """End with what typer says of a wrong option or argument, after the usage line of the command."""
+    if isinstance(getattr(error, "message", None), str):
+        error.message = cut(error.message)
     with contextlib.suppress(OSError):
         error.show()
     if error.exit_code:

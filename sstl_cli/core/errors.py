@@ -10,6 +10,9 @@ EXIT_FAILED = 1
 EXIT_USAGE = 2
 EXIT_SET_ASIDE = 3
 EXIT_GATE = 4
+# longer ones are values or arguments, not names of files
+LONGEST_WORD = 400
+LONGEST_TEXT = 3000
 
 
 class SstlError(Exception):
@@ -34,11 +37,11 @@ class SstlError(Exception):
         super().__init__(self.line())
 
     def line(self) -> str:
-        """Return the error as one line of text without control characters."""
+        """Return the error as one line of text without control characters, long values cut."""
         text = f"{self.where}: {self.what}" if self.where else self.what
         if self.fix:
             text += f"; {self.fix}"
-        return f"[{self.code}] {printable(text)}"
+        return f"[{self.code}] {shown(text)}"
 
 
 class UsageError(SstlError):
@@ -56,6 +59,29 @@ class GateError(SstlError):
 def printable(text: str) -> str:
     """Return text with control characters escaped, safe to print on a terminal."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def shown(text: str) -> str:
+    """Return text as an error shows it: printable, with what is too long to read cut."""
+    return cut(printable(text))
+
+
+def cut(text: str) -> str:
+    """Return text whose long words, and itself if it is long, have lost their middle and say how much that was.
+
+    Examples
+    --------
+    >>> len(cut("'" + 60_000 * "x" + "' is no number"))
+    294
+    """
+    words = " ".join(_without_middle(word, LONGEST_WORD, 200, 50) for word in text.split(" "))
+    return _without_middle(words, LONGEST_TEXT, 2000, 200)
+
+
+def _without_middle(text: str, longest: int, head: int, tail: int) -> str:
+    if len(text) <= longest:
+        return text
+    return f"{text[:head]}... ({len(text) - head - tail} more characters) ...{text[-tail:]}"
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from spent import spent_s
 
 from sstl_cli.core.config import MAX_TOML_BYTES, Model, parse, read_toml
-from sstl_cli.core.errors import GateError, SstlError, UsageError, nearest, printable
+from sstl_cli.core.documents.error import of
+from sstl_cli.core.errors import GateError, SstlError, UsageError, cut, nearest, printable
 from sstl_cli.core.files import read_json
 from sstl_cli.core.rng import stream
 from sstl_cli.core.units import UNITS, conversion, is_unit, unit_of
@@ -94,6 +95,26 @@ def test_error_line_is_one_printable_line() -> None:
     error = SstlError("bad \x1b[31mred\nname\u202e", where="a\rb", fix="rename it", code="E999")
     assert error.line() == r"[E999] a\rb: bad \x1b[31mred\nname\u202e; rename it"
     assert (SstlError.exit_code, UsageError.exit_code, GateError.exit_code) == (1, 2, 4)
+
+
+@pytest.mark.parametrize("filler", ["x", "x ", "\n", "\x1b"])
+def test_long_values_are_cut_in_errors(filler: str) -> None:
+    value = filler * 100_000
+    for error in (SstlError(f"'{value}' is no number", where="a.toml", fix="give one"), UsageError("bad", where=value, fix=f"not {value}")):
+        document = of(error)
+        for text in (error.line(), document.message, document.fix, document.where):
+            assert len(text) < 3000 and text.isprintable()
+        assert "more characters) ..." in error.line() and "more characters) ..." in document.message
+    assert SstlError(f"'{value}' is no number").line().endswith("' is no number")
+
+
+def test_an_error_says_how_much_was_cut_and_leaves_paths_whole() -> None:
+    assert SstlError("'" + "x" * 60_000 + "' is no number").line() == (
+        f"[E000] '{'x' * 199}... (59752 more characters) ...{'x' * 49}' is no number"
+    )
+    path = "/".join(["folder"] * 50)
+    assert SstlError("is missing", where=path).line() == f"[E000] {path}: is missing"
+    assert cut(cut("y " * 9000)) == cut("y " * 9000)
 
 
 @given(st.text())

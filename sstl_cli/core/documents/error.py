@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from sstl_cli.core.documents.base import Document
-from sstl_cli.core.errors import SstlError, printable
+from sstl_cli.core.errors import SstlError, shown
 
 
 class ErrorDocument(Document):
@@ -27,8 +27,8 @@ def of(error: SstlError) -> ErrorDocument:
     return ErrorDocument(
         schema="sstl.error/1",
         code=error.code,
-        message=printable(message),
-        fix=printable(error.fix),
-        where=printable(error.where),
+        message=shown(message),
+        fix=shown(error.fix),
+        where=shown(error.where),
         exit_code=error.exit_code,
     )
