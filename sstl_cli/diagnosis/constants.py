@@ -347,5 +347,7 @@ COS_END = 0.95
 # of the steepest slopes (but for outliers), what counts as sliding; a line below that slope, or with fewer samples, is none
 SLIDING, STEEP = 0.85, 0.9
 LEAST_SLOPE = 0.02
-# plays of several widths must leave less than this share of one play's misfit, where that is worth removing
-ROUNDED, LEAST_MISFIT_N = 0.5, 1e-3
+# a misfit (N) of one play that is not worth removing by plays of several widths
+LEAST_MISFIT_N = 1e-3
+# how often a controller is fitted to what its model makes of the task
+ROUNDS = 2
