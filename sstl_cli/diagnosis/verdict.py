@@ -75,8 +75,7 @@ def _sizeable(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
 def _causes(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
     """Return probabilities in which a fault of the recorder is no cause of what a model of the output explains more of.
 
-    It is there, but carries less than half of the squared error; what has a name keeps its probability. The output's model explains its
-    share of what the sound samples leave beyond the noise, and the fault has its own beside them.
+    It is there, but carries less than half of the squared error. A model of the output explains its share of what sound samples leave beyond the noise.
     """
     reducible = 1.0 - 1.0 / max(rows.log.base_chi2, 1.0)
     explained = reducible * max((c.share for c in rows.candidates if c.kind == OUTPUT and c.evidence > DECIDES_NATS), default=0.0)

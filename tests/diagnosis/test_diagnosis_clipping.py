@@ -246,4 +246,4 @@ def test_friction_that_falls_towards_the_highest_top_is_no_limit_of_the_input(ov
     worn = limit_of([Pair(read(x, 1), read(play(x, wrap), 2), NOISE_N, is_out=False)])
     assert worn.there[0].sum() >= CLIPPED_LEAST and worn.nats() < DOUBT_NATS
     held = limit_of([Pair(read(np.minimum(x, 37.5), 1), read(play(x), 2), NOISE_N, is_out=False)])
-    assert held.nats() > 10.0 * DOUBT_NATS and held.level_n == pytest.approx(37.5, abs=0.01)
+    assert held.nats() > DOUBT_NATS and held.level_n == pytest.approx(37.5, abs=0.01)

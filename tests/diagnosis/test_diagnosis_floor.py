@@ -22,5 +22,5 @@ def test_a_floor_is_known_as_well_as_its_noise():
 @pytest.mark.parametrize("spread", [0.0, np.nan])
 def test_readings_without_noise_have_no_interval(spread):
     assert floor_of(spread) == (None, None)
-    found = _estimated(1e-6, spread)
+    found = _estimated("output", "white_n", 1e-6, spread)
     assert found.ci95 is None and found.why == "the readings show no noise"
