@@ -55,17 +55,15 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
         if effect_id == LOOP.id:
             base = base.with_rig(loop_friction=found.search.sim.loop_friction(chosen.effects))
             continue
-        units = {p.name: p.unit for p in get(effect_id).parameters}
-        total = found.search.sim.changed(effect_id, values)
-        effects[effect_id] = {k: scaling.parameter(v, units[k], unit_n) for k, v in total.items()}
+        effects[effect_id] = scaling.in_recording(effect_id, found.search.sim.changed(effect_id, values), unit_n)
     for fault in found.recorder:
         if fault.id in said.effects:
             effects[fault.id] = get(fault.id).complete(
-                {k: scaling.parameter(v, get(fault.id).parameter(k).unit, unit_n) for k, v in fault.parameters.items() if v}
+                scaling.in_recording(fault.id, {k: v for k, v in fault.parameters.items() if v}, unit_n)
             )
     for gap in found.beside:
         if (gap.effect,) == said.effects:
-            effects[gap.effect] = dict(gap.values)
+            effects[gap.effect] = scaling.in_recording(gap.effect, gap.values, unit_n)
     locations = {r.config: r.location for r in found.problem.records}
     configurations = tuple(
         Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i])) for i, name in enumerate(found.problem.configs)

@@ -182,9 +182,7 @@ def rescaled(section: WanderSection, unit_n: float) -> WanderSection:
     """Return a section that was learned in units of ``unit_n`` (N) in newtons."""
 
     def of(v: Variation) -> Variation:
-        units = {e: {p.name: p.unit for p in get(e).parameters} for e in v.effects}
-        effects = {e: {k: scaling.parameter(x, units[e][k], unit_n) for k, x in values.items()} for e, values in v.effects.items()}
-        return v.model_copy(update={"effects": effects})
+        return v.model_copy(update={"effects": {e: scaling.in_recording(e, values, unit_n) for e, values in v.effects.items()}})
 
     return section.model_copy(update={"stretch": of(section.stretch), "run": of(section.run), "whole": of(section.whole)})
 
