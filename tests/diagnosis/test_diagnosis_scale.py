@@ -9,16 +9,17 @@ import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.scale import Scale, given, in_newtons, scale_of
+from sstl_cli.physics.filters import first_order
 from sstl_cli.physics.scenario import OutputScale
 from sstl_cli.steps import diagnose
 
 PER_N, ORIGIN = {"act": 3.0, "sstl": -0.5}, {"act": 5.0, "sstl": 2.0}
 
 
-def run(name, system="act", period=7.0, unit="V", per_n=1.0, origin=0.0):
-    """Return 20 s of a play of theta 0.4 a pass, its output in some unit."""
+def run(name, system="act", period=7.0, unit="V", per_n=1.0, origin=0.0, moved=None):
+    """Return 20 s of a play of theta 0.4 a pass, moved by a sine if by nothing else, its output in some unit."""
     t = np.arange(0.0, 20.0, 0.02)
-    u = 12.0 + 9.0 * np.sin(2.0 * np.pi * t / period)
+    u = 12.0 + 9.0 * np.sin(2.0 * np.pi * t / period) if moved is None else moved
     theta = 0.4 * (1 + (system == "sstl"))
     y, last = np.empty_like(u), 12.0
     for k, x in enumerate(u):
@@ -95,3 +96,19 @@ def test_every_number_of_a_document_is_in_the_unit_of_the_recording():
         here, there = next(noise), next(noise)
         assert here["input"]["white_n"].estimate == pytest.approx(force * there["input"]["white_n"].estimate, rel=0.05)
         assert here["output"]["white_n"].estimate == pytest.approx(out * there["output"]["white_n"].estimate, rel=0.05)
+
+
+def test_a_saved_model_has_what_a_channel_beside_shows_in_the_unit_of_the_recording():
+    """A slew limit of the loop was saved in the unit of the fit, where tensions are fitted in one of their own."""
+    slew_s_per_n, force = 0.12, 50.0
+    log = []
+    for period in (7.0, 5.0):
+        asked = run("r", period=period).tension_in_n
+        reached = first_order(asked, 0.02, 0.0, slew_s_per_n)
+        made = run("r", period=period, unit="N", moved=reached)
+        ends = {"tension_in_n": made.tension_in_n, "tension_out_n": made.tension_out_n, "tension_ref_n": asked}
+        log.append(replace(made, run_id=f"{period:g}", **{k: force * v for k, v in ends.items()}))
+    found = diagnose.run(log, diagnose.DiagnoseOptions(effects=("tension_loop_lag", "zero_drift"), max_effects=1, physics=False))
+    assert found.verdict.effects == ("tension_loop_lag",)
+    saved = found.model().effects["tension_loop_lag"]
+    assert saved["inverse_slew_s_per_n"] == pytest.approx(slew_s_per_n / force, rel=0.05)
