@@ -106,6 +106,15 @@ def never(rows: list[dict]) -> str:
     return "\n".join(f"- {k}: {'; '.join(v)}" for k, v in sorted(pairs.items())) or "None."
 
 
+def shares(rows: list[dict]) -> str:
+    """Return what stands in docs/limit.md of short recordings: decidable cases by strength and effect, and pairs that nothing separates."""
+    return (
+        f"{len(rows)} cases of one effect, three simulators, half of them recorded as labs do; commit {commits(rows)}.\n\n{by_strength(rows)}\n\n"
+        f"Smaller of the distances to base and nearest rival, case by case:\n\n{by_effect(rows)}\n\n"
+        f"At four times the noise these stay below D^2 = 6: no likelihood of the fast model tells them apart on these recordings:\n\n{never(rows)}"
+    )
+
+
 def simulated(path: Path) -> str:
     """Return the table of predicted and simulated error rates, and how many agree."""
     rows = json.loads(path.read_text())
@@ -142,9 +151,7 @@ def main() -> None:
     parser.add_argument("--simulation", type=Path, default=ROOT / "data" / "limit_simulation.json")
     given = parser.parse_args()
     rows = measured(given.cases, given.seconds, given.rows)
-    put("limit.md", "shares", f"{len(rows)} cases of one effect, three simulators, half of them recorded as labs do; commit {commits(rows)}.\n\n{by_strength(rows)}\n\n"
-        f"Smaller of the distances to base and nearest rival, case by case:\n\n{by_effect(rows)}\n\n"
-        f"At four times the noise these stay below D^2 = 6: no likelihood of the fast model tells them apart on these recordings:\n\n{never(rows)}")  # fmt: skip
+    put("limit.md", "shares", shares(rows))
     if given.simulation.exists():
         put("limit.md", "simulated", simulated(given.simulation))
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.observer import ideal
 from sstl_cli.core.rng import stream
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import (
@@ -81,6 +82,11 @@ class Experiment:
     def settles(self) -> bool:
         """Whether the movement would tell the two apart."""
         return self.d2 >= DECIDABLE
+
+    @property
+    def chance(self) -> float:
+        """In which share of recordings of the movement the noise lets 49 to 1 for the true one of the two come out, were laws exact."""
+        return ideal(self.d2)
 
 
 def rivals(models: Iterable[Weighed], verdict: Verdict) -> list[Weighed]:

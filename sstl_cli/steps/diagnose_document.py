@@ -191,23 +191,29 @@ def _next(g: Given) -> NextExperiment | None:
     experiment = following.proposed(g.search, g.rows, g.verdict, g.limits, g.passed)
     if experiment is None:
         return None
-    here = f"24 settles it; here {experiment.d2_here:.3g}"
-    if experiment.d2_here >= DECIDABLE:
-        here = f"24 would settle it if laws were exact; here {experiment.d2_here:.3g}"
-    does = (
-        f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} ({here})"
-        if experiment.settles
-        else f"no movement of the menu settles it within these tensions and rates: at most D^2 = {experiment.d2:.1f} (24 would), "
-        f"here {experiment.d2_here:.1f}"
-    )
     unit_n = g.problem.unit_n
     return NextExperiment(
         separates=list(experiment.separates),
         trajectory=experiment.trajectory.name,
-        why=does + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
+        why=promised(experiment) + ("" if unit_n == 1.0 else f"; its tensions are to be taken times {unit_n:g}"),
         d2=experiment.d2,
         d2_here=experiment.d2_here,
         settles=experiment.settles,
+        chance=experiment.chance,
         scenario=following.scenario_of(g.search, experiment).model_dump(mode="json", by_alias=True, exclude_defaults=False),
         tension_factor=unit_n,
     )
+
+
+def promised(experiment: following.Experiment) -> str:
+    """Return what a proposed movement would settle, or in how many recordings the best of the menu settles it all the same."""
+    if experiment.settles:
+        here = f"24 settles it; here {experiment.d2_here:.3g}"
+        if experiment.d2_here >= DECIDABLE:
+            here = f"24 would settle it if laws were exact; here {experiment.d2_here:.3g}"
+        return f"recorded on one bend, the two would differ by D^2 = {experiment.d2:.3g} ({here})"
+    most = f"at most D^2 = {experiment.d2:.1f} (24 would), here {experiment.d2_here:.1f}"
+    settled = round(100.0 * experiment.chance)
+    if settled == 0:
+        return f"no movement of the menu settles it within these tensions and rates: {most}"
+    return f"no movement of the menu is sure to settle it within these tensions and rates, the best does in {settled} of 100 recordings: {most}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import statistics
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -17,6 +19,7 @@ from sstl_cli.diagnosis.noise import of_readings
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.scenario import Scenario, Trajectory
 from sstl_cli.physics.trajectories import span_hz
+from sstl_cli.steps.diagnose_document import promised
 
 SIM = simulator()
 QUIET = Sensor(NOISE_N, 0.0, 0.1)
@@ -129,6 +132,24 @@ def test_a_plan_is_sampled_like_the_fastest_run_and_not_beyond_what_a_line_shows
 def test_an_experiment_settles_from_the_decidable_distance_on():
     for d2, settles in ((following.DECIDABLE, True), (following.DECIDABLE - 0.1, False)):
         assert Experiment(("a", "b"), (), d2, 0.0).settles is settles
+
+
+def test_what_is_not_sure_to_settle_says_in_how_many_recordings_it_does():
+    """9 of 30 movements that "settle nothing" did: below 24 the noise decides, and how often follows from the distance."""
+    for d2, times in ((12.8, 76), (6.0, 36), (24.0, 95)):
+        # the log-likelihood ratio is normal with mean d2 / 2 and variance d2; settled beyond ln 49
+        by_hand = 1.0 - statistics.NormalDist(d2 / 2.0, d2**0.5).cdf(math.log(49.0))
+        assert Experiment(("a", "b"), (), d2, 0.0).chance == pytest.approx(by_hand) and round(100.0 * by_hand) == times
+    said = promised(Experiment(("a", "b"), (), 12.8, 3.04))
+    assert said == (
+        "no movement of the menu is sure to settle it within these tensions and rates, the best does in 76 of 100 recordings: "
+        "at most D^2 = 12.8 (24 would), here 3.0"
+    )
+    assert promised(Experiment(("a", "b"), (), 1.2, 0.0)).startswith("no movement of the menu settles it within these tensions")
+    assert (
+        promised(Experiment(("a", "b"), (), 30.0, 3.0)) == "recorded on one bend, the two would differ by D^2 = 30 (24 settles it; here 3)"
+    )
+    assert "24 would settle it if laws were exact; here 26" in promised(Experiment(("a", "b"), (), 30.0, 26.0))
 
 
 def test_a_plan_is_written_a_row_a_sample_in_the_unit_of_the_recording():

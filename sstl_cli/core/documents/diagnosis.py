@@ -177,6 +177,9 @@ class NextExperiment(Part):
     d2: float | None = Field(default=None, description="squared distance that the movement would bring between the two")
     d2_here: float | None = Field(default=None, description="the same in the log that was diagnosed")
     settles: bool | None = Field(default=None, description="whether that is enough to tell them apart (24)")
+    chance: float | None = Field(
+        default=None, description="share of recordings of the movement that would give 49 to 1 for the true one of the two, were laws exact"
+    )
     scenario: dict[str, object] | None = Field(default=None, description="the movement as a scenario, within the limits of the rig")
     tension_factor: float | None = Field(default=None, description="one N of the scenario in the unit of the recording")
 
