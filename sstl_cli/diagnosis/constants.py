@@ -290,7 +290,7 @@ FEWEST_RUNS, CONFIRMED_RUNS = 3, 1
 # of a plan: the nearest rivals in the linear picture that are refitted, beside look-alikes; rounds in which the size settles from
 # which an effect is told from them, how near (natural logarithm of the distance) is near enough, and the distance that is taken
 # for the next size where there is next to none
-NEAR_RIVALS, SIZE_ROUNDS, SIZE_NEAR, LEAST_D2 = 3, 3, 0.2, 1e-3
+NEAR_RIVALS, SIZE_ROUNDS, SIZE_NEAR, LEAST_D2 = 3, 6, 0.2, 1e-3
 
 # === shown: bands of tables and tests, and what is listed
 

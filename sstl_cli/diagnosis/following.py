@@ -120,18 +120,7 @@ def proposed(found: Search, rows: Rows, said: Verdict, limits: Limits | None, pa
 def isolability(found: Search, most: int = ISOLATED) -> tuple[list[str], Array]:
     """Return candidate ids and the cosine between their whitened responses, base parameters projected out."""
     singles = [w.fit for w in found.ranked() if len(w.ids) == 1][:most]
-    sim, responses = found.sim, []
-    for f in singles:
-        jw = found.base.whiten(f.jacobian)
-        own = jw[:, 0]
-        power = np.maximum(np.bincount(sim.config, own**2), 1e-12)
-        columns = []
-        for i, x in enumerate(f.free):
-            if not x.parameter.shape:
-                column = jw[:, 1 + i]
-                columns.append(column - own * (np.bincount(sim.config, own * column, len(power)) / power)[sim.config])
-        q, r = np.linalg.qr(np.stack(columns, axis=1)) if columns else (np.zeros((len(own), 1)), np.ones((1, 1)))
-        responses.append(q[:, np.abs(np.diag(r)) > 1e-9])
+    responses = [span(strengths(found, f)) for f in singles]
     n = len(singles)
     cosine = np.eye(n)
     for i in range(n):
@@ -140,6 +129,22 @@ def isolability(found: Search, most: int = ISOLATED) -> tuple[list[str], Array]:
                 overlap = np.linalg.svd(responses[i].T @ responses[j], compute_uv=False)
                 cosine[i, j] = cosine[j, i] = float(min(overlap[0], 1.0))
     return [f.ids[0] for f in singles], cosine
+
+
+def strengths(found: Search, f: Fit) -> Array:
+    """Return the whitened responses to the strengths of a model, base parameters projected out, shape (samples, strengths)."""
+    config, jw = found.sim.config, found.base.whiten(f.jacobian)
+    own = jw[:, 0]
+    power = np.maximum(np.bincount(config, own**2), 1e-12)
+    columns = [jw[:, 1 + i] for i, x in enumerate(f.free) if not x.parameter.shape]
+    left = [c - own * (np.bincount(config, own * c, len(power)) / power)[config] for c in columns]
+    return np.stack(left, axis=1) if left else np.zeros((len(own), 0))
+
+
+def span(columns: Array) -> Array:
+    """Return an orthonormal basis of what columns span, without those that add nothing."""
+    q, r = np.linalg.qr(columns)
+    return np.asarray(q[:, np.abs(np.diag(r)) > 1e-9])
 
 
 def best_experiment(found: Search, first: Weighed, second: Weighed, limits: Limits | None = None) -> Experiment | None:

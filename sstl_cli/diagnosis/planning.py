@@ -6,7 +6,7 @@ limit for the distances).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ from sstl_cli.diagnosis import scaling
 from sstl_cli.diagnosis.constants import DECIDABLE, LEAST_D2, NEAR_RIVALS, SETTLED, SIZE_NEAR, SIZE_ROUNDS
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit, fit
-from sstl_cli.diagnosis.following import isolability
+from sstl_cli.diagnosis.following import span, strengths
 from sstl_cli.diagnosis.found import NOTHING, Search
 from sstl_cli.diagnosis.hypotheses import full
 from sstl_cli.diagnosis.limit import Shown, distance2, least_shown
@@ -40,6 +40,11 @@ class Told:
     rival: str | None
     size: float
     d2: float
+
+    @property
+    def settled(self) -> bool:
+        """Whether the size is large enough, and not only as large as the effect gets."""
+        return self.d2 >= SETTLED * DECIDABLE
 
 
 @dataclass(frozen=True)
@@ -91,18 +96,53 @@ def plan(runs: Sequence[Run], scenario: Scenario, effects: Sequence[str], advanc
         if (single := _least(found, e)) is not None:
             found.singles[e] = (single,)
         advance(0.5 / len(ids))
-    shown = {s.effect: s for s in least_shown(found, learned().shows_d2)}
-    names, cosine = isolability(found, len(ids))
+    shown = sorted(least_shown(found, learned().shows_d2), key=lambda s: s.effect)
     rows = []
-    for e in sorted(shown):
-        at = names.index(e)
-        near = sorted((n for n in names if n != e), key=lambda n: -cosine[at, names.index(n)])
-        rivals = [n for i, n in enumerate(near) if i < NEAR_RIVALS or n in get(e).look_alikes]
-        told = _told(found, shown[e], rivals, max((float(cosine[at, names.index(n)]) for n in near), default=0.0))
-        rows.append(_row(shown[e], told, unit_n))
+    for s, told in told_apart(found, shown):
+        rows.append(_row(s, told, unit_n))
         advance(0.5 / len(shown))
     rows.sort(key=lambda r: r.gap_n)
     return Plan(tuple(rows), classes(rows), found.sim.problem)
+
+
+def told_apart(found: Search, shown: Sequence[Shown], look: int = NEAR_RIVALS, alike: bool = True) -> Iterator[tuple[Shown, Told]]:
+    """Yield for each effect that shows the rival that is nearest to it, refitted, and the size from which the two are told apart.
+
+    Parameters
+    ----------
+    look : int
+        How many of the rivals with the most similar response are refitted.
+    alike : bool
+        Whether all look-alikes are, too.
+    """
+    against = {e: w[0].fit for e, w in widest(found).singles.items()}
+    spans = {e: span(strengths(found, f)) for e, f in against.items()}
+    for s in shown:
+        left = _left(found, s, spans)
+        near = sorted(left, key=lambda r: (left[r], r))
+        rivals = {r: against[r] for i, r in enumerate(near) if i < look or (alike and r in get(s.effect).look_alikes)}
+        yield s, _told(found, s, rivals, min(left.values(), default=1.0))
+
+
+def _left(found: Search, s: Shown, spans: Mapping[str, Array]) -> dict[str, float]:
+    """Return which share of the square of what an effect shows each other one leaves, by linear responses."""
+    own = _first(found, s.effect)
+    names = [x.parameter.name for x in own.free if not x.parameter.shape]
+    column = strengths(found, own)[:, names.index(s.parameter)]
+    # what shows has a response
+    whole = float(column @ column)
+    return {e: 1.0 - float(np.sum((q.T @ column) ** 2)) / whole for e, q in spans.items() if e != s.effect}
+
+
+def _first(found: Search, effect_id: str) -> Fit:
+    """Return the model of an effect by which it is said what would have shown."""
+    return next(w.fit for w in found.singles[effect_id] if w.fit.hypothesis.foretold)
+
+
+def widest(found: Search) -> Search:
+    """Return a search with one model of each effect, that of most strengths which foretells: what its parts can show it can, too."""
+    fits = {e: [w for w in models if w.fit.hypothesis.foretold] for e, models in found.singles.items()}
+    return replace(found, singles={e: (max(ws, key=lambda w: len(w.fit.hypothesis.strengths)),) for e, ws in fits.items() if ws})
 
 
 def _planned(runs: Sequence[Run], scenario: Scenario) -> tuple[Search, float]:
@@ -136,24 +176,41 @@ def _least(found: Search, effect_id: str) -> Weighed | None:
     return None if best is None else best[1]
 
 
-def _told(found: Search, shown: Shown, rivals: Sequence[str], cosine: float) -> Told:
-    """Return from which size an effect is told from its rivals, each refitted to what it shows.
+def _told(found: Search, shown: Shown, rivals: Mapping[str, Fit], left: float) -> Told:
+    """Return from which size an effect is told from its rivals, each refitted to what it shows; ``left``: share the nearest leaves.
 
-    The linear picture gives a first size; the distance at that size, which grows with its square, corrects it.
+    The linear picture gives a first size. Sizes that are too small and too large then close in on the one that is sought, as far as
+    a power law between the two goes: of a delay and a low-pass the distance grows with the fourth power of the size.
     """
-    own = found.singles[shown.effect][0].fit
-    most = _reach(own, shown.parameter)
-    size = float(min(shown.size / np.sqrt(max(1.0 - cosine**2, 1e-6)), most))
-    nearest, d2 = None, np.inf
+    own = _first(found, shown.effect)
+    most = max(_reach(own, shown.parameter), shown.size)
+    size = float(np.clip(shown.size / np.sqrt(max(left, 1e-6)), shown.size, most))
+    low: Told | None = None
+    high: Told | None = None
     for _ in range(SIZE_ROUNDS):
         truth = _sized(found.sim, own, shown.parameter, size)
-        distances = {r: distance2(found.sim, truth, found.singles[r][0].fit) for r in rivals}
+        distances = {r: distance2(found.sim, truth, f) for r, f in rivals.items()}
         nearest = min(distances, key=lambda r: (distances[r], r), default=None)
-        d2 = distances[nearest] if nearest else np.inf
-        if abs(np.log(max(d2, 1e-6) / DECIDABLE)) < SIZE_NEAR or nearest is None or (size >= most and d2 < DECIDABLE):
-            break
-        size = float(np.clip(size * np.sqrt(DECIDABLE / max(d2, LEAST_D2)), shown.size, most))
-    return Told(nearest, size, float(d2))
+        tried = Told(nearest, size, distances[nearest] if nearest else np.inf)
+        near = abs(np.log(max(tried.d2, 1e-6) / DECIDABLE)) < SIZE_NEAR
+        if nearest is None or near or size == (shown.size if tried.d2 >= DECIDABLE else most):
+            return tried
+        low, high = (low, tried) if tried.d2 >= DECIDABLE else (tried, high)
+        size = float(np.clip(_between(low, high), shown.size, most))
+    # what was seen to be enough, or how far that was from it
+    told = high or low
+    assert told is not None
+    return told
+
+
+def _between(low: Told | None, high: Told | None) -> float:
+    """Return the size at which D^2 should be the one that decides, from one that is too small, one that is too large, or both."""
+    if low is None or high is None:
+        one = low or high
+        assert one is not None
+        return float(one.size * np.sqrt(DECIDABLE / max(one.d2, LEAST_D2)))
+    least = max(low.d2, LEAST_D2)
+    return float(low.size * (high.size / low.size) ** (np.log(DECIDABLE / least) / np.log(high.d2 / least)))
 
 
 def _reach(own: Fit, name: str) -> float:
@@ -175,7 +232,6 @@ def _sized(sim: Simulator, own: Fit, name: str, size: float) -> Fit:
 def _row(shown: Shown, told: Told, unit_n: float) -> Planned:
     p = get(shown.effect).parameter(shown.parameter)
     reach = max(abs(p.high - p.neutral), abs(p.low - p.neutral))
-    settled = told.d2 >= SETTLED * DECIDABLE
     return Planned(
         effect=shown.effect,
         parameter=shown.parameter,
@@ -184,7 +240,7 @@ def _row(shown: Shown, told: Told, unit_n: float) -> Planned:
         gap_n=shown.gap_n * unit_n,
         shows=shown.size <= reach,
         rival=told.rival,
-        told_size=scaling.parameter(told.size, shown.unit, unit_n) if settled and shown.size <= reach else None,
+        told_size=scaling.parameter(told.size, shown.unit, unit_n) if told.settled and shown.size <= reach else None,
         d2=told.d2 if told.rival else None,
     )
 

@@ -11,9 +11,12 @@ from typer.testing import CliRunner
 from sstl_cli.cli import diagnose
 from sstl_cli.core.documents import get
 from sstl_cli.core.errors import SstlError
+from sstl_cli.diagnosis import planning
 from sstl_cli.diagnosis.constants import DECIDABLE
+from sstl_cli.diagnosis.limit import distance2, least_shown
+from sstl_cli.diagnosis.weights import learned
 from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
-from sstl_cli.steps import diagnose_plan
+from sstl_cli.steps import diagnose_plan, simulate
 
 EFFECTS = ("viscous", "zero_offset", "const_friction", "gain_error", "asymmetric_friction")
 FAST = Trajectory(kind="trapezoid", duration_s=6.0, cycles=2, drive="tension")
@@ -53,6 +56,28 @@ def test_one_bend_on_one_range_cannot_tell_what_two_can():
     assert one["gain_error"]["told_size"] is None or one["gain_error"]["told_size"] > 1.2 * two["gain_error"]["told_size"]
     for r in two.values():
         assert r["told_size"] is None or (r["told_size"] >= r["least_size"] and r["d2"] >= 0.75 * DECIDABLE)
+
+
+def test_the_size_that_is_told_is_one_at_which_the_rival_was_refitted():
+    """Of a delay and a low-pass D^2 grows with the fourth power of the size: by its square the search flew past it, and gave what it had not tried."""
+    given = scenario(FAST, Trajectory(kind="chirp", duration_s=20.0, drive="tension"))
+    effects = ("channel_delay", "channel_lowpass", "viscous")
+    found, _ = planning._planned(list(simulate.run(given, {}, 0)), given)
+    found.singles.update({e: (planning._least(found, e),) for e in effects})
+    shown = least_shown(found, learned().shows_d2)
+    told = {s.effect: t for s, t in planning.told_apart(found, shown)}
+    assert told["channel_delay"].rival == "channel_lowpass" and told["channel_lowpass"].rival == "channel_delay"
+    assert told["channel_delay"].size > 3.0 * next(s.size for s in shown if s.effect == "channel_delay")
+    for s in shown:
+        t = told[s.effect]
+        truth = planning._sized(found.sim, found.singles[s.effect][0].fit, s.parameter, t.size)
+        assert distance2(found.sim, truth, found.singles[t.rival][0].fit) == pytest.approx(t.d2)
+        assert t.settled and (t.size == s.size or t.d2 < 1.5 * DECIDABLE)
+
+
+def test_where_nothing_else_is_asked_for_nothing_is_told_apart():
+    (row,) = diagnose_plan.run(scenario(FAST), ("viscous",)).effects
+    assert row.rival is None and row.told_size == row.least_size
 
 
 def test_sensors_without_noise_are_refused():
